@@ -26,10 +26,10 @@ from trueloop.storage.store import Store
 
 LETS_IN = ("SRV-SIGN-IN", "SRV-ROLE", "SRV-KEY")
 """The refusals by which somebody does not get in; whatever else is answered, he was let in."""
-STREAMS = ("/events", "/machines/{name}/trace")
+STREAMS = ("/events", "/machines/{name:path}/trace", "/machines/{name:path}/corrector")
 ENDS = (("DELETE", "/session"), ("POST", "/session"))
 FILLED = {"{id}": "1", "{name}": "nobody", "{sha}": "0" * 64, "{a}": "0" * 64, "{b}": "1" * 64, "{part}": "1"}
-FILLED |= {"{part_type}": "shaft", "{characteristic:path}": "dome"}
+FILLED |= {"{part_type}": "shaft", "{characteristic:path}": "dome", "{name:path}": "nobody/2"}
 
 
 def asked(caller: Caller, method: str, path: str) -> str:

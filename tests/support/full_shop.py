@@ -89,6 +89,11 @@ def _series(shop: Shop) -> None:
 
 
 def _heard(shop: Shop) -> None:
+    """What cells and people say of machines: the lathe's of a shift, the mill's of four minutes ago."""
+    shop.do(ask.Calibrated("lathe", {"radius_mm": "0.9987"}), OPERATOR)
+    for k in range(40):
+        warm = {"spindle": 21.0 + 0.1 * k, "bed": 20.0 + 0.01 * k}
+        shop.do(ask.RecordTemperatures("lathe", warm, datetime.now(UTC) - timedelta(minutes=10 * (39 - k))), CELL)
     said = {"state": "running", "line": 420, "progress": 0.7, "program": "finish.ngc", "corrector": "on"}
     told = {**said, "temperatures_c": {"spindle": 23.5, "bed": 21.0}}
     heard(shop.store, "lathe", told, CELL, datetime.now(UTC))

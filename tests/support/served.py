@@ -3,7 +3,7 @@
 import shutil
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -12,9 +12,12 @@ import uvicorn
 from playwright.sync_api import Browser, BrowserContext, Dialog, Page, expect, sync_playwright
 
 from tests.support.chromium import INSTALL, ChromiumMissingError
+from tests.support.corrector import trace
 from tests.support.service import PASSWORD
+from trueloop.controllers.linuxcnc.cell.service import Service
 from trueloop.server.app import create_app
 from trueloop.server.identity.accounts import NewAccount, add_account
+from trueloop.server.identity.keys import NewKey, add_key
 from trueloop.server.identity.who import ROLES
 from trueloop.server.run import Listening, listen
 from trueloop.server.settings import Settings
@@ -41,6 +44,13 @@ def served(store: Store) -> Iterator[str]:
             app.state.stopping.set()
             server.should_exit = True
             thread.join(WAIT_S)
+
+
+def tell_corrector(store: Store, address: str, machine: str = "lathe", **what: Any) -> None:
+    """As `trueloop realtime watch` beside the machine does."""
+    key = add_key(store, NewKey(machine, "watch", 1), "test", datetime.now(UTC)).key
+    with closing(Service(address, key)) as service:
+        service.trace(trace(**what))
 
 
 @dataclass

@@ -54,9 +54,10 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("GET", "/tools"): READ,
     ("GET", "/tools/{id}/memory"): READ,
     ("GET", "/machines"): READ,
-    ("GET", "/machines/{name}"): READ,
-    ("GET", "/machines/{name}/trace"): READ,
-    ("POST", "/machines/{name}/calibrated"): Access("operator", key="cell"),
+    ("GET", "/machines/{name:path}"): READ,
+    ("GET", "/machines/{name:path}/trace"): READ,
+    ("GET", "/machines/{name:path}/corrector"): READ,
+    ("POST", "/machines/{name:path}/calibrated"): Access("operator", key="cell"),
     ("GET", "/orders"): READ,
     ("POST", "/orders"): ENGINEER,
     ("GET", "/orders/{id}"): READ,
@@ -88,6 +89,7 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("POST", "/cell/touches"): CELL,
     ("POST", "/cell/temperatures"): CELL,
     ("POST", "/cell/heartbeat"): Access(key="cell", once=False),
+    ("POST", "/cell/trace"): Access(key="cell", once=False),
 }
 
 

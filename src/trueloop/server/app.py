@@ -16,8 +16,9 @@ from trueloop.server.access import Access, require
 from trueloop.server.figures import Figures
 from trueloop.server.gates import Gates
 from trueloop.server.guarded import Service
-from trueloop.server.routes import accounts, cell, changes, events, session, shown, uploads
+from trueloop.server.routes import accounts, cell, changes, events, machines, session, shown, uploads
 from trueloop.server.settings import Settings, now
+from trueloop.server.traces import Traces
 from trueloop.server.workers import start_watch, start_workers
 from trueloop.storage.store import Store
 
@@ -27,6 +28,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     accounts.routes,
     events.routes,
     shown.routes,
+    machines.routes,
     changes.routes,
     cell.routes,
     uploads.routes,
@@ -54,7 +56,7 @@ def create_app(store: Store, settings: Settings, clock: Callable[[], datetime] =
         lifespan=running,
     )
     app.state.service = Service(store, settings, clock, secrets.token_bytes(32))
-    app.state.figures, app.state.stopping = figures, stopping
+    app.state.figures, app.state.stopping, app.state.traces = figures, stopping, Traces()
     problems.install(app)
     for one in ROUTERS:
         app.include_router(one, prefix=PREFIX)

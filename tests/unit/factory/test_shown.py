@@ -20,7 +20,8 @@ from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.shown.life import part_life
-from trueloop.factory.shown.machines import heard, machine_view, machines_now
+from trueloop.factory.shown.machine import machine_view
+from trueloop.factory.shown.machines import heard, machines_now
 from trueloop.factory.shown.orders import order_rows, order_view
 from trueloop.factory.shown.parts import part_rows
 from trueloop.factory.shown.programs import program_diff, program_rows, text_of

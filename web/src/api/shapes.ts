@@ -188,6 +188,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/cell/trace": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Trace
+         * @description What its corrector did, as it is recorded beside the machine; shown, and not kept.
+         */
+        post: operations["trace_api_v1_cell_trace_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/certificates": {
         parameters: {
             query?: never;
@@ -390,6 +410,26 @@ export interface paths {
          * @description A machine's probe was calibrated now.
          */
         post: operations["calibrated_api_v1_machines__name__calibrated_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/machines/{name}/corrector": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Corrector
+         * @description What its corrector does, as `trueloop realtime watch` tells it (server-sent events).
+         */
+        get: operations["corrector_api_v1_machines__name__corrector_get"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1162,6 +1202,23 @@ export interface components {
             };
         };
         /**
+         * CalibrationView
+         * @description A calibration of a machine's probe: `values` are what was found, as it was told.
+         */
+        CalibrationView: {
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /** Values */
+            values: {
+                [key: string]: string;
+            };
+            /** Who */
+            who: string;
+        };
+        /**
          * CertificateRow
          * @description A certificate in a list.
          */
@@ -1634,14 +1691,22 @@ export interface components {
         };
         /**
          * MachineView
-         * @description One machine: what it does, its links, the model in force, its last events.
+         * @description One machine: what it does, its links, the model in force, its last calibrations, temperatures and transfers.
+         *
+         *     `part_id` is the part that it cuts; None: none that an order made.
          */
         MachineView: {
+            /** Calibrations */
+            calibrations: components["schemas"]["CalibrationView"][];
             /** Keys */
             keys: number;
             /** Model Version */
             model_version: string;
             now: components["schemas"]["MachineNow"];
+            /** Part Id */
+            part_id: number | null;
+            /** Temperatures */
+            temperatures: components["schemas"]["TemperatureView"][];
             /** Transfers */
             transfers: components["schemas"]["TransferView"][];
         };
@@ -2477,6 +2542,32 @@ export interface components {
             state: components["schemas"]["StepState"];
         };
         /**
+         * Stretch
+         * @description Some servo periods: from when to when, s since the record began; of each value the least and the largest.
+         *
+         *     `alarm`: a signal was bad in it, or there was a fault. `said`: the last period, in words by name.
+         */
+        Stretch: {
+            /** Alarm */
+            alarm: boolean;
+            /** From S */
+            from_s: number;
+            /** High */
+            high: {
+                [key: string]: number | null;
+            };
+            /** Low */
+            low: {
+                [key: string]: number | null;
+            };
+            /** Said */
+            said: {
+                [key: string]: string;
+            };
+            /** To S */
+            to_s: number;
+        };
+        /**
          * TaskView
          * @description `state`: waiting, running, done, failed; `progress` 0 to 1; `problem`: code, message and hint of a refusal.
          */
@@ -2501,6 +2592,20 @@ export interface components {
             state: string;
             /** Subject */
             subject: string;
+        };
+        /**
+         * TemperatureView
+         * @description What a sensor said, oldest first, °C; the latest hours, no more than a picture shows.
+         */
+        TemperatureView: {
+            /** At */
+            at: string[];
+            /** Celsius */
+            celsius: number[];
+            /** Signal */
+            signal: string;
+            /** Stale */
+            stale: boolean;
         };
         /**
          * Temperatures
@@ -2615,6 +2720,20 @@ export interface components {
             name: string;
             /** Run */
             run: string;
+        };
+        /**
+         * Trace
+         * @description What came of one record, oldest first; `record` names it, so that a new one begins a new picture.
+         */
+        Trace: {
+            /** Axes */
+            axes: string;
+            /** Record */
+            record: string;
+            /** Signals */
+            signals: string[];
+            /** Stretches */
+            stretches: components["schemas"]["Stretch"][];
         };
         /**
          * TransferView
@@ -3072,6 +3191,37 @@ export interface operations {
             };
         };
     };
+    trace_api_v1_cell_trace_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Trace"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
     list_certificates_api_v1_certificates_get: {
         parameters: {
             query?: {
@@ -3414,6 +3564,37 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["Said"];
                 };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    corrector_api_v1_machines__name__corrector_get: {
+        parameters: {
+            query?: never;
+            header?: {
+                "last-event-id"?: number | null;
+            };
+            path: {
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Validation Error */
             422: {

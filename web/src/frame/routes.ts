@@ -5,6 +5,7 @@ import type { Key } from "../text/text";
 /** The pages of the menu, in its order. */
 export const PAGES: { href: string; name: Key }[] = [
   { href: "/", name: "page.today" },
+  { href: "/machines", name: "page.machines" },
   { href: "/orders", name: "page.orders" },
   { href: "/parts", name: "page.parts" },
   { href: "/series", name: "page.series" },
@@ -32,6 +33,8 @@ const Series = lazy(() => import("../pages/Series"));
 const SeriesPage = lazy(() => import("../pages/SeriesPage"));
 const Tools = lazy(() => import("../pages/Tools"));
 const ToolPage = lazy(() => import("../pages/ToolPage"));
+const Machines = lazy(() => import("../pages/Machines"));
+const MachinePage = lazy(() => import("../pages/MachinePage"));
 const Wall = lazy(() => import("../pages/Wall"));
 const Programs = lazy(() => import("../pages/Programs"));
 const Files = lazy(() => import("../pages/Files"));
@@ -49,6 +52,8 @@ export const ROUTES: { path: string; page: ComponentType<{ id: string; of: strin
   { path: "/proposals/:id", page: Proposals },
   { path: "/certificates", page: Certificates },
   { path: "/alarms", page: Alarms },
+  { path: "/machines", page: Machines },
+  { path: "/machines/:id", page: MachinePage },
   { path: "/series", page: Series },
   { path: "/series/:of/:id", page: SeriesPage },
   { path: "/tools", page: Tools },

@@ -82,7 +82,7 @@ export function Machines({ machines }: { machines: MachineNow[] }) {
     key: one.name,
     look: one.stale ? "stale" : "",
     cells: [
-      one.name,
+      <To href={`/machines/${encodeURIComponent(one.name)}`}>{one.name}</To>,
       <Age at={one.at} stale={one.stale} />,
       <Doing machine={one} />,
       one.part,

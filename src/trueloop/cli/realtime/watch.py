@@ -27,6 +27,10 @@ def watch(
     keep: Annotated[
         int | None, typer.Option(help="Keep this many files, the last ones.  [default: all]", min=1)
     ] = None,
+    cell: Annotated[
+        Path | None,
+        typer.Option(metavar="CELL.toml", help="Settings of the machine's cell: its service shows the trace too."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Record what the corrector does: attaches to the LinuxCNC on this computer, until Ctrl-C.
@@ -42,7 +46,7 @@ def watch(
     before = {one: signal.signal(one, lambda number, frame: stop.append(number)) for one in STOPS}
     try:
         result = watched(
-            Order(folder, image, seconds, host, port, rows, keep),
+            Order(folder, image, seconds, host, port, rows, keep, cell),
             lambda: bool(stop),
             lambda words: typer.echo(words, err=True),
         )

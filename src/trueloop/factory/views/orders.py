@@ -1,11 +1,10 @@
-"""Orders, programs and machines."""
+"""Orders, programs and transfers."""
 
 from dataclasses import dataclass
 from datetime import datetime
 
 from trueloop.domain.factory.route import BlockKind
 from trueloop.domain.factory.states import PartState, StepState
-from trueloop.factory.views.today import MachineNow
 
 
 @dataclass(frozen=True)
@@ -103,13 +102,3 @@ class TransferView:
     sent_sha256: str
     read_back_sha256: str
     outcome: str
-
-
-@dataclass(frozen=True)
-class MachineView:
-    """One machine: what it does, its links, the model in force, its last events."""
-
-    now: MachineNow
-    model_version: str
-    keys: int
-    transfers: tuple[TransferView, ...]

@@ -1,18 +1,21 @@
 """Watching a run: every period into samples.csv, the live page while it goes on, a page of it at the end."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from trueloop.controllers.linuxcnc.realtime.watch import Watched, attached
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.outputs import write_all
 from trueloop.formats.realtime.image_file import read_image
 from trueloop.formats.realtime.samples_csv import Recording
+from trueloop.jobs.cell.opened import opened
 from trueloop.jobs.realtime.live_server import LOCAL, LiveServer
+from trueloop.jobs.realtime.told_service import ToldService
 from trueloop.realtime.envelope import Envelope, empty, gathered
 from trueloop.realtime.events import Event, events
 from trueloop.realtime.image import Image
@@ -31,7 +34,10 @@ ROWS: Final = 3_600_000
 
 @dataclass(frozen=True)
 class Order:
-    """What to watch, and where to write. `seconds` None: until it is stopped. `keep` None: all files of the record."""
+    """What to watch, and where to write. `seconds` None: until it is stopped. `keep` None: all files of the record.
+
+    `cell`: the settings of the machine's cell, whose service shows it too; None: no service.
+    """
 
     folder: Path
     image: Path | None = None
@@ -40,6 +46,7 @@ class Order:
     port: int = 0
     rows: int = ROWS
     keep: int | None = None
+    cell: Path | None = None
 
 
 @dataclass
@@ -85,8 +92,9 @@ def watch(order: Order, stopped: Callable[[], bool], tell: Callable[[str], None]
     """Records until it is stopped, the time is up, or LinuxCNC ends. `tell` is told where the live page is.
 
     Raises RTC-CONNECTION where there is nothing to record, RTC-IMAGE for a file that is none, OUT-FOLDER where nothing
-    can be written.
+    can be written, CEL-FILE for settings of a cell that cannot be used. A service that is not reached ends nothing.
     """
+    service = None if order.cell is None else opened(order.cell).service
     image = read_image(order.image) if order.image else None
     signals = image.bank.signals if image and image.bank else ()
     began = datetime.now().astimezone()
@@ -94,12 +102,18 @@ def watch(order: Order, stopped: Callable[[], bool], tell: Callable[[str], None]
         layout = watched.layout
         title = image.identity.machine or "LinuxCNC" if image else "LinuxCNC"
         page = live_page(title, layout.axes, layout.signals)
-        with LiveServer(page, order.host, order.port) as live:
+        told_too = (
+            nullcontext()
+            if service is None
+            else ToldService(service, f"{began:%Y%m%d-%H%M%S}", layout.axes, layout.signals, tell)
+        )
+        with LiveServer(page, order.host, order.port) as live, told_too as shown:
             recording = Recording(order.folder, layout.axes, layout.signals, order.rows, order.keep)
             tell(f"live page: {live.address}")
             seen = Seen(empty(trace_names(layout.axes, layout.signals), layout.period_s))
             try:
-                ended = _record(watched, recording, live, seen, order.seconds, stopped)
+                takers = [live.tell, *([] if shown is None else [shown.take])]
+                ended = _record(watched, recording, takers, seen, order.seconds, stopped)
             finally:
                 recording.close()
     if not seen.periods:
@@ -118,12 +132,12 @@ def watch(order: Order, stopped: Callable[[], bool], tell: Callable[[str], None]
 def _record(
     watched: Watched,
     recording: Recording,
-    live: LiveServer,
+    takers: Sequence[Callable[[Mapping[str, Any]], None]],
     seen: Seen,
     seconds: float | None,
     stopped: Callable[[], bool],
 ) -> str:
-    """Until something ends it; says what."""
+    """Until something ends it; says what. `takers` are told as it goes on."""
     began = heard = time.monotonic()
     while True:
         samples = watched.periods(WAIT_S)
@@ -134,13 +148,18 @@ def _record(
             heard = now
             recording.add(samples)
             seen.take(samples)
-            live.tell(told(samples, seen.happened[-1], seen.fault, seen.periods, seen.lost))
+            _tell(takers, told(samples, seen.happened[-1], seen.fault, seen.periods, seen.lost))
         elif now - heard > SILENT_S:
-            live.tell(silence(now - heard))
+            _tell(takers, silence(now - heard))
         if stopped():
             return "stopped"
         if seconds is not None and now - began >= seconds:
             return "time is up"
+
+
+def _tell(takers: Sequence[Callable[[Mapping[str, Any]], None]], tick: Mapping[str, Any]) -> None:
+    for take in takers:
+        take(tick)
 
 
 def _page(seen: Seen, watched: Watched, title: str, began: datetime, image: Image | None) -> RunPage:

@@ -5,7 +5,7 @@ from binascii import Error
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from fastapi import Response
+from fastapi import Request, Response
 from pydantic import AwareDatetime, Field
 
 from trueloop.domain.factory.route import Block
@@ -18,6 +18,7 @@ from trueloop.nc.witness import witnessed
 from trueloop.server.guarded import By, Here, router
 from trueloop.server.guarded import factory_by as of
 from trueloop.server.problems import refused_request
+from trueloop.server.traces import Trace
 
 routes = router("/cell")
 
@@ -143,3 +144,9 @@ def heartbeat(given: Heartbeat, here: Here, who: By) -> None:
         "temperatures_c": given.temperatures_c,
     }
     heard(here.store, who.machine, said, of(who), here.clock())
+
+
+@routes.post("/trace", status_code=204, response_class=Response)
+def trace(given: Trace, here: Here, who: By, request: Request) -> None:
+    """What its corrector did, as it is recorded beside the machine; shown, and not kept."""
+    request.app.state.traces.add(who.machine, given, here.clock())

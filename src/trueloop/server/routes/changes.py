@@ -173,7 +173,7 @@ def release(sha: str, given: Why, here: Here, who: By) -> Said:
     return Said()
 
 
-@routes.post("/machines/{name}/calibrated")
+@routes.post("/machines/{name:path}/calibrated")
 def calibrated(name: str, given: CalibratedBy, here: Here, who: By) -> Said:
     """A machine's probe was calibrated now."""
     carry_out(here.store, ask.Calibrated(name, given.values), factory_by(who), here.clock())

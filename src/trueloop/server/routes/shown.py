@@ -3,24 +3,24 @@
 from collections.abc import Callable
 from typing import Annotated, TypeVar
 
-from fastapi import Query, Request, Response
-from fastapi.responses import PlainTextResponse, StreamingResponse
+from fastapi import Query, Response
+from fastapi.responses import PlainTextResponse
 
 from trueloop.domain.factory.states import PartState
 from trueloop.domain.page_options import Language
-from trueloop.factory.shown import life, machines, orders, parts, programs, proposals, records, series, tools
+from trueloop.factory.shown import life, orders, parts, programs, proposals, records, series, tools
 from trueloop.factory.shown.today import today
 from trueloop.factory.tasks import task_of
-from trueloop.factory.views.orders import MachineView, OrderRow, OrderView, ProgramDiff, ProgramRow, TransferView
+from trueloop.factory.views.orders import OrderRow, OrderView, ProgramDiff, ProgramRow, TransferView
 from trueloop.factory.views.page import Page
 from trueloop.factory.views.parts import CertificateRow, EventView, PartLife, PartRow
 from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, SeriesView, ToolMemory, ToolRow
-from trueloop.factory.views.today import MachineNow, Today
+from trueloop.factory.views.today import Today
 from trueloop.jobs.factory.correction_page import correction_page
 from trueloop.jobs.factory.memory import tool_memory
-from trueloop.server import etags, pages, streams
+from trueloop.server import etags, pages
 from trueloop.server.cursors import Cursor, Limit, cursor_of, place_of
-from trueloop.server.guarded import By, Here, Service, router
+from trueloop.server.guarded import Here, Service, router
 from trueloop.server.routes.task_view import TaskView, task_view
 
 T = TypeVar("T")
@@ -96,30 +96,6 @@ def list_tools(here: Here) -> Page[ToolRow]:
 def show_memory(id: int, here: Here, language: Language = "en") -> ToolMemory:
     """What an edge remembers."""
     return tool_memory(here.store, id, language)
-
-
-@routes.get("/machines")
-def list_machines(here: Here) -> Page[MachineNow]:
-    """Machines as they are now."""
-    return Page(machines.machines_now(here.store, here.clock()))
-
-
-@routes.get("/machines/{name}")
-def show_machine(name: str, here: Here) -> MachineView:
-    """One machine."""
-    return machines.machine_view(here.store, name, here.clock())
-
-
-@routes.get("/machines/{name}/trace", response_class=StreamingResponse)
-def trace(name: str, here: Here, who: By, request: Request) -> StreamingResponse:
-    """What its cell says, as it says it (server-sent events)."""
-    machines.machine_view(here.store, name, here.clock())
-
-    def read(after: int) -> tuple[int, list[bytes]]:
-        return streams.trace_after(here.store, name, after)
-
-    state = request.app.state
-    return streams.stream(here, who, state.figures, state.stopping, 0, read)
 
 
 @routes.get("/orders")

@@ -40,10 +40,10 @@ export function optionsOf(now: () => Plot, width: number, height: number, told: 
     legend: { show: false },
     cursor: { points: { size: 9 }, drag: { x: true, y: false } },
     scales: {
-      x: { time: false, range: (_, low, high) => widened(low, high) },
+      x: { time: plot.time ?? false, range: (_, low, high) => widened(low, high) },
       y: { range: () => heightOf(now()) },
     },
-    axes: [axisOf(plot.xName, plot.xText, plot.whole), axisOf(plot.yName)],
+    axes: [plot.time ? timeAxis(plot.xName) : axisOf(plot.xName, plot.xText, plot.whole), axisOf(plot.yName)],
     hooks: {
       drawClear: [(one) => below(one, now())],
       draw: [(one) => above(one, now())],
@@ -54,12 +54,12 @@ export function optionsOf(now: () => Plot, width: number, height: number, told: 
 
 const NO_LINE: uPlot.Series = { width: 0, points: { show: false } };
 
-function seriesOf({ colour, line = true, dots, dash }: Line): uPlot.Series {
+function seriesOf({ colour, line = true, dots, dash, joined = false }: Line): uPlot.Series {
   const stroke = ink(colour);
   return {
     stroke,
     width: line ? 2 : 0,
-    spanGaps: false,
+    spanGaps: joined,
     pxAlign: 0,
     ...(dash ? { dash: [6, 4] } : {}),
     ...(line ? {} : { paths: () => null }),
@@ -90,13 +90,19 @@ function axisOf(name: string, say?: (at: number) => string, whole = false): uPlo
   };
 }
 
-/** Under the lines: what nobody has seen. */
+function timeAxis(name: string): uPlot.Axis {
+  const form = new Intl.DateTimeFormat(document.documentElement.lang === "de" ? "de-DE" : "en-GB", { timeStyle: "short" });
+  return { ...axisOf(name), values: (_, places) => places.map((at) => form.format(new Date(at * 1000))) };
+}
+
+/** Under the lines: what nobody has seen, and where something was wrong. */
 function below(one: uPlot, plot: Plot): void {
   const { ctx, bbox } = one;
   ctx.save();
-  ctx.globalAlpha = 0.35;
-  ctx.fillStyle = ink("line");
-  for (const [from, to] of plot.unseen ?? []) {
+  const stretches = [...(plot.unseen ?? []).map((one) => [...one, "line"] as const), ...(plot.shaded ?? []).map((one) => [...one, "bad"] as const)];
+  for (const [from, to, colour] of stretches) {
+    ctx.globalAlpha = colour === "bad" ? 0.18 : 0.35;
+    ctx.fillStyle = ink(colour);
     const left = Math.max(one.valToPos(from, "x", true), bbox.left);
     const right = Math.min(one.valToPos(to, "x", true), bbox.left + bbox.width);
     if (right > left) ctx.fillRect(left, bbox.top, right - left, bbox.height);

@@ -9,6 +9,8 @@ export interface Line {
   line?: boolean;
   dots?: "full" | "open";
   dash?: boolean;
+  /** Joined over places that have no value. */
+  joined?: boolean;
   /** Half the width of a band about it. */
   band?: (number | null)[];
 }
@@ -30,11 +32,15 @@ export interface Plot {
   uprights?: { at: number; name: string }[];
   /** Between them nothing was seen: greyed. */
   unseen?: [number, number][];
+  /** Where something was wrong: in red. */
+  shaded?: [number, number][];
   xName: string;
   yName: string;
   xText?: (at: number) => string;
   /** Places that a tick of x may stand at: whole numbers of parts, or of an angle. */
   whole?: boolean;
+  /** Places are times, s since 1970. */
+  time?: boolean;
 }
 
 /** From the least to the largest of all that is shown, with air. */

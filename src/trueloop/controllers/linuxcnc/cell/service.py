@@ -70,10 +70,18 @@ class Service:
         """What the machine does now."""
         self._post("/cell/heartbeat", dict(said))
 
+    def trace(self, said: Mapping[str, Any]) -> None:
+        """What its corrector did."""
+        self._post("/cell/trace", dict(said))
+
     def arm(self, order: str, parts: int, why: str) -> Mapping[str, Any]:
         """So many parts of an order start without Cycle Start."""
         done: Mapping[str, Any] = self._post(f"/orders/{order}/arm", {"parts": parts, "why": why})
         return done
+
+    def close(self) -> None:
+        """Lets the connection go; the next request makes another."""
+        self._connection.close()
 
     def _post(self, path: str, body: Mapping[str, Any]) -> Any:
         headers = {"Authorization": f"Bearer {self._key}", "Content-Type": "application/json"}

@@ -1,0 +1,63 @@
+"""Machines: as they are now, what their cells say, and what their correctors do.
+
+Addresses of one machine end with what is asked of it: a name may hold a slash.
+"""
+
+from typing import Annotated, Final
+
+from fastapi import Header, Request
+from fastapi.responses import StreamingResponse
+
+from trueloop.factory.shown.machine import machine_view, require_known
+from trueloop.factory.shown.machines import machines_now
+from trueloop.factory.views.machines import MachineView
+from trueloop.factory.views.page import Page
+from trueloop.factory.views.today import MachineNow
+from trueloop.server import streams
+from trueloop.server.guarded import By, Here, router
+
+routes = router()
+_LARGEST: Final = (1 << 63) - 1
+
+
+@routes.get("/machines")
+def list_machines(here: Here) -> Page[MachineNow]:
+    """Machines as they are now."""
+    return Page(machines_now(here.store, here.clock()))
+
+
+@routes.get("/machines/{name:path}/trace", response_class=StreamingResponse)
+def trace(name: str, here: Here, who: By, request: Request) -> StreamingResponse:
+    """What its cell says, as it says it (server-sent events)."""
+    require_known(here.store, name, here.clock())
+
+    def read(after: int) -> tuple[int, list[bytes]]:
+        return streams.trace_after(here.store, name, after)
+
+    state = request.app.state
+    return streams.stream(here, who, state.figures, state.stopping, 0, read)
+
+
+@routes.get("/machines/{name:path}/corrector", response_class=StreamingResponse)
+def corrector(
+    name: str,
+    here: Here,
+    who: By,
+    request: Request,
+    last_event_id: Annotated[int | None, Header(ge=0, le=_LARGEST)] = None,
+) -> StreamingResponse:
+    """What its corrector does, as `trueloop realtime watch` tells it (server-sent events)."""
+    require_known(here.store, name, here.clock())
+    state = request.app.state
+
+    def read(after: int) -> tuple[int, list[bytes]]:
+        told: tuple[int, list[bytes]] = state.traces.after(name, after)
+        return told
+
+    return streams.stream(here, who, state.figures, state.stopping, last_event_id or 0, read)
+
+
+@routes.get("/machines/{name:path}")
+def show_machine(name: str, here: Here) -> MachineView:
+    """One machine."""
+    return machine_view(here.store, name, here.clock())
