@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from trueloop.domain.option import unit_of
 from trueloop.formats import cell_toml
-from trueloop.formats.jobs import job, probe_toml, surface_job
+from trueloop.formats.jobs import curve_tables, job, probe_toml, surface_job
 from trueloop.formats.toml_tables import In
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, PartDiagnosisShape, SeriesDiagnosisShape
@@ -29,6 +29,11 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
     "job-file.md": {
         "[part]": job.PartTable,
         "[[part.feature]]": job.FeatureTable,
+        "[part.feature.asphere]": curve_tables.AsphereTable,
+        "[part.feature.ellipse]": curve_tables.EllipseTable,
+        "[part.feature.polynomial]": curve_tables.PolynomialTable,
+        "[part.feature.spline]": curve_tables.SplineTable,
+        "[part.feature.points]": curve_tables.PointsTable,
         "[[part.characteristic]]": job.CharacteristicTable,
         "[tool]": job.ToolTable,
         "[programs]": job.ProgramsTable,

@@ -42,6 +42,9 @@ class Code(StrEnum):
     GEO_NAME = "GEO-NAME", "a feature's name empty or used twice", ("feature",)
     GEO_LENGTH = "GEO-LENGTH", "a feature without length", ("feature", "length_mm")
     GEO_ARC = "GEO-ARC", "an arc whose ends do not fit centre and sweep", ("feature", "radius_mm")
+    GEO_CURVE = "GEO-CURVE", "a curve that is not smooth, or has no value where it is needed", ("feature",)
+    GEO_CURVE_END = "GEO-CURVE-END", "a curve that does not run through its stated ends", ("feature", "off_mm")
+    GEO_CURVE_FIT = "GEO-CURVE-FIT", "points through which no smooth curve keeps their tolerance", ("feature", "off_mm")
     GEO_AXIS = "GEO-AXIS", "the profile goes beyond the spindle axis", ("feature", "x_mm")
     GEO_GAP = "GEO-GAP", "consecutive features do not meet", ("gap_mm",)
     GEO_ORDER = (

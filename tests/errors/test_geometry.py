@@ -13,6 +13,8 @@ from tests.support.solids import written
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.dxf import read_dxf
 from trueloop.formats.cad.step_profile import read_step_profile
+from trueloop.geometry.curve_fit import curve_through
+from trueloop.geometry.curve_kinds import b_spline, power_series
 from trueloop.geometry.feature import Arc, Line, Point
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import JunctionKind, Profile
@@ -50,6 +52,9 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.GEO_NAME: lambda: checked_profile([Line("cylinder", A, B), Line("cylinder", B, C)]),
     Code.GEO_LENGTH: lambda: checked_profile([Line("cylinder", A, B), Line("face", B, B), Line("face 2", B, C)]),
     Code.GEO_ARC: lambda: checked_profile([Arc("dome", A, (0.0, 10.1), (0.0, 0.0), math.pi / 2)]),
+    Code.GEO_CURVE: lambda: b_spline("edge", [A, B, C], [0, 0, 1, 2, 2], 1),
+    Code.GEO_CURVE_END: lambda: power_series("cone", (A, D), (10.0, -0.2)),
+    Code.GEO_CURVE_FIT: lambda: curve_through("edge", [(10.0 + k % 2, float(k)) for k in range(20)], 0.01),
     Code.GEO_AXIS: lambda: checked_profile([Line("face", A, (-0.4, 0.0))]),
     Code.GEO_GAP: lambda: checked_profile([Line("cylinder", A, B), Line("face", (10.2, 5.0), C)]),
     Code.GEO_ORDER: lambda: checked_profile(polyline([D, C, B, A])),

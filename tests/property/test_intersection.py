@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tests.support.profiles import turned_on, wild_chains
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Arc, Feature, Line
+from trueloop.geometry.feature import Arc, Feature, Line, least_radius_mm
 from trueloop.geometry.intersection import crossings, intersections
 
 FEATURES = st.builds(
@@ -28,7 +28,7 @@ def test_common_points_lie_on_both_and_none_is_missed(first: Feature, second: Fe
         assert abs(float(first.locate(point)[1])) < 1e-6
         assert abs(float(second.locate(point)[1])) < 1e-6
     assert intersections(second, first) == points or len(intersections(second, first)) == len(points)
-    around = 200.0 if isinstance(first, Line) else math.pi * first.radius_mm
+    around = 200.0 if isinstance(first, Line) else math.pi * least_radius_mm(first)
     s = first.length_mm / 2 + np.linspace(-around, around, 4001)
     off = second.locate(first.point_mm(s))[1]
     assume(np.abs(off).max() > 1e-3)

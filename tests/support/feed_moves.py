@@ -2,13 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 
+from tests.support.profiles import simple
 from trueloop.geometry.feature import Feature, Line, Point
 from trueloop.nc.program.feed_moves import FeedMove
 
 
 def cut(paths: Iterable[Feature], first: int = 0, chain: int = 0) -> list[FeedMove]:
     """One uninterrupted chain; move k stands in line 10 (k + 1)."""
-    return [FeedMove(k, 10 * (k + 1), chain, path) for k, path in enumerate(paths, start=first)]
+    return [FeedMove(k, 10 * (k + 1), chain, simple(path)) for k, path in enumerate(paths, start=first)]
 
 
 def backwards(paths: Sequence[Feature]) -> list[Feature]:

@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 from hypothesis import strategies as st
 
-from trueloop.geometry.feature import Arc, Feature, Line, Point
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.feature import Arc, Feature, Line, LineOrArc, Point
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.units import MM_PER_INCH
@@ -17,6 +18,12 @@ NOSE_RADIUS_MM = 0.03125 * MM_PER_INCH
 
 def inch(x: float, z: float) -> Point:
     return x * MM_PER_INCH, z * MM_PER_INCH
+
+
+def simple(feature: Feature) -> LineOrArc:
+    """The feature, which is no curve."""
+    assert not isinstance(feature, Curve)
+    return feature
 
 
 def polyline(points: Sequence[Point], names: Sequence[str] = ()) -> list[Feature]:

@@ -1,4 +1,4 @@
-"""One feature of a turned profile: a line or an arc with arc length, tangent, outward normal and curvature.
+"""One feature of a turned profile: a line, an arc or a curve with arc length, tangent, outward normal and curvature.
 
 The plane is (x, z): x is the radius in mm, z runs along the spindle axis away from the chuck. The material lies to the
 right of the direction of travel as seen with z to the right and x up, so that the outward normal is the tangent turned
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array
+from trueloop.geometry.curve import Curve
 
 Point: TypeAlias = tuple[float, float]
 
@@ -160,7 +161,27 @@ class Arc:
         return np.stack([np.sin(angle), np.cos(angle)], axis=-1)
 
 
-Feature: TypeAlias = Line | Arc
+LineOrArc: TypeAlias = Line | Arc
+"""What one move of a program cuts."""
+
+Feature: TypeAlias = Line | Arc | Curve
+
+
+def is_curved(feature: Feature) -> bool:
+    """Whether the contact angle of a nose turns along the feature: on arcs and curves, not on lines."""
+    return not isinstance(feature, Line)
+
+
+def least_radius_mm(feature: Feature) -> float:
+    """The least radius of curvature along a feature; infinite on a line."""
+    if isinstance(feature, Curve):
+        return min(feature.radius_range_mm())
+    return feature.radius_mm if isinstance(feature, Arc) else math.inf
+
+
+def pieces_within(feature: Feature, chord_mm: float) -> int:
+    """Into how many equal pieces a feature is cut whose chords deviate from it by no more."""
+    return max(1, math.ceil(feature.length_mm / math.sqrt(8.0 * least_radius_mm(feature) * chord_mm)))
 
 
 def distance_mm(feature: Feature, point_mm: Point) -> float:

@@ -1,4 +1,7 @@
-"""Where two features meet when each goes on along its whole line or circle, and where a chain crosses itself."""
+"""Where two features meet when each goes on along its whole line or circle, and where a chain crosses itself.
+
+A curve goes on beyond its ends along its circles of curvature.
+"""
 
 import math
 from collections.abc import Sequence
@@ -7,6 +10,8 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_crossings import beyond_end, own_crossings, sign_changes
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 
 _PARALLEL: Final = 1e-13
@@ -17,10 +22,14 @@ _TOUCH_MM: Final = 1e-9
 
 
 def intersections(first: Feature, second: Feature) -> list[Point]:
-    """Points (x, z) in mm common to the whole line or circle of each feature: none, one or two.
+    """Points (x, z) in mm common to the whole line or circle of each feature: none, one or two; of curves any number.
 
     None for parallel lines and concentric circles, those that coincide included.
     """
+    if isinstance(first, Curve):
+        return _with_curve(first, second)
+    if isinstance(second, Curve):
+        return _with_curve(second, first)
     if isinstance(first, Line):
         return _line_line(first, second) if isinstance(second, Line) else _line_circle(first, second)
     return _line_circle(second, first) if isinstance(second, Line) else _circle_circle(first, second)
@@ -29,17 +38,34 @@ def intersections(first: Feature, second: Feature) -> list[Point]:
 def crossings(features: Sequence[Feature], tolerance_mm: float) -> list[tuple[int, int, Point]]:
     """Pairs of features of a chain that cross or touch away from their common end, with the place (x, z) in mm.
 
+    A curve that crosses itself makes a pair with itself.
+
     Neighbours that run along each other within `tolerance_mm` near their junction, as rounded tangent features do, do
     not cross.
     """
     overlapping = np.argwhere(np.triu(_boxes_overlap(features), k=1))
-    return [
+    curves = [(i, feature) for i, feature in enumerate(features) if isinstance(feature, Curve)]
+    own = [(i, i, point) for i, curve in curves for point in own_crossings(curve)]
+    return own + [
         (int(i), int(j), point)
         for i, j in overlapping
         for point in intersections(features[i], features[j])
         if _on_both(features[i], features[j], point)
         and not (j == i + 1 and _near_junction(features[i], features[j], point, tolerance_mm))
     ]
+
+
+def _with_curve(curve: Curve, other: Feature) -> list[Point]:
+    """Crossings on the curve itself, and those of its circles beyond its ends."""
+    on_curve = curve.point_mm(sign_changes(curve, lambda points: other.locate(points)[1]))
+    found = [(float(x), float(z)) for x, z in on_curve]
+    for at_end in (False, True):
+        for point in intersections(beyond_end(curve, at_end), other):
+            along, off = (float(value) for value in curve.locate(point))
+            is_beyond = along > curve.length_mm - _TOUCH_MM if at_end else along < _TOUCH_MM
+            if is_beyond and abs(off) < 1e-6 and all(math.dist(point, known) > _TOUCH_MM for known in found):
+                found.append(point)
+    return found
 
 
 def _line_line(first: Line, second: Line) -> list[Point]:
@@ -89,6 +115,10 @@ def _boxes_overlap(features: Sequence[Feature]) -> np.ndarray[tuple[int, int], n
 
 def _box(feature: Feature) -> tuple[Array, Array]:
     """Corners of a box around the feature: its ends and middle, widened by the sagitta of the two halves."""
+    if isinstance(feature, Curve):
+        (s, points), tightest = feature.sampled_mm, min(feature.radius_range_mm())
+        sagitta = float(np.max(np.diff(s))) ** 2 / (8 * tightest)
+        return points.min(axis=0) - sagitta - _TOUCH_MM, points.max(axis=0) + sagitta + _TOUCH_MM
     points = feature.point_mm(np.array([0.0, 0.5, 1.0]) * feature.length_mm)
     sagitta = feature.radius_mm * (1 - math.cos(feature.sweep_rad / 4)) if isinstance(feature, Arc) else 0.0
     return points.min(axis=0) - sagitta - _TOUCH_MM, points.max(axis=0) + sagitta + _TOUCH_MM

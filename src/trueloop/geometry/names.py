@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Final
 
+from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature, contact_angle_rad
 
 SQUARE: Final = math.cos(math.radians(0.5))
@@ -13,7 +14,9 @@ SQUARE: Final = math.cos(math.radians(0.5))
 
 
 def kind_of(feature: Feature) -> str:
-    """What a feature is called: cylinder, face, cone or arc."""
+    """What a feature is called: cylinder, face, cone, arc or curve."""
+    if isinstance(feature, Curve):
+        return "curve"
     if isinstance(feature, Arc):
         return "arc"
     angle = float(contact_angle_rad(feature.outward_normal(0.0)))

@@ -9,6 +9,8 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_building import moved_out, part_of
 from trueloop.geometry.feature import Arc, Feature, Point, distance_mm
 from trueloop.geometry.intersection import crossings, intersections
 from trueloop.geometry.profile import Profile, junctions_of
@@ -40,8 +42,8 @@ class CentrePath:
 def nose_centre_path(profile: Profile, nose_radius_mm: float) -> CentrePath:
     """Offset a profile by the nose radius. A radius of 0 is a pointed tool: the profile itself.
 
-    Raises GEO-NOSE for a concave arc not larger than the nose, GEO-NARROW where the nose does not fit between features
-    (the offset would cross itself), GEO-SHARP where the offset of a convex corner runs too far out.
+    Raises GEO-NOSE for a concave arc or curve not larger than the nose, GEO-NARROW where the nose does not fit between
+    features (the offset would cross itself), GEO-SHARP where the offset of a convex corner runs too far out.
     """
     _require_radius(nose_radius_mm)
     moved = _offset_chain(profile.features, nose_radius_mm)
@@ -84,10 +86,15 @@ def _offset_chain(features: Sequence[Feature], distance_mm: float) -> list[Featu
 
 
 def _moved(feature: Feature, distance_mm: float) -> Feature:
+    if isinstance(feature, Curve):
+        tightest = feature.radius_range_mm()[0 if distance_mm > 0 else 1]
+        if abs(distance_mm) >= tightest * (1 - 1e-9):
+            raise _too_tight(feature, tightest, distance_mm)
+        return moved_out(feature, distance_mm) if distance_mm else feature
     if isinstance(feature, Arc):
         radius_mm = feature.radius_mm + math.copysign(distance_mm, distance_mm * feature.sweep_rad)
         if radius_mm <= 1e-9 * feature.radius_mm:
-            raise _too_tight(feature, distance_mm)
+            raise _too_tight(feature, feature.radius_mm, distance_mm)
     ends = np.array([0.0, feature.length_mm])
     start, end = feature.point_mm(ends) + distance_mm * feature.outward_normal(ends)
     return replace(feature, start_mm=_point(start), end_mm=_point(end))
@@ -127,6 +134,8 @@ def _between(moved: Feature, start: Point, end: Point, distance_mm: float) -> Fe
     from_mm, to_mm = float(moved.locate(start)[0]), float(moved.locate(end)[0])
     if to_mm - from_mm <= 0:
         raise _narrow(moved.name, moved.name, start, abs(distance_mm))
+    if isinstance(moved, Curve):
+        return part_of(moved, from_mm, to_mm)
     if isinstance(moved, Arc):
         sweep_rad = math.copysign((to_mm - from_mm) / moved.radius_mm, moved.sweep_rad)
         return replace(moved, start_mm=start, end_mm=end, sweep_rad=sweep_rad)
@@ -156,10 +165,11 @@ def _require_radius(nose_radius_mm: float) -> None:
         )
 
 
-def _too_tight(feature: Arc, distance_mm: float) -> TrueloopError:
+def _too_tight(feature: Arc | Curve, radius_mm: float, distance_mm: float) -> TrueloopError:
+    least = "a radius" if isinstance(feature, Arc) else "a least radius of curvature"
     return TrueloopError(
         Code.GEO_NOSE,
-        f"'{feature.name}' has a radius of {feature.radius_mm:.4f} mm, not larger than the nose radius of "
+        f"'{feature.name}' has {least} of {radius_mm:.4f} mm, not larger than the nose radius of "
         f"{abs(distance_mm):.4f} mm",
         hint="draw a sharp corner where the nose itself is to leave the fillet, or use a smaller nose",
         values={"nose_radius_mm": abs(distance_mm)},

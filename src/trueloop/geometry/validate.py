@@ -5,7 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
+import numpy as np
+
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature, Point
 from trueloop.geometry.intersection import crossings
 from trueloop.geometry.offset import RUNS_TOGETHER_RAD
@@ -107,6 +110,8 @@ def _require_arc(arc: Arc, gap_mm: float) -> None:
 
 
 def _lowest_x_mm(feature: Feature) -> float:
+    if isinstance(feature, Curve):
+        return float(np.min(feature.sampled_mm[1][:, 0]))
     lowest = min(feature.start_mm[0], feature.end_mm[0])
     if isinstance(feature, Arc):
         bottom = (feature.centre_mm[0] - feature.radius_mm, feature.centre_mm[1])
@@ -151,9 +156,12 @@ def _require_chain(features: Sequence[Feature], side: Side, gap_mm: float) -> No
             )
     _require_side(features[0].start_mm, features[-1].end_mm, side, gap_mm)
     for i, j, place in _all_crossings(features, gap_mm):
+        who = (
+            f"'{features[i].name}' and '{features[j].name}' cross" if i != j else f"'{features[i].name}' crosses itself"
+        )
         raise TrueloopError(
             Code.GEO_CROSSING,
-            f"'{features[i].name}' and '{features[j].name}' cross at {_at(place)}",
+            f"{who} at {_at(place)}",
             hint="a profile touches itself nowhere but where one feature hands over to the next",
             values={"features": [features[i].name, features[j].name], "x_mm": place[0], "z_mm": place[1]},
         )

@@ -1,6 +1,5 @@
 """What a probe must not run into: the part with its stock, and the bar behind it."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -8,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Arc, Feature
+from trueloop.geometry.feature import Feature, pieces_within
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 
@@ -54,7 +53,7 @@ def stock_obstacle(profile: Profile, allowance_mm: float = 0.0, bar_radius_mm: f
         features = nose_centre_path(profile, allowance_mm).features
     corners, sides = [], []
     for feature in features:
-        s = np.linspace(0.0, feature.length_mm, _pieces(feature) + 1)[:-1]
+        s = np.linspace(0.0, feature.length_mm, pieces_within(feature, CHORD_MM) + 1)[:-1]
         corners.append(feature.point_mm(s))
         sides += [feature.name] * len(s)
     (x_start, z_start), (_, z_end) = features[0].start_mm, features[-1].end_mm
@@ -62,12 +61,6 @@ def stock_obstacle(profile: Profile, allowance_mm: float = 0.0, bar_radius_mm: f
     tail = [features[-1].end_mm, (0.0, z_end), (0.0, z_start - BAR_MM), (bar_mm, z_start - BAR_MM), (bar_mm, z_start)]
     corners.append(np.array(tail))
     return Obstacle(np.concatenate(corners), (*sides, *("the bar",) * len(tail)))
-
-
-def _pieces(feature: Feature) -> int:
-    if not isinstance(feature, Arc):
-        return 1
-    return max(1, math.ceil(feature.length_mm / math.sqrt(8.0 * feature.radius_mm * CHORD_MM)))
 
 
 def _point_to_segments(point: Array, a: Array, b: Array) -> Array:

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Arc, Feature
+from trueloop.geometry.feature import Feature, pieces_within
 from trueloop.geometry.profile import Side
 from trueloop.nc.program.feed_moves import nose_centre_moves
 from trueloop.nc.program.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
@@ -65,10 +65,7 @@ def path_of_positions(centre_mm: Array, side: Side = Side.OUTSIDE) -> CentrePath
 
 
 def _steps(feature: Feature) -> int:
-    step = LINE_STEP_MM
-    if isinstance(feature, Arc):
-        step = min(step, math.sqrt(8.0 * feature.radius_mm * CHORD_MM))
-    return max(1, math.ceil(feature.length_mm / step))
+    return max(math.ceil(feature.length_mm / LINE_STEP_MM), pieces_within(feature, CHORD_MM))
 
 
 def _along(centre: Array) -> Array:

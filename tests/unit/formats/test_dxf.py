@@ -46,6 +46,7 @@ def add_loose(space: Any, features: tuple[Feature, ...], layers: dict[str, str] 
         if isinstance(feature, Line):
             space.add_line(*(ends if i % 2 else reversed(ends)), dxfattribs=attributes)
             continue
+        assert isinstance(feature, Arc)
         (cx, cz), clockwise = feature.centre_mm, feature.sweep_rad > 0
         first, last = reversed(ends) if clockwise else ends
         angles = [math.degrees(math.atan2(y - cx, x - cz)) for x, y in (first, last)]

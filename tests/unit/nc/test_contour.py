@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from scripts.nist_parts import EXAMPLES
 from tests.support.feed_moves import backwards, cut, to
-from tests.support.profiles import NOSE_RADIUS_MM, facetst, modbas2, piecs11, polyline, profiles
+from tests.support.profiles import NOSE_RADIUS_MM, facetst, modbas2, piecs11, polyline, profiles, simple
 from tests.support.programs import ge2000t_text, linuxcnc_text
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.job import read_turned_job
@@ -131,8 +131,8 @@ def test_arc_about_an_edge_is_no_feature() -> None:
     profile = facetst()
     path = list(nose_centre_path(profile, NOSE_RADIUS_MM).features)
     edge = profile.features[0].end_mm
-    path[0] = replace(path[0], end_mm=(edge[0] + NOSE_RADIUS_MM, edge[1]))
-    path[1] = replace(path[1], start_mm=(edge[0], edge[1] + NOSE_RADIUS_MM))
+    path[0] = replace(simple(path[0]), end_mm=(edge[0] + NOSE_RADIUS_MM, edge[1]))
+    path[1] = replace(simple(path[1]), start_mm=(edge[0], edge[1] + NOSE_RADIUS_MM))
     about = Arc("", path[0].end_mm, path[1].start_mm, edge, math.pi / 2)
     contour = contour_of_program(cut([path[0], about, *path[1:]]), NOSE_RADIUS_MM)
     same(contour.profile, profile, atol_mm=1e-9)
@@ -154,7 +154,7 @@ def test_cone_that_ends_in_a_point_on_the_axis() -> None:
     path = nose_centre_path(profile, NOSE_RADIUS_MM).features
     x, z = path[-1].end_mm
     dx, dz = path[-1].tangent(0.0)
-    longer = replace(path[-1], end_mm=(float(x + 2 * dx), float(z + 2 * dz)))
+    longer = replace(simple(path[-1]), end_mm=(float(x + 2 * dx), float(z + 2 * dz)))
     contour = contour_of_program(cut([*path[:-1], longer]), NOSE_RADIUS_MM)
     same(contour.profile, profile, atol_mm=1e-9)
     assert contour.profile.features[-1].end_mm == pytest.approx((0.0, 0.0), abs=1e-9)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tests.support.feed_moves import backwards, cut, to
 from tests.support.nist_programs import nist_program
-from tests.support.profiles import NOSE_RADIUS_MM, facetst, modbas2, piecs11, polyline, profiles
+from tests.support.profiles import NOSE_RADIUS_MM, facetst, modbas2, piecs11, polyline, profiles, simple
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.offset import nose_centre_path
@@ -164,8 +164,8 @@ def test_arc_about_an_edge_stands_between() -> None:
     nominal = profile.features
     path = list(centre_path(profile))
     edge, corner = nominal[0].end_mm, NOSE_RADIUS_MM
-    path[0] = replace(path[0], end_mm=(edge[0] + corner, edge[1]))
-    path[1] = replace(path[1], start_mm=(edge[0], edge[1] + corner))
+    path[0] = replace(simple(path[0]), end_mm=(edge[0] + corner, edge[1]))
+    path[1] = replace(simple(path[1]), start_mm=(edge[0], edge[1] + corner))
     about = Arc("", path[0].end_mm, path[1].start_mm, edge, math.pi / 2)
     match = matched(cut([path[0], about, *path[1:]]), profile)
     assert [m.line for m in match.between] == [20]

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from trueloop.geometry.feature import Arc, Line
+from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, reaches_mm, shifted_contour
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_sum
@@ -19,7 +19,7 @@ from .shapes import FEATURES, NOSE_RADIUS_MM, PART
 ends_mm = st.floats(-0.1, 0.1)
 
 
-def linear(feature: Line | Arc, start_mm: float, end_mm: float) -> Shift:
+def linear(feature: Feature, start_mm: float, end_mm: float) -> Shift:
     return sampled(np.array([0.0, feature.length_mm]), np.array([start_mm, end_mm]))
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support.profiles import simple
 from tests.unit.turned.shapes import PART
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
@@ -135,4 +136,4 @@ def test_what_a_feature_cannot_have_is_refused(asked: Characteristic, words: str
 
 def _moved(feature: Feature, by_z_mm: float) -> Feature:
     (x0, z0), (x1, z1) = feature.start_mm, feature.end_mm
-    return replace(feature, start_mm=(x0, z0 + by_z_mm), end_mm=(x1, z1 + by_z_mm))
+    return replace(simple(feature), start_mm=(x0, z0 + by_z_mm), end_mm=(x1, z1 + by_z_mm))

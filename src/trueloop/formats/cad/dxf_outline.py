@@ -5,7 +5,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+import numpy as np
+
 from trueloop.formats.cad.dxf_chain import Segment
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_building import mapped, part_of
+from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 
 
@@ -151,7 +156,9 @@ def _turn(before: float, after: float) -> float:
 
 
 def _crossings(feature: Feature) -> list[Point]:
-    """Where a line or a circle crosses the axis."""
+    """Where a line, a circle or a curve crosses the axis."""
+    if isinstance(feature, Curve):
+        return [(0.0, float(z)) for _, z in feature.point_mm(sign_changes(feature, lambda points: points[:, 0]))]
     if isinstance(feature, Line):
         (x0, z0), (x1, z1) = feature.start_mm, feature.end_mm
         return [(0.0, z0 + (z1 - z0) * x0 / (x0 - x1))] if x0 * x1 < 0 else []
@@ -177,6 +184,8 @@ def _cut(segment: Segment, points: Sequence[Point], within_mm: float) -> list[Se
 
 
 def _part(feature: Feature, low: float, high: float) -> Feature:
+    if isinstance(feature, Curve):
+        return part_of(feature, low, high)
     start, end = (
         tuple(map(float, feature.point_mm(s))) if 0 < s < feature.length_mm else whole
         for s, whole in ((low, feature.start_mm), (high, feature.end_mm))
@@ -198,6 +207,10 @@ def _joined(way: Sequence[tuple[int, Segment]], segments: Sequence[Segment]) -> 
         if isinstance(first, Arc):
             sweep = math.fsum(part.feature.sweep_rad for _, part in way[k : last + 1] if isinstance(part.feature, Arc))
             yield replace(segments[source], feature=replace(first, end_mm=end, sweep_rad=sweep))
+        elif isinstance(first, Curve):
+            whole = segments[source].feature
+            from_mm, to_mm = (float(whole.locate(point)[0]) for point in (first.start_mm, end))
+            yield replace(segments[source], feature=_part(whole, from_mm, to_mm))
         else:
             yield replace(segments[source], feature=replace(first, end_mm=end))
         k = last + 1
@@ -214,6 +227,8 @@ def moved(feature: Feature, by_mm: float) -> Feature:
     def out(point: Point) -> Point:
         return point[0] + by_mm, point[1]
 
+    if isinstance(feature, Curve):
+        return mapped(feature, np.eye(2), np.array([by_mm, 0.0]))
     if isinstance(feature, Line):
         return Line(feature.name, out(feature.start_mm), out(feature.end_mm))
     return replace(
@@ -225,6 +240,8 @@ def _mirrored(feature: Feature) -> Feature:
     def up(point: Point) -> Point:
         return -point[0], point[1]
 
+    if isinstance(feature, Curve):
+        return mapped(feature, np.diag([-1.0, 1.0]), np.zeros(2))
     if isinstance(feature, Line):
         return Line(feature.name, up(feature.start_mm), up(feature.end_mm))
     return Arc(feature.name, up(feature.start_mm), up(feature.end_mm), up(feature.centre_mm), -feature.sweep_rad)

@@ -21,6 +21,8 @@ from trueloop.formats.cad.step_pmi import stated_in
 from trueloop.formats.cad.step_tolerances import Proposals, proposals
 from trueloop.formats.cad.turned_faces import Meridian, meridians, run_on
 from trueloop.formats.input_file import FilePath
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Feature, Line, Point
 from trueloop.geometry.names import named_by_kind
 
@@ -231,6 +233,9 @@ def _between(contour: Contour, low: float, high: float) -> list[Piece]:
 def _at_z(feature: Feature, z: float) -> list[Point]:
     if not math.isfinite(z):
         return []
+    if isinstance(feature, Curve):
+        s = sign_changes(feature, lambda points: points[:, 1] - z)
+        return [(float(x), z) for x, _ in feature.point_mm(s)]
     if isinstance(feature, Line):
         (x0, z0), (x1, z1) = feature.start_mm, feature.end_mm
         return [(x0 + (x1 - x0) * (z - z0) / (z1 - z0), z)] if (z0 - z) * (z1 - z) < 0 else []

@@ -12,6 +12,14 @@ from pydantic import Field, model_validator
 from trueloop.domain.limits import Limits
 from trueloop.domain.page_options import PageOptions
 from trueloop.errors import Code
+from trueloop.formats.jobs.curve_tables import (
+    AsphereTable,
+    EllipseTable,
+    Point,
+    PointsTable,
+    PolynomialTable,
+    SplineTable,
+)
 from trueloop.formats.option_tables import options_from, with_options
 from trueloop.formats.toml_tables import (
     Count,
@@ -29,11 +37,9 @@ from trueloop.memory.edge.options import IN_FULL
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
 
-Point = tuple[Finite, Finite]
-
 
 class FeatureTable(Table):
-    """One line or arc, from where the feature before it ended to `to` = [x, z]."""
+    """One line, arc or curve, from where the feature before it ended to `to` = [x, z]."""
 
     name: str
     """Its name, once in a profile: touches refer to it."""
@@ -47,11 +53,25 @@ class FeatureTable(Table):
     """`"convex"` (dome, edge radius: G02 towards the free end) or `"concave"` (fillet, groove)."""
     more_than_half: bool = False
     """With `radius`: the arc turns through more than 180°."""
+    asphere: AsphereTable | None = None
+    """An asphere: `[part.feature.asphere]` below. With this or one of the next four keys the feature is a curve."""
+    ellipse: EllipseTable | None = None
+    """An ellipse: `[part.feature.ellipse]` below."""
+    polynomial: PolynomialTable | None = None
+    """A polynomial: `[part.feature.polynomial]` below."""
+    spline: SplineTable | None = None
+    """A B-spline: `[part.feature.spline]` below."""
+    points: PointsTable | None = None
+    """A list of points with a tolerance: `[part.feature.points]` below."""
 
     @model_validator(mode="after")
-    def _one_arc_form(self) -> "FeatureTable":
+    def _one_form(self) -> "FeatureTable":
         if self.centre is not None and self.radius is not None:
             raise ValueError("an arc has a centre or a radius, not both")
+        forms = ("centre", "radius", "asphere", "ellipse", "polynomial", "spline", "points")
+        given = [form for form in forms if getattr(self, form) is not None]
+        if len(given) > 1:
+            raise ValueError(f"a feature has one form, not {' and '.join(given)}")
         return self
 
 

@@ -6,13 +6,14 @@ from itertools import pairwise
 from typing import Final
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.formats.jobs.curve_of_job import curve_of, scales_of
 from trueloop.formats.jobs.job import FeatureTable, PartTable
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_as_spline import spline_of
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.profile import TANGENT_WITHIN_RAD, Junction, JunctionKind, Profile, Side
 from trueloop.geometry.validate import checked_profile
-from trueloop.units import MM_PER_INCH
 
-MM_PER: Final = {"mm": 1.0, "inch": MM_PER_INCH}
 ROUNDED_MM: Final = 1e-3
 """A radius may fall this much short of half the chord: both are rounded on a drawing."""
 
@@ -22,8 +23,7 @@ UNSURE_RAD: Final = 1e-6
 
 def profile_of_table(part: PartTable) -> Profile:
     """The profile of `part.start` and `part.feature`, in mm with x a radius. Raises GEO errors."""
-    scale = MM_PER[part.unit]
-    x_scale = scale / 2 if part.x_is == "diameter" else scale
+    x_scale, scale = scales_of(part)
     assert part.start is not None
     points = [(x * x_scale, z * scale) for x, z in (part.start, *(feature.to for feature in part.feature))]
     features = [
@@ -54,6 +54,10 @@ def part_table_toml(name: str, profile: Profile, notes: Sequence[str] = ()) -> s
         lines += ["", "[[part.feature]]", f"name = {quoted(feature.name)}", f"to = {_pair(feature.end_mm)}"]
         if isinstance(feature, Arc):
             lines += [f"centre = {_pair(feature.centre_mm)}", f'turn = "{_turn(feature)}"']
+        elif isinstance(feature, Curve):
+            control, knots, degree = spline_of(feature)
+            lines += ["[part.feature.spline]", f"degree = {degree}", f"knots = {knots.tolist()}"]
+            lines.append(f"control = [{', '.join(_pair((x, z)) for x, z in control.tolist())}]")
     fixed = [
         f'{quoted(f"{before}/{after}")} = "{junction.kind}"'
         for (before, after), junction in zip(pairwise(profile.names), profile.junctions, strict=True)
@@ -68,6 +72,8 @@ def side_key(profile: Profile) -> list[str]:
 
 
 def _feature(table: FeatureTable, start: Point, end: Point, scale: float, x_scale: float) -> Feature:
+    if (curve := curve_of(table, start, end, (x_scale, scale))) is not None:
+        return curve
     if table.centre is not None:
         centre = (table.centre[0] * x_scale, table.centre[1] * scale)
     elif table.radius is not None:

@@ -12,6 +12,7 @@ from trueloop.domain.page_options import PageOptions
 from trueloop.domain.tool import Edge, Tool
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
+from trueloop.formats.jobs.curve_of_job import fit_notes
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.record_file import read_record
@@ -158,7 +159,7 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
         file=str(path),
         characteristics=measured.characteristics,
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
-        notes=measured.notes,
+        notes=(*fit_notes(job.part, profile), *measured.notes),
         memory=options_from(MemoryOptions, job),
     )
     page, after = options_from(PageOptions, job), job.gauging.after_record

@@ -14,7 +14,7 @@ from trueloop.formats.jobs.new_job import NewJob, job_toml
 from trueloop.formats.measurements.touches_csv import empty_touches_csv
 from trueloop.formats.outputs import write_all
 from trueloop.formats.program_file import read_program
-from trueloop.geometry.feature import Arc
+from trueloop.geometry.feature import is_curved
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile, Side
 from trueloop.geometry.validate import checked_profile
@@ -142,7 +142,7 @@ def _points(profile: Profile, nose_radius_mm: float) -> GaugingPoints:
         room, margin = float(high - low), min(MARGIN_MM, 0.2 * float(high - low))
         if room > 0:
             curved = min(MOST, max(FEWEST, math.ceil(room / APART_MM)))
-            count = curved if isinstance(feature, Arc) else 2 if room > 2 * MARGIN_MM else 1
+            count = curved if is_curved(feature) else 2 if room > 2 * MARGIN_MM else 1
             spacings[feature.name] = Spacing(count, margin, margin)
     return equally_spaced(profile, spacings, reachable)
 

@@ -16,7 +16,7 @@ from trueloop.arrays import Array
 from trueloop.diagnosis.features.feature_place import FeaturePlace
 from trueloop.diagnosis.features.seen_points import SeenPoints
 from trueloop.domain.inspection import CmmPoint, Inspection
-from trueloop.geometry.feature import Arc, Feature
+from trueloop.geometry.feature import Feature, is_curved
 from trueloop.geometry.profile import Junction, JunctionKind, Profile
 from trueloop.loops.diagnosis.inferred import inferred_shapes
 from trueloop.turned.readings.match import match_inspection
@@ -85,9 +85,9 @@ def _profile(shapes: Sequence[Feature]) -> Profile:
 
 
 def _place(shape: Feature) -> FeaturePlace:
-    count = ALONG_ARC if isinstance(shape, Arc) else 2
+    count = ALONG_ARC if is_curved(shape) else 2
     radius, z = shape.point_mm(np.linspace(0.0, shape.length_mm, count)).T
-    kind = "arc" if isinstance(shape, Arc) else "shaft" if is_cylinder(shape) else "face" if is_face(shape) else "cone"
+    kind = "arc" if is_curved(shape) else "shaft" if is_cylinder(shape) else "face" if is_face(shape) else "cone"
     radii, zs = ((float(values.min()), float(values.max())) for values in (radius, z))
     return FeaturePlace(shape.name, kind, radii, zs, shape=shape)
 

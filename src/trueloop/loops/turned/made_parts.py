@@ -12,7 +12,7 @@ from trueloop.arrays import Array, Flags, Integers
 from trueloop.domain.life import Cut, Ran
 from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Arc
+from trueloop.geometry.feature import is_curved
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.shifts import whole_mm
@@ -60,7 +60,7 @@ def semifinish_errors(model: ProfileErrorModel) -> ArcErrors:
 
 def rows_on_arcs(profile: Profile, vectors: ErrorVectors) -> Integers:
     """Positions of the gauging points that lie on arcs: along a line the contact angle is one."""
-    arcs: Flags = np.array([isinstance(feature, Arc) for feature in profile.features])
+    arcs: Flags = np.array([is_curved(feature) for feature in profile.features])
     return np.flatnonzero(arcs[vectors.feature_index])
 
 

@@ -6,6 +6,7 @@ from typing import Final
 from trueloop.domain import values
 from trueloop.domain.correction import Correction
 from trueloop.domain.limits import Limits
+from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Junction, JunctionKind, Profile, Side
 from trueloop.loops.turned import correction as turned
@@ -44,7 +45,7 @@ from trueloop.turned.touches.seen import Seen
 
 CODEC: Final = values.CODEC.with_more(
     *(Correction, Limits),
-    *(Line, Arc, Junction, JunctionKind, Profile, Side, ErrorVectors, Seen, Options, BetweenCuts, EndConditions),
+    *(Line, Arc, Curve, Junction, JunctionKind, Profile, Side, ErrorVectors, Seen, Options, BetweenCuts, EndConditions),
     *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
     *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
     *(ByTool, MovedFeature, ToolAnswer, NextCut, FromMemory, Expected),

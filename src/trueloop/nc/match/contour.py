@@ -9,7 +9,9 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Feature, Line
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_building import part_of
+from trueloop.geometry.feature import Feature, Line, LineOrArc
 from trueloop.geometry.intersection import intersections
 from trueloop.geometry.names import SQUARE, named_by_kind
 from trueloop.geometry.offset import contour_from_centre_path
@@ -176,7 +178,7 @@ def _name(move: FeedMove) -> str:
     return f"line {move.line}, move {move.index}"
 
 
-def _rounded_off(move: FeedMove) -> Feature:
+def _rounded_off(move: FeedMove) -> LineOrArc:
     """The move's shape under its name; an arc's centre moved so that both its ends lie on one circle.
 
     Programs round end and centre separately; the centre goes along the chord by half of (r_end² − r_start²) / chord.
@@ -213,6 +215,8 @@ def _cut_at_axis(contour: Sequence[Feature], notes: list[str]) -> list[Feature]:
 def _ended(feature: Feature, end: tuple[float, float]) -> Feature:
     if isinstance(feature, Line):
         return replace(feature, end_mm=end)
+    if isinstance(feature, Curve):
+        return part_of(feature, 0.0, float(feature.locate(end)[0]))
     sweep_rad = math.copysign(float(feature.locate(end)[0]) / feature.radius_mm, feature.sweep_rad)
     return replace(feature, end_mm=end, sweep_rad=sweep_rad)
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Feature, Line
+from trueloop.geometry.feature import Feature, Line, LineOrArc
 from trueloop.geometry.profile import Profile
 from trueloop.nc.program.feed_moves import FeedMove
 
@@ -78,7 +78,7 @@ class ContourMatch:
         return max(float(np.abs(f.deviation_mm(shares * f.feature.length_mm)).max()) for f in self.features)
 
 
-def _along_normal(commanded: Feature, origin: Array, normal: Array) -> Array:
+def _along_normal(commanded: LineOrArc, origin: Array, normal: Array) -> Array:
     """Signed distance from `origin` (n, 2) along `normal` to the line or circle of a move: the nearer crossing."""
     if isinstance(commanded, Line):
         across = commanded.outward_normal(0.0)

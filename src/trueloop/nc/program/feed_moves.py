@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Arc, Feature, Line, Point
+from trueloop.geometry.feature import Arc, Line, LineOrArc, Point
 from trueloop.nc.program.tool_path import NO_COMPENSATION, Motion, ToolPath
 
 _SAME_PLACE_MM: Final = 1e-9
@@ -28,7 +28,7 @@ class FeedMove:
     index: int
     line: int
     chain: int
-    path: Feature
+    path: LineOrArc
     compensation: int = NO_COMPENSATION
 
     @property
@@ -63,7 +63,7 @@ def _breaks(tool_path: ToolPath, kept: NDArray[np.intp], cutting: NDArray[np.boo
     return np.concatenate([np.zeros(min(len(kept), 1), dtype=np.bool_), ~joined])
 
 
-def _shape(tool_path: ToolPath, k: int) -> Feature:
+def _shape(tool_path: ToolPath, k: int) -> LineOrArc:
     start, end = _point(tool_path.start_mm[k]), _point(tool_path.end_mm[k])
     if tool_path.motion[k] == Motion.LINE:
         return Line("", start, end)

@@ -1,10 +1,15 @@
 """A nominal profile as JSON, and its features in words."""
 
 import math
+from typing import Final
 
+from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.offset import CentrePath
 from trueloop.geometry.profile import Profile
+
+STRAIGHT_MM: Final = 1e6
+"""A least radius of curvature from a kilometre on is none."""
 
 
 def profile_as_dict(name: str, profile: Profile, centre: CentrePath) -> dict[str, object]:
@@ -32,7 +37,11 @@ def profile_as_dict(name: str, profile: Profile, centre: CentrePath) -> dict[str
 
 
 def kind_in_words(feature: Feature) -> str:
-    """Line, or arc with its radius and sense."""
+    """Line, arc with its radius and sense, or curve with its least radii of curvature."""
+    if isinstance(feature, Curve):
+        concave, convex = feature.radius_range_mm()
+        radii = [f"{sense} R ≥ {r:.4f}" for sense, r in (("convex", convex), ("concave", concave)) if r < STRAIGHT_MM]
+        return f"curve {', '.join(radii)}" if radii else "curve"
     if not isinstance(feature, Arc):
         return "line"
     sense = "convex" if feature.sweep_rad > 0 else "concave"

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile
 
@@ -154,9 +156,16 @@ def _radius(index: int, feature: Feature, asked: Characteristic, touches: int) -
 
 
 def _form(index: int, feature: Feature, touches: int) -> Measurand:
-    """What a fitted line, or the circle of an arc, leaves at every place; the form is its range."""
+    """What a fitted line, or the circle of an arc, leaves at every place; the form is its range.
+
+    A curve is moved along z, the one way in which a turned surface can be: its form is its profile deviation.
+    """
     s = spread(feature, max(touches, LEAST_PLACES))
-    fitted = _circle(feature, s) if isinstance(feature, Arc) else np.stack([np.ones(len(s)), s], axis=1)
+    fitted = np.stack([np.ones(len(s)), s], axis=1)
+    if isinstance(feature, Arc):
+        fitted = _circle(feature, s)
+    elif isinstance(feature, Curve):
+        fitted = feature.outward_normal(s)[:, 1:]
     left = np.eye(len(s)) - fitted @ np.linalg.pinv(fitted)
     return Measurand(np.full(len(s), index), s, np.zeros(len(s)), left)
 
@@ -188,5 +197,7 @@ def _crossings(feature: Feature, z_mm: float) -> list[float]:
         high = feature.radius_mm**2 - (z_mm - z) ** 2
         points = [(x + side * math.sqrt(high), z_mm) for side in (1.0, -1.0)] if high >= 0.0 else []
         return [float(feature.locate(point)[0]) for point in points]
+    if isinstance(feature, Curve):
+        return [float(s) for s in sign_changes(feature, lambda points: points[:, 1] - z_mm)]
     along = float(feature.tangent(0.0)[1])
     return [(z_mm - feature.start_mm[1]) / along] if abs(along) > ALONG else []

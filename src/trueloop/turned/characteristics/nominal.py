@@ -8,6 +8,7 @@ import numpy as np
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.tolerances.iso2768 import Edge
@@ -57,7 +58,9 @@ def checked(
 
 
 def usual(feature: Feature) -> Characteristic | None:
-    """What a drawing says of a feature of this shape, without a nominal; None of a face at z = 0."""
+    """What a drawing says of a feature of this shape, without a nominal; None of a face at z = 0, and of a curve."""
+    if isinstance(feature, Curve):
+        return None
     if isinstance(feature, Arc):
         quantity = Quantity.RADIUS
     else:

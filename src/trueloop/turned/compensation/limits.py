@@ -7,7 +7,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.limits import Limits, allowed_by
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Arc
+from trueloop.geometry.feature import is_curved, least_radius_mm
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.shift import Shift
 from trueloop.units import UM_PER_MM
@@ -48,7 +48,7 @@ def check_along(piece: CentrePiece, size_mm: Array, slope: Array, limits: Limits
 
 
 def check_nose(pieces: Sequence[CentrePiece]) -> None:
-    """Refuses a concave arc that the correction makes too tight for the nose, and a feature that it leaves nothing of.
+    """Refuses a concave feature that the correction makes too tight for the nose, and one that it leaves nothing of.
 
     The centre paths of such an arc and its neighbours do not cross where they should, or the arc's own turns back.
     """
@@ -57,19 +57,19 @@ def check_nose(pieces: Sequence[CentrePiece]) -> None:
     for piece in (*tight, *lost):
         feature, nose_mm = piece.shifted.feature, piece.shifted.nose_radius_mm
         what = f"the nose (radius {nose_mm:.4f} mm) does not fit into {feature.name!r} as corrected"
-        if isinstance(feature, Arc):
-            what += f": the arc's radius is {feature.radius_mm:.4f} mm, bent tighter than the nose by its correction"
+        if is_curved(feature):
+            what += f": its radius is {least_radius_mm(feature):.4f} mm, bent tighter than the nose by its correction"
         hint = "take a smaller nose, or look at the touches there and beside it: a bad one bends the contour most"
         raise TrueloopError(Code.GEO_NOSE, what, hint=hint, values={"nose_radius_mm": nose_mm})
 
 
 def _radius_left_mm(piece: CentrePiece) -> float:
-    """Radius of a concave arc less the most by which it is moved out of the material; infinite for other features."""
+    """Least radius where a feature is concave, less how far it is moved out of the material there; else infinite."""
     feature = piece.shifted.feature
-    if not isinstance(feature, Arc) or feature.curvature_per_mm(0.0) > 0:
-        return np.inf
     s = np.linspace(0.0, feature.length_mm, SAMPLES)
-    return feature.radius_mm - float(np.max(piece.shifted.shift.value_mm(s)))
+    curvature = feature.curvature_per_mm(s)
+    radius = np.divide(-1.0, curvature, out=np.full(SAMPLES, np.inf), where=curvature < 0.0)
+    return float(np.min(radius - piece.shifted.shift.value_mm(s)))
 
 
 def _cuts(piece: CentrePiece) -> bool:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Arc, Line
+from trueloop.geometry.feature import Line
 from trueloop.turned.compensation.contour import CentrePiece, reaches_mm
 from trueloop.turned.compensation.moves import Move, SampledPath, as_arcs, as_lines, fewest_moves
 
@@ -158,7 +158,7 @@ def _difference(old: CentrePiece, old_mm: float, new: CentrePiece, new_mm: float
 
 def _fitted(piece: CentrePiece, ends: CutEnds, touches_mm: Array, fitting: Fitting) -> tuple[Move, ...]:
     path = _sampled(piece, ends, touches_mm, fitting.tolerance_mm)
-    if fitting.arcs == "lines" or not isinstance(piece.shifted.feature, Arc):
+    if fitting.arcs == "lines" or isinstance(piece.shifted.feature, Line):
         return as_lines(path)
     return as_arcs(path) if fitting.arcs == "arcs" else fewest_moves(path)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from itertools import accumulate
 
-from trueloop.geometry.feature import Arc
+from trueloop.geometry.feature import is_curved
 from trueloop.geometry.profile import JunctionKind, Profile
 
 
@@ -74,4 +74,4 @@ def _chain(profile: Profile, group: list[int]) -> Chain:
 
 
 def _curved(profile: Profile, index: int) -> bool:
-    return isinstance(profile.features[index], Arc)
+    return is_curved(profile.features[index])

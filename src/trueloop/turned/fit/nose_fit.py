@@ -9,7 +9,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Arc
+from trueloop.geometry.feature import is_curved
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.nose_model import APART_RAD, NoseModel, NoseTouches, offset_terms, refuse_too_few
 from trueloop.turned.fit.spline import Spline
@@ -30,7 +30,7 @@ def nose_touches(part: str, profile: Profile, vectors: ErrorVectors) -> NoseTouc
     return NoseTouches(
         part,
         tuple(profile.features[i].name for i in index),
-        np.array([isinstance(profile.features[i], Arc) for i in index], dtype=np.bool_),
+        np.array([is_curved(profile.features[i]) for i in index], dtype=np.bool_),
         profile.contact_angle_rad(index, vectors.arc_length_mm[used]),
         vectors.error_mm[used],
     )

@@ -8,6 +8,8 @@ import numpy as np
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.chain_fit import ROUNDING_MM
@@ -73,7 +75,7 @@ def face_z_mm(feature: Feature, reading: Reading) -> float:
 def tilt_rad(feature: Feature, reading: Reading) -> float:
     """Angle of a line from the spindle axis, towards +x, from −π/2 to π/2. Raises MSR-KIND for an arc."""
     if not isinstance(feature, Line):
-        raise _unseen(feature, reading, "it is an arc", "read its radius, or a diameter at a z")
+        raise _unseen(feature, reading, "it is curved", "read a diameter at a z, or an arc's radius")
     t_x, t_z = (float(component) for component in feature.tangent(0.0))
     return math.atan2(t_x, t_z) if t_z >= 0.0 else math.atan2(-t_x, -t_z)
 
@@ -97,6 +99,10 @@ def _at_place(feature: Feature, place_mm: tuple[float, ...]) -> list[float]:
 
 def _at_z(feature: Feature, z_mm: float) -> list[float]:
     """Arc lengths at which a feature has this z, its ends with `ROUNDING_MM`."""
+    if isinstance(feature, Curve):
+        at = sign_changes(feature, lambda points: points[:, 1] - z_mm)
+        places = feature.point_mm(at) if len(at) else np.array([feature.start_mm, feature.end_mm])
+        return [s for x, z in places if abs(z - z_mm) <= ROUNDING_MM for s in _at_place(feature, (x, z))]
     if isinstance(feature, Arc):
         (x0, z0), radius = feature.centre_mm, feature.radius_mm
         height = math.sqrt(max(radius**2 - (z_mm - z0) ** 2, 0.0))

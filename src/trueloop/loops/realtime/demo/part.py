@@ -95,6 +95,7 @@ def _moves(features: Sequence[Feature]) -> list[str]:
         if isinstance(feature, Line):
             found.append(f"G1 {end}")
             continue
+        assert isinstance(feature, Arc)
         (x, z), (centre_x, centre_z) = feature.start_mm, feature.centre_mm
         found.append(f"{'G2' if feature.sweep_rad > 0 else 'G3'} {end} I{centre_x - x:.6f} K{centre_z - z:.6f}")
     return found

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Arc, Feature
+from trueloop.geometry.feature import Feature, least_radius_mm
 from trueloop.geometry.profile import Profile
 from trueloop.report import style
 from trueloop.report.style import Trace
@@ -171,5 +171,5 @@ def scale_bars(strip: Strip, magnified: float, say: Texts) -> tuple[list[Trace],
 
 
 def _points(feature: Feature) -> Array:
-    count = 2 + int(60 * abs(feature.sweep_rad)) if isinstance(feature, Arc) else 2
+    count = 2 + int(60 * feature.length_mm / least_radius_mm(feature))
     return feature.point_mm(np.linspace(0.0, feature.length_mm, count))

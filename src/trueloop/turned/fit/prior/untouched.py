@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Arc
+from trueloop.geometry.feature import is_curved
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -114,7 +114,7 @@ def touched_means(profile: Profile, vectors: ErrorVectors) -> TouchedMeans:
     noise = np.hypot(vectors.standard_u_mm, NOISE_MM)
     for feature in np.unique(vectors.feature_index).tolist():
         mine = vectors.of_feature(feature)
-        degree = np.floor(angle[mine] / TOGETHER_RAD) * isinstance(profile.features[feature], Arc)
+        degree = np.floor(angle[mine] / TOGETHER_RAD) * is_curved(profile.features[feature])
         for part in (mine[degree == one] for one in np.unique(degree)):
             of_mean = float(np.sqrt(np.mean(noise[part] ** 2) / len(part)))
             means = (float(np.mean(of[part])) for of in (vectors.arc_length_mm, angle, vectors.error_mm))

@@ -1,0 +1,191 @@
+"""A feature that is neither line nor arc: asphere, ellipse, spline, polynomial. One representation for all of them.
+
+The point is a piecewise polynomial of the arc length itself, so that arc length, tangent, normal and curvature are as
+good as the polynomials: those of `curve_building` keep within 1e-12 mm and rad of what they are made from.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike
+from scipy.spatial import KDTree
+
+from trueloop.arrays import Array, Flags, by_content
+
+SAMPLES_OF_PIECE: Final = 24
+"""Places on each piece between which the foot of a normal is sought."""
+
+NEWTON_STEPS: Final = 30
+
+FOUND_MM: Final = 1e-13
+"""A step of Newton's along the curve that is smaller is the last."""
+
+
+@by_content
+@dataclass(frozen=True)
+class Curve:
+    """A smooth curved feature in the plane (x, z), x a radius, in mm.
+
+    Piece j runs from arc length `breaks_mm[j]` to `breaks_mm[j + 1]`, (m + 1,), the first at 0. On it the point is
+    Σₖ `chebyshev_mm[j, k]` Tₖ(u), shape (m, n, 2), u from −1 to 1 along the piece. Beyond its ends the curve goes on
+    along its circles of curvature there.
+    """
+
+    name: str
+    breaks_mm: Array
+    chebyshev_mm: Array
+
+    @property
+    def length_mm(self) -> float:
+        """Arc length from start to end."""
+        return float(self.breaks_mm[-1])
+
+    @cached_property
+    def start_mm(self) -> tuple[float, float]:
+        """Where it begins."""
+        x, z = self.point_mm(0.0)
+        return float(x), float(z)
+
+    @cached_property
+    def end_mm(self) -> tuple[float, float]:
+        """Where it ends."""
+        x, z = self.point_mm(self.length_mm)
+        return float(x), float(z)
+
+    def point_mm(self, arc_length_mm: ArrayLike) -> Array:
+        """Point at arc length, (...) → (..., 2)."""
+        s = np.asarray(arc_length_mm, dtype=np.float64)
+        point = self._series(self.chebyshev_mm, s)
+        beyond = self._beyond(s)
+        if not np.any(beyond):
+            return point
+        tangent, turned = self._unit_tangent(s), self.curvature_per_mm(s) * beyond
+        along, across = beyond * np.sinc(turned / np.pi), beyond * np.sin(turned / 2) * np.sinc(turned / (2 * np.pi))
+        return point + along[..., None] * tangent - across[..., None] * _left(tangent)
+
+    def tangent(self, arc_length_mm: ArrayLike) -> Array:
+        """Unit tangent in the direction of travel, (...) → (..., 2)."""
+        s = np.asarray(arc_length_mm, dtype=np.float64)
+        tangent, beyond = self._unit_tangent(s), self._beyond(s)
+        if not np.any(beyond):
+            return tangent
+        turned = (self.curvature_per_mm(s) * beyond)[..., None]
+        return np.asarray(np.cos(turned) * tangent - np.sin(turned) * _left(tangent))
+
+    def outward_normal(self, arc_length_mm: ArrayLike) -> Array:
+        """Unit normal out of the material, (...) → (..., 2)."""
+        return _left(self.tangent(arc_length_mm))
+
+    def curvature_per_mm(self, arc_length_mm: ArrayLike) -> Array:
+        """Signed κ with dn/ds = κ t: positive where the curve is convex, where offsetting outwards lengthens it."""
+        s = np.asarray(arc_length_mm, dtype=np.float64)
+        bend = self._series(self._derived[1], s)
+        return np.asarray(-np.sum(bend * _left(self._unit_tangent(s)), axis=-1))
+
+    def locate(self, points_mm: ArrayLike) -> tuple[Array, Array]:
+        """Arc length of the foot of the nearest normal and the distance along it (positive outside the material).
+
+        The foot of a point beyond the ends is on the circles of curvature there: negative before the start.
+        """
+        points = np.asarray(points_mm, dtype=np.float64)
+        flat = points.reshape(-1, 2)
+        s, beyond = self._feet(flat)
+        tangent, normal, off = self.tangent(s), self.outward_normal(s), flat - self.point_mm(s)
+        distance = np.sum(off * normal, axis=-1)
+        if np.any(beyond):
+            on, along = self._on_circle(s, off, tangent, normal)
+            s, distance = np.where(beyond, s + along, s), np.where(beyond, on, distance)
+        return s.reshape(points.shape[:-1]), distance.reshape(points.shape[:-1])
+
+    def reversed(self) -> "Curve":
+        """The same curve run from its end to its start: convex becomes concave."""
+        signs = np.where(np.arange(self.chebyshev_mm.shape[1]) % 2, -1.0, 1.0)
+        breaks = (self.length_mm - self.breaks_mm)[::-1]
+        return Curve(self.name, breaks, self.chebyshev_mm[::-1] * signs[:, None])
+
+    @cached_property
+    def turn_rad(self) -> float:
+        """How far the tangent turns from start to end, positive to the right: ∫ κ ds."""
+        tangent = self.tangent(self.sampled_mm[0])
+        steps = np.arctan2(
+            tangent[:-1, 0] * tangent[1:, 1] - tangent[:-1, 1] * tangent[1:, 0],
+            np.sum(tangent[:-1] * tangent[1:], axis=1),
+        )
+        return float(np.sum(steps))
+
+    @cached_property
+    def sampled_mm(self) -> tuple[Array, Array]:
+        """Arc lengths (k,), both ends among them and ascending, and the points there (k, 2)."""
+        within = np.linspace(0.0, 1.0, SAMPLES_OF_PIECE, endpoint=False)
+        s = (self.breaks_mm[:-1, None] + within * np.diff(self.breaks_mm)[:, None]).ravel()
+        s = np.append(s, self.length_mm)
+        return s, self.point_mm(s)
+
+    def radius_range_mm(self) -> tuple[float, float]:
+        """Least radii of curvature where it is concave, and where it is convex; infinite where it nowhere is."""
+        ends = self.breaks_mm[1:] - 1e-12 * np.diff(self.breaks_mm)  # of the piece before a break as well
+        curvature = self.curvature_per_mm(np.concatenate([self.sampled_mm[0], ends]))
+        concave, convex = float(np.max(-curvature)), float(np.max(curvature))
+        return (1 / concave if concave > 0 else np.inf), (1 / convex if convex > 0 else np.inf)
+
+    @cached_property
+    def _derived(self) -> tuple[Array, Array]:
+        """Series of the first and second derivative by arc length."""
+        per_mm = (2.0 / np.diff(self.breaks_mm))[:, None, None]
+        first = chebyshev.chebder(self.chebyshev_mm, axis=1) * per_mm
+        return first, chebyshev.chebder(first, axis=1) * per_mm
+
+    def _series(self, coefficients: Array, s: Array) -> Array:
+        piece = np.clip(np.searchsorted(self.breaks_mm, s, side="right") - 1, 0, len(self.breaks_mm) - 2)
+        low, high = self.breaks_mm[piece], self.breaks_mm[piece + 1]
+        u = np.clip((2 * s - low - high) / (high - low), -1.0, 1.0)
+        rows = np.moveaxis(coefficients[piece], -2, 0)
+        return np.asarray(chebyshev.chebval(u[..., None], rows, tensor=False))
+
+    def _unit_tangent(self, s: Array) -> Array:
+        """Of the nearest place of the curve itself."""
+        direction = self._series(self._derived[0], s)
+        return np.asarray(direction / np.linalg.norm(direction, axis=-1, keepdims=True))
+
+    def _beyond(self, s: Array) -> Array:
+        """By how much arc lengths lie beyond the ends: negative before the start, 0 on the curve."""
+        return np.asarray(s - np.clip(s, 0.0, self.length_mm))
+
+    def _feet(self, points: Array) -> tuple[Array, Flags]:
+        """Arc length of the nearest place of the curve itself, and whether the foot lies beyond that end.
+
+        Newton's steps on (q − p(s))·t(s) = 0 between the neighbours of the nearest sample.
+        """
+        places, sampled = self.sampled_mm
+        nearest = KDTree(sampled).query(points)[1]
+        low, high = places[np.maximum(nearest - 1, 0)], places[np.minimum(nearest + 1, len(places) - 1)]
+        s = places[nearest]
+        for _ in range(NEWTON_STEPS):
+            off, tangent = points - self.point_mm(s), self._unit_tangent(s)
+            along, distance = np.sum(off * tangent, axis=-1), np.sum(off * _left(tangent), axis=-1)
+            stretch = 1.0 + self.curvature_per_mm(s) * distance
+            step = along / np.where(stretch > 0.1, stretch, 0.1)
+            moved = np.clip(s + step, low, high)
+            change, s = np.abs(moved - s), moved
+            if np.all(change < FOUND_MM):
+                break
+        leaves = np.sum((points - self.point_mm(s)) * self._unit_tangent(s), axis=-1)
+        return s, ((s == 0.0) & (leaves < 0.0)) | ((s == self.length_mm) & (leaves > 0.0))
+
+    def _on_circle(self, s: Array, off: Array, tangent: Array, normal: Array) -> tuple[Array, Array]:
+        """Distance from the circle of curvature at s, and arc length along it to the foot; a line where it is one."""
+        curvature = self.curvature_per_mm(s)
+        a, b = np.sum(off * tangent, axis=-1), np.sum(off * normal, axis=-1)
+        out = np.hypot(curvature * a, 1.0 + curvature * b)
+        distance = (curvature * (a * a + b * b) + 2 * b) / (1.0 + out)
+        straight = np.abs(curvature) < 1e-12
+        angle = np.arctan2(curvature * a, 1.0 + curvature * b)
+        return distance, np.where(straight, a, angle / np.where(straight, 1.0, curvature))
+
+
+def _left(tangent: Array) -> Array:
+    """A tangent (t_x, t_z) turned left: the outward normal (t_z, −t_x)."""
+    return np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)

@@ -1,0 +1,86 @@
+"""A smooth curve through a list of points, as few pieces as keep their tolerance."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import make_lsq_spline
+
+from trueloop.arrays import Array
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_kinds import b_spline
+
+DEGREE: Final = 5
+"""Of the spline: its curvature and that one's slope have no jumps."""
+
+POINTS_A_PIECE: Final = 2
+"""With fewer points than that to a piece the curve would follow their rounding."""
+
+END_WEIGHT: Final = 1e4
+"""How much more the first and the last point count: the features beside begin there."""
+
+REFITS: Final = 4
+"""How often the points are moved along the curve to where it passes nearest to them."""
+
+
+def curve_through(name: str, points_mm: ArrayLike, tolerance_mm: float) -> Curve:
+    """The curve of the fewest pieces that passes all points (n, 2), in order, within the tolerance.
+
+    A least-squares B-spline over the points' chord length, its knots between the points. Raises GEO-CURVE-FIT where
+    none does, GEO-CURVE for fewer than three points or two that are the same.
+    """
+    points = np.asarray(points_mm, dtype=np.float64)
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    if len(points) < 3 or np.min(steps) <= 0.0:
+        raise TrueloopError(
+            Code.GEO_CURVE,
+            f"'{name}' has {len(points)} points, {int(np.sum(steps <= 0.0))} of them where the one before is",
+            hint="give at least three points, each once, in the order of the profile",
+            values={"feature": name},
+        )
+    chord = np.concatenate([[0.0], np.cumsum(steps)])
+    chord /= chord[-1]
+    degree, pieces = min(DEGREE, len(points) - 1), 1
+    while True:
+        curve, off = _fitted(name, points, chord, degree, pieces)
+        if np.max(off) <= tolerance_mm:
+            return curve
+        if len(points) < POINTS_A_PIECE * (2 * pieces) + degree:
+            raise _not_held(name, points, off, tolerance_mm, pieces)
+        pieces *= 2
+
+
+def off_points_mm(curve: Curve, points_mm: ArrayLike) -> Array:
+    """Distances of points (n, 2) from the curve, (n,)."""
+    s, distance = curve.locate(points_mm)
+    return np.hypot(distance, s - np.clip(s, 0.0, curve.length_mm))
+
+
+def _fitted(name: str, points: Array, chord: Array, degree: int, pieces: int) -> tuple[Curve, Array]:
+    """The spline of so many pieces, and how far each point is from it."""
+    at, weights = chord, np.ones(len(points))
+    weights[[0, -1]] = END_WEIGHT
+    inner = np.interp(np.arange(1, pieces) / pieces, np.linspace(0.0, 1.0, len(chord)), chord)
+    knots = np.concatenate([np.zeros(degree + 1), inner, np.ones(degree + 1)])
+    spline = make_lsq_spline(at, points, knots, degree, w=weights)
+    for _ in range(REFITS):
+        along = spline.derivative()(at)
+        at = at + np.sum((points - spline(at)) * along, axis=1) / np.sum(along * along, axis=1)
+        at = np.concatenate([[0.0], np.clip(at[1:-1], 0.0, 1.0), [1.0]])
+        if np.min(np.diff(at)) <= 0.0:
+            break
+        spline = make_lsq_spline(at, points, knots, degree, w=weights)
+    curve = b_spline(name, spline.c, knots, degree)
+    return curve, off_points_mm(curve, points)
+
+
+def _not_held(name: str, points: Array, off: Array, tolerance_mm: float, pieces: int) -> TrueloopError:
+    k = int(np.argmax(off))
+    return TrueloopError(
+        Code.GEO_CURVE_FIT,
+        f"'{name}' of {pieces} pieces through {len(points)} points deviates by {off[k]:.5f} mm from point {k + 1} at "
+        f"x = {points[k, 0]:.4f} mm, z = {points[k, 1]:.4f} mm; its tolerance is {tolerance_mm:.5f} mm",
+        hint="look at that point first; else give more points there, a wider tolerance, or end the feature at a corner",
+        values={"feature": name, "off_mm": float(off[k])},
+    )
