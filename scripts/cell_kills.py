@@ -42,7 +42,10 @@ from trueloop.storage.store import Store, find, keep, open_store
 
 PARTS: Final = 4
 ENGINEER, OPERATOR, CELL = By("ana", Role.ENGINEER), By("otto", Role.OPERATOR), By("c", Role.CELL, "lathe")
-EXTRA: Final = re.compile(rb"o<trueloop-\S+> (if .*|endif)|#<_trueloop_\w+> = 1|\((ABORT|LOGAPPEND|LOG),.*\)|M66 P0 L0")
+EXTRA: Final = re.compile(
+    rb"o<trueloop-\S+> (if .*|endif)|#<_trueloop_\w+> = 1|M66 P0 L0"
+    rb"|\((ABORT,run|LOGAPPEND,trueloop|LOG,O\S+ (started|ended)).*\)"
+)
 
 
 class Machine(Protocol):

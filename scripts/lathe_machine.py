@@ -47,7 +47,9 @@ class LatheMachine:
 
     texts: Final = {
         BlockKind.SEMIFINISH: b"%\n(first cut)\nG21 G90 G94 G8 F300\nG1 X302.1\nG1 X300\nM30\n%\n",
-        BlockKind.PROBE: b"G21 G90 G94 G8\n(PROBEOPEN touches.txt)\nG38.2 Z103 F150\nG1 Z100\n(PROBECLOSE)\nM2\n",
+        BlockKind.PROBE: (
+            b"G21 G90 G94 G8\n(LOGOPEN,touches.txt)\nG38.2 Z103 F150\n(LOG,#5061 #5063)\nG1 Z100\n(LOGCLOSE)\nM2\n"
+        ),
         BlockKind.FINISH: b"G21 G90 G94 G8\r\nG1 X302.09 F300 ; to the shoulder\r\nG1 X300\r\nM5\r\nM2\r\n",
     }
     longest_s: Final = 900.0

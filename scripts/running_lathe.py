@@ -64,8 +64,16 @@ class RunningLathe:
         return ["nsenter", f"--target={pid}", "--ipc", *user, *command]
 
     def python(self, *words: str, **given: object) -> "subprocess.Popen[str]":
-        """Python itself, beside it."""
-        return subprocess.Popen(self.beside(sys.executable, *words), text=True, **given)  # type: ignore[call-overload,no-any-return]
+        """Python itself, beside it, as the user who runs it."""
+        command = self.beside(sys.executable, *words)
+        return subprocess.Popen(command, text=True, env=self.environment, **given)  # type: ignore[call-overload,no-any-return]
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Of what works with it: LinuxCNC keeps a file of its tools at home, and a socket for its components."""
+        home = self.folder / "home"
+        own = {"HOME": str(home), "RTAPI_UID": "65534", "RTAPI_FIFO_PATH": str(home / "rtapi_fifo")}
+        return dict(os.environ) | own
 
 
 @contextmanager

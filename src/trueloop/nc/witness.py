@@ -1,8 +1,9 @@
 """The lines by which a LinuxCNC program witnesses its own run: `witnessed`, `log_lines`.
 
 The interpreter writes `KEY started` into LOG_FILE, a file of LinuxCNC's folder, as it begins to read, and `KEY ended`
-once all motion before the end is done: `M66` empties the queue of moves. A key that LinuxCNC has begun it refuses to
-begin again, whoever presses Cycle Start.
+once all motion before the end is done: `M66` empties the queue of moves. It opens the file again for that, as a program
+may have a log of its own and LinuxCNC writes one at a time. A key that LinuxCNC has begun it refuses to begin again,
+whoever presses Cycle Start.
 """
 
 import re
@@ -46,7 +47,7 @@ def log_lines(key: str) -> tuple[list[bytes], list[bytes]]:
         *(f"{name} if [[#<_task> EQ 1] AND EXISTS[{mark}]]", f"(ABORT,run {key} was begun before: it runs once)"),
         *(f"{name} endif", f"{mark} = 1", f"(LOGAPPEND,{LOG_FILE})", f"(LOG,{key} started)"),
     ]
-    tail = ["M66 P0 L0", f"(LOG,{key} ended)"]
+    tail = ["M66 P0 L0", f"(LOGAPPEND,{LOG_FILE})", f"(LOG,{key} ended)"]
     return [line.encode() for line in head], [line.encode() for line in tail]
 
 

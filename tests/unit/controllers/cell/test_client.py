@@ -113,6 +113,16 @@ def test_a_block_is_sent_read_back_started_and_told(tmp_path: Path) -> None:
     assert table.starts == 1 and client.known.run is None and table.files == {"t.txt": b"1 2 3"}
 
 
+@pytest.mark.parametrize("line", ["(PROBEOPEN t.txt)", "(LOGOPEN,t.txt)", "( logopen , t.txt )"])
+def test_the_file_that_a_gauging_program_writes_is_gathered(tmp_path: Path, line: str) -> None:
+    """By PROBEOPEN or, as those of `trueloop probe program`, by LOGOPEN; never the log of its witness."""
+    text = witnessed(f"{line}\nG38.2 X0\n(LOG,#5061)\nM2\n".encode(), KEY)
+    table, office = Table(), Office(Offered(KEY, "lathe", "probe", sha256(text).hexdigest(), text, True))
+    client = _client(tmp_path, table, office)
+    _steps(client, 3)
+    assert client.known.run is not None and client.known.run.touches == "t.txt"
+
+
 def test_a_lost_network_stops_the_next_cut_alone(tmp_path: Path) -> None:
     table, office = Table(), Office()
     client = _client(tmp_path, table, office)

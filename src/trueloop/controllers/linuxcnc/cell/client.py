@@ -19,7 +19,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.nc.witness import log_lines
 
 T = TypeVar("T")
-_PROBE_LOG: Final = re.compile(rb"\(\s*PROBEOPEN\s+([^\s)/]+)\s*\)", re.IGNORECASE)
+_PROBE_LOG: Final = re.compile(rb"\(\s*(?:PROBEOPEN\s|LOGOPEN\s*,)\s*([^\s)/]+)\s*\)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)

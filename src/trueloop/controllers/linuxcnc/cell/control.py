@@ -34,7 +34,7 @@ class Control(Protocol):
     """A control and the folder of its programs. Methods raise CTL-LINUXCNC where it does not do as asked."""
 
     def now(self) -> ControlNow:
-        """What it does now; never raises."""
+        """What it does now. Raises CTL-LINUXCNC where that can never be seen from here."""
 
     def witness(self) -> str:
         """What programs have logged of themselves: read after `now`, it is the later of the two."""

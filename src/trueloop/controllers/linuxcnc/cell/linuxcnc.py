@@ -43,7 +43,7 @@ class LinuxCnc:
         self._active_at_s = time.monotonic()
 
     def now(self) -> ControlNow:
-        """What it does now; never raises."""
+        """What it does now. Raises CTL-LINUXCNC where LinuxCNC is another user's."""
         if not self._polled():
             return ControlNow(Doing.AWAY, "", self._still_s())
         status, automatic = self._status, self._status.task_mode == self._nc.MODE_AUTO
@@ -102,7 +102,7 @@ class LinuxCnc:
         self._command.auto(self._nc.AUTO_RUN, 0)
 
     def touches(self, name: str) -> bytes | None:
-        """PROBEOPEN writes into the configuration's folder."""
+        """PROBEOPEN and LOGOPEN write into the configuration's folder."""
         return _content(self._home / name)
 
     def discard_touches(self, name: str) -> None:
@@ -137,6 +137,12 @@ class LinuxCnc:
         except self._nc.error:  # it comes up, or goes
             self._pid = None
             return False
+        except SystemError as error:  # what its module says where ~/.tool.mmap is missing
+            raise TrueloopError(
+                Code.CTL_LINUXCNC,
+                "LinuxCNC runs with another home: what it holds cannot be read from here",
+                hint="run the cell as the user who runs LinuxCNC, with the same HOME",
+            ) from error
         return bool(self._status.ini_filename)
 
     def _name(self, file: str) -> str:
