@@ -80,6 +80,9 @@ def test_material_left_on_everywhere_moves_the_finish_cut_into_the_part(service:
     assert task is not None and task.state == "done", task
     assert task.result is not None
     made = task.result["program_sha256"]
+    service.clock.turn(minutes=5)
+    offer = cell.post("cell/next").json()
+    assert (offer["block"]["kind"], offer["run"]["program_sha256"]) == ("finish", made)
     (corrected,) = [one.value.content for one in find(service.store, ProgramText) if one.value.sha256 == made]
     before, after = (_end_of_cylinder_mm(tmp_path, text) for text in (FINISH, corrected))
     assert before == pytest.approx((1.76 + 0.03125) * 25.4, abs=1e-4)  # radius of the cylinder, and the nose's

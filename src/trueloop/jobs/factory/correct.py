@@ -1,6 +1,6 @@
 """The step CORRECT: touches of the part, by the job of its route, to a correction and the program of its finish cut."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sqlalchemy import select
 
@@ -18,7 +18,7 @@ from trueloop.jobs.factory.job_folder import job_folder, programs_of
 from trueloop.jobs.store.keep_correction import keep_correction, part_of
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.turned.compensate import Corrected, corrected_of
-from trueloop.jobs.turned.job import read_job
+from trueloop.jobs.turned.job import ReadJob, read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.storage.factory_tables import RUN_TOUCHES
 from trueloop.storage.store import Store
@@ -92,7 +92,7 @@ def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
 def _corrected(store: Store, given: _Given) -> Corrected:
     with job_folder(given.order.order, given.programs, given.touches) as job:
         read = read_job(job, serial=given.part.value.serial)
-        made = corrected_of(read, store)
+        made = corrected_of(_with_log(read, given), store)
     found = part_of(made.inputs).identity
     if found != given.part.value.identity:
         raise TrueloopError(
@@ -102,3 +102,12 @@ def _corrected(store: Store, given: _Given) -> Corrected:
             values={"run": ""},
         )
     return made
+
+
+def _with_log(read: ReadJob, given: _Given) -> ReadJob:
+    """What a gauging run wrote is an input of the correction, also where it is a log that touches were read from."""
+    route = given.order.order.route
+    if not route.probe_toml:
+        return read
+    log = {f"log of {route.probe_control}": sha256_of(given.touches)}
+    return replace(read, inputs=replace(read.inputs, inputs_sha256={**read.inputs.inputs_sha256, **log}))
