@@ -240,6 +240,24 @@ def test_a_refused_correction_holds_the_part(shop: Shop) -> None:
     assert states(shop)[0] is PartState.PROBED
 
 
+def test_a_part_with_a_chip_on_it_is_probed_again_and_cut_by_the_new_touches(shop: Shop) -> None:
+    shop.run()
+    first = shop.run()
+    row = shop.part_of(first)
+    refused(Code.FAC_STATE, lambda: shop.do(ask.DecideStep(shop.order, row, 1, "not-made", "not held"), OPERATOR))
+    shop.do(ask.CorrectionRefused(shop.order, row, 2, "CMP-SCATTER", "15 µm; the limit is 10 µm"), SERVICE)
+    refused(Code.FAC_STATE, lambda: shop.do(ask.DecideStep(shop.order, row, 1, "made", "x"), OPERATOR))
+    refused(Code.FAC_STATE, lambda: shop.do(ask.DecideStep(shop.order, row, 0, "not-made", "a cut"), OPERATOR))
+    shop.do(ask.DecideStep(shop.order, row, 1, "not-made", "a chip lay there"), OPERATOR)
+    told = tuple(one.value for one in find(shop.store, RunFact) if one.value.run == first.run.key)
+    shop.do(ask.RecordFacts(told), CELL)  # its cell tells it again
+    assert states(shop)[0] is PartState.SEMIFINISHED
+    again = shop.run()
+    assert (again.block.kind, again.run.attempt) == (BlockKind.PROBE, 2)
+    shop.correct(first)
+    assert refused(Code.FAC_TOUCHES, shop.next).values["run"] == ""
+
+
 def test_an_order_is_armed_at_its_machine_for_parts_that_are_left(shop: Shop) -> None:
     refused(Code.FAC_ARM, lambda: shop.do(ask.Arm(shop.order, 2, "night"), OPERATOR))
     refused(Code.FAC_ARM, lambda: shop.do(ask.Arm(shop.order, 3, "night"), CELL))

@@ -165,6 +165,7 @@ export const de: Record<Key, string> = {
   "part.why": "Angehalten, weil",
   "part.made": "Es wurde geschnitten",
   "part.not-made": "Es wurde nicht geschnitten",
+  "part.probe.again": "Noch einmal antasten",
   "part.reject": "Teil verwerfen",
   "part.hold": "Teil anhalten",
   "part.record": "Erledigt: {kind}",

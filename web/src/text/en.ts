@@ -164,6 +164,7 @@ export const en = {
   "part.why": "Held because",
   "part.made": "It was cut",
   "part.not-made": "It was not cut",
+  "part.probe.again": "Probe it again",
   "part.reject": "Reject the part",
   "part.hold": "Hold the part",
   "part.record": "Record: {kind} done",

@@ -30,7 +30,7 @@ def decide_step(order: OrderNow, request: DecideStep, by: By, now: datetime) -> 
     """Made: the step counts as recorded. Not made: it may be offered anew, under another key. Reject: it is the end.
 
     Only of a part that is held: what runs, or may run, is not decided over. Gauging whose touches are not here cannot
-    have been made. Raises FAC-STATE.
+    have been made; gauging that nothing was cut by yet may be said not made, and is done again. Raises FAC-STATE.
     """
     part, step = order.part(request.part), order.step(request.part, request.step)
     if part.state is not PartState.HELD:
@@ -38,6 +38,8 @@ def decide_step(order: OrderNow, request: DecideStep, by: By, now: datetime) -> 
     said = {"step": str(step.no), "verdict": request.verdict, "why": request.why, "run": step.run}
     if request.verdict == "reject":
         return _changed(order, replace(part, state=PartState.REJECTED, held_why=""), "rejected", said)
+    if _gauging_before(part, step) and request.verdict == "not-made":
+        return _changed(order, part.with_step(_anew(step)).freed(), "decided", said)
     if part.next is None or part.next.no != step.no:
         raise _state(part, f"is held before step {part.next.no if part.next else 'none'}", "decide on that step")
     if step.state is StepState.STARTED:
@@ -56,11 +58,21 @@ def decide_step(order: OrderNow, request: DecideStep, by: By, now: datetime) -> 
     return replace(changes, keep=facts, tasks=tasks_of(order, after))
 
 
+def _gauging_before(part: PartNow, step: StepNow) -> bool:
+    """Whether it is the gauging by whose touches the part is to be corrected next."""
+    following = part.next is not None and part.next.kind is BlockKind.CORRECT and part.next.no == step.no + 1
+    return following and step.kind is BlockKind.PROBE
+
+
+def _anew(step: StepNow) -> StepNow:
+    return replace(step, state=StepState.WAITING, run="")
+
+
 def _again(part: PartNow, step: StepNow) -> StepNow:
     """A cell that has been offered a run may still begin it: it keeps its key, under which it is done at most once."""
     open_yet = step.state in (StepState.OFFERED, StepState.SENT, StepState.VERIFIED)
     keeps = open_yet and not part.held_why.startswith(Code.FAC_READBACK)
-    return step if keeps else replace(step, state=StepState.WAITING, run="")
+    return step if keeps else _anew(step)
 
 
 def arm(order: OrderNow, request: Arm, by: By, now: datetime) -> Changes:

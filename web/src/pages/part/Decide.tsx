@@ -24,6 +24,7 @@ export function Decide({ life }: { life: Life }) {
 
   const order = `orders/${encodeURIComponent(part.order)}`;
   const held = part.state === "held";
+  const gauged = next.kind === "correct" ? steps.findLast((one) => one.no < next.no) : undefined;
   const values = { no: next.no, kind: word("kind", next.kind) };
   const why = (role: Role) => whyNot(role) || (reason.trim() ? "" : text("act.why.missing"));
 
@@ -48,16 +49,26 @@ export function Decide({ life }: { life: Life }) {
         <Refused problem={change.error} />
         <div className="acts">
           {held ? (
-            VERDICTS.map((verdict) => (
-              <Act
-                key={verdict}
-                label={text(`part.${verdict}`)}
-                danger={verdict === "reject"}
-                busy={change.isPending}
-                why={why("operator")}
-                onClick={() => send(`${order}/decide`, { part: part.id, step: next.no, verdict })}
-              />
-            ))
+            <>
+              {gauged?.kind === "probe" && (
+                <Act
+                  label={text("part.probe.again")}
+                  busy={change.isPending}
+                  why={why("operator")}
+                  onClick={() => send(`${order}/decide`, { part: part.id, step: gauged.no, verdict: "not-made" })}
+                />
+              )}
+              {VERDICTS.map((verdict) => (
+                <Act
+                  key={verdict}
+                  label={text(`part.${verdict}`)}
+                  danger={verdict === "reject"}
+                  busy={change.isPending}
+                  why={why("operator")}
+                  onClick={() => send(`${order}/decide`, { part: part.id, step: next.no, verdict })}
+                />
+              ))}
+            </>
           ) : (
             <>
               {BY_HAND.includes(next.kind) && (
