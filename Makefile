@@ -25,7 +25,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface demo-memory demo-realtime docs web test test-corpus check format bench fuzz miri setup clean
+.PHONY: help demo demo-surface demo-memory demo-realtime demo-factory docs web test test-corpus check format bench fuzz miri setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -72,6 +72,10 @@ demo-memory: $(SETUP) ## memory of an edge: ten parts of NIST's metal, each pred
 demo-realtime: $(SETUP) ## LinuxCNC turns a part on a virtual lathe that warms up, without and with the corrector, in out/realtime
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev
 	@OMP_NUM_THREADS=2 $(RUN)trueloop realtime demo
+
+demo-factory: $(SETUP) $(PAGES) ## LinuxCNC, service and pages: ten parts made unattended, a chip and a stop decided in the browser, in out/factory
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium
+	@OMP_NUM_THREADS=1 $(RUN)python -m scripts.factory_demo
 
 test: $(SETUP) $(PAGES) $(MANUAL) ## every test that needs no files from outside; installs what of Debian is needed where it may
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql mosquitto
