@@ -2,7 +2,8 @@
 
 `moves`: line, kind, end (x, z) in `unit`, x a radius, and for an arc centre (x, z) and sweep in degrees, positive for
 G02; worked out by hand. `starts`: line and start (x, z) of the first move of that line. `findings`: line, column,
-code; without the key there must be none. `roughing = false` leaves out what roughing cycles do. LinuxCNC's own
+code; without the key there must be none. `given_unit`: what whoever runs it says.
+`roughing = false` leaves out what roughing cycles do. LinuxCNC's own
 programs are run by LinuxCNC's own interpreter as well; of another control's program it runs `equivalent.ngc`, the same
 cut in its own words, which must give the same moves.
 """
@@ -32,7 +33,7 @@ LINUXCNC_NAMES = [case.name for case in LINUXCNC_CASES]
 def case_of(folder: Path) -> tuple[dict[str, Any], Program]:
     case = tomllib.loads((folder / "case.toml").read_text())
     (file,) = folder.glob("program.*")
-    return case, read_program(file.read_bytes(), case["dialect"], file.name)
+    return case, read_program(file.read_bytes(), case["dialect"], file.name, unit=case.get("given_unit"))
 
 
 def run(case: dict[str, Any], program: Program) -> ToolPath:

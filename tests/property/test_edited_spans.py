@@ -4,7 +4,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.support.spelled_moves import programs
+from tests.support.spelled_moves import GIVEN_UNIT, programs
 from trueloop.errors import TrueloopError
 from trueloop.nc.edit.edit import Edit, apply_edits, displace_word
 from trueloop.nc.program.dialect import DIALECTS
@@ -38,7 +38,7 @@ def displaced(program: Program, data: st.DataObject) -> tuple[list[Edit], dict[i
 @given(data=st.data())
 def test_only_the_edited_spans_differ(dialect: str, data: st.DataObject) -> None:
     text = data.draw(programs(dialect, dialect)).replace("\n", data.draw(line_ends))
-    program = read_program(text.encode(), dialect)
+    program = read_program(text.encode(), dialect, unit=GIVEN_UNIT.get(dialect))
     assert program.core.source() == apply_edits(program, []) == text.encode()
     edits, values = displaced(program, data)
     written = read_program(apply_edits(program, edits), dialect)

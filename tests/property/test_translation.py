@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.support.linuxcnc import interpret
 from tests.support.machine_moves import MachineMove, machine_moves
 from tests.support.nc_judge import assert_same_moves
-from tests.support.spelled_moves import EITHER, MILLING, TURNING, programs
+from tests.support.spelled_moves import EITHER, GIVEN_UNIT, MILLING, TURNING, programs
 from trueloop.errors import Severity
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import read_program
@@ -56,11 +56,11 @@ def test_every_dialect_is_one_of_turning_milling_or_either() -> None:
 @settings(max_examples=12, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_the_machine_makes_the_same_moves(source: str, target: str, data: st.DataObject) -> None:
-    program = read_program(data.draw(programs(source, target)).encode(), source)
+    program = read_program(data.draw(programs(source, target)).encode(), source, unit=GIVEN_UNIT.get(source))
     decimals = data.draw(st.sampled_from([None, 3, 4, 5, 9]))
     made = translate(program, target, decimals=decimals)
     assert not [loss for loss in made.losses if loss.severity is Severity.ERROR]
-    written = read_program(made.source, target)
+    written = read_program(made.source, target, unit=GIVEN_UNIT.get(target))
     inch = target != "heidenhain" and bool(program.run().inch.any())
     step_mm = 10.0**-made.decimals * (MM_PER_INCH if inch else 1.0)
     assert_same_to_the_step(machine_moves(written), machine_moves(program), step_mm, made.rounded_mm)
@@ -73,7 +73,7 @@ def test_the_machine_makes_the_same_moves(source: str, target: str, data: st.Dat
 @given(data=st.data())
 def test_linuxcnc_s_own_interpreter_makes_the_moves_of_a_translation(data: st.DataObject) -> None:
     dialect = data.draw(st.sampled_from(sorted(set(DIALECTS) - {"linuxcnc"})))
-    program = read_program(data.draw(programs(dialect, "linuxcnc")).encode(), dialect)
+    program = read_program(data.draw(programs(dialect, "linuxcnc")).encode(), dialect, unit=GIVEN_UNIT.get(dialect))
     made = translate(program, "linuxcnc", decimals=9).source
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "program.ngc")

@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 
+from tests.support.spelled_moves import GIVEN_UNIT
 from trueloop.errors import Code
 from trueloop.nc.program.cutter_tool import CutterTool
 from trueloop.nc.program.dialect import DIALECTS
@@ -25,6 +26,7 @@ def _for(*, ge2000t: str = "", linuxcnc: str = "", lathe: str = "", mill: str = 
 
 FEATURES: Mapping[str, Mapping[str, str]] = {
     "Lines and arcs, by centre": _for(
+        okuma_lathe="G00 X2 Z0\nG02 X4 Z-1 I1 K0",
         heidenhain="0 BEGIN PGM A MM\n1 L X+1 Y+0 F100\n2 CC X+0 Y+0\n3 C X+0 Y+1 DR+",
         siemens="G71 G18 DIAMON G0 X2 Z0\nG2 X4 Z-1 I=AC(4) K0",
         ge2000t="G70 G00 X1.0 Z0\nG03 X1.4 Z-.2 I0 K-.2",
@@ -50,6 +52,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         linuxcnc="G21 G17 G0 X1 Y0\nG3 X1 Y0 I-1 P3",
     ),
     "Increments": _for(
+        okuma_lathe="G91 G00 X1",
         heidenhain="0 BEGIN PGM A MM\n1 L IX+1 F100",
         siemens="G71 G91 G0 X1\nY=IC(2) X=AC(4)",
         ge2000t="G70 G91 G00 X1.0",
@@ -58,6 +61,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G91 G00 X1.",
     ),
     "Packed words": _for(
+        okuma_lathe="G90M03S2000",
         siemens="G90G71M3S2000",
         ge2000t="G90G70M03S2000",
         linuxcnc="G90G20M3S2000",
@@ -65,6 +69,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G90G20M03S2000",
     ),
     "Optional blocks, comments, tape marks": _for(
+        okuma_lathe="%\nO1 (A)\n/G90\n%",
         heidenhain="0 BEGIN PGM A MM\n1 * - A\n/2 L X+1 ; B",
         siemens="%_N_A_MPF\n;$PATH=/_N_MPF_DIR\n/G71 ; mm",
         ge2000t="%\n/G70 ! inch\n%",
@@ -73,6 +78,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="%\nO1 (A)\n/G21\n%",
     ),
     "Parameters and expressions": _for(
+        okuma_lathe="VC1=3\nG00 X=VC1*2",
         heidenhain="0 BEGIN PGM A MM\n1 Q1 = 2 * (3 + 4)\n2 L X+Q1 F100",
         siemens="DEF REAL LENGTH=30\nG71 R1=LENGTH/2\nG0 X=R1+10",
         ge2000t="G70 P4=(1.0+.5)\nG00 X(P4*2.0)",
@@ -88,6 +94,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G00 X[SQRT[4.]]",
     ),
     "Conditions, loops, jumps": _for(
+        okuma_lathe="V1=0\nIF [V1 EQ 0] N1\nN1 G00 X1",
         heidenhain="1 LBL 1\n2 FN 1: Q1 = +1 + +1\n3 FN 12: IF +Q1 LT +1 GOTO LBL 1\n4 CALL LBL 1 REP 2",
         siemens="R1=0\nWHILE R1<3\nR1=R1+1\nENDWHILE\nIF R1==3 GOTOF A\nA: FOR R2=1 TO 2\nENDFOR",
         linuxcnc="#1=0\no1 while [#1 LT 3]\n#1=[#1+1]\no1 endwhile",
@@ -112,19 +119,24 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G66 P2 Z5.\nG00 X1.\nG67\nM30\nO2 G00 Z#26\nM99",
     ),
     "Contours of the finishing cycle (G70)": _for(
+        okuma_lathe="G00 X9 Z1\nG87 NLAP1\nNLAP1 G81\nG00 X1\nG01 Z-5\nG80",
         siemens='%_N_A_MPF\nG71 G18 DIAMON G0 X9 Z1\nCYCLE95("P",1,,,,,,.1,5)\nM30\n%_N_P_SPF\nG1 X1 Z0\nZ-5\nX9\nM17',
         linuxcnc="G18 G21 G0 X9\no1 sub\nG0 X1\nG1 Z-5\nX9\no1 endsub\nG70 Q1 D.1 P2",
         lathe="G21\nG70 P1 Q2\nM30\nN1 G00 X1.\nN2 Z1.",
     ),
     "Roughing cycles (G71–G73)": _for(
+        okuma_lathe="G00 X9 Z1\nG85 NLAP1 D1 U.1 W.1\nNLAP1 G81\nG00 X1\nG01 Z-5\nX9\nG80",
         siemens='%_N_A_MPF\nG71 G18 DIAMON G0 X9 Z1\nCYCLE95("P",1,,,,.1,,,1)\nM30\n%_N_P_SPF\nG1 X1 Z0\nZ-5\nX9\nM17',
         linuxcnc="G18 G21 G0 X9\no1 sub\nG0 X1\nG1 Z-5\nX9\no1 endsub\nG71 Q1 D.1\nG72.1 Q1",
         lathe="G21 G00 X9. Z1.\nG71 U1. R.1\nG71 P1 Q2 U.1 W.1 F.1\nN1 G00 X1.\nN2 G01 Z-5.",
     ),
     "Grooving cycles (G74, G75)": _for(
-        siemens="CYCLE93(20,-5,3,2)", lathe="G21 G00 X9. Z1.\nG75 R.1\nG75 X1. Z-5. P1000 Q1000 F.1"
+        okuma_lathe="G00 X9 Z1\nG73 X1 Z-5 K1 D1 L2 F.1",
+        siemens="CYCLE93(20,-5,3,2)",
+        lathe="G21 G00 X9. Z1.\nG75 R.1\nG75 X1. Z-5. P1000 Q1000 F.1",
     ),
     "Threads in passes (G76)": _for(
+        okuma_lathe="G00 X9 Z1\nG71 X1 Z-5 D1 H1 F1",
         siemens="CYCLE97(1.5,,0,-20,20,20,3,1,0.9,0.1,30,0,6,2,1,1)",
         linuxcnc="G21 G18 G0 X9\nG76 P1 Z-5 I-1 J.5 K1",
         lathe="G21 G00 X9.\nG76 P010000 Q10 R.01\nG76 X1. Z-5. P100 Q100 F1.",
@@ -136,7 +148,10 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         fanuc_lathe_b="G21 G77 X10. Z-5. F.1\nX9.",
     ),
     "Threads in one pass": _for(
-        siemens="G71 G33 Z-5 K1", linuxcnc="G21 G33 Z-5 K1", lathe="G21 G32 Z-5. F1.", fanuc_lathe_b="G21 G33 Z-5. F1."
+        siemens="G71 G33 Z-5 K1",
+        linuxcnc="G21 G33 Z-5 K1",
+        lathe="G21 G32 Z-5. F1.",
+        fanuc_lathe_b="G21 G33 Z-5. F1.",
     ),
     "Drilling cycles": _for(
         heidenhain="1 CYCL DEF 200 DRILLING",
@@ -157,6 +172,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     ),
     "Angles in place of a coordinate (A)": _for(siemens="G71 G18 DIAMOF G1 X1 ANG=45 F1", lathe="G21 G01 X1. A45."),
     "Path of the tool under G41, G42": _for(
+        okuma_lathe="G42 G01 X9 F1",
         heidenhain="0 BEGIN PGM A MM\n1 L X+1 RL F100",
         siemens="G71 G41 G1 X9 F1",
         ge2000t="G70 G42 G01 X2.0 F1",
@@ -202,6 +218,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         haas_mill="G21 G187 P3 E0.01\nG103 P1\nG01 X1. F1.",
     ),
     "Further axes, polar interpolation": _for(
+        okuma_lathe="G01 C90 F1",
         heidenhain="0 BEGIN PGM A MM\n1 L C+90 F100",
         siemens="G71 G1 C90 F1",
         lathe="G21 G12.1\nG01 C90. F1.",
@@ -217,7 +234,7 @@ def outcome(text: str, dialect: str) -> str:
     """
     if not text:
         return NONE
-    program = read_program(text.encode(), dialect)
+    program = read_program(text.encode(), dialect, unit=GIVEN_UNIT.get(dialect))
     path = program.run(strict=False, tools=[CutterTool(0.4, tip=0, length_mm=1.0, offset_mm=(1.0, 0.0, 1.0))])
     findings = (*program.findings, *path.findings)
     codes, moved = {finding.code for finding in findings}, set(path.line.tolist())

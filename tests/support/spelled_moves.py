@@ -3,12 +3,15 @@
 Arcs go through points of a lattice circle (3² + 4² = 5²), so their ends and centres are exact in few decimals.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 from hypothesis import strategies as st
 
-TURNING: Final = ("ge2000t", "fanuc-lathe", "fanuc-lathe-b", "haas-lathe")
+from trueloop.nc.program.program import Unit
+
+TURNING: Final = ("ge2000t", "fanuc-lathe", "fanuc-lathe-b", "haas-lathe", "okuma-lathe")
 MILLING: Final = ("fanuc-mill", "haas-mill", "heidenhain")
 EITHER: Final = ("linuxcnc", "siemens")
 CIRCLE: Final = (
@@ -59,7 +62,7 @@ class Style:
 @st.composite
 def styles(draw: st.DrawFn, dialect: str, target: str) -> Style:
     """A way to write programs of that dialect, of a kind that the target can write."""
-    inch = draw(st.booleans())
+    inch = draw(st.booleans()) and "okuma-lathe" not in (dialect, target)
     if dialect == "heidenhain":
         return Style(dialect, False, False, 17)
     turning = dialect in TURNING or target in TURNING
@@ -78,8 +81,11 @@ HEADS: Final = {
     "haas-mill": "{unit} G{plane} G90 G94",
     "siemens": "{unit} G{plane} {x} G90 G94",
     "heidenhain": "BEGIN PGM A MM",
+    "okuma-lathe": "{unit} G18 G90 G94",
 }
-UNITS: Final = {"ge2000t": ("G71", "G70"), "siemens": ("G710", "G700")}
+GIVEN_UNIT: Final[Mapping[str, Unit]] = {"okuma-lathe": "mm"}
+"""Of controls whose programs do not state it."""
+UNITS: Final = {"ge2000t": ("G71", "G70"), "siemens": ("G710", "G700"), "okuma-lathe": ("", "")}
 X_IS: Final = {"linuxcnc": ("G8", "G7"), "siemens": ("DIAMOF", "DIAMON")}
 
 
@@ -153,7 +159,7 @@ def _arc(draw: st.DrawFn, style: Style, at: dict[str, float]) -> tuple[list[str]
     if helix:
         to[third] = draw(lengths)
     code = draw(st.sampled_from(["G02", "G03"]))
-    by_radius = begin != end and style.dialect != "ge2000t" and draw(st.booleans())
+    by_radius = begin != end and style.dialect not in ("ge2000t", "okuma-lathe") and draw(st.booleans())
     radius = 5 * size * draw(st.sampled_from([1, -1]))
     if style.dialect == "heidenhain":
         return _klartext_arc(draw, style, to, at, centre, radius if by_radius else None), {**at, **to}
@@ -213,7 +219,7 @@ SHIFTS: Final = {"siemens": "TRANS", "heidenhain": "CYCL DEF 7.1", "linuxcnc": "
 def _shift(draw: st.DrawFn, style: Style, at: dict[str, float]) -> tuple[list[str], dict[str, float]]:
     """The zero shifted along Z, and the position that the tool then has; back to a position before the next block."""
     by = draw(lengths)
-    if style.dialect == "ge2000t":
+    if style.dialect in ("ge2000t", "okuma-lathe"):
         return [], at
     if style.dialect == "linuxcnc":
         return [f"G92 Z{by:.6f}"], {**at, "Z": by}

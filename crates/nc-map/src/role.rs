@@ -40,6 +40,7 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
                 | G::OpaqueMotion
                 | G::OpaqueBlock
                 | G::Removal(_)
+                | G::Lap(_)
                 | G::TurningCycle
                 | G::Thread
                 | G::Pass(_),

@@ -4,6 +4,7 @@ use crate::dialect::{FlowStyle, PoleFrom, ToolOffset, G};
 use crate::drill::Drill;
 use crate::finding::{self, Severity};
 use crate::hole::Hole;
+use crate::lap::Lap;
 use crate::modal::{Compensation, FeedMode, Motion};
 use crate::profile_cycle::Profile;
 use crate::removal::Removal;
@@ -34,6 +35,7 @@ pub(crate) enum Action {
     TurningCycle,
     Thread(i32),
     Removal(Removal, i32),
+    Lap(Lap, i32),
     CallMacro(i32),
     ModalMacro(i32),
     Groove(u8, i32),
@@ -90,6 +92,7 @@ impl Runner<'_> {
             Action::Groove(deep, word) => self.groove(request, usize::from(deep), word),
             Action::EndSpline => self.spline(request, Spline::End),
             Action::Profile(profile, word) => self.profile_cycle(request, profile, word),
+            Action::Lap(lap, word) => self.lap(request, lap, word),
             Action::Removal(removal, word) => self.removal(removal, word),
             Action::Thread(word) => self.thread_cycle(request, word),
             Action::Nothing => {}
@@ -290,6 +293,7 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::Groove(deep) => Some(Action::Groove(deep, word)),
         G::EndSpline => Some(Action::EndSpline),
         G::Profile(profile) => Some(Action::Profile(profile, word)),
+        G::Lap(lap) => Some(Action::Lap(lap, word)),
         G::Removal(removal) => Some(Action::Removal(removal, word)),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
         G::Setting(..) | G::ToleranceCycle => Some(Action::Nothing),

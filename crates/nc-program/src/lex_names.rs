@@ -25,7 +25,7 @@ impl Lexer<'_> {
         let after = self.scanner.skip_space(closed);
         match self.source.get(after) {
             Some(b'=') if end == start + 1 && !bracket => self.address(start, after + 1, letter),
-            Some(b'=') => self.plain_assignment(start, after + 1),
+            Some(b'=') if self.may_be_variable(letter) => self.plain_assignment(start, after + 1),
             Some(b':') if self.dialect.flow == FlowStyle::Structured => {
                 self.push(start, after + 1, 0, WordKind::Label, f64::NAN);
             }
@@ -33,9 +33,17 @@ impl Lexer<'_> {
                 Some(end) => self.push(start, end, 0, WordKind::Call, f64::NAN),
                 None => self.unknown(start),
             },
+            _ if letter == b'N' && self.dialect.rules.sequence_names => {
+                self.push(start, end, b'N', WordKind::Label, f64::NAN)
+            }
             _ => return false,
         }
         true
+    }
+
+    /// Whether a variable's name may begin with a letter: of OSP all begin with V.
+    fn may_be_variable(&self, letter: u8) -> bool {
+        !self.dialect.rules.sequence_names || letter == self.dialect.parameters.mark
     }
 
     /// A word of the dialect's list, that ends at a byte but for its value.

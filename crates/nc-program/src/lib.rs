@@ -36,6 +36,7 @@ mod groove;
 mod hole;
 mod home;
 mod labels;
+mod lap;
 mod letters;
 mod level_cuts;
 mod lex;

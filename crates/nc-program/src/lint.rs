@@ -122,6 +122,9 @@ fn repeated<'a>(program: &Program, seen: &mut [Option<&'a Word>; 58], word: &'a 
     if !matches!(word.kind, WordKind::Number | WordKind::Expression) || matches!(word.letter, b'G' | b'M') {
         return None;
     }
+    if word.letter == b'N' && program.dialect().rules.sequence_names {
+        return None; // the second one names a contour
+    }
     let slot = seen.get_mut(usize::from(word.letter.wrapping_sub(b'A')))?;
     let first = slot.replace(word)?;
     let (again, first) = (finding::excerpt(program.text(word)), finding::excerpt(program.text(first)));

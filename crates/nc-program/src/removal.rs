@@ -176,7 +176,7 @@ impl Runner<'_> {
         self.state.modal.motion = Motion::Line;
         self.state.modal.feed = feed.filter(|feed| *feed > 0.0).unwrap_or(before.feed);
         self.state.comes_at_rapid = true;
-        self.visit_contour((first, last), self.next, Some(before));
+        self.visit_contour((first, last), self.next, Some(before), true);
         Ok(())
     }
 

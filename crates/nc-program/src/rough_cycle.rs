@@ -17,7 +17,7 @@ const ESCAPE: f64 = 1.27;
 /// What the first block of two says, for those that follow; NaN where none said it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RoughData {
-    depth: f64,
+    pub depth: f64,
     escape: f64,
     /// Of G73: how far off its first pass is (x, z), and how many there are.
     relief: [f64; 2],
@@ -61,7 +61,7 @@ impl Runner<'_> {
     }
 
     /// U and W of the block with P and Q: what is left for finishing (x, y, z), with its sign; U on the diameter.
-    fn allowance(&self, request: &Request) -> [f64; 3] {
+    pub(crate) fn allowance(&self, request: &Request) -> [f64; 3] {
         let of = |letter: u8, axis: usize| request.get(letter).unwrap_or(0.0) * self.state.modal.axis_mm(axis);
         [of(b'U', 0), 0.0, of(b'W', 2)]
     }
@@ -192,7 +192,7 @@ impl Runner<'_> {
     }
 
     /// Along the contour, off by as much.
-    fn cut_contour(&mut self, contour: &Contour, off: [f64; 3]) {
+    pub(crate) fn cut_contour(&mut self, contour: &Contour, off: [f64; 3]) {
         let down = if contour.feeds_down { MoveKind::Line } else { MoveKind::Rapid };
         self.emit(down, sum(contour.start, off), [INHERITED; 3]);
         let (first, second, _) = self.state.modal.plane.axes();

@@ -30,12 +30,14 @@ impl Unit {
     }
 }
 
-/// How a program of a dialect states its unit.
+/// What states the unit in a program of a dialect, where that is in its words.
 fn unit_codes(dialect: &Dialect) -> &'static str {
+    let states = |tenths: u16| matches!((dialect.g)(tenths), Some(G::Inch(_)));
     match dialect.flow {
-        FlowStyle::Labels => "BEGIN PGM with MM or INCH",
-        _ if matches!((dialect.g)(200), Some(G::Inch(_))) => "G20 or G21",
-        _ => "G70 or G71",
+        FlowStyle::Labels => "write BEGIN PGM with MM or INCH before it, or ",
+        _ if states(200) => "write G20 or G21 before it, or ",
+        _ if states(700) => "write G70 or G71 before it, or ",
+        _ => "",
     }
 }
 
@@ -68,7 +70,7 @@ impl Runner<'_> {
             self.state.modal.mm()
         );
         let hint = format!(
-            "write {} before it, or say which unit is in force at the start: --unit mm or --unit inch, in a job programs.unit",
+            "{}say which unit is in force at the start: --unit mm or --unit inch, in a job programs.unit",
             unit_codes(self.program.dialect())
         );
         self.warn(finding::UNIT, self.word_start(word), message, &hint);

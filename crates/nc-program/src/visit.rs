@@ -18,9 +18,9 @@ pub(crate) enum Visit {
     /// A subprogram: its first block, the runs left, and the block to go on with; whether it has parameters of its own,
     /// and whether it was called after a move (G66).
     Program { start: usize, left: u64, back: usize, own: bool, modal: bool },
-    /// A contour: its last block, the block to go on with, the machine position to return to, and the modal state that
+    /// A contour: its last block, the block to go on with, the machine position to return to, if any, and the modal state that
     /// is put back then.
-    Contour { last: usize, back: usize, from: [f64; 3], after: Option<Modal> },
+    Contour { last: usize, back: usize, from: Option<[f64; 3]>, after: Option<Modal> },
 }
 
 impl Runner<'_> {
@@ -139,15 +139,21 @@ impl Runner<'_> {
             return self.warn(finding::MISPLACED, self.word_start(word), message, "write G70 P.. Q..");
         }
         let Some(blocks) = self.contour_blocks(request) else { return };
-        self.visit_contour(blocks, self.next, None);
+        self.visit_contour(blocks, self.next, None, true);
     }
 
-    pub(crate) fn visit_contour(&mut self, (first, last): (usize, usize), back: usize, after: Option<Modal>) {
+    pub(crate) fn visit_contour(
+        &mut self,
+        (first, last): (usize, usize),
+        back: usize,
+        after: Option<Modal>,
+        returns: bool,
+    ) {
         if !self.too_deep() {
             let total = self.state.frame.total();
             let from = [0, 1, 2].map(|axis| self.state.position[axis] + total[axis]);
             self.path.enter_call(self.block);
-            self.visits.push(Visit::Contour { last, back, from, after });
+            self.visits.push(Visit::Contour { last, back, from: returns.then_some(from), after });
             self.next = first;
         }
     }
@@ -169,7 +175,7 @@ impl Runner<'_> {
             self.roughed.push((word, first, last));
             let ends = [b'P', b'Q'].map(|letter| request.get(letter).unwrap_or(f64::NAN));
             if !self.labels().finishes(ends) {
-                self.visit_contour((first, last), self.next, None);
+                self.visit_contour((first, last), self.next, None, true);
             }
         }
     }
@@ -213,6 +219,7 @@ impl Runner<'_> {
         self.next = back;
         self.state.modal = after.unwrap_or(self.state.modal);
         self.state.comes_at_rapid = false;
+        let Some(from) = from else { return };
         let total = self.state.frame.total();
         let end = [0, 1, 2].map(|axis| from[axis] - total[axis]);
         if end != self.state.position {

@@ -23,6 +23,7 @@ def test_the_dialects() -> None:
         "haas-mill",
         "siemens",
         "heidenhain",
+        "okuma-lathe",
     }
 
 

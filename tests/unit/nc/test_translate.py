@@ -10,6 +10,7 @@ import pytest
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.machine_moves import machine_moves
 from tests.support.nc_judge import assert_same_moves
+from tests.support.spelled_moves import GIVEN_UNIT
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import Program, read_program
@@ -31,7 +32,8 @@ STARTUP = "G17 G20 G8 G40 G90 G94 S1000"
 def source(name: str) -> tuple[Program, dict[str, float]]:
     case = tomllib.loads((PROGRAMS / name / "case.toml").read_text())
     file = next((PROGRAMS / name).glob("program.*"))
-    return read_program(file.read_bytes(), case["dialect"], file.name), case.get("parameters", {})
+    program = read_program(file.read_bytes(), case["dialect"], file.name, unit=case.get("given_unit"))
+    return program, case.get("parameters", {})
 
 
 def lost(made: Translation, severity: Severity) -> list[str]:
@@ -73,7 +75,7 @@ def test_the_path_is_the_source_s_to_the_rounding(name: str, to: str) -> None:
         no_words = ("position register", "machine coordinates", "way to the reference point", "surface speed")
         assert all(any(what in error for what in no_words) for error in by_target)
         return
-    found = machine_moves(read_program(made.source, to))
+    found = machine_moves(read_program(made.source, to, unit=GIVEN_UNIT.get(to)))
     step_mm = 25.4e-5 if program.run(parameters).inch.any() else 1e-5
     assert made.rounded_mm <= (2.2 if to == "heidenhain" else 0.5) * step_mm * (1 + 1e-9)
     assert [move.motion for move in found] == [move.motion for move in wanted]

@@ -2,6 +2,7 @@
 
 use crate::curve::PoleFrom;
 use crate::drill::Drill;
+use crate::lap::Lap;
 use crate::modal::{Compensation, FeedMode, Motion, Plane, SpindleMode};
 use crate::pass::Pass;
 use crate::profile_cycle::Profile;
@@ -111,6 +112,8 @@ pub enum G {
     FinishContour,
     /// Roughs out the contour between N of P and N of Q; these blocks are passed over.
     RoughContour(Rough),
+    /// Lathe auto-programming: contours by their sequence name.
+    Lap(Lap),
     /// Roughs out or finishes the contour that its arguments name, or names it.
     Removal(Removal),
     /// Runs on, or roughs out, the contour of the subroutine that Q names.

@@ -7,6 +7,7 @@ mod ge2000t;
 mod haas;
 mod heidenhain;
 mod linuxcnc;
+mod okuma;
 mod siemens;
 
 pub use crate::curve::PoleFrom;
@@ -23,11 +24,22 @@ pub use ge2000t::GE2000T;
 pub use haas::{HAAS_LATHE, HAAS_MILL};
 pub use heidenhain::HEIDENHAIN;
 pub use linuxcnc::LINUXCNC;
+pub use okuma::OKUMA_LATHE;
 pub use siemens::SIEMENS;
 
 /// Every dialect there is.
-pub const DIALECTS: [&Dialect; 9] =
-    [&GE2000T, &LINUXCNC, &FANUC_LATHE, &FANUC_LATHE_B, &FANUC_MILL, &HAAS_LATHE, &HAAS_MILL, &SIEMENS, &HEIDENHAIN];
+pub const DIALECTS: [&Dialect; 10] = [
+    &GE2000T,
+    &LINUXCNC,
+    &FANUC_LATHE,
+    &FANUC_LATHE_B,
+    &FANUC_MILL,
+    &HAAS_LATHE,
+    &HAAS_MILL,
+    &SIEMENS,
+    &HEIDENHAIN,
+    &OKUMA_LATHE,
+];
 
 /// How names of parameters are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,6 +125,8 @@ pub struct Rules {
     pub diameter_is_machine_data: bool,
     /// The lead of a tapered thread counts along the thread; else along the axis on which it is longer.
     pub lead_along_thread: bool,
+    /// Blocks may have names behind N: `NLAP1`.
+    pub sequence_names: bool,
 }
 
 impl Rules {
@@ -124,6 +138,7 @@ impl Rules {
         retracts_to_plane: false,
         diameter_is_machine_data: false,
         lead_along_thread: false,
+        sequence_names: false,
     };
 }
 

@@ -99,6 +99,7 @@ _WRITTEN: Final[Mapping[str, Mapping[str, Any]]] = {
         "rounds_every_corner": True, "contour_shift": "ATRANS", "wear_words": "siemens", "offset_x": "radius",
     },
     "heidenhain": {"klartext": True},
+    "okuma-lathe": {},
 }  # fmt: skip
 DIALECTS: Mapping[str, Dialect] = MappingProxyType({r[0]: Dialect(*r, **_WRITTEN[r[0]]) for r in nc_dialects()})
 """Every dialect by its name."""

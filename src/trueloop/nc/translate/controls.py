@@ -19,7 +19,8 @@ DIAMETER: Final = MappingProxyType({True: ""})
 class Control:
     """The words of one dialect; None where it has none, an empty string where it is always so.
 
-    `kind`: what its programs are for. `inch`: the words of inch (True) and of millimetres. `planes`, `offsets`: by the
+    `kind`: what its programs are for. `inch`: the words of inch (True) and of millimetres; without
+    inch it is a setting of the control. `planes`, `offsets`: by the
     number of `ToolPath.plane`, of `ToolPath.work_offset`. `diameter`: the words of X as a diameter (True) and as a
     radius. `feeds`: of feed a revolution (True) and a minute. `register` sets the position register, `machine` moves in
     machine coordinates, `home` goes home by `home_letters`, `thread` cuts one of the lead that follows `lead`, of three
@@ -123,6 +124,21 @@ CONTROLS: Final[Mapping[str, Control]] = MappingProxyType(
             dwell_letters={},
             tool_offset="call",
             functions_that_move=89,
+        ),
+        "okuma-lathe": Control(
+            "turning",
+            inch={False: ""},
+            planes={18: "G18"},
+            diameter=DIAMETER,
+            register="G50",
+            machine=None,
+            home=None,
+            offsets={1: ""},
+            thread=None,
+            dwell="G04 F{}",
+            dwell_letters={"F": 1.0},
+            tool_offset="T",
+            speed_limit="G50 S{}",
         ),
     }
 )

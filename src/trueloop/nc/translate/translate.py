@@ -77,6 +77,12 @@ def translate(
     if decimals is not None and not 0 <= decimals <= MOST_DECIMALS:
         raise TrueloopError(Code.NC_LIMIT, f"{decimals} decimals: 0 to 9 can be written", hint="leave --decimals out")
     path = program.run(parameters, skipped_blocks=skipped_blocks, trace=True)
+    if True not in target.control.inch and path.inch.any():
+        raise TrueloopError(
+            Code.NC_LOST,
+            f"this turning program is in inch, and one of {to} does not say its unit: it is taken for millimetres",
+            hint="write it in millimetres first",
+        )
     from_control, same = CONTROLS[program.dialect.name], program.dialect.name == to
     words = [word for block in program.other_blocks for word in block.words if word.letter in ("M", "T")]
     by_m6 = any(word.letter == "M" and word.value == 6 for word in words)

@@ -44,6 +44,36 @@ def of_name(program: Program, cycle: ContourCycle) -> list[Edit]:
     return [call, copied]
 
 
+def of_sequence(program: Program, cycle: ContourCycle) -> list[Edit]:
+    """A copy of the definition behind it, under another sequence name: in its course a program passes both over."""
+    name = cycle.named[0]
+    first = [block for block in program.blocks if _is_called(block, name) and _begins(program, block)]
+    ends = [block for block in program.blocks if first and block.index > first[0].index and _ends(program, block)]
+    if len(first) != 1 or not ends or cycle.block.skipped:
+        raise refusal(program, cycle.block, f"this cycle, whose contour {cycle.word.text} is not there once,")
+    names = {word.text.upper() for block in program.blocks for word in block.words if word.letter == "N"}
+    other = next(text for k in count(1) if (text := f"NLAP{k}") not in names)
+    label = first[0].words[0]
+    copy = _text(program)[label.end : ends[0].end]
+    return [
+        Edit(cycle.word.start, cycle.word.end, other),
+        Edit(ends[0].end, ends[0].end, line_ending(program) + other + copy),
+    ]
+
+
+def _is_called(block: Block, name: str) -> bool:
+    first = block.words[0] if block.words else None
+    return first is not None and first.letter == "N" and first.text[1:].lstrip("0").upper() == name
+
+
+def _begins(program: Program, block: Block) -> bool:
+    return any((program.core.meaning(word.index) or "").startswith("Lap(B") for word in block.words)
+
+
+def _ends(program: Program, block: Block) -> bool:
+    return any(program.core.meaning(word.index) == "Lap(End)" for word in block.words)
+
+
 def _section(program: Program, names: list[str], ending: str) -> Edit | None:
     """Before the section, behind the jump that leads past it: where that is not run, neither is the copy."""
     blocks = [list(_labelled(program, name)) for name in names]

@@ -21,6 +21,7 @@ class ContourCycle:
 
     `by`: the contour lies between the blocks of two numbers (P, Q), is the subroutine of a number (Q of LinuxCNC), or
     has a name: a subprogram's, or two labels (Sinumerik); it may stand in an earlier block (CYCLE62).
+    Or it has the sequence name of its first block (OSP), which is then `word`.
     """
 
     block: Block
@@ -28,7 +29,7 @@ class ContourCycle:
     named: tuple[str, ...]
     roughs: bool
     finishes: bool
-    by: Literal["numbers", "subroutine", "name", "earlier"]
+    by: Literal["numbers", "subroutine", "name", "earlier", "sequence"]
 
 
 def finishing_cycle(program: Program, path: ToolPath, move: int) -> ContourCycle | None:
@@ -62,11 +63,21 @@ def _cycle(program: Program, block: Block) -> ContourCycle | None:
             by: Literal["numbers", "subroutine"] = "subroutine" if letters == "Q" else "numbers"
             if len(named) == len(letters):
                 return ContourCycle(block, word, named, not finishes, finishes, by)
+        if meaning.startswith(("Lap(Rough", "Lap(Finish")):
+            return _lap(block, word, finishes=meaning == "Lap(Finish)")
         if meaning == "Removal(Stock)":
             return _stock_removal(block, word)
         if meaning == "Removal(Contour)":
             return _contour_turning(program, block, word)
     return None
+
+
+def _lap(block: Block, word: Word, *, finishes: bool) -> ContourCycle | None:
+    """G85, G86, G87 of OSP: the sequence name behind the code."""
+    behind = [other for other in block.words if other.start > word.start and other.letter == "N"]
+    if not behind:
+        return None
+    return ContourCycle(block, behind[0], (behind[0].text[1:].lstrip("0").upper(),), not finishes, finishes, "sequence")
 
 
 def _stock_removal(block: Block, word: Word) -> ContourCycle:

@@ -2,7 +2,7 @@
 
 The blocks that roughing reads stay, to the byte. Where they lie between two numbered blocks (G70 P Q), the finishing
 cycle is written out: the contour's blocks in its place, and the rapid move back to where it began. No control has to
-find a second contour then, or to pass it over. Where the contour has a number or a name (LinuxCNC, Sinumerik), the
+find a second contour then, or to pass it over. Where the contour has a number or a name (LinuxCNC, Sinumerik, OSP), the
 cycle gets a copy under one of its own.
 """
 
@@ -14,7 +14,7 @@ from trueloop.arrays import Integers
 from trueloop.nc.edit.edit import Edit, coordinate_text, line_ending
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import Motion, ToolPath
-from trueloop.turned.program.contour_copies import of_name, of_subroutine, refusal
+from trueloop.turned.program.contour_copies import of_name, of_sequence, of_subroutine, refusal
 from trueloop.turned.program.contour_cycles import ContourCycle, finishing_cycle, roughed_by
 
 
@@ -30,7 +30,8 @@ def own_contour(program: Program, path: ToolPath, move: int) -> list[Edit]:
         raise refusal(program, cycle.block, "this cycle, which roughs too or takes its contour from an earlier block,")
     if cycle.by == "numbers":
         return [_written_out(program, path, int(path.call[move]), cycle)]
-    return of_subroutine(program, cycle) if cycle.by == "subroutine" else of_name(program, cycle)
+    copies = {"subroutine": of_subroutine, "name": of_name, "sequence": of_sequence}
+    return copies[cycle.by](program, cycle)
 
 
 def _written_out(program: Program, path: ToolPath, call: int, cycle: ContourCycle) -> Edit:
