@@ -22,23 +22,64 @@ def written(shape: Any, path: Path, unit: str = "MM") -> Path:
     return path
 
 
-def turned_spline() -> Any:
-    """A spindle-shaped solid: a spline through five points, turned once round the z axis."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
+SPINDLE = [(8.0, 0.0), (12.0, 7.0), (9.0, 15.0), (11.0, 22.0), (6.0, 30.0)]
+"""(x, z) through which a spline goes."""
+
+
+def spindle() -> Any:
+    """The kernel's spline through the points of `SPINDLE`."""
     from OCP.collections import HArray1_gp_Pnt
     from OCP.GeomAPI import GeomAPI_Interpolate
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt
+    from OCP.gp import gp_Pnt
 
-    through = [(8.0, 0.0), (12.0, 7.0), (9.0, 15.0), (11.0, 22.0), (6.0, 30.0)]
-    points = HArray1_gp_Pnt(1, len(through))
-    for k, (r, z) in enumerate(through, 1):
+    points = HArray1_gp_Pnt(1, len(SPINDLE))
+    for k, (r, z) in enumerate(SPINDLE, 1):
         points.SetValue(k, gp_Pnt(r, 0.0, z))
     spline = GeomAPI_Interpolate(points, False, 1e-9)
     spline.Perform()
-    (r0, z0), (r1, z1) = through[0], through[-1]
-    corners = [gp_Pnt(r1, 0, z1), gp_Pnt(0, 0, z1), gp_Pnt(0, 0, z0), gp_Pnt(r0, 0, z0)]
-    wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(spline.Curve()).Edge())
+    return spline.Curve()
+
+
+def turned_spline() -> Any:
+    """A spindle-shaped solid: a spline through five points, turned once round the z axis."""
+    from OCP.gp import gp_Pnt
+
+    (r0, z0), (r1, z1) = SPINDLE[0], SPINDLE[-1]
+    return _turned_curve(spindle(), [gp_Pnt(r1, 0, z1), gp_Pnt(0, 0, z1), gp_Pnt(0, 0, z0), gp_Pnt(r0, 0, z0)])
+
+
+def paraboloid(radius: float, edge: float, as_b_spline: bool) -> Any:
+    """A cylinder whose free end is z = −x²/(2 R), exact as a Bézier curve; its face turned, or as a B-spline."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+    from OCP.collections import Array1_gp_Pnt
+    from OCP.Geom import Geom_BezierCurve
+    from OCP.gp import gp_Pnt
+
+    low, poles = -(edge**2) / (2 * radius), Array1_gp_Pnt(1, 3)
+    for k, (x, z) in enumerate([(edge, low), (edge / 2, 0.0), (0.0, 0.0)], 1):
+        poles.SetValue(k, gp_Pnt(x, 0, z))
+    corners = [gp_Pnt(0, 0, 0), gp_Pnt(0, 0, -20), gp_Pnt(edge, 0, -20), gp_Pnt(edge, 0, low)]
+    solid, occ = _turned_curve(Geom_BezierCurve(poles), corners), kernel()
+    if not as_b_spline:
+        return solid
+    faces, sewing = occ.Explorer(solid, occ.FACE), occ.Sewing(1e-5)
+    while faces.More():
+        face = occ.as_face(faces.Current())
+        dome = type(occ.surface_of(face)).__name__ == "Geom_SurfaceOfRevolution"
+        sewing.Add(BRepBuilderAPI_NurbsConvert(face).Shape() if dome else face)
+        faces.Next()
+    sewing.Perform()
+    closed = occ.MakeSolid(occ.as_shell(occ.Explorer(sewing.SewedShape(), occ.SHELL).Current())).Solid()
+    occ.orient_closed(closed)
+    return closed
+
+
+def _turned_curve(curve: Any, corners: Sequence[Any]) -> Any:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt
+
+    wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge())
     for a, b in pairwise(corners):
         wire.Add(BRepBuilderAPI_MakeEdge(a, b).Edge())
     face = BRepBuilderAPI_MakeFace(wire.Wire()).Face()

@@ -14,9 +14,10 @@ from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt
 from tests.support.cli import run
 from tests.support.profiles import facetst, modbas2, piecs11, polyline
 from tests.support.refusals import refused
-from tests.support.solids import turned, turned_spline, written
+from tests.support.solids import SPINDLE, paraboloid, spindle, turned, turned_spline, written
 from trueloop.errors import Code
 from trueloop.formats.cad.step_profile import read_step_profile
+from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
@@ -98,9 +99,29 @@ def test_the_profile_is_cut_where_the_program_begins_and_ends(tmp_path: Path) ->
     assert refused(lambda: read_step_profile(path, from_z_mm=5.0)).code is Code.GEO_STEP
 
 
-def test_a_spline_is_refused_with_its_place(tmp_path: Path) -> None:
-    refusal = refused(read_step_profile, written(turned_spline(), tmp_path / "part.step"))
-    assert refusal.code is Code.GEO_STEP and "is no line and no arc" in refusal.message
+def test_a_spline_is_a_curve_through_its_points(tmp_path: Path) -> None:
+    """The kernel's own spline, at 200 places, lies on the curve that is read from the solid's file."""
+    read = read_step_profile(written(turned_spline(), tmp_path / "part.step"))
+    curve = read.features[1]
+    assert isinstance(curve, Curve) and [f.name for f in read.features] == ["face-1", "curve-1", "face-2"]
+    np.testing.assert_allclose([curve.start_mm, curve.end_mm], [SPINDLE[0], SPINDLE[-1]], atol=1e-7)
+    spline = spindle()
+    places = np.linspace(spline.FirstParameter(), spline.LastParameter(), 200).tolist()
+    points = [(point.X(), point.Z()) for point in map(spline.Value, places)]
+    assert np.max(np.abs(curve.locate(points)[1])) < 1e-7
+    checked_profile(read.features)
+
+
+@pytest.mark.parametrize("as_b_spline", [False, True], ids=["turned", "b-spline surface"])
+def test_a_paraboloid_is_exact(tmp_path: Path, as_b_spline: bool) -> None:
+    """z = −x²/(2 R) with R = 40 on a cylinder of 16 mm, also where the file has a B-spline surface for it."""
+    read = read_step_profile(written(paraboloid(40.0, 16.0, as_b_spline), tmp_path / "lens.step"))
+    curve = read.features[-1]
+    assert isinstance(curve, Curve)
+    x, z = curve.point_mm(np.linspace(0, curve.length_mm, 101)).T
+    np.testing.assert_allclose(z, -x * x / 80.0, atol=1e-7)
+    np.testing.assert_allclose([x[0], x[-1]], [16.0, 0.0], atol=1e-7)
+    assert np.all(curve.outward_normal(curve.length_mm / 2) > 0)
 
 
 def test_a_job_and_the_command_line_take_the_solid(tmp_path: Path) -> None:

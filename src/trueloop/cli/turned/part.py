@@ -15,6 +15,7 @@ from trueloop.errors import in_file
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from trueloop.domain.characteristic import Characteristic
     from trueloop.geometry.profile import Profile
 
 app = typer.Typer(
@@ -54,12 +55,15 @@ class Table:
         None
     )
 
-    def hand_over(self, profile: "Profile", notes: "Sequence[str]", source: Path) -> None:
-        """The table with the decisions as comments, to the file or to stdout."""
+    def hand_over(
+        self, profile: "Profile", notes: "Sequence[str]", source: Path, asked: "Sequence[Characteristic]" = ()
+    ) -> None:
+        """The table with the decisions as comments, and what is asked of the part, to the file or to stdout."""
+        from trueloop.formats.jobs.characteristic_toml import characteristics_toml
         from trueloop.formats.jobs.profile_of_job import part_table_toml
         from trueloop.formats.outputs import write_all
 
-        table = part_table_toml(self.name or source.stem, profile, notes)
+        table = part_table_toml(self.name or source.stem, profile, notes) + characteristics_toml(asked)
         if self.output is None:
             typer.echo(table, nl=False)
         else:
@@ -125,6 +129,10 @@ def from_dxf(
 class Solid:
     """How a solid is read."""
 
+    side: OfSide = "outside"
+    outline: Annotated[
+        int | None, typer.Option("--outline", min=1, help="Which contour, where that side has several.")
+    ] = None
     turned_round: Annotated[
         bool, typer.Option("--turned-round", help="The free end is at the small z of the file: z is counted back.")
     ] = False
@@ -141,12 +149,15 @@ class Solid:
 def from_step(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The solid: STEP or IGES.")], solid: Solid, table: Table
 ) -> None:
-    """Make a [part] table from a turned solid: its outside, as exact lines and arcs."""
+    """Make a [part] table from a turned solid: its outside or its bore, exact, with the tolerances on its faces."""
     from trueloop.formats.cad.step_profile import read_step_profile
+    from trueloop.formats.cad.step_tolerances import fitting
+    from trueloop.geometry.profile import Side
     from trueloop.geometry.validate import checked_profile
 
     with busy(f"reading {file}"):
         read = read_step_profile(file, **vars(solid))
         with in_file(file):
-            profile = checked_profile(read.features)
-    table.hand_over(profile, read.notes, file)
+            profile = checked_profile(read.features, side=Side(solid.side))
+        asked = fitting(read.characteristics, profile)
+    table.hand_over(profile, (*read.notes, *asked.notes), file, asked.characteristics)

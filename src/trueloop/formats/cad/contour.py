@@ -4,16 +4,16 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Literal, TypeAlias
 
 import numpy as np
+from scipy.optimize import brentq
 
 from trueloop.formats.cad.axis import WITHIN_MM
 from trueloop.formats.cad.dxf_outline import cut_at
+from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.intersection import intersections
-
-Side: TypeAlias = Literal["outside", "inside"]
+from trueloop.geometry.profile import Side
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,6 @@ class Piece:
     """A part of a meridian, its material on the right, which there is at `share` of the angles about the axis."""
 
     feature: Feature
-    is_chord: bool = False
     share: float = 1.0
 
 
@@ -56,22 +55,28 @@ def chained(pieces: Sequence[Piece], body: str) -> list[Contour]:
 def _extent(feature: Feature) -> tuple[float, float]:
     """The lowest and the highest z of a feature."""
     ends = [feature.start_mm[1], feature.end_mm[1]]
-    if isinstance(feature, Arc):
-        ends += [z for x, z in _poles(feature)]
+    ends += [z for x, z in _poles(feature)]
     return min(ends), max(ends)
 
 
-def _poles(arc: Arc) -> Iterator[Point]:
-    """Where an arc runs across: at the lowest and the highest z of its circle, as far as it reaches them."""
-    (x, z), radius = arc.centre_mm, arc.radius_mm
-    for pole in ((x, z - radius), (x, z + radius)):
-        if WITHIN_MM < float(arc.locate(pole)[0]) < arc.length_mm - WITHIN_MM:
-            yield pole
+def _poles(feature: Feature) -> Iterator[Point]:
+    """Where an arc or a curve runs straight across, between its ends: its lowest and highest z are there."""
+    if isinstance(feature, Arc):
+        (x, z), radius = feature.centre_mm, feature.radius_mm
+        for pole in ((x, z - radius), (x, z + radius)):
+            if WITHIN_MM < float(feature.locate(pole)[0]) < feature.length_mm - WITHIN_MM:
+                yield pole
+    elif isinstance(feature, Curve):
+        s = feature.sampled_mm[0]
+        along = feature.tangent(s)[:, 1]
+        for k in np.flatnonzero(along[:-1] * along[1:] < 0):
+            x, z = feature.point_mm(brentq(lambda at: float(feature.tangent(at)[1]), s[k], s[k + 1], xtol=1e-12))
+            yield float(x), float(z)
 
 
 def crossing(contours: Sequence[Contour]) -> Point | None:
     """Where two pieces of a section cross between their ends, as those of a solid never do."""
-    features = [piece.feature for one in contours for piece in one.pieces if not piece.is_chord]
+    features = [piece.feature for one in contours for piece in one.pieces]
     for a, b in combinations(features, 2):
         for point in intersections(a, b):
             along = [(float(feature.locate(point)[0]), feature.length_mm) for feature in (a, b)]
@@ -81,8 +86,6 @@ def crossing(contours: Sequence[Contour]) -> Point | None:
 
 
 def _at_extremes(piece: Piece, low: float, high: float) -> list[Piece]:
-    if not isinstance(piece.feature, Arc):
-        return [piece]
     at = [pole for pole in _poles(piece.feature) if min(abs(pole[1] - low), abs(pole[1] - high)) < WITHIN_MM]
     return [replace(piece, feature=part) for part in cut_at(piece.feature, at, WITHIN_MM)]
 
@@ -123,9 +126,9 @@ def _sides(chain: Sequence[Piece], low: float, high: float, body: str) -> Iterat
     closed = math.dist(chain[0].feature.start_mm, chain[-1].feature.end_mm) <= 2 * WITHIN_MM
     chain = _from_low(chain, low, high) if closed else chain
     first, last = _outside(chain, low, high)
-    for side, part in (("inside", chain[:first]), ("outside", chain[first:last]), ("inside", chain[last:])):
+    for side, part in ((Side.INSIDE, chain[:first]), (Side.OUTSIDE, chain[first:last]), (Side.INSIDE, chain[last:])):
         if part:
-            yield _contour(side, _joined(part), (low, high), body)  # type: ignore[arg-type]
+            yield _contour(side, _joined(part), (low, high), body)
 
 
 def _outside(chain: Sequence[Piece], low: float, high: float) -> tuple[int, int]:
@@ -173,7 +176,7 @@ def _joined(pieces: Sequence[Piece]) -> list[Piece]:
 
 def _one(first: Piece, second: Piece) -> Piece | None:
     a, b, share = first.feature, second.feature, max(first.share, second.share)
-    if first.is_chord or second.is_chord or math.dist(a.end_mm, b.start_mm) > 2 * WITHIN_MM:
+    if math.dist(a.end_mm, b.start_mm) > 2 * WITHIN_MM:
         return None
     if isinstance(a, Line) and isinstance(b, Line):
         whole = replace(a, end_mm=b.end_mm)

@@ -48,7 +48,7 @@ def _loaded() -> SimpleNamespace:
     from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
     from OCP.GeomConvert import GeomConvert
     from OCP.GeomLProp import GeomLProp_SLProps
-    from OCP.gp import gp_Pnt, gp_Pnt2d
+    from OCP.gp import gp_Pnt, gp_Pnt2d, gp_Vec
     from OCP.GProp import GProp_GProps
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESControl import IGESControl_Reader, IGESControl_Writer
@@ -112,6 +112,7 @@ def _loaded() -> SimpleNamespace:
         FreeCurve=GeomAdaptor_Curve,
         Curve2d=BRepAdaptor_Curve2d,
         C1=GeomAbs_Shape.GeomAbs_C1,
+        CN=GeomAbs_Shape.GeomAbs_CN,
         Interpolate=Geom2dAPI_Interpolate,
         build_curves=BRepLib.BuildCurves3d_s,
         orient_closed=BRepLib.OrientClosedSolid_s,
@@ -138,6 +139,7 @@ def _loaded() -> SimpleNamespace:
         LINE=GeomAbs_CurveType.GeomAbs_Line,
         CIRCLE=GeomAbs_CurveType.GeomAbs_Circle,
         Pnt=gp_Pnt,
+        Vec=gp_Vec,
         Pnt2d=gp_Pnt2d,
         Points2d=collections.HArray1_gp_Pnt2d,
         Points=collections.Array2_gp_Pnt,

@@ -21,6 +21,7 @@ from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import CadFace
 from trueloop.formats.cad.turned_faces import Meridian, has_place, meridians, rings
 from trueloop.geometry.feature import Feature
+from trueloop.geometry.profile import Side
 
 LOOKED_AT_MM: Final = 1e-6
 ANGLES_RAD: Final = tuple(np.arange(36) * math.pi * (3 - math.sqrt(5)))
@@ -39,11 +40,11 @@ def contours_of(body: Body, axis: Axis) -> list[Contour]:
         most = chained(_pieces(bounding, MOST), body.name)
         if most and not _is_open(most):
             found = [replace(contour, by_most=True) for contour in most]
-    return sorted(found, key=lambda contour: (contour.side == "inside", min(end[1] for end in contour.ends)))
+    return sorted(found, key=lambda contour: (contour.side is Side.INSIDE, min(end[1] for end in contour.ends)))
 
 
 def _is_open(contours: Sequence[Contour]) -> bool:
-    return any(contour.open_at for contour in contours if contour.side == "outside")
+    return any(contour.open_at for contour in contours if contour.side is Side.OUTSIDE)
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def _cut(body: Body, axis: Axis) -> list[tuple[Meridian, list[CadFace]]]:
     points = np.array(nodes).reshape(-1, 2)
     found: list[tuple[Meridian, list[CadFace]]] = []
     for one in whole:
-        for feature in [one.feature] if one.is_chord else _at_nodes(one.feature, points):
+        for feature in _at_nodes(one.feature, points):
             piece = replace(one, feature=feature)
             known = next((faces for other, faces in found if _same(piece, other)), None)
             if known is not None:
@@ -92,7 +93,7 @@ def _cut(body: Body, axis: Axis) -> list[tuple[Meridian, list[CadFace]]]:
 def _same(a: Meridian, b: Meridian) -> bool:
     """Whether two pieces run through the same places, in the same direction."""
     there = math.dist(a.feature.start_mm, b.feature.start_mm) + math.dist(a.middle_mm, b.middle_mm)
-    return a.is_chord == b.is_chord and there < WITHIN_MM and alike(a.feature, b.feature, WITHIN_MM)
+    return there < WITHIN_MM and alike(a.feature, b.feature, WITHIN_MM)
 
 
 def _at_nodes(feature: Feature, points: Array) -> list[Feature]:
@@ -116,7 +117,7 @@ def _inside(solid: Any) -> Callable[[Array], bool]:
 def _pieces(bounding: Sequence[_Bounding], enough: float) -> list[Piece]:
     """What has material on one side at more than so large a share of the angles, and on the other not."""
     return [
-        Piece(one.piece.feature, one.piece.is_chord, one.here + one.buried)
+        Piece(one.piece.feature, one.here + one.buried)
         for one in bounding
         if one.buried <= enough < one.here + one.buried
     ]

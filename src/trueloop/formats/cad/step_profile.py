@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.axis import WITHIN_MM, Axis, axis_of
 from trueloop.formats.cad.bodies import Body, Solids, read_solids
-from trueloop.formats.cad.contour import Contour, Piece, Side, crossing
+from trueloop.formats.cad.contour import Contour, Piece, crossing
 from trueloop.formats.cad.dxf_outline import cut_at
 from trueloop.formats.cad.not_turned import not_turned
 from trueloop.formats.cad.part21 import read_records
@@ -25,6 +25,7 @@ from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Feature, Line, Point
 from trueloop.geometry.names import named_by_kind
+from trueloop.geometry.profile import Side
 
 AS_MUCH: Final = 0.9
 """Another axis about which this share of the area is turned that is turned about the first one is no lesser axis."""
@@ -50,13 +51,13 @@ class StepProfile:
 def read_step_profile(
     path: FilePath,
     *,
-    side: Side = "outside",
+    side: Literal["outside", "inside"] | Side = "outside",
     outline: int | None = None,
     turned_round: bool = False,
     from_z_mm: float | None = None,
     to_z_mm: float | None = None,
 ) -> StepProfile:
-    """The outside or the bore of a turned solid, as exact lines and arcs in mm; z is along its axis, from the origin.
+    """The outside or the bore of a turned solid, exact, in mm; z runs along its axis from the file's origin.
 
     The axis is that about which most of the area is turned; z grows along it towards the file's +z, or the largest of
     its components, and the other way when `turned_round`. What is not turned (cross holes, flats, keyways) is left out
@@ -64,7 +65,7 @@ def read_step_profile(
     program does. `outline` is the contour's number, from 1 from the chuck, where that side has several. Features are
     named cylinder-1, arc-1…
     Raises SRF-CAD for what cannot be read, GEO-STEP for a solid without an axis or with two, a side that it has not or
-    has several times, one that is not turned all along, and contours that are neither lines nor arcs.
+    has several times, one that is not turned all along, a curve that has a corner (GEO-CURVE).
 
     >>> trueloop.read_step_profile(trueloop.example("surface/nominal.step"))
     Traceback (most recent call last):
@@ -78,9 +79,9 @@ def read_step_profile(
         bodies = (replace(bodies[0], name=""),)
     parts = [_read(body, path, turned_round) for body in bodies]
     found = [_Placed(contour, part) for part in parts for contour in part.contours]
-    chosen = _chosen(found, side, outline, (low_mm, high_mm), path)
+    chosen = _chosen(found, Side(side), outline, (low_mm, high_mm), path)
     clipped = _clipped(chosen.contour, low_mm, high_mm, path)
-    features = named_by_kind(_features(clipped, path))
+    features = named_by_kind(piece.feature for piece in clipped)
     few = [
         f"{feature.name} stands at {piece.share:.0%} of the turn only: the rest of it is taken for milled away."
         for feature, piece in zip(features, clipped, strict=True)
@@ -166,7 +167,7 @@ def _chosen(
     found: Sequence[_Placed], side: Side, number: int | None, range_mm: tuple[float, float], path: Path
 ) -> _Placed:
     """The one contour of the side that reaches into the range, or that of the number among all of the side."""
-    of_side = [one for one in found if one.contour.side == side]
+    of_side = [one for one in found if one.contour.side is side]
     within = [one for one in of_side if _between(one.contour, *range_mm)]
     if number is None and len(within) == 1:
         return within[0]
@@ -194,17 +195,6 @@ def _notes(found: Sequence[_Placed], chosen: _Placed, features: Sequence[Feature
     return notes
 
 
-def _features(pieces: Sequence[Piece], path: Path) -> list[Feature]:
-    for piece in pieces:
-        if piece.is_chord:
-            raise _refusal(
-                path,
-                f"the contour from {_at(piece.feature.start_mm)} to {_at(piece.feature.end_mm)} is no line and no arc",
-                "a profile consists of lines and arcs: approximate the spline by them in the CAD system",
-            )
-    return [piece.feature for piece in pieces]
-
-
 def _clipped(contour: Contour, low: float, high: float, path: Path) -> list[Piece]:
     """The pieces between two z, those that cross them cut there."""
     kept = _between(contour, low, high)
@@ -222,7 +212,7 @@ def _clipped(contour: Contour, low: float, high: float, path: Path) -> list[Piec
 def _between(contour: Contour, low: float, high: float) -> list[Piece]:
     kept = list[Piece]()
     for piece in contour.pieces:
-        cuts = [] if piece.is_chord else [*_at_z(piece.feature, low), *_at_z(piece.feature, high)]
+        cuts = [*_at_z(piece.feature, low), *_at_z(piece.feature, high)]
         for part in cut_at(piece.feature, cuts, WITHIN_MM):
             ends = part.start_mm[1], part.end_mm[1]
             if min(ends) > low - WITHIN_MM and max(ends) < high + WITHIN_MM:

@@ -11,33 +11,26 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.formats.cad.axis import HAS_AXIS, PARALLEL, WITHIN_MM, Axis, xyz
 from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.meridian_curves import flat_feature
 from trueloop.formats.cad.step import CadFace
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 
+ROUND_AT: Final = 7
+"""Places along u and v at which a surface must be round."""
 SAMPLES: Final = 65
 """Places of an edge among which the nearest to the axis and the farthest are sought."""
 
 
 @dataclass(frozen=True, eq=False)
 class Meridian:
-    """What turned about the axis makes a face, its material on the right: a line or an arc; of any other curve the
-    chord, with the curve's own `middle`.
-    """
+    """What turned about the axis makes a face, or a part of it; its material is on the right."""
 
     face: CadFace
     feature: Feature
-    middle: Point | None = None
-
-    @property
-    def is_chord(self) -> bool:
-        """Whether the curve is neither a line nor an arc."""
-        return self.middle is not None
 
     @property
     def middle_mm(self) -> Point:
         """The place half way along it."""
-        if self.middle is not None:
-            return self.middle
         x, z = self.feature.point_mm(self.feature.length_mm / 2)
         return float(x), float(z)
 
@@ -84,8 +77,8 @@ def _curves(face: CadFace, axis: Axis) -> list[Meridian]:
         centre = surface.Location()
         return list(_of_sphere(face, axis, centre, surface.Radius())) if axis.flat(centre)[0] < WITHIN_MM else []
     if face.kind in HAS_AXIS and axis.is_of(surface.Axis().Location(), surface.Axis().Direction()):
-        return _of_turned(face, axis, surface)
-    return []
+        return _along(face, axis, v=True)
+    return _of_spline(face, axis) if face.kind not in HAS_AXIS else []
 
 
 def run_on(curves: Sequence[Meridian], features: Sequence[Feature]) -> list[int]:
@@ -141,41 +134,28 @@ def _of_sphere(face: CadFace, axis: Axis, centre: Any, radius: float) -> Iterato
         yield Meridian(face, Arc("", ends[0], ends[1], (0.0, z), high - low))
 
 
-def _of_turned(face: CadFace, axis: Axis, surface: Any) -> list[Meridian]:
-    occ = kernel()
-    u, _, low, high = occ.uv_bounds(face.handle)
-    curve = occ.FreeCurve(surface.UIso(u), low, high)
-    start, middle, end = (axis.flat(curve.Value(t)) for t in (low, (low + high) / 2, high))
-    chord = Line("", start, end)
-    if curve.GetType() == occ.LINE:
-        feature: Line | Arc = chord
-    elif curve.GetType() == occ.CIRCLE:
-        feature = _arc(curve, axis, (start, middle, end), high - low)
-    else:
-        return [Meridian(face, chord, middle)]
-    if feature.length_mm <= WITHIN_MM:
+def _along(face: CadFace, axis: Axis, *, v: bool) -> list[Meridian]:
+    """The curve of the surface that runs through the middle of the face in u, or in v."""
+    occ, surface = kernel(), kernel().surface_of(face.handle)
+    u0, u1, v0, v1 = occ.uv_bounds(face.handle)
+    line = surface.UIso((u0 + u1) / 2) if v else surface.VIso((v0 + v1) / 2)
+    feature = flat_feature(occ.FreeCurve(line, *((v0, v1) if v else (u0, u1))), axis)
+    return [Meridian(face, feature)] if feature is not None else []
+
+
+def _of_spline(face: CadFace, axis: Axis) -> list[Meridian]:
+    """Of a surface that is stated otherwise than as turned: is it round about the axis along u, or along v?"""
+    surface, (u0, u1, v0, v1) = kernel().surface_of(face.handle), kernel().uv_bounds(face.handle)
+    grid = np.array(
+        [
+            axis.flattened([surface.Value(u, v) for v in np.linspace(v0, v1, ROUND_AT).tolist()])
+            for u in np.linspace(u0, u1, ROUND_AT).tolist()
+        ]
+    )
+    spread_u, spread_v = (float(np.max(np.ptp(grid, axis=k))) for k in (0, 1))
+    if min(spread_u, spread_v) > WITHIN_MM:
         return []
-    bent = math.dist(feature.point_mm(feature.length_mm / 2), middle) > WITHIN_MM  # drawn aside of the half plane
-    return [Meridian(face, chord, middle) if bent else Meridian(face, feature)]
-
-
-def _arc(curve: Any, axis: Axis, places: tuple[Point, Point, Point], sweep_rad: float) -> Arc:
-    """Whether the middle lies to the left or to the right of the chord says which way the arc turns; half circles too,
-    and of full circles a quarter of it.
-    """
-    (x0, z0), middle, end = places
-    if sweep_rad > 2 * math.pi - PARALLEL:
-        low = curve.FirstParameter()
-        middle, end = (axis.flat(curve.Value(low + share * sweep_rad)) for share in (0.25, 0.5))
-    left = (end[1] - z0) * (middle[0] - x0) - (end[0] - x0) * (middle[1] - z0)
-    return Arc("", places[0], places[2], _centre(curve, axis), math.copysign(sweep_rad, left))
-
-
-def _centre(curve: Any, axis: Axis) -> Point:
-    """Of a circle, in its half plane: x is negative beyond the axis."""
-    centre, middle = curve.Circle().Location(), curve.Value((curve.FirstParameter() + curve.LastParameter()) / 2)
-    x, z = axis.flat(centre)
-    return math.copysign(x, float(axis.aside(centre) @ axis.aside(middle))) if x > WITHIN_MM else x, z
+    return _along(face, axis, v=spread_u < spread_v)
 
 
 def _apart(values: set[float]) -> list[float]:

@@ -146,9 +146,11 @@ class PartTable(Table):
     dxf_outline: Count | None = None
     """Which outline, from 1 from the left, where the drawing has several; the refusal lists them."""
     step: Path | None = None
-    """A STEP or IGES file of the turned solid: its outside is the profile, exact lines and arcs, z along its axis from
-    the file's origin. Needs the extra `cad`.
+    """A STEP or IGES file of the turned solid: its outside, or its bore by `side`, is the profile, exact, z along its
+    axis from the file's origin. What is not turned is left out. Needs the extra `cad`.
     """
+    step_outline: Count | None = None
+    """Which contour, from 1 from the chuck, where the side has several; the refusal lists them."""
     step_turned_round: bool = False
     """The free end is at the small z of the file: z is counted the other way."""
     step_from_z_mm: Finite | None = None

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from trueloop.domain.characteristic import Characteristic
+from trueloop.formats.jobs.characteristic_toml import characteristics_toml
 from trueloop.formats.jobs.profile_of_job import part_table_toml, quoted, side_key
 from trueloop.geometry.profile import Profile
 
@@ -13,7 +15,8 @@ from trueloop.geometry.profile import Profile
 class NewJob:
     """What a new job says. Paths are as they shall stand in it: relative to the job.
 
-    `profile` is spelled out where there is no `drawing`, whose format `drawing_key` names ("dxf" or "step").
+    `profile` is spelled out where there is no `drawing`, whose format `drawing_key` names ("dxf" or "step"); `asked` is
+    what the drawing asks for.
     """
 
     name: str
@@ -24,6 +27,7 @@ class NewJob:
     measured_key: Literal["readings", "touches"]
     measured_file: str
     notes: Sequence[str] = ()
+    asked: Sequence[Characteristic] = ()
     drawing: Path | None = None
     drawing_key: str = ""
     tool: int | None = None
@@ -51,7 +55,7 @@ def _part(new: NewJob) -> str:
             *side_key(new.profile),
             "",
         ]
-    )
+    ) + characteristics_toml(new.asked)
 
 
 def _tool(new: NewJob) -> str:

@@ -14,7 +14,6 @@ from trueloop.formats.inspections.known import HEAD, KNOWN
 from trueloop.formats.inspections.measured_file import Stated, Unit
 from trueloop.formats.inspections.tables import read as tables
 from trueloop.formats.program_file import read_source
-from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.factory.job_folder import job_folder, programs_of
 from trueloop.jobs.factory.uploads import Upload
 from trueloop.jobs.measure.measured import PartOfJob, read_measured, read_part_of_job
@@ -163,20 +162,14 @@ def _proposed(upload: Upload, asked: Asked) -> str:
 
 
 def _drawing(upload: Upload, asked: Asked) -> views.DrawingRead:
+    from trueloop.formats.jobs.characteristic_toml import characteristics_toml
     from trueloop.formats.jobs.profile_of_job import part_table_toml
+    from trueloop.jobs.turned.drawing import read_drawing
 
     with upload.as_file() as path:
-        if path.suffix.lower() == ".dxf":
-            from trueloop.formats.cad.dxf import read_dxf
-
-            drawn = read_dxf(path, unit=asked.unit)
-            features, notes = drawn.features, drawn.notes
-        else:
-            from trueloop.formats.cad.step_profile import read_step_profile
-
-            solid = read_step_profile(path)
-            features, notes = solid.features, solid.notes
-        return views.DrawingRead(part_table_toml(Path(upload.name).stem, checked_profile(features), notes))
+        drawn = read_drawing(path, unit=asked.unit)
+    table = part_table_toml(Path(upload.name).stem, drawn.profile, drawn.notes)
+    return views.DrawingRead(table + characteristics_toml(drawn.asked))
 
 
 def _problem(refused: TrueloopError) -> views.Remarked:

@@ -131,5 +131,12 @@ class JobFiles:
 
             turned, low_mm, high_mm = part.step_turned_round, part.step_from_z_mm, part.step_to_z_mm
             file = self.sources.file(part.step)
-            return read_step_profile(file, turned_round=turned, from_z_mm=low_mm, to_z_mm=high_mm).features
+            return read_step_profile(
+                file,
+                side=Side(part.side),
+                outline=part.step_outline,
+                turned_round=turned,
+                from_z_mm=low_mm,
+                to_z_mm=high_mm,
+            ).features
         return None

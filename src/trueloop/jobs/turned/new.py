@@ -17,7 +17,7 @@ from trueloop.formats.program_file import read_program
 from trueloop.geometry.feature import is_curved
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile, Side
-from trueloop.geometry.validate import checked_profile
+from trueloop.jobs.turned.drawing import Drawn, drawing_key, read_drawing
 from trueloop.jobs.turned.gauge_sheet import GaugeSheet
 from trueloop.loops.turned.commanded import Run, commanded
 from trueloop.nc.program.program import Program, Unit
@@ -25,8 +25,6 @@ from trueloop.nc.program.unit import unit_of_path
 from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
 from trueloop.turned.readings.plan import gauge_plan
 
-CAD: Final = {".dxf": "dxf", ".step": "step", ".stp": "step", ".igs": "step", ".iges": "step"}
-"""The key of the job by the drawing's ending."""
 APART_MM: Final = 5.0
 FEWEST, MOST = 3, 20
 """Points on an arc: this far apart, but not fewer and not more."""
@@ -69,56 +67,33 @@ def new_job(wanted: Wanted) -> Made:
     program = read_program(wanted.program, wanted.dialect, wanted.unit)
     with in_file(wanted.program):
         check_uncorrected(program.source)
-    profile, notes = _profile(wanted, program)
+    drawn = _drawn(wanted, program)
+    profile = drawn.profile
     with in_file(wanted.program):
         path = commanded(program, None, profile, wanted.nose_radius_mm, 0.0, _run(wanted)).path
     inch = unit_of_path(program.unit, path)["unit"] == "inch"
     measured, places = (
         _gauge_files(wanted, profile, inch) if wanted.measured == "gauge" else _touches(wanted, profile, inch)
     )
-    contents = {"job.toml": job_toml(_said(wanted, program, profile, next(iter(measured)), notes)), **measured}
+    contents = {"job.toml": job_toml(_said(wanted, program, drawn, next(iter(measured)))), **measured}
     for file in contents:
         _require_new(wanted.folder / file)
     inputs = [wanted.program, *([] if wanted.drawing is None else [wanted.drawing])]
     files = write_all(wanted.folder, [(name, text.encode()) for name, text in contents.items()], inputs)
-    return Made(tuple(files), places, profile.names, notes)
+    return Made(tuple(files), places, profile.names, drawn.notes)
 
 
 def _run(wanted: Wanted) -> Run:
     return Run(wanted.parameters, False, wanted.lines)
 
 
-def _profile(wanted: Wanted, program: Program) -> tuple[Profile, tuple[str, ...]]:
-    """The drawing's, or that of the program's finish pass."""
-    if wanted.drawing is None:
-        with in_file(wanted.program):
-            contour = _run(wanted).contour(program, wanted.nose_radius_mm, wanted.side)
-        return contour.profile, tuple(contour.notes)
-    key = _drawing_key(wanted.drawing)
-    if key == "dxf":
-        from trueloop.formats.cad.dxf import read_dxf  # ezdxf takes long to import
-
-        drawn = read_dxf(wanted.drawing)
-        features, notes = drawn.features, drawn.notes
-    else:
-        from trueloop.formats.cad.step_profile import read_step_profile  # so does the kernel
-
-        solid = read_step_profile(wanted.drawing)
-        features, notes = solid.features, solid.notes
-    with in_file(wanted.drawing):
-        return checked_profile(features, side=wanted.side), tuple(notes)
-
-
-def _drawing_key(drawing: Path) -> str:
-    key = CAD.get(drawing.suffix.lower())
-    if key is None:
-        raise TrueloopError(
-            Code.GEO_DXF,
-            f"{drawing.name!r} ends neither in {', '.join(CAD)}",
-            hint="give a DXF drawing, or a STEP or IGES file of the solid",
-            place=Place(str(drawing)),
-        )
-    return key
+def _drawn(wanted: Wanted, program: Program) -> Drawn:
+    """The part as it is drawn, or as the program's finish pass has it."""
+    if wanted.drawing is not None:
+        return read_drawing(wanted.drawing, wanted.side)
+    with in_file(wanted.program):
+        contour = _run(wanted).contour(program, wanted.nose_radius_mm, wanted.side)
+    return Drawn(contour.profile, tuple(contour.notes))
 
 
 def _gauge_files(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str, str], int]:
@@ -158,21 +133,22 @@ def _require_new(file: Path) -> None:
         )
 
 
-def _said(wanted: Wanted, program: Program, profile: Profile, file: str, notes: tuple[str, ...]) -> NewJob:
+def _said(wanted: Wanted, program: Program, drawn: Drawn, file: str) -> NewJob:
     def beside(path: FilePath) -> Path:
         return Path(relpath(path, wanted.folder))
 
     return NewJob(
         name=wanted.name,
-        profile=profile,
+        profile=drawn.profile,
         dialect=program.dialect.name,
         finish=beside(wanted.program),
         nose_radius_mm=wanted.nose_radius_mm,
         measured_key="readings" if wanted.measured == "gauge" else "touches",
         measured_file=file,
-        notes=notes,
+        notes=drawn.notes,
+        asked=drawn.asked,
         drawing=None if wanted.drawing is None else beside(wanted.drawing),
-        drawing_key="" if wanted.drawing is None else _drawing_key(wanted.drawing),
+        drawing_key="" if wanted.drawing is None else drawing_key(wanted.drawing),
         tool=wanted.tool,
         unit=wanted.unit,
         lines=wanted.lines,
