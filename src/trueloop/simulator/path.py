@@ -11,7 +11,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Feature, pieces_within
 from trueloop.geometry.profile import Side
-from trueloop.nc.program.feed_moves import nose_centre_moves
+from trueloop.nc.program.feed_moves import feed_moves, nose_centre_moves
 from trueloop.nc.program.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
 
 LINE_STEP_MM: Final = 0.05
@@ -33,10 +33,14 @@ class CentrePath:
     feed_mm_per_rev: Array
 
 
-def paths_of_program(tool_path: ToolPath, side: Side = Side.OUTSIDE) -> tuple[CentrePath, ...]:
-    """The uninterrupted chains of feed moves of a program. Rapid moves cut nothing here."""
+def paths_of_program(tool_path: ToolPath, side: Side = Side.OUTSIDE, *, driven: bool = False) -> tuple[CentrePath, ...]:
+    """The uninterrupted chains of feed moves of a program. Rapid moves cut nothing here.
+
+    `driven`: the path is that of the nose's centre also under G41 and G42, run with the tool's nose.
+    """
     feed = _feed_mm_per_rev(tool_path)
-    chains = [list(chain) for _, chain in groupby(nose_centre_moves(tool_path), key=lambda move: move.chain)]
+    moves = feed_moves(tool_path) if driven else nose_centre_moves(tool_path)
+    chains = [list(chain) for _, chain in groupby(moves, key=lambda move: move.chain)]
     return tuple(
         path_along([move.path for move in chain], [feed[move.index] for move in chain], side) for chain in chains
     )

@@ -10,7 +10,7 @@ from trueloop.simulator.machine_error import REFERENCE_C
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Deflection, Repeatability
-from trueloop.simulator.transfer import Transfer
+from trueloop.simulator.transfer import SAME, Transfer
 from trueloop.units import UM_PER_MM
 
 
@@ -43,6 +43,9 @@ knobs of both families within 15 degrees: Tables 9 and 11, the published correct
 8 and 10 (`scripts/nist_bands.py` has the same errors). Single parts differ from it by 2 to 3 µm."""
 
 
+TOOL_MM_PER_N: Final = 2e-5
+
+
 def nist(repeatability: Repeatability | None = None, transfer: Transfer = NIST_TRANSFER) -> Workshop:
     """The turning centre of [6811]: worn nose of 0.794 mm, 0.127 mm a revolution, probe ranges of 1.5 and 0.5 µm.
 
@@ -51,11 +54,25 @@ def nist(repeatability: Repeatability | None = None, transfer: Transfer = NIST_T
     stiffness of tool and chuck is an assumption (50 and 100 N/µm).
     """
     nose = Nose(NOSE_RADIUS_MM, tuple(map(math.radians, WORN_AT_DEG)), tuple(w / UM_PER_MM for w in WORN_BY_UM))
+    return _workshop(nose, TOOL_MM_PER_N, repeatability, transfer)
+
+
+def boring(repeatability: Repeatability | None = None, transfer: Transfer = SAME) -> Workshop:
+    """The same machine with a boring bar: an insert a fifth as worn, which meets a bore at the mirrored contact angles.
+
+    The bar gives way by five times as much as an outside tool: an overhang of some four diameters (both assumed).
+    """
+    angles = tuple(-math.radians(angle) for angle in reversed(WORN_AT_DEG))
+    nose = Nose(NOSE_RADIUS_MM, angles, tuple(w / UM_PER_MM / 5.0 for w in reversed(WORN_BY_UM)))
+    return _workshop(nose, 5.0 * TOOL_MM_PER_N, repeatability, transfer)
+
+
+def _workshop(nose: Nose, tool_mm_per_n: float, repeatability: Repeatability | None, transfer: Transfer) -> Workshop:
     machine = VirtualMachine(
         nose=nose,
         transfer=transfer,
         repeatability=repeatability or Repeatability(along_mm=0.0012, correlation_mm=1.0),
-        deflection=Deflection(specific_force_n_per_mm2=400.0, tool_mm_per_n=2e-5, chuck_mm_per_n=1e-5),
+        deflection=Deflection(specific_force_n_per_mm2=400.0, tool_mm_per_n=tool_mm_per_n, chuck_mm_per_n=1e-5),
     )
     probe = VirtualProbe(
         ball_radius_mm=1.5,

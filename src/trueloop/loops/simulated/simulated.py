@@ -15,10 +15,11 @@ from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.offset import nose_centre_path
+from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import ToolPath
+from trueloop.nc.program.tool_path import NO_COMPENSATION
 from trueloop.probing.calibration import BallCalibration, calibrate
 from trueloop.probing.obstacle import stock_obstacle
 from trueloop.probing.plan import GaugingPoints
@@ -112,13 +113,11 @@ def trial_of(inputs: Inputs, z_reference: str | None = None) -> Trial:
     profile, nose_mm, allowance_mm = inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm
     rough = path_along(nose_centre_path(profile, nose_mm + 2 * allowance_mm).features, side=profile.side)
     semifinish = (
-        paths_of_program(_run(inputs, inputs.semifinish), profile.side)
+        _paths(inputs, inputs.semifinish)
         if inputs.semifinish is not None
         else (path_along(nose_centre_path(profile, nose_mm + allowance_mm).features, side=profile.side),)
     )
-    return Trial(
-        inputs, z_reference, (rough,), semifinish, paths_of_program(_run(inputs, inputs.program), profile.side)
-    )
+    return Trial(inputs, z_reference, (rough,), semifinish, _paths(inputs, inputs.program))
 
 
 def simulate(trial: Trial, workshop: Workshop, seed: int = 0) -> SimulatedPart:
@@ -215,7 +214,7 @@ def corrected_paths(trial: Trial, correction: Correction) -> tuple[CentrePath, .
     if correction.decision.by_offset:
         return trial.finish
     written = trial.inputs.program.rewritten(correction.corrected_program)
-    return paths_of_program(_run(trial.inputs, written), trial.inputs.profile.side)
+    return _paths(trial.inputs, written)
 
 
 def measured_part(
@@ -262,5 +261,10 @@ def _offset(machine: VirtualMachine, offset_mm: tuple[float, float]) -> VirtualM
     return replace(machine, tool_offset_mm=(x + offset_mm[0], z + offset_mm[1]))
 
 
-def _run(inputs: Inputs, program: Program) -> ToolPath:
-    return program.run(inputs.parameters, skipped_blocks=inputs.execute_deleted_blocks, roughing=False)
+def _paths(inputs: Inputs, program: Program) -> tuple[CentrePath, ...]:
+    """Of the nose's centre, as the control drives it where it keeps the nose off by G41 or G42."""
+    run, side = Run(inputs.parameters, inputs.execute_deleted_blocks), inputs.profile.side
+    path = run.of(program)
+    if np.all(path.compensation == NO_COMPENSATION):
+        return paths_of_program(path, side)
+    return paths_of_program(run.driven(program, inputs.nose_radius_mm), side, driven=True)

@@ -38,7 +38,7 @@ def places_figure(profile: Profile, planned: Sequence[Characteristic], inch: boo
     per = MM_PER_INCH if inch else 1.0
     outline = outline_mm(profile) / per
     largest, gap = float(outline[:, 0].max()), MARGIN * diagonal_mm(profile) / per
-    traces, notes, rows = material(outline), [], 0
+    traces, notes, rows = material(outline, profile.side), [], 0
     for number, one in enumerate(planned, 1):
         if one.quantity is Quantity.DIAMETER and one.at_z_mm is not None:
             z, x, top = one.at_z_mm / per, one.nominal / 2 / per, largest + gap / 2

@@ -20,6 +20,11 @@ SLIVER_MM = 0.01
 """An arc is not cut into pieces shorter than this: rounded to the control's step they would have no direction."""
 
 
+SHORT_MM = 0.1
+"""The last move is not left shorter: where a path ends tangentially on its neighbour, a program's rounding to 0.1 µm
+moves their common end by some 20 µm along both, and a shorter arc would be turned round."""
+
+
 @dataclass(frozen=True)
 class Move:
     """One feed move in the (x, z) plane, x a radius. An arc has a centre and a sweep, positive clockwise (G02)."""
@@ -132,6 +137,8 @@ def _greedy(path: SampledPath, fit: Fit, fewer_than: int | None = None) -> tuple
     first, last = 0, len(path.point_mm) - 1
     while first < last:
         reach = _furthest(path, fit, first, last)
+        if reach < last and np.linalg.norm(path.point_mm[last] - path.point_mm[reach]) < SHORT_MM:
+            reach = max((first + last) // 2, first + 1)
         moves += fit(path, first, reach)
         if fewer_than is not None and len(moves) >= fewer_than:
             return ()

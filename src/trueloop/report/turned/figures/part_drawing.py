@@ -11,7 +11,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Feature, least_radius_mm
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import Profile, Side
 from trueloop.report import style
 from trueloop.report.style import Trace
 from trueloop.report.texts.texts import Texts
@@ -31,11 +31,15 @@ def outline_mm(profile: Profile) -> Array:
     return np.concatenate([_points(feature) for feature in profile.features])
 
 
-def material(outline: Array) -> list[Trace]:
+WALL: Final = 0.12
+"""How thick the wall about a bore is drawn, of the largest radius: how thick it is does not follow from the bore."""
+
+
+def material(outline: Array, side: Side) -> list[Trace]:
     """The material, its mirrored half paler, its outline, and the spindle axis. The bar goes on towards the chuck."""
     x, z = outline[:, 0].tolist(), outline[:, 1].tolist()
     beyond = 0.03 * (max(z) - min(z))
-    closed_z, closed_x = [z[0] - beyond, z[0] - beyond, *z, z[-1]], [0.0, x[0], *x, 0.0]
+    closed_z, closed_x = _closed(x, z, side, beyond)
     mirrored = [-value for value in x]
     return [
         style.area(closed_z, closed_x, style.STEEL),
@@ -44,6 +48,23 @@ def material(outline: Array) -> list[Trace]:
         style.lines(z, mirrored, style.FAINT, 1.2),
         style.lines([min(z) - beyond, max(z) + beyond], [0, 0], style.SOFT, 1, line={"dash": "dashdot"}, name="axis"),
     ]
+
+
+def _closed(x: list[float], z: list[float], side: Side, beyond: float) -> tuple[list[float], list[float]]:
+    """The material's outline (z, x): down to the axis, or of a bore out to a wall."""
+    if side is Side.AROUND:
+        return z, x
+    if side is Side.INSIDE:
+        wall = (1.0 + WALL) * max(x)
+        return [*z, z[-1] - beyond, z[-1] - beyond, z[0]], [*x, x[-1], wall, wall]
+    return [z[0] - beyond, z[0] - beyond, *z, z[-1]], [0.0, x[0], *x, 0.0]
+
+
+def with_wall_mm(outline: Array, side: Side) -> Array:
+    """The outline and how far the material about it is drawn, (n, 2)."""
+    if side is not Side.INSIDE:
+        return outline
+    return np.concatenate([outline, [[(1.0 + WALL) * outline[:, 0].max(), outline[0, 1]]]])
 
 
 def feature_names(profile: Profile, touches: ErrorVectors, inward_mm: Array, mm_per_px: float) -> list[dict[str, Any]]:

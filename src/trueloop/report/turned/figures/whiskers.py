@@ -26,6 +26,7 @@ from trueloop.report.turned.figures.part_drawing import (
     outline_mm,
     round_down,
     scale_bars,
+    with_wall_mm,
 )
 from trueloop.turned.compensation.prediction import Prediction
 from trueloop.turned.error_curve.coverage import coverage_factor
@@ -116,8 +117,8 @@ def magnification(profile: Profile, error_mm: Array) -> float:
 def _figure(correction: Correction, halves: tuple[Half, ...], magnified: float, width: int, say: Texts) -> Figure:
     profile = correction.profile
     outline = outline_mm(profile)
-    strip = _strip(outline, correction, halves, magnified, width)
-    traces = material(outline)
+    strip = _strip(with_wall_mm(outline, profile.side), correction, halves, magnified, width)
+    traces = material(outline, profile.side)
     for half in halves:
         traces += [*_uncertainty(correction, half, magnified), *_whiskers(correction, half, magnified, strip, say)]
     inward_mm = magnified * np.maximum(halves[0].spread_mm - halves[0].error_mm, 0.0)
