@@ -4,6 +4,7 @@ Judged by the words of the written program, by the slow reference of roughing cy
 give it, and by LinuxCNC's interpreter on the finish pass.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,7 @@ from tests.support.roughing_reference import Cycle, Piece, Row, cuts, pattern
 from trueloop.arrays import Array
 from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.profile import Side
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.edit.edit import apply_edits
@@ -96,9 +98,10 @@ def correction(
     slope: float = 0.3,
     roughing: Roughing = "stays",
     nose_mm: float = 0.4,
+    side: Side = Side.OUTSIDE,
 ) -> Correction:
     program = read_program(source, dialect)
-    profile = contour_of_program(feed_moves(program.run(roughing=False)), nose_mm, lines=lines).profile
+    profile = contour_of_program(feed_moves(program.run(roughing=False)), nose_mm, lines=lines, side=side).profile
     touches = touches_on(profile)
     if error_mm is not None:
         touches = replace(touches, error_mm=error_mm + slope * (touches.error_mm - touches.error_mm.mean()))
@@ -245,6 +248,21 @@ def test_roughing_that_would_cut_into_the_corrected_contour_is_refused() -> None
     assert refused.value.code is Code.CMP_STOCK and 20 < float(str(refused.value.values["below_um"])) < 60
     correction(text.encode(), "fanuc-lathe", (6, 12), error_mm=-0.06, roughing="moves")
     correction(text.encode(), "fanuc-lathe", (6, 12), error_mm=0.06)
+
+
+def test_a_bore_is_corrected_and_its_roughing_stays() -> None:
+    """20 µm are left on inside: the finish pass goes out by that, on either side of the axis alike."""
+    found = correction(BORE.encode(), "fanuc-lathe", (6, 12), error_mm=0.02, slope=0.0, side=Side.INSIDE)
+    after = read_program(found.corrected_program, "fanuc-lathe")
+    assert same(passes(after), passes(read_program(BORE.encode(), "fanuc-lathe")))
+    written = found.corrected_program.decode().partition("N20")[2]
+    cuts_x = [float(x) / 2 for x in re.findall(r"^(?:G01 )?X([\d.]+)", written, re.MULTILINE)]
+    assert offset_of_cuts(found, after.run(roughing=False)) < STEP_MM + 0.0005
+    assert any(abs(x - 25.02) < STEP_MM for x in cuts_x) and any(abs(x - 20.02) < STEP_MM for x in cuts_x)
+    too_little = BORE.replace("U-0.4 W0.1", "U-0.04 W0.02")
+    with pytest.raises(TrueloopError) as refused:
+        correction(too_little.encode(), "fanuc-lathe", (6, 12), error_mm=-0.06, side=Side.INSIDE)
+    assert refused.value.code is Code.CMP_STOCK
 
 
 def test_a_contour_whose_blocks_are_called_elsewhere_is_refused() -> None:
