@@ -376,6 +376,7 @@ class Code(StrEnum):
     LNK_RUNNING = "LNK-RUNNING", "a program that runs, is loaded, or may run, and would be replaced", ("name",)
     LNK_CHANGED = "LNK-CHANGED", "a program that somebody changed at the control meanwhile", ("name",)
     LNK_DIFFERS = "LNK-DIFFERS", "a program that did not come back from the control as it was sent", ("name", "lines")
+    LNK_LIBRARY = "LNK-LIBRARY", "a control maker's library that is not there, or is another", ("where",)
     LNK_LINE = "LNK-LINE", "a serial line that is held, silent, broken, or cannot be opened", ("where",)
     LNK_CODE = "LNK-CODE", "a character that a line's code does not have, or a byte that is none", ("line", "column")
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from trueloop.controllers.links.focas.focas import Focas
 from trueloop.controllers.links.folder import Folder, named_in
 from trueloop.controllers.links.line.codes import encoded
 from trueloop.controllers.links.line.line import Line
@@ -75,6 +76,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.LNK_RUNNING: _running,
     Code.LNK_CHANGED: _edited,
     Code.LNK_DIFFERS: _differing,
+    Code.LNK_LIBRARY: Focas("127.0.0.1", Path("no-such-library.so"), 9001).listed,
     Code.LNK_LINE: lambda: Line("/dev/no-such-line", tell=lambda _: None).read("O1"),
     Code.LNK_CODE: lambda: encoded(b"G1\nX#1", "eia"),
 }

@@ -13,11 +13,19 @@ from trueloop.nc.program.dialect import DIALECTS
 
 HINT: Final = "docs/links.md shows every table and key"
 
+INCREMENTS: Final = (0.01, 0.001, 0.0001, 0.00001)
+
 
 def _dialect(name: str) -> str:
     if name and name not in DIALECTS:
         raise ValueError(f"no NC dialect; choose one of: {', '.join(DIALECTS)}")
     return name
+
+
+def _increment(step: float) -> float:
+    if step not in INCREMENTS:
+        raise ValueError(f"no increment of a control; choose one of: {', '.join(map(str, INCREMENTS))}")
+    return step
 
 
 class LinkTable(Table):
@@ -70,6 +78,23 @@ class FtpTable(LinkTable):
     """How long to wait for an answer."""
 
 
+class FocasTable(LinkTable):
+    """A Fanuc control by Fanuc's own FOCAS library. Relative names count from the folder of this file."""
+
+    host: Annotated[str, Field(min_length=1)]
+    library: Annotated[str, Field(min_length=1)]
+    """Your file of the FOCAS library: libfwlib32.so, Fwlib32.dll, Fwlib64.dll."""
+    aside: Annotated[int, Field(ge=1, le=9999, strict=True)]
+    """An O number that is used for transfers alone: what has it is deleted."""
+    port: Annotated[int, Field(ge=1, le=65535, strict=True)] = 8193
+    timeout_s: Positive = 10.0
+    """How long to wait for an answer."""
+    increment: Annotated[float, AfterValidator(_increment)] | None = None
+    """What the control counts offsets in, in `table_unit`; offsets are neither read nor written without it."""
+    tool_table: Literal["OFFSETS"] = "OFFSETS"
+    """What its offsets are called among its programs."""
+
+
 class SerialTable(LinkTable):
     """A control at a serial line. The settings are those of the control's own page for its port."""
 
@@ -91,7 +116,7 @@ class SerialTable(LinkTable):
     """Of xon-xoff: the control says XON when it begins to read; before that nothing is sent."""
 
 
-AnyLink: TypeAlias = FolderTable | LinuxCncTable | FtpTable | SerialTable
+AnyLink: TypeAlias = FolderTable | LinuxCncTable | FtpTable | FocasTable | SerialTable
 
 
 class LinksFile(Table):
@@ -100,12 +125,13 @@ class LinksFile(Table):
     folder: dict[str, FolderTable] = Field(default_factory=dict)
     linuxcnc: dict[str, LinuxCncTable] = Field(default_factory=dict)
     ftp: dict[str, FtpTable] = Field(default_factory=dict)
+    focas: dict[str, FocasTable] = Field(default_factory=dict)
     serial: dict[str, SerialTable] = Field(default_factory=dict)
 
     @property
     def tables(self) -> tuple[Mapping[str, AnyLink], ...]:
         """By kind."""
-        return (self.folder, self.linuxcnc, self.ftp, self.serial)
+        return (self.folder, self.linuxcnc, self.ftp, self.focas, self.serial)
 
 
 def read_link(path: Path, name: str) -> AnyLink:

@@ -1,12 +1,14 @@
 """Sending a program to a control: nothing takes its name there before it came back as it was sent."""
 
+from trueloop.controllers.links.focas.focas import TABLE, Focas
 from trueloop.controllers.links.line.line import Line
 from trueloop.controllers.links.link import Link, checked_name
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.links.by_line import send_by_line
+from trueloop.jobs.links.by_numbers import send_by_numbers
 from trueloop.jobs.links.opened import Opened
-from trueloop.jobs.links.sent import Replace, Sent, kept_first, require_idle, require_same
+from trueloop.jobs.links.sent import Replace, Sent, kept_first, require_idle, require_same, require_unchanged
 
 
 def send(opened: Opened, content: bytes, name: str, *, replace: Replace = False, not_running: bool = False) -> Sent:
@@ -19,10 +21,12 @@ def send(opened: Opened, content: bytes, name: str, *, replace: Replace = False,
     """
     if isinstance(opened.link, Line):
         return send_by_line(opened, opened.link, content, name, replace, not_running=not_running)
+    if isinstance(opened.link, Focas) and name == TABLE:
+        return send_by_numbers(opened, opened.link, content, name, replace, not_running=not_running)
     link, name = opened.link, checked_name(name)
     before = _there(link, name)
     if isinstance(replace, bytes):
-        _require_same_as(replace, before, name, link)
+        require_unchanged(replace, before, name, opened)
     if before is not None and not opened.differences(name, content, before):
         return Sent(name, sha256_of(content), sha256_of(before), written=False)
     if before is not None:
@@ -30,7 +34,7 @@ def send(opened: Opened, content: bytes, name: str, *, replace: Replace = False,
     kept = None if before is None else kept_first(opened, name, before)
     aside = _sent_aside(opened, link, name, content)
     try:
-        _require_same_as(before, _there(link, name), name, link)
+        require_unchanged(before, _there(link, name), name, opened)
         if before is not None:
             require_idle(name, opened, not_running)
         link.put_in_place(aside, name)
@@ -78,13 +82,3 @@ def _sent_aside(opened: Opened, link: Link, name: str, content: bytes) -> str:
         link.remove_aside(aside)
         raise
     return aside
-
-
-def _require_same_as(before: bytes | None, now: bytes | None, name: str, link: Link) -> None:
-    if now != before:
-        raise TrueloopError(
-            Code.LNK_CHANGED,
-            f"{name!r} at {link.where} was {'written' if before is None else 'changed'} while this one was sent",
-            hint="compare it, then send again",
-            values={"name": name},
-        )

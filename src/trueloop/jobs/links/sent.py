@@ -76,6 +76,17 @@ def kept_first(opened: Opened, name: str, before: bytes) -> Path:
     return path
 
 
+def require_unchanged(before: bytes | None, now: bytes | None, name: str, opened: Opened) -> None:
+    """Raises LNK-CHANGED where the control has now another program of that name, or another offset, than before."""
+    if now != before:
+        raise TrueloopError(
+            Code.LNK_CHANGED,
+            f"{name!r} at {opened.link.where} was {'written' if before is None else 'changed'} while this one was sent",
+            hint="compare it, then send again",
+            values={"name": name},
+        )
+
+
 def require_same(name: str, found: list[Difference], state: str) -> None:
     """Raises LNK-DIFFERS where there are differences; `state`: what the control holds now."""
     if not found:

@@ -1,11 +1,12 @@
 """A control at a serial line: programs go when its operator lets it read, and come when he has it put them out."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from trueloop.controllers.links.line.codes import LineCode, WireCode, blank, decoded, encoded, leader, wrong
+from trueloop.controllers.links.framing import framed, require_no_end_within
+from trueloop.controllers.links.line.codes import LineCode, WireCode, blank, decoded, encoded, leader
 from trueloop.controllers.links.line.port import Parity, Port, broken, open_port
 from trueloop.controllers.links.line.transfer import Flow, Pace, receive, send
 from trueloop.controllers.links.link import Busy, Listed
@@ -60,7 +61,7 @@ class Line:
     def send(self, name: str, content: bytes) -> None:
         """Sends a program between two `%`. Raises LNK-LINE, LNK-CODE before the first byte."""
         text = framed(content)
-        _require_no_end_within(text)
+        require_no_end_within(text)
         raw = leader(self._wire, LEADER) + encoded(text, self._wire, LINE_ENDS[self.line_end])
         with self._open() as port:
             self.tell(f"let the control read now: {name}, {len(raw)} bytes")
@@ -97,24 +98,3 @@ class Line:
 
     def _open(self) -> AbstractContextManager[Port]:
         return open_port(self.port, self.baud, *self._bits, self.stop_bits)
-
-
-def framed(content: bytes) -> bytes:
-    """A program between `%` and `%`, by which a control knows its beginning and its end."""
-    lines = list(_lines(content))
-    return b"\n".join([b"%", *lines, b"%", b""])
-
-
-def _lines(content: bytes) -> Iterator[bytes]:
-    """Its lines without the `%` around them."""
-    lines = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n").strip(b"\n").split(b"\n")
-    first = 1 if lines[0].strip() == b"%" else 0
-    last = len(lines) - 1 if len(lines) > first and lines[-1].strip() == b"%" else len(lines)
-    yield from lines[first:last]
-
-
-def _require_no_end_within(text: bytes) -> None:
-    """Raises LNK-CODE for a `%` that is neither the first nor the last: the control would end the program there."""
-    for k, line in enumerate(text.split(b"\n")[1:-2], 1):
-        if b"%" in line:
-            raise wrong("'%' within a program ends it for the control", k, line.index(b"%") + 1)

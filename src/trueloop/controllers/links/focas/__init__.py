@@ -1,0 +1,1 @@
+"""Fanuc controls, by the FOCAS library that the user has of Fanuc."""
