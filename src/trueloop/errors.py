@@ -418,6 +418,8 @@ class Code(StrEnum):
     SRV_ADDRESS = "SRV-ADDRESS", "an address or port that the service or the manual cannot listen at", ("host", "port")
     SRV_SIGN_IN = "SRV-SIGN-IN", "a request of nobody: no session, or one that has ended"
     SRV_LOGIN = "SRV-LOGIN", "a name or password that is wrong, or an account that is disabled"
+    SRV_OIDC = "SRV-OIDC", "a sign-in by an identity provider that is not taken"
+    SRV_PROVIDER = "SRV-PROVIDER", "an identity provider that is not reached, not safe, or answers wrongly"
     SRV_DELAY = "SRV-DELAY", "too many attempts or connections", ("retry_after_s",)
     SRV_ROLE = "SRV-ROLE", "an address that the role does not open", ("role", "needed")
     SRV_KEY = "SRV-KEY", "a key that is unknown, ended, expired or for something else"

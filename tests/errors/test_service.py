@@ -14,6 +14,9 @@ from trueloop.server.access import ADMIN, require
 from trueloop.server.gates import too_large
 from trueloop.server.guarded import asked_of, require_origin
 from trueloop.server.identity import accounts, attempts, keys, passwords, sessions
+from trueloop.server.identity.oidc import SignIns
+from trueloop.server.identity.provider import require_safe_issuer
+from trueloop.server.identity.trusted import Oidc
 from trueloop.server.identity.who import Who
 from trueloop.server.packages import require_packages
 from trueloop.server.run import Listening, listen, require_safe
@@ -67,6 +70,8 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRV_ADDRESS: lambda: listen(Listening("192.0.2.1", 8080)),  # an address for documents, no machine's
     Code.SRV_SIGN_IN: lambda: sessions.of_cookie(_store(), Settings(), "x", AT),
     Code.SRV_LOGIN: _login,
+    Code.SRV_OIDC: lambda: SignIns(Oidc("https://login.example", "factory")).claims({"state": "x"}, "", AT),
+    Code.SRV_PROVIDER: lambda: require_safe_issuer("http://login.example"),
     Code.SRV_DELAY: _too_often,
     Code.SRV_ROLE: lambda: require(ADMIN, Who("otto", "viewer", session="1")),
     Code.SRV_KEY: lambda: keys.of_bearer(_store(), "Bearer tl_x", AT),

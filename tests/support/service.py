@@ -13,6 +13,7 @@ from httpx2 import Response
 from trueloop.server.app import create_app
 from trueloop.server.identity.accounts import NewAccount, add_account
 from trueloop.server.identity.keys import NewKey, add_key
+from trueloop.server.identity.trusted import Oidc
 from trueloop.server.identity.who import ROLES
 from trueloop.server.settings import Settings
 from trueloop.storage.store import Store
@@ -80,12 +81,14 @@ class Running:
         return Caller(self.caller().client, {"Authorization": f"Bearer {made.key}"})
 
 
-def started(store: Store, settings: Settings | None = None, clock: Clock | None = None) -> Running:
+def started(
+    store: Store, settings: Settings | None = None, clock: Clock | None = None, oidc: Oidc | None = None
+) -> Running:
     """A service on a store that has no accounts yet."""
     clock = clock or Clock()
     for role in ROLES:
         add_account(store, NewAccount(role, role, PASSWORD), clock())
-    return Running(store, clock, create_app(store, settings or Settings(poll_s=0.01, workers=0), clock))
+    return Running(store, clock, create_app(store, settings or Settings(poll_s=0.01, workers=0), clock, oidc))
 
 
 def problem(answer: Response) -> str:

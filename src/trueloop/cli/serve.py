@@ -1,5 +1,6 @@
 """`trueloop serve`: the factory as a service, over HTTP."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -10,9 +11,12 @@ from trueloop.cli.db.options import Db
 from trueloop.cli.failure import guarded
 
 if TYPE_CHECKING:
+    from trueloop.server.identity.trusted import Oidc
+    from trueloop.server.identity.who import Role
     from trueloop.server.run import Listening
     from trueloop.server.settings import Settings
 
+SECRET: Final = "TRUELOOP_OIDC_SECRET"
 HELD_OPEN: Final = 16
 """Connections to a store in a file that stay open: opening one costs as much as reading a part's life."""
 
@@ -44,8 +48,67 @@ class Where:
         return Listening(self.host, port, self.tls_cert, self.tls_key)
 
 
+@dataclass(frozen=True, kw_only=True)
+class SignOn:
+    """Whom it trusts to say who signs in."""
+
+    oidc_issuer: Annotated[
+        str | None, typer.Option("--oidc-issuer", metavar="URL", help="Identity provider (OpenID Connect).")
+    ] = None
+    oidc_client_id: Annotated[str | None, typer.Option("--oidc-client-id", help="What it calls this service.")] = None
+    oidc_secret_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--oidc-secret-file",
+            metavar="FILE",
+            help=f"The client's secret.  [default: the environment variable {SECRET}; without both, none]",
+        ),
+    ] = None
+    oidc_label: Annotated[str, typer.Option("--oidc-label", help="What the sign-in page calls it.")] = "Single sign-on"
+    oidc_role_claim: Annotated[
+        str | None,
+        typer.Option("--oidc-role-claim", metavar="CLAIM", help="Claim that gives the role.  [default: the account's]"),
+    ] = None
+    oidc_role: Annotated[
+        list[str] | None,
+        typer.Option("--oidc-role", metavar="VALUE=ROLE", help="Which value of it gives which role; repeatable."),
+    ] = None
+
+    def trusted(self) -> "Oidc | None":
+        """As the service takes it. Raises SRV-PROVIDER, CLI usage errors."""
+        from trueloop.server.identity.provider import require_safe_issuer
+        from trueloop.server.identity.trusted import Oidc
+
+        if self.oidc_issuer is None:
+            return None
+        if not self.oidc_client_id:
+            raise typer.BadParameter("--oidc-issuer needs --oidc-client-id")
+        require_safe_issuer(self.oidc_issuer)
+        claim, roles = self.oidc_role_claim or "", tuple(map(_role, self.oidc_role or ()))
+        if bool(claim) != bool(roles):
+            raise typer.BadParameter("--oidc-role-claim and --oidc-role go together")
+        return Oidc(self.oidc_issuer, self.oidc_client_id, self._secret(), self.oidc_label, claim, roles)
+
+    def _secret(self) -> str:
+        from trueloop.errors import Code
+        from trueloop.formats.input_file import read_text
+
+        if self.oidc_secret_file is None:
+            return os.environ.get(SECRET, "")
+        return read_text(self.oidc_secret_file, Code.SRV_PROVIDER, hint="write the secret into it, alone").strip()
+
+
+def _role(given: str) -> "tuple[str, Role]":
+    from trueloop.server.identity.who import ROLES
+
+    value, _, role = given.rpartition("=")
+    if not value or role not in ROLES:
+        raise typer.BadParameter(f"{given!r} is no VALUE=ROLE with a role of {', '.join(ROLES)}")
+    return value, role
+
+
 @guarded
-def serve(where: Where, db: Db = None) -> None:
+def serve(where: Where, sign_on: SignOn, db: Db = None) -> None:
     """Serve the store's pages and interface, until Ctrl-C or SIGTERM."""
     from trueloop.server.packages import require_packages
 
@@ -57,10 +120,11 @@ def serve(where: Where, db: Db = None) -> None:
 
     listening = where.listening()
     require_safe(listening)
+    oidc = sign_on.trusted()
     store = opened(db, held_open=HELD_OPEN)
     if not accounts(store):
         typer.echo("note: there is no account yet: trueloop user add NAME --role admin", err=True)
-    run(store, _settings(where), listening, lambda at: typer.echo(f"serving {store.where} at {at}"))
+    run(store, _settings(where), listening, lambda at: typer.echo(f"serving {store.where} at {at}"), oidc)
     store.close()
 
 

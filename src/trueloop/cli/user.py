@@ -83,6 +83,23 @@ def role(name: Name, role: Annotated[str, typer.Argument(metavar="ROLE")], db: D
 
 @app.command()
 @guarded
+def link(
+    name: Name,
+    subject: Annotated[str, typer.Argument(metavar="SUBJECT", help="The person's `sub` there; '' ends the link.")],
+    issuer: Annotated[str, typer.Option("--issuer", help="The identity provider, as the service names it.")],
+    db: Db = None,
+) -> None:
+    """Let a person of an identity provider sign in to an account. Its sessions end."""
+    from trueloop.server.packages import require_packages
+
+    require_packages()
+    from trueloop.server.identity.accounts import subject_of
+
+    _changed(name, db, subject=subject_of(issuer, subject) if subject else "")
+
+
+@app.command()
+@guarded
 def password(name: Name, password_stdin: FromStdin = False, db: Db = None) -> None:
     """Give an account a new password, which is asked for. Its sessions end."""
     _changed(name, db, password=_password(password_stdin))

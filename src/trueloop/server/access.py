@@ -34,6 +34,9 @@ CELL: Final = Access(key="cell")
 ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("POST", "/session"): Access(open=True, once=False),
     ("DELETE", "/session"): READ,
+    ("GET", "/session/ways"): Access(open=True),
+    ("GET", "/session/oidc"): Access(open=True),
+    ("GET", "/session/oidc/callback"): Access(open=True),
     ("GET", "/me"): READ,
     ("PATCH", "/me"): READ,
     ("GET", "/openapi.json"): READ,

@@ -16,7 +16,9 @@ from trueloop.server.access import Access, require
 from trueloop.server.figures import Figures
 from trueloop.server.gates import Gates
 from trueloop.server.guarded import Service
-from trueloop.server.routes import accounts, cell, changes, events, machines, session, shown, uploads
+from trueloop.server.identity.oidc import SignIns
+from trueloop.server.identity.trusted import Oidc
+from trueloop.server.routes import accounts, cell, changes, events, machines, session, shown, sign_on, uploads
 from trueloop.server.settings import Settings, now
 from trueloop.server.traces import Traces
 from trueloop.server.workers import start_watch, start_workers
@@ -25,6 +27,7 @@ from trueloop.storage.store import Store
 PREFIX: Final = "/api/v1"
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session.routes,
+    sign_on.routes,
     accounts.routes,
     events.routes,
     shown.routes,
@@ -35,8 +38,10 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
 )
 
 
-def create_app(store: Store, settings: Settings, clock: Callable[[], datetime] = now) -> FastAPI:
-    """The whole service on an open store. `clock` gives the time with its zone."""
+def create_app(
+    store: Store, settings: Settings, clock: Callable[[], datetime] = now, oidc: Oidc | None = None
+) -> FastAPI:
+    """The whole service on an open store. `clock` gives the time with its zone; `oidc`: who else says who signs in."""
     stopping, figures = Event(), Figures()
 
     @asynccontextmanager
@@ -57,6 +62,7 @@ def create_app(store: Store, settings: Settings, clock: Callable[[], datetime] =
     )
     app.state.service = Service(store, settings, clock, secrets.token_bytes(32))
     app.state.figures, app.state.stopping, app.state.traces = figures, stopping, Traces()
+    app.state.sign_ins = None if oidc is None else SignIns(oidc)
     problems.install(app)
     for one in ROUTERS:
         app.include_router(one, prefix=PREFIX)

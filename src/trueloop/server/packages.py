@@ -8,6 +8,7 @@ from trueloop.errors import Code, TrueloopError
 NEEDED: Final = {
     "argon2": "argon2-cffi",
     "fastapi": "fastapi",
+    "joserfc": "joserfc",
     "uvicorn": "uvicorn",
 }
 """What is imported, by the name of its package."""

@@ -21,6 +21,8 @@ from trueloop.server.log import log
 _STATUS: Final[Mapping[str, int]] = {
     "SRV-SIGN-IN": 401,
     "SRV-LOGIN": 401,
+    "SRV-OIDC": 401,
+    "SRV-PROVIDER": 502,
     "SRV-KEY": 401,
     "SRV-ROLE": 403,
     "SRV-ORIGIN": 403,

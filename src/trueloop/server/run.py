@@ -13,6 +13,7 @@ import uvicorn
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.app import create_app
+from trueloop.server.identity.trusted import Oidc
 from trueloop.server.log import log
 from trueloop.server.settings import Settings, is_loopback
 from trueloop.storage.store import Store
@@ -51,10 +52,12 @@ def require_safe(where: Listening) -> None:
             raise _no_tls(where.host, f"{where.certificate} and {where.key} cannot be used: {wrong}") from wrong
 
 
-def serve(store: Store, settings: Settings, where: Listening, ready: Callable[[str], None]) -> None:
+def serve(
+    store: Store, settings: Settings, where: Listening, ready: Callable[[str], None], oidc: Oidc | None = None
+) -> None:
     """Serves until SIGINT or SIGTERM; `ready` gets the address once connections are taken. Raises SRV-ADDRESS."""
     require_safe(where)
-    app = create_app(store, settings)
+    app = create_app(store, settings, oidc=oidc)
     listening = listen(where)
     config = uvicorn.Config(
         app,

@@ -81,6 +81,7 @@ COMMANDS = (
     "user add",
     "user list",
     "user disable",
+    "user link",
     "user role",
     "user password",
     "key add",

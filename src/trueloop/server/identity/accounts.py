@@ -50,6 +50,13 @@ class Change:
     disabled: bool | None = None
     password: str | None = None
     language: str | None = None
+    subject: str | None = None
+    """Of an identity provider, as `subject_of` writes it; empty: of none any more."""
+
+
+def subject_of(issuer: str, subject: str) -> str:
+    """A person of an identity provider: the subject alone would be somebody else's at another provider."""
+    return f"{issuer} {subject}"
 
 
 def add_account(store: Store, new: NewAccount, now: datetime, by: str = "") -> AccountRow:
@@ -92,6 +99,8 @@ def change_account(
         values["role"] = change.role
     if change.disabled is not None:
         values["disabled"] = int(change.disabled)
+    if change.subject is not None:
+        values["oidc_subject"] = change.subject or None
     ends = bool(values)
     if change.language is not None:
         values["language"] = change.language
@@ -99,6 +108,8 @@ def change_account(
         found = _wanted(connection, name)
         if etag is not None and etag != str(found.version):
             raise stale(etag, str(found.version))
+        if change.subject and (other := _of_subject(connection, change.subject)) not in (None, name):
+            raise _refused(name, f"{change.subject!r} is linked to {other!r}", "end that link first")
         connection.execute(update(ACCOUNT).where(ACCOUNT.c.id == found.id).values(version=found.version + 1, **values))
         if found.role == "admin" and not found.disabled and not _administrators(connection):
             raise _refused(name, "it is the last administrator", "make another account administrator first")
@@ -106,6 +117,7 @@ def change_account(
             open_ones = (SESSION.c.account == found.id) & SESSION.c.ended_at.is_(None)
             connection.execute(update(SESSION).where(open_ones).values(ended_at=stamp(now)))
         said = {"role": change.role or "", "disabled": "" if change.disabled is None else str(change.disabled).lower()}
+        said["subject"] = "" if change.subject is None else change.subject or "none"
         said["password"] = "" if change.password is None else "changed"
         note(connection, now, by, "account changed", f"account:{name}", {k: v for k, v in said.items() if v})
         return _row(_wanted(connection, name))
@@ -134,6 +146,11 @@ def _administrators(connection: Connection) -> int:
 
 def _found(connection: Connection, name: str) -> Row[Any] | None:
     return connection.execute(select(ACCOUNT).where(ACCOUNT.c.name == name)).one_or_none()
+
+
+def _of_subject(connection: Connection, subject: str) -> str | None:
+    name: str | None = connection.execute(select(ACCOUNT.c.name).where(ACCOUNT.c.oidc_subject == subject)).scalar()
+    return name
 
 
 def _wanted(connection: Connection, name: str) -> Row[Any]:

@@ -1,0 +1,114 @@
+"""An identity provider over HTTP: what it says of itself, its keys, and a token for a code."""
+
+import json
+from base64 import b64encode
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any, Final
+from urllib.error import HTTPError, URLError
+from urllib.parse import quote, urlencode, urlsplit
+from urllib.request import HTTPRedirectHandler, Request, build_opener
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.server.identity.trusted import Oidc
+from trueloop.server.settings import is_loopback
+
+TIMEOUT_S: Final = 10.0
+LARGEST: Final = 1 << 20
+KEPT: Final = timedelta(hours=1)
+"""How long is kept what it says of itself; its keys are asked for again where one is not among them."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Its addresses, and whether it takes the client's secret in the body alone."""
+
+    authorization: str
+    token: str
+    keys: str
+    secret_in_body: bool
+
+
+class Provider:
+    """By its issuer. Raises SRV-PROVIDER for all that it does not answer as it should."""
+
+    def __init__(self, issuer: str) -> None:
+        self.issuer = issuer
+        self._found: tuple[datetime, Found] | None = None
+
+    def found(self, now: datetime) -> Found:
+        """Its addresses (OpenID Connect Discovery)."""
+        if self._found is None or now - self._found[0] > KEPT:
+            said = _object(Request(f"{self.issuer.rstrip('/')}/.well-known/openid-configuration"))
+            if said.get("issuer") != self.issuer:
+                raise failed(f"it calls itself {said.get('issuer')!r}, where {self.issuer!r} is expected")
+            methods = said.get("token_endpoint_auth_methods_supported", ["client_secret_basic"])
+            in_body = "client_secret_basic" not in methods and "client_secret_post" in methods
+            names = ("authorization_endpoint", "token_endpoint", "jwks_uri")
+            authorization, token, keys = (_safe(str(said.get(name, ""))) for name in names)
+            self._found = now, Found(authorization, token, keys, in_body)
+        return self._found[1]
+
+    def keys(self, now: datetime) -> dict[str, Any]:
+        """Its public keys, as JWK."""
+        return _object(Request(self.found(now).keys))
+
+    def token(self, oidc: Oidc, code: str, redirect: str, verifier: str, now: datetime) -> str:
+        """The identity token for a code."""
+        found = self.found(now)
+        given = {"grant_type": "authorization_code", "code": code, "redirect_uri": redirect, "code_verifier": verifier}
+        headers = {"Content-Type": "application/x-www-form-urlencoded", "Accept": "application/json"}
+        if oidc.secret and not found.secret_in_body:
+            pair = f"{quote(oidc.client_id, '')}:{quote(oidc.secret, '')}"
+            headers["Authorization"] = f"Basic {b64encode(pair.encode()).decode()}"
+        else:
+            given |= {"client_id": oidc.client_id} | ({"client_secret": oidc.secret} if oidc.secret else {})
+        answer = _object(Request(found.token, urlencode(given).encode(), headers))
+        token = answer.get("id_token")
+        if not isinstance(token, str):
+            raise failed("it gave no id_token")
+        return token
+
+
+def require_safe_issuer(issuer: str) -> None:
+    """Raises SRV-PROVIDER for an issuer that others on the way could play."""
+    _safe(issuer)
+    if urlsplit(issuer).query or urlsplit(issuer).fragment:
+        raise failed(f"{issuer!r} is no issuer: it has a query")
+
+
+def failed(why: str) -> TrueloopError:
+    """SRV-PROVIDER."""
+    hint = "see --oidc-issuer and --oidc-client-id, and the provider's own settings of this client"
+    return TrueloopError(Code.SRV_PROVIDER, f"the identity provider: {why}", hint=hint)
+
+
+class _NoRedirect(HTTPRedirectHandler):
+    """A code or secret goes to the address that was named, and nowhere else."""
+
+    def redirect_request(self, *_: Any, **__: Any) -> None:
+        """None: the answer is an error."""
+
+
+_OPENER: Final = build_opener(_NoRedirect)
+
+
+def _object(request: Request) -> dict[str, Any]:
+    where = _safe(request.full_url)
+    try:
+        with _OPENER.open(request, timeout=TIMEOUT_S) as answer:
+            said = json.loads(answer.read(LARGEST))
+    except HTTPError as error:
+        raise failed(f"{where} answered {error.code}") from error
+    except (URLError, OSError, ValueError) as error:
+        raise failed(f"{where}: {type(error).__name__}") from error
+    if not isinstance(said, dict):
+        raise failed(f"{where} answered with something else than an object")
+    return said
+
+
+def _safe(address: str) -> str:
+    parts = urlsplit(address)
+    if parts.scheme == "https" or (parts.scheme == "http" and is_loopback(parts.hostname or "")):
+        return address
+    raise failed(f"{address!r} is not https")
