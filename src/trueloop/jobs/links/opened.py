@@ -10,8 +10,8 @@ from trueloop.controllers.links.changes import Change
 from trueloop.controllers.links.compare import Difference, differences, in_words
 from trueloop.controllers.links.focas.focas import Focas
 from trueloop.controllers.links.folder import Folder, named_in
-from trueloop.controllers.links.framing import framed
 from trueloop.controllers.links.ftp import Ftp
+from trueloop.controllers.links.line.framing import framed
 from trueloop.controllers.links.line.line import Line
 from trueloop.controllers.links.link import Link
 from trueloop.controllers.links.linuxcnc import linuxcnc_busy

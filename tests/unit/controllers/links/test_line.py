@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from scripts.line_transfers import transfer
 from tests.support.serial_control import SIGNS, ZONES, eia, iso
-from trueloop.controllers.links.framing import framed
 from trueloop.controllers.links.line.codes import EIA, LineCode, decoded, encoded
+from trueloop.controllers.links.line.framing import framed
 from trueloop.controllers.links.line.line import Line
 from trueloop.controllers.links.line.port import Parity
 from trueloop.controllers.links.line.transfer import Flow

@@ -3,7 +3,7 @@
 import re
 from typing import Final
 
-from trueloop.controllers.links.framing import framed, require_no_end_within
+from trueloop.controllers.links.line.framing import framed, require_no_end_within
 from trueloop.errors import Code, TrueloopError
 
 NAME: Final = re.compile(r"O(\d{4})")

@@ -4,7 +4,7 @@ import ctypes
 
 from trueloop.controllers.links.focas.library import Connection
 from trueloop.controllers.links.focas.numbers import named
-from trueloop.controllers.links.framing import framed
+from trueloop.controllers.links.line.framing import framed
 from trueloop.controllers.links.link import LARGEST, Busy, Listed, not_reached
 
 PIECE = 1024

@@ -5,8 +5,8 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from trueloop.controllers.links.framing import framed, require_no_end_within
 from trueloop.controllers.links.line.codes import LineCode, WireCode, blank, decoded, encoded, leader
+from trueloop.controllers.links.line.framing import framed, require_no_end_within
 from trueloop.controllers.links.line.port import Parity, Port, broken, open_port
 from trueloop.controllers.links.line.transfer import Flow, Pace, receive, send
 from trueloop.controllers.links.link import Busy, Listed
