@@ -36,6 +36,8 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[part.feature.points]": curve_tables.PointsTable,
         "[[part.characteristic]]": job.CharacteristicTable,
         "[tool]": job.ToolTable,
+        "[[tools]]": job.ToolsTable,
+        "[feature.NAME]": job.CutByTable,
         "[programs]": job.ProgramsTable,
         "[gauging]": job.GaugingTable,
         "[compensation]": job.CompensationTable,

@@ -68,6 +68,9 @@ class Code(StrEnum):
     NC_NO_CONTOUR = "NC-NO-CONTOUR", "no feed moves that could be a finish pass"
     NC_NO_MATCH = "NC-NO-MATCH", "a feature that no pass cuts whole", ("feature",)
     NC_AMBIGUOUS = "NC-AMBIGUOUS", "a feature that several passes cut", ("feature", "lines")
+    NC_TOOLS = "NC-TOOLS", "a feature that several tools cut, none of them surely last", ("feature", "tools")
+    NC_EDGE = "NC-EDGE", "a corner of a groove tool that cannot touch what it cuts", ("feature", "tool")
+    NC_NO_TOOL = "NC-NO-TOOL", "a tool of the job that its program does not call", ("tool",)
     NC_FILE = "NC-FILE", "a program or an offsets file that cannot be read"
     NC_DIALECT = "NC-DIALECT", "a dialect that does not exist, or a program whose dialect is not clear"
     NC_PARAMETER = "NC-PARAMETER", "a parameter without a value, or a value for one that does not exist"
@@ -465,6 +468,7 @@ class Code(StrEnum):
     JOB_MISSING = "JOB-MISSING", "a job, or a file that it names, that is not there"
     JOB_SYNTAX = "JOB-SYNTAX", "a job that is no TOML"
     JOB_EXISTS = "JOB-EXISTS", "a new job where there is one already", ("file",)
+    JOB_TOOLS = "JOB-TOOLS", "a job of several tools where one is wanted", ("tools",)
     JOB_KEY = "JOB-KEY", "a key of a job that is unknown, missing, or has a value that it cannot have", ("key",)
 
     # STO: the store of parts, tools, inspections and corrections

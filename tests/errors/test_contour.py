@@ -7,15 +7,38 @@ import pytest
 from tests.support.feed_moves import cut, to
 from tests.support.profiles import NOSE_RADIUS_MM, facetst
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Line
 from trueloop.geometry.offset import nose_centre_path
+from trueloop.geometry.validate import checked_profile
+from trueloop.loops.turned.commanded import Run
+from trueloop.loops.turned.edges import cutters_of
 from trueloop.nc.match.contour import contour_of_program
+from trueloop.nc.match.cutters import cutters
+from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.matching import match_contour
+from trueloop.nc.program.called import Called
 from trueloop.nc.program.feed_moves import feed_moves, nose_centre_moves
 from trueloop.nc.program.program import read_program
 
 PATH = nose_centre_path(facetst(), NOSE_RADIUS_MM).features
 COMPENSATED = b"G21 G18 G8 G90 F100\nG0 X30 Z5\nG42 G1 X20 Z5\nG1 Z-10\nM2\n"
 BORED = COMPENSATED.replace(b"G42", b"G41")
+
+GROOVE = [Line("wall", (25.0, -40.0), (20.0, -40.0)), Line("floor", (20.0, -40.0), (20.0, -34.0))]
+LEFT, RIGHT = CuttingEdge(Called(5), 0.0, "left"), CuttingEdge(Called(15), 0.0, "right")
+
+
+def _groove_cut_by(*calls: Called) -> tuple[CuttingEdge, ...]:
+    """The wall and the floor of a groove, cut by the one and the floor again by the other."""
+    moves = [*cut(GROOVE), *cut(GROOVE[1:], first=2, chain=1)]
+    calling = {move.index: call for move, call in zip(moves, (calls[0], *calls), strict=True)}
+    return cutters(checked_profile(GROOVE), moves, calling, (LEFT, RIGHT)).edge_of
+
+
+def _calls(words: bytes) -> object:
+    source = read_program(b"G21\n" + words + b"\nG1 X20. Z-20. F1\n", "fanuc-lathe")
+    return cutters_of(source, Run({}), facetst(), (LEFT,), {})
+
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.NC_COMPENSATED: lambda: nose_centre_moves(read_program(COMPENSATED, "linuxcnc").run()),
@@ -25,6 +48,9 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.NC_AMBIGUOUS: lambda: match_contour(
         [*cut(PATH), *cut([to(PATH[3].start_mm, PATH[3].end_mm)], first=4, chain=1)], facetst(), NOSE_RADIUS_MM
     ),
+    Code.NC_TOOLS: lambda: _groove_cut_by(Called(5), Called(15)),
+    Code.NC_EDGE: lambda: _groove_cut_by(Called(15), Called(15)),
+    Code.NC_NO_TOOL: lambda: _calls(b"T0303"),
 }
 
 

@@ -4,8 +4,10 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from tests.support import grooved
 from trueloop.errors import Code
 from trueloop.formats.jobs.job import read_turned_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.jobs.turned.new import Wanted, new_job
 
 
@@ -23,9 +25,15 @@ def _begun_twice() -> None:
             new_job(Wanted(example, 0.79375, "part", Path(folder)))
 
 
+def _several_tools() -> object:
+    with tempfile.TemporaryDirectory() as folder:
+        return read_job(grooved.job(Path(folder), [0.0] * len(grooved.PLACES)))
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.JOB_MISSING: lambda: read_turned_job(Path("/nowhere/job.toml")),
     Code.JOB_SYNTAX: lambda: _read("[part]\nname = dome\n"),
     Code.JOB_KEY: lambda: _read("[part]\nname = 'dome'\nfrom_program = true\nunits = 'mm'\n"),
     Code.JOB_EXISTS: _begun_twice,
+    Code.JOB_TOOLS: _several_tools,
 }

@@ -63,7 +63,14 @@ impl Frame {
     /// What a move is noted with.
     pub fn origin(&self) -> Origin {
         let tool = self.tool_is_known.then_some(self.tool);
-        Origin { total: self.total(), register: self.register, tool, renamed: self.renamed, turned: self.rotary.turned }
+        Origin {
+            total: self.total(),
+            register: self.register,
+            tool,
+            tool_number: self.tool_number,
+            renamed: self.renamed,
+            turned: self.rotary.turned,
+        }
     }
 
     /// Positions along these axes are called otherwise from now on.

@@ -46,6 +46,9 @@ pub struct Origin {
     pub register: [f64; 3],
     /// The part of it that the tool made; `None` where the program calls for an offset that is not known.
     pub tool: Option<[f64; 3]>,
+    /// The number that the tool's offset in force was called by: that of T0313 (13), of H, of the tool (on a Sinumerik times
+    /// 1000, and D); 0 for none, −1 where the block gave the offset itself.
+    pub tool_number: i32,
     /// How often another tool, another offset of it or another work offset came into force, for each axis it is about:
     /// what the axis' position is called then, only the control knows.
     pub renamed: [u32; 3],

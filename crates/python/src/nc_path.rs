@@ -146,6 +146,8 @@ pub fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDi
     columns.set_item("register_mm", rows(py, register)?)?;
     let renamed = origins.iter().map(|origin| origin.renamed).collect();
     columns.set_item("renamed", rows(py, renamed)?)?;
+    let tool_number = origins.iter().map(|origin| origin.tool_number);
+    columns.set_item("tool_offset", column(py, tool_number))?;
     let turned = origins.iter().map(|origin| origin.turned);
     columns.set_item("turned", column(py, turned))?;
     Ok(columns)

@@ -13,7 +13,7 @@ from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_building import moved_out, part_of
 from trueloop.geometry.feature import Arc, Feature, Point, distance_mm
 from trueloop.geometry.intersection import crossings, intersections
-from trueloop.geometry.profile import Profile, junctions_of
+from trueloop.geometry.profile import Junction, JunctionKind, Profile, junctions_of
 
 RUNS_TOGETHER_RAD: Final = 0.02
 """Features whose directions differ by less may be joined without an intersection: at the mean of their offset ends,
@@ -78,10 +78,9 @@ def _turns_about_edge(feature: Feature, nose_radius_mm: float) -> bool:
 def _offset_chain(features: Sequence[Feature], distance_mm: float) -> list[Feature]:
     """Every feature moved along its outward normal and trimmed or extended to meet its neighbours."""
     moved = [_moved(feature, distance_mm) for feature in features]
-    turns = [junction.turn_rad for junction in junctions_of(features)]
-    corners = [_corner(a, b, turn, distance_mm) for a, b, turn in zip(moved, moved[1:], turns, strict=False)]
-    starts = [moved[0].start_mm, *corners] if moved else []
-    ends = [*corners, moved[-1].end_mm] if moved else []
+    joints = [_joint(*each, distance_mm) for each in zip(moved, moved[1:], junctions_of(features), strict=False)]
+    starts = [moved[0].start_mm, *(after for _, after in joints)] if moved else []
+    ends = [*(before for before, _ in joints), moved[-1].end_mm] if moved else []
     return [_between(*each, distance_mm) for each in zip(moved, starts, ends, strict=True)]
 
 
@@ -98,6 +97,14 @@ def _moved(feature: Feature, distance_mm: float) -> Feature:
     ends = np.array([0.0, feature.length_mm])
     start, end = feature.point_mm(ends) + distance_mm * feature.outward_normal(ends)
     return replace(feature, start_mm=_point(start), end_mm=_point(end))
+
+
+def _joint(before: Feature, after: Feature, junction: Junction, distance_mm: float) -> tuple[Point, Point]:
+    """Where one moved feature ends and the next begins: in their corner, unless they are apart."""
+    if junction.kind is JunctionKind.APART:
+        return before.end_mm, after.start_mm
+    corner = _corner(before, after, junction.turn_rad, distance_mm)
+    return corner, corner
 
 
 def _corner(before: Feature, after: Feature, turn_rad: float, distance_mm: float) -> Point:
@@ -130,16 +137,21 @@ def _corner(before: Feature, after: Feature, turn_rad: float, distance_mm: float
 
 
 def _between(moved: Feature, start: Point, end: Point, distance_mm: float) -> Feature:
-    """The moved feature from `start` to `end`, both on it."""
-    from_mm, to_mm = float(moved.locate(start)[0]), float(moved.locate(end)[0])
-    if to_mm - from_mm <= 0:
+    """The moved feature from `start` to `end`, both on it. Raises GEO-NARROW where these are in the other order."""
+    if float(moved.locate(end)[0]) - float(moved.locate(start)[0]) <= 0:
         raise _narrow(moved.name, moved.name, start, abs(distance_mm))
-    if isinstance(moved, Curve):
-        return part_of(moved, from_mm, to_mm)
-    if isinstance(moved, Arc):
-        sweep_rad = math.copysign((to_mm - from_mm) / moved.radius_mm, moved.sweep_rad)
-        return replace(moved, start_mm=start, end_mm=end, sweep_rad=sweep_rad)
-    return replace(moved, start_mm=start, end_mm=end)
+    return from_to(moved, start, end)
+
+
+def from_to(feature: Feature, start: Point, end: Point) -> Feature:
+    """The feature, shortened or gone on along its line, circle or curve, from `start` to `end` on it."""
+    from_mm, to_mm = float(feature.locate(start)[0]), float(feature.locate(end)[0])
+    if isinstance(feature, Curve):
+        return part_of(feature, from_mm, to_mm)
+    if isinstance(feature, Arc):
+        sweep_rad = math.copysign((to_mm - from_mm) / feature.radius_mm, feature.sweep_rad)
+        return replace(feature, start_mm=start, end_mm=end, sweep_rad=sweep_rad)
+    return replace(feature, start_mm=start, end_mm=end)
 
 
 def _require_clear_ends(features: Sequence[Feature], moved: Sequence[Feature], nose_radius_mm: float) -> None:

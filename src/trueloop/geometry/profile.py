@@ -19,11 +19,16 @@ TANGENT_WITHIN_RAD: Final = 1e-3
 to 1e-5 in turns a 0.5 mm feature by 0.5 mrad, and no drawing has a corner of less than 0.06 degrees."""
 
 
+APART_MM: Final = 0.05
+"""Ends that lie farther from each other do not meet: what is between them another edge cuts."""
+
+
 class JunctionKind(StrEnum):
-    """How two features meet: the angle is critical (tangent) or not (corner) [6811 §2.2]."""
+    """How two features meet: the angle is critical (tangent) or not (corner) [6811 §2.2]; or they are apart."""
 
     CORNER = "corner"
     TANGENT = "tangent"
+    APART = "apart"
 
 
 class Side(StrEnum):
@@ -151,6 +156,8 @@ def junctions_of(
 
 
 def _junction(before: Feature, after: Feature, by_design: JunctionKind | None) -> Junction:
+    if math.dist(before.end_mm, after.start_mm) > APART_MM:
+        return Junction(JunctionKind.APART, 0.0)
     arriving, leaving = before.tangent(before.length_mm), after.tangent(0.0)
     left = arriving[1] * leaving[0] - arriving[0] * leaving[1]
     turn_rad = -math.atan2(left, float(arriving @ leaving))

@@ -79,8 +79,10 @@ def test_values_and_defaults(path: Path) -> None:
         ("start = [40.0, 0.0]", "start = [40.0]", 3, "'part.start.1': Field required"),
         ("radius = 40.0", "radius = 40.0, centre = [0.0, 30.0]", 4, "a centre or a radius, not both"),
         ('touches = "touches.csv"', "", 17, "'gauging': `touches` or `readings` is missing"),
-        ("[tool]", "[tools]", 9, "'tools' is no key of this file"),
-        ("[tool]\nnose_radius_mm = 0.8", "", None, "'tool': Field required"),
+        ("[tool]", "[toolz]", 9, "'toolz' is no key of this file"),
+        ("[tool]\nnose_radius_mm = 0.8", "", None, "a table [tool], or a table [[tools]] for each"),
+        ("[tool]", "[[tools]]", 9, "`number` is needed"),
+        ("[tool]", "[feature.dome]\ntool = 3\n[tool]", None, "`feature.dome.tool` is none of [[tools]]"),
     ],
 )
 def test_a_mistake_is_shown_with_key_value_and_line(

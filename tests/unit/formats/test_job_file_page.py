@@ -45,7 +45,7 @@ def choices(annotation: object) -> list[str]:
 
 def test_every_table_is_a_section_in_the_order_of_the_code() -> None:
     assert list(sections()) == list(MODELS)
-    assert set(job.Job.model_fields) == {heading.strip("[]") for heading in MODELS if "." not in heading}
+    assert set(job.Job.model_fields) == {heading.strip("[]").split(".")[0] for heading in MODELS}
 
 
 @pytest.mark.parametrize("heading", MODELS)

@@ -12,6 +12,7 @@ from trueloop.cli.terminal import AsJson, busy, print_json, wide_console
 if TYPE_CHECKING:
     from trueloop.errors import TrueloopError
     from trueloop.geometry.feature import Feature
+    from trueloop.loops.turned.edges import CutFeature
     from trueloop.nc.match.contour_match import FeatureMatch, MatchedMove
     from trueloop.nc.program.program import Program
 
@@ -36,28 +37,52 @@ def features_of_job(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file; its touches need not exist yet.")],
     as_json: AsJson = False,
 ) -> None:
-    """Print which blocks of the finish program cut which feature. Exit status 1 when that is not plain for one."""
+    """Print which blocks of the finish program, and which tool, cut which feature.
+
+    Exit status 1 when that is not plain for one.
+    """
     from trueloop.errors import TrueloopError
     from trueloop.jobs.turned.job import read_finish
-    from trueloop.nc.match.matching import match_each
-    from trueloop.nc.program.feed_moves import feed_moves
+    from trueloop.loops.turned.edges import cut_by_one, cut_features
 
     with busy(f"matching {job}"):
         finish = read_finish(job)
-        part, moves = finish.part, feed_moves(finish.run.of(finish.program))
-        found = match_each(moves, part.profile, part.nose_radius_mm, lines=finish.run.lines)
+        part, program, run = finish.part, finish.program, finish.run
+        if part.edges:
+            found = cut_features(program, run, part.profile, part.edges, finish.decided)
+        else:
+            found = cut_by_one(program, run, part.profile, part.nose_radius_mm)
     file = finish.program.file or str(job)
-    matches = [match.in_file(file) if isinstance(match, TrueloopError) else match for match in found]
-    blocks = [() if isinstance(match, TrueloopError) else _blocks(finish.program, match) for match in matches]
-    features, refusals = part.profile.features, [match for match in matches if isinstance(match, TrueloopError)]
+    rows = [_row(finish.program, one, file) for one in found]
+    refusals = [row.match for row in rows if isinstance(row.match, TrueloopError)]
     if as_json:
-        print_json({"part": part.name, "program": file, "features": _objects(features, matches, blocks)})
+        print_json({"part": part.name, "program": file, "features": [_object(row) for row in rows]})
     else:
-        _print_table(f"{part.name}, cut by {file}", features, blocks)
+        tools = list(dict.fromkeys(row.tool for row in rows if row.tool))
+        by_one = f" with {tools[0]}" if len(tools) == 1 else ""
+        _print_table(f"{part.name}, cut by {file}{by_one}", rows, several=len(tools) > 1)
         for refusal in refusals:
             say(refusal, as_json=False)
     if refusals:
         raise typer.Exit(ExitStatus.FINDINGS)
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A feature with the blocks that cut it."""
+
+    feature: "Feature"
+    tool: str
+    match: "FeatureMatch | TrueloopError"
+    blocks: tuple[CuttingBlock, ...]
+
+
+def _row(program: "Program", found: "CutFeature", file: str) -> _Row:
+    from trueloop.errors import TrueloopError
+
+    if isinstance(found.match, TrueloopError):
+        return _Row(found.feature, found.tool, found.match.in_file(file), ())
+    return _Row(found.feature, found.tool, found.match, _blocks(program, found.match))
 
 
 def _blocks(program: "Program", match: "FeatureMatch") -> tuple[CuttingBlock, ...]:
@@ -84,38 +109,45 @@ def _block(program: "Program", match: "FeatureMatch", moved: "MatchedMove") -> C
     )
 
 
-def _objects(
-    features: "tuple[Feature, ...]",
-    matches: "list[FeatureMatch | TrueloopError]",
-    blocks: list[tuple[CuttingBlock, ...]],
-) -> list[dict[str, object]]:
+def _object(row: _Row) -> dict[str, object]:
     from trueloop.errors import TrueloopError
 
-    return [
-        {
-            "name": feature.name,
-            "length_mm": feature.length_mm,
-            "blocks": [asdict(block) for block in cutting],
-            "error": as_dict(match) if isinstance(match, TrueloopError) else None,
-        }
-        for feature, match, cutting in zip(features, matches, blocks, strict=True)
-    ]
+    return {
+        "name": row.feature.name,
+        "length_mm": row.feature.length_mm,
+        "tool": row.tool,
+        "blocks": [asdict(block) for block in row.blocks],
+        "error": as_dict(row.match) if isinstance(row.match, TrueloopError) else None,
+    }
 
 
-def _print_table(title: str, features: "tuple[Feature, ...]", blocks: list[tuple[CuttingBlock, ...]]) -> None:
+def _print_table(title: str, rows: "list[_Row]", several: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
     table = Table(box=None, pad_edge=False)
-    for heading in ("feature", "line", "block", "motion", "path", "from", "to", "of", "off nominal"):
+    for heading in (
+        "feature",
+        *(("tool",) if several else ()),
+        "line",
+        "block",
+        "motion",
+        "path",
+        "from",
+        "to",
+        "of",
+        "off nominal",
+    ):
         number = heading in ("line", "from", "to", "of", "off nominal")
         table.add_column(heading, justify="right" if number else "left", no_wrap=True)
-    for feature, cutting in zip(features, blocks, strict=True):
-        for b in cutting:
-            numbers = (f"{b.from_mm:.4f}", f"{b.to_mm:.4f}", f"{feature.length_mm:.4f}", f"{b.deviation_um:+z.2f}")
-            table.add_row(Text(feature.name), str(b.line), Text(b.block), b.motion, b.path, *numbers)
-        if not cutting:
-            table.add_row(Text(feature.name), "–", "not known", *("",) * 4, f"{feature.length_mm:.4f}", "")
+    for row in rows:
+        named = (Text(row.feature.name), *((row.tool or "–",) if several else ()))
+        length_mm = row.feature.length_mm
+        for b in row.blocks:
+            numbers = (f"{b.from_mm:.4f}", f"{b.to_mm:.4f}", f"{length_mm:.4f}", f"{b.deviation_um:+z.2f}")
+            table.add_row(*named, str(b.line), Text(b.block), b.motion, b.path, *numbers)
+        if not row.blocks:
+            table.add_row(*named, "–", "not known", *("",) * 4, f"{length_mm:.4f}", "")
     console = wide_console()
     console.print(title + "\n", markup=False)
     console.print(table)

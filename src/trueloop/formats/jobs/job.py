@@ -34,6 +34,8 @@ from trueloop.formats.toml_tables import (
     read_located,
 )
 from trueloop.memory.edge.options import IN_FULL
+from trueloop.nc.match.cutting_edge import Corner
+from trueloop.nc.program.called import Called
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
 
@@ -218,6 +220,43 @@ class ToolTable(Table):
         if self.table is not None and self.number is None:
             raise ValueError("`number` is needed with `table`: it names the tool's row")
         return self
+
+
+class ToolsTable(ToolTable):
+    """One of several edges that cut the part, each with an offset of its own: a table [[tools]] an edge."""
+
+    groove_corner: Corner | None = None
+    """Which corner of a plunge or groove insert it is: `"left"` (at the chuck), `"right"`; of a face groover `"outer"`,
+    `"inner"`. The two corners are two edges: T0303 and T0313, or T3 D1 and D2, each with its own tables [[tools]].
+    """
+    finish_lines: tuple[Count, Count] | None = None
+    """`[from, to]`, lines of the finish program: which of several passes of this edge is its finish pass."""
+
+    @model_validator(mode="after")
+    def _numbered(self) -> "ToolsTable":
+        if self.number is None:
+            raise ValueError("`number` is needed: by the number of its offset the program calls the edge")
+        return self
+
+    @property
+    def called(self) -> Called:
+        """As the program calls it."""
+        assert self.number is not None
+        return Called(self.number, self.table_edge)
+
+
+class CutByTable(Table):
+    """What is decided of a feature, where the program leaves it open."""
+
+    tool: Annotated[int, Field(ge=0, le=1_000_000, strict=True)]
+    """Number of the tool of [[tools]] that leaves its surface."""
+    edge: Count = 1
+    """That tool's edge: D of a Sinumerik."""
+
+    @property
+    def called(self) -> Called:
+        """As the program calls it."""
+        return Called(self.tool, self.edge)
 
 
 @with_options("programs", Options)
@@ -436,7 +475,9 @@ class Job(Table):
     """A whole job file."""
 
     part: PartTable
-    tool: ToolTable
+    tool: ToolTable | None = None
+    tools: tuple[ToolsTable, ...] = ()
+    feature: dict[str, CutByTable] = Field(default_factory=dict)
     programs: ProgramsTable
     gauging: GaugingTable
     compensation: CompensationTable = CompensationTable()
@@ -445,6 +486,20 @@ class Job(Table):
     report: ReportTable = ReportTable()
     store: StoreTable = StoreTable()
     memory: MemoryTable = MemoryTable()
+
+    @model_validator(mode="after")
+    def _one_tool_or_several(self) -> "Job":
+        if (self.tool is None) == (not self.tools):
+            raise ValueError("a job has a table [tool], or a table [[tools]] for each of several edges")
+        calls = [one.called for one in self.tools]
+        if len(set(calls)) < len(calls):
+            raise ValueError("two tables [[tools]] have the same `number` and `table_edge`")
+        strange = [name for name, cut in self.feature.items() if cut.called not in calls]
+        if strange:
+            raise ValueError(f"`feature.{strange[0]}.tool` is none of [[tools]]")
+        if self.tools and (self.machine is not None or self.part.from_program):
+            raise ValueError("with [[tools]] the profile is drawn or spelt out, and there is no table [machine]")
+        return self
 
     @model_validator(mode="after")
     def _contour_for_the_machine(self) -> "Job":

@@ -161,8 +161,8 @@ def _semifinish_cut(given: _Given, part: Part) -> Cut:
         return known[-1]
     job, files = given.files.job, given.files
     program = None if job.programs.semifinish is None else files.program(job.programs.semifinish)
-    edge = edge_of_job(job)
-    setting = None if edge is None else Setting(edge, job.tool.set_at)
+    edge = edge_of_job(files.tool)
+    setting = None if edge is None else Setting(edge, files.tool.set_at)
     sha256 = "" if program is None else sha256_of(program.source)
     return Cut(part, Stage.SEMIFINISH, setting, machine_of_job(job), sha256)
 

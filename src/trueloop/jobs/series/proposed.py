@@ -187,7 +187,7 @@ def tool_of_job(path: Path, book: Book) -> JobTool:
         program,
         matched,
         {name: one for name, one in named.items() if one is not None},
-        given.tool.number,
+        files.tool.number,
         None if x_is is None else x_is == "diameter",
-        given.tool.table_edge,
+        files.tool.table_edge,
     )

@@ -1,5 +1,6 @@
 """A turned part's job and the files it names, read into the values that the loop works on."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,6 +15,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.curve_of_job import fit_notes
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
+from trueloop.formats.jobs.job import ToolTable as TableOfTool
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.tool_tables.new_table import held_tool
@@ -30,6 +32,8 @@ from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.memory.edge.options import MemoryOptions
+from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.program.called import Called
 from trueloop.nc.program.program import Program
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
@@ -61,12 +65,18 @@ class ReadJob:
 
 @dataclass(frozen=True)
 class ReadPart:
-    """A job's nominal profile and tool, and the files they were read from."""
+    """A job's nominal profile and tool, and the files they were read from. `edges`: those of a job of several."""
 
     name: str
     profile: Profile
-    nose_radius_mm: float
+    noses_mm: tuple[float, ...]
     files: tuple[Path, ...]
+    edges: tuple[CuttingEdge, ...] = ()
+
+    @property
+    def nose_radius_mm(self) -> float:
+        """That of the one tool; of several the smallest: the nose that has to fit everywhere."""
+        return min(self.noses_mm)
 
     @property
     def centre_path(self) -> CentrePath:
@@ -87,23 +97,41 @@ def read_part(path: FilePath) -> ReadPart:
 
 
 def _part(files: JobFiles, profile: Profile) -> ReadPart:
-    return ReadPart(files.job.part.name, profile, files.nose_radius_mm, files.sources.files)
+    edges = files.edges
+    noses_mm = tuple(edge.nose_radius_mm for edge in edges) or (files.nose_radius_mm,)
+    return ReadPart(files.job.part.name, profile, noses_mm, files.sources.files, edges)
 
 
 @dataclass(frozen=True)
 class ReadFinish:
-    """A job's part, its finish program, and how that is run."""
+    """A job's part, its finish program, and how that is run. `decided`: by feature the edge that the job names."""
 
     part: ReadPart
     program: Program
     run: Run
+    decided: Mapping[str, Called] = field(default_factory=dict)
 
 
 def read_finish(path: Path) -> ReadFinish:
     """The finish program of a job and what it is meant to cut: its touches need not exist yet."""
     files = JobFiles.of(path)
     program = files.finish_program()
-    return ReadFinish(_part(files, files.profile(program)), program, files.run)
+    part = _part(files, files.profile(program))
+    return ReadFinish(part, program, files.run, decided_of(files, part.profile))
+
+
+def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called]:
+    """By feature the edge that the job names. Raises JOB-KEY for a feature that the part has not."""
+    for name in files.job.feature:
+        if name not in profile.names:
+            with files.located.at("feature", name):
+                raise TrueloopError(
+                    Code.JOB_KEY,
+                    f"'feature.{name}' is none of the {len(profile.names)} features of the part",
+                    hint=f"the part's features are: {', '.join(profile.names)}",
+                    values={"key": f"feature.{name}"},
+                )
+    return {name: cut.called for name, cut in files.job.feature.items()}
 
 
 def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
@@ -121,7 +149,7 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
     """
     path = Path(path)
     files = JobFiles.of(path).with_serial(serial)
-    job, sources = files.job, files.sources
+    job, sources, tool = files.job, files.sources, files.tool
     files.require_uncorrected()
     program = files.finish_program()
     profile = files.profile(program)
@@ -131,14 +159,14 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
     if job.machine is not None:
         machine = read_part_on_machine(sources, path, job.machine, options_from(Gauging, job).ball_radius_mm)
     measured = _measured(files, profile, machine)
-    table = files.tool_table(job.tool.table) if job.tool.table is not None else None
+    table = files.tool_table(tool.table) if tool.table is not None else None
     inputs = Inputs(
         part=part_type(job),
         profile=profile,
         nose_radius_mm=files.nose_radius_mm,
         program=program,
         touches=measured.vectors,
-        options=_options(job),
+        options=_options(job, tool),
         made_at=datetime.now(UTC),
         made_by=user_name(),
         semifinish=files.program(job.programs.semifinish) if job.programs.semifinish else None,
@@ -152,9 +180,9 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
         nose=nose,
         machine=machine,
         machine_tool=machine_of_job(job),
-        edge=edge_of_job(job),
-        edge_set_at=job.tool.set_at,
-        held=held_tool(job.tool.table_name, job.tool.table_edge, job.tool.number, table),
+        edge=edge_of_job(tool),
+        edge_set_at=tool.set_at,
+        held=held_tool(tool.table_name, tool.table_edge, tool.number, table),
         inputs_sha256=sources.sha256,
         file=str(path),
         characteristics=measured.characteristics,
@@ -203,9 +231,8 @@ def machine_of_job(job: Job) -> Machine | None:
     return Machine(name, serial) if name or serial else None
 
 
-def edge_of_job(job: Job) -> Edge | None:
+def edge_of_job(given: TableOfTool) -> Edge | None:
     """The finishing tool's edge, as far as the job states it."""
-    given = job.tool
     stated = given.name or given.insert or given.corner or given.set_at
     return Edge(Tool(given.number, given.name), given.insert, given.corner) if stated else None
 
@@ -229,7 +256,7 @@ def _nose(files: JobFiles) -> NoseModel | None:
     return fit_nose_model(parts) if parts else None
 
 
-def _options(job: Job) -> Options:
+def _options(job: Job, tool: TableOfTool) -> Options:
     given = job.compensation
     return options_from(
         Options,
@@ -239,7 +266,7 @@ def _options(job: Job) -> Options:
         between_cuts=_between_cuts(given),
         limits=options_from(Limits, job),
         offset_is_diameter=None if job.programs.offset_x_is is None else job.programs.offset_x_is == "diameter",
-        tool=job.tool.number,
+        tool=tool.number,
     )
 
 

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.domain.record import check_uncorrected
-from trueloop.errors import Code, in_file
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
-from trueloop.formats.jobs.job import Job, locate_turned_job
+from trueloop.formats.jobs.job import Job, ToolsTable, locate_turned_job
+from trueloop.formats.jobs.job import ToolTable as TableOfTool
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
@@ -19,6 +20,7 @@ from trueloop.geometry.profile import Profile, Side
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.sources import Sources
 from trueloop.loops.turned.commanded import Run
+from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.understood import require_understood
 from trueloop.units import MM_PER_INCH
@@ -53,6 +55,33 @@ class JobFiles:
         part = job.part.model_copy(update={"serial": serial})
         return replace(self, located=replace(self.located, model=job.model_copy(update={"part": part})))
 
+    @property
+    def tool(self) -> TableOfTool:
+        """The finishing tool. Raises JOB-TOOLS where the job has several."""
+        if self.job.tool is None:
+            called = [tool.called.words for tool in self.job.tools]
+            raise TrueloopError(
+                Code.JOB_TOOLS,
+                f"the job has {len(called)} tools ({', '.join(called)}): this is done for one tool alone",
+                hint="`trueloop compensate` and `trueloop nc features` take several; else give one table [tool]",
+                place=Place(str(self.path)),
+                values={"tools": called},
+            )
+        return self.job.tool
+
+    def with_tool(self, tool: ToolsTable) -> "JobFiles":
+        """The job as if that were its only tool."""
+        job = self.job.model_copy(update={"tool": tool, "tools": ()})
+        return replace(self, located=replace(self.located, model=job))
+
+    @property
+    def edges(self) -> tuple[CuttingEdge, ...]:
+        """The several edges of the job, each with its nose. Raises OFS errors."""
+        return tuple(
+            CuttingEdge(tool.called, self.with_tool(tool).nose_radius_mm, tool.groove_corner, tool.name)
+            for tool in self.job.tools
+        )
+
     def other(self, name: Path) -> "JobFiles":
         """Another part's job that this one names; its files are noted with this one's."""
         file = self.sources.file(name)
@@ -61,7 +90,7 @@ class JobFiles:
     @property
     def nose_radius_mm(self) -> float:
         """That of the finishing tool."""
-        tool = self.job.tool
+        tool = self.tool
         stated_mm = tool.nose_radius_mm if tool.nose_radius_in is None else tool.nose_radius_in * MM_PER_INCH
         if tool.table is None:
             assert stated_mm is not None
@@ -71,13 +100,15 @@ class JobFiles:
 
     def tool_table(self, name: Path) -> ToolTable:
         """The control's tool table that the job names. Raises OFS errors."""
-        return read_tool_table(self.sources.file(name), self.job.tool.table_unit)
+        return read_tool_table(self.sources.file(name), self.tool.table_unit)
 
     @property
     def run(self) -> Run:
         """How the programs are run."""
         given = self.job.programs
-        return Run(given.parameters, given.execute_deleted_blocks, given.finish_lines)
+        tool = self.job.tool
+        lines = tool.finish_lines if isinstance(tool, ToolsTable) else None
+        return Run(given.parameters, given.execute_deleted_blocks, lines or given.finish_lines)
 
     def require_uncorrected(self) -> None:
         """Raises CMP-TWICE for a finish program that is corrected already."""

@@ -4,7 +4,7 @@ What is corrected is what was commanded: if the semi-finish program's contour it
 error, a slip), the touches contain it, and the process must not be blamed for it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +18,9 @@ from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.matching import match_contour
 from trueloop.nc.match.sides import require_side
+from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.cutter_tool import CutterTool
-from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.feed_moves import FeedMove, feed_moves
 from trueloop.nc.program.path_mode import path_mode_findings
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
@@ -36,11 +37,20 @@ SAMPLES = 257
 class Run:
     """How programs are run and read, as a rule with roughing left out: parameters by name, whether blocks with a slash
     are executed, and which lines (from, to) of the finish program hold the finish pass, where that is not obvious.
+    `called`: only what that edge cuts counts; None: a program of one.
     """
 
     parameters: Mapping[str, float]
     execute_deleted_blocks: bool = False
     lines: tuple[int, int] | None = None
+    called: Called | None = None
+
+    def moves(self, program: Program, path: ToolPath) -> tuple[FeedMove, ...]:
+        """The feed moves that count."""
+        moves = feed_moves(path)
+        if self.called is None:
+            return moves
+        return tuple(move for move in moves if called(program.dialect, path, move.index) == self.called)
 
     def driven(self, program: Program, nose_radius_mm: float) -> ToolPath:
         """The nose centre's path as the control drives it under G41 and G42; what keeps it from that, as findings."""
@@ -112,10 +122,12 @@ def commanded(
     Without a semi-finish program the finish program's own deviation is taken for that of the measured surface.
     """
     path = run.of(program)
-    match = _matched(program, path, profile, nose_radius_mm, 0.0, run.lines)
+    match = _matched(program, path, run.moves(program, path), profile, nose_radius_mm, 0.0, run.lines)
     other = match
     if semifinish is not None:
-        other = _matched(semifinish, run.of(semifinish), profile, nose_radius_mm, allowance_mm)
+        before = run.of(semifinish)
+        moves = run.moves(semifinish, before) or feed_moves(before)
+        other = _matched(semifinish, before, moves, profile, nose_radius_mm, allowance_mm)
     resolution_mm = _resolution_mm(program, path, match)
     with in_file(program.file):
         require_unturned(path, [m.move.index for feature in match.features for m in feature.moves])
@@ -140,13 +152,14 @@ def commanded(
 def _matched(
     program: Program,
     path: ToolPath,
+    moves: Sequence[FeedMove],
     profile: Profile,
     nose_radius_mm: float,
     allowance_mm: float,
     lines: tuple[int, int] | None = None,
 ) -> ContourMatch:
     with in_file(program.file):
-        match = match_contour(feed_moves(path), profile, nose_radius_mm, allowance_mm=allowance_mm, lines=lines)
+        match = match_contour(moves, profile, nose_radius_mm, allowance_mm=allowance_mm, lines=lines)
         require_side(match, sides_of_cuts(path))
         return match
 

@@ -24,7 +24,7 @@ class Dialect:
     `splines`: G5 to G5.3 cut splines. `blends_corners`: corners are rounded without a bound until G61, or G64 with P.
     `rounds_every_corner`: a word rounds every corner from there on (RNDM). `radius_within_quadrant`: as delivered, an
     arc with R may not leave its quadrant [6811 §A.1.1]. `contours_by_number`: G70 to G73 run the contour between two
-    block numbers. `offset_in_t`: T0312 calls tool 3 with offset 12.
+    block numbers. `offset_in_t`: T0312 calls tool 3 with offset 12. `edge_by_d`: D2 calls the second edge of its tool.
 
     `contour_shift` is what moves a contour by an offset: a shift of its frame, or the update of the tool's offset
     (UPD); empty where neither is known. `one_shift`: G52 and G92 set one and the same shift; elsewhere G92 stays below
@@ -51,6 +51,7 @@ class Dialect:
     radius_within_quadrant: bool = False
     contours_by_number: bool = False
     offset_in_t: bool = False
+    edge_by_d: bool = False
     contour_shift: Literal["", "G52", "ATRANS", "UPD"] = ""
     one_shift: bool = False
     wear_words: Literal["", "fanuc", "haas", "linuxcnc", "siemens", "ge2000t"] = ""
@@ -96,7 +97,8 @@ _WRITTEN: Final[Mapping[str, Mapping[str, Any]]] = {
     "haas-lathe": {**_LATHE, "wear_words": "haas"},
     "haas-mill": _MILL,
     "siemens": {
-        "rounds_every_corner": True, "contour_shift": "ATRANS", "wear_words": "siemens", "offset_x": "radius",
+        "rounds_every_corner": True, "edge_by_d": True, "contour_shift": "ATRANS", "wear_words": "siemens",
+        "offset_x": "radius",
     },
     "heidenhain": {"klartext": True},
     "okuma-lathe": {},

@@ -154,6 +154,13 @@ class ToolPath:
         return self._of_state("tool")
 
     @cached_property
+    def tool_offset(self) -> Integers:
+        """The number by which the tool offset in force was called: 13 of T0313, that of H, that of the tool; of a
+        Sinumerik's T3 D2 3002. 0 for none, −1 where the block gave the offset itself.
+        """
+        return self._of_state("tool_offset")
+
+    @cached_property
     def compensation(self) -> Integers:
         """Cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
         return self._of_state("compensation")

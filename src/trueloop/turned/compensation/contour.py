@@ -85,12 +85,9 @@ def centre_pieces(profile: Profile, contour: Sequence[ShiftedFeature]) -> tuple[
     """Where on each feature the nose-centre path goes over to the next: the crossing of neighbouring centre paths.
 
     At a convex corner the path runs on beyond the feature to the crossing, as shop programs do; at a concave one it
-    stops short of the corner. The free ends stay at the feature's ends.
+    stops short of the corner. The free ends stay at the feature's ends, as do those of features that are apart.
     """
-    crossings = [
-        _crossing(contour[i], contour[i + 1], junction.kind is JunctionKind.TANGENT)
-        for i, junction in enumerate(profile.junctions)
-    ]
+    crossings = [_crossing(contour[i], contour[i + 1], junction.kind) for i, junction in enumerate(profile.junctions)]
     starts = [0.0, *(after for _, after in crossings)]
     ends = [*(before for before, _ in crossings), contour[-1].feature.length_mm]
     return tuple(CentrePiece(shifted, start, end) for shifted, start, end in zip(contour, starts, ends, strict=True))
@@ -117,9 +114,14 @@ def reaches_mm(shifted: ShiftedFeature, along_mm: float, at_end: bool) -> float:
     return s
 
 
-def _crossing(before: ShiftedFeature, after: ShiftedFeature, tangent: bool) -> tuple[float, float]:
-    """Arc lengths (on `before`, on `after`) where their centre paths cross, nearest to the corner between them."""
-    s, t = _first_guess(before, after, tangent)
+def _crossing(before: ShiftedFeature, after: ShiftedFeature, kind: JunctionKind) -> tuple[float, float]:
+    """Arc lengths (on `before`, on `after`) where their centre paths cross, nearest to the corner between them.
+
+    Features that are apart keep their ends.
+    """
+    if kind is JunctionKind.APART:
+        return before.feature.length_mm, 0.0
+    s, t = _first_guess(before, after, kind is JunctionKind.TANGENT)
     for _ in range(NEWTON_STEPS):
         gap = after.centre_mm(t) - before.centre_mm(s)
         leaving, arriving = before.tangent(s), after.tangent(t)

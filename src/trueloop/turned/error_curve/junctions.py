@@ -104,9 +104,11 @@ def _meeting(
 ) -> tuple[Array, str]:
     """The matrix that takes the two errors to d, and what was done."""
     both = normals[0] + normals[1]
-    along_normal = np.outer(both / (1.0 + normals[0] @ normals[1]), [0.5, 0.5])
+    along_normal = np.outer(both / max(float(1.0 + normals[0] @ normals[1]), 1e-9), [0.5, 0.5])
     if kind == JunctionKind.TANGENT:
         return along_normal, wording("tangent: displaced along the normal")
+    if kind == JunctionKind.APART:
+        return along_normal, wording("apart: another edge cuts what lies between them")
     if abs(np.linalg.det(normals)) > 1e-9:
         inverse = np.asarray(np.linalg.inv(normals), dtype=np.float64)
         shift = float(np.max(np.abs(tangents @ inverse @ errors)))

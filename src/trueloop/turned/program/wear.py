@@ -6,6 +6,7 @@ A tool stands at machine = program + work offset + tool offset: by what is added
 from dataclasses import replace
 
 from trueloop.nc.edit.number_text import resolution_of, rounded
+from trueloop.nc.program.called import called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.offsets import offset_state, tool_offset_updates
@@ -45,10 +46,6 @@ def wear_offset(
 
 
 def offset_number(program: Program, path: ToolPath, cut: int) -> int | None:
-    """The number of the tool's offset in the finish pass, as its T word says; None before any."""
-    word = int(path.tool[cut])
-    if word <= 0:
-        return None
-    if program.dialect.offset_in_t and word >= 100:
-        return word % 100 or word // 100
-    return word
+    """The number of the tool's offset in the finish pass, as its T word (or H) says; None before any."""
+    found = called(program.dialect, path, cut)
+    return None if found is None else found.number

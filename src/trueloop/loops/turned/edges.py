@@ -1,0 +1,89 @@
+"""Which edge of a job cuts what of its part: every edge with a contour of its own, found from the finish program."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.geometry.feature import Feature
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.commanded import Run
+from trueloop.nc.match.contour_match import FeatureMatch
+from trueloop.nc.match.cutters import Cutters, cutters
+from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.match.matching import match_each
+from trueloop.nc.match.own_contour import own_contour
+from trueloop.nc.program.called import Called, called
+from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import ToolPath
+
+
+def cutters_of(
+    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called]
+) -> Cutters:
+    """The edge of every feature, or why it is not known. Raises NC errors of running, NC-NO-TOOL for an edge that the
+    program does not call.
+    """
+    path = run.of(program)
+    moves = feed_moves(path)
+    calls = {move.index: called(program.dialect, path, move.index) for move in moves}
+    known = sorted({call for call in calls.values() if call is not None})
+    for edge in edges:
+        if edge.called not in known:
+            with in_file(program.file):
+                raise _uncalled(edge, known)
+    return cutters(profile, moves, calls, edges, decided)
+
+
+@dataclass(frozen=True)
+class CutFeature:
+    """A feature as an edge cuts it, by name (of several that one move cuts, all), or why that is not known.
+
+    `tool` is what the program calls there; "" before any T word or where it is not known.
+    """
+
+    feature: Feature
+    tool: str
+    match: FeatureMatch | TrueloopError
+
+
+def cut_features(
+    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called]
+) -> list[CutFeature]:
+    """Every feature of a job of several edges, in the profile's order. Raises NC-NO-TOOL and what running raises."""
+    path, found = run.of(program), cutters_of(program, run, profile, edges, decided)
+    cut = {
+        index: CutFeature(feature, "", one)
+        for index, (feature, one) in enumerate(zip(profile.features, found.found, strict=True))
+        if isinstance(one, TrueloopError)
+    }
+    for edge in dict.fromkeys(one for one in found.found if not isinstance(one, TrueloopError)):
+        own = own_contour(profile, found, edge)
+        moves = replace(run, called=edge.called).moves(program, path)
+        matches = match_each(moves, own.profile, edge.nose_radius_mm, lines=run.lines)
+        for parts, feature, match in zip(own.parts, own.profile.features, matches, strict=True):
+            cut[parts[0]] = CutFeature(feature, edge.words, match)
+    return [cut[index] for index in sorted(cut)]
+
+
+def cut_by_one(program: Program, run: Run, profile: Profile, nose_radius_mm: float) -> list[CutFeature]:
+    """The same of a job of one tool, whatever the program calls."""
+    path = run.of(program)
+    matches = match_each(feed_moves(path), profile, nose_radius_mm, lines=run.lines)
+    pairs = zip(profile.features, matches, strict=True)
+    return [CutFeature(feature, _tool_of(program, path, match), match) for feature, match in pairs]
+
+
+def _tool_of(program: Program, path: ToolPath, match: FeatureMatch | TrueloopError) -> str:
+    call = None if isinstance(match, TrueloopError) else called(program.dialect, path, match.moves[0].move.index)
+    return "" if call is None else call.words
+
+
+def _uncalled(edge: CuttingEdge, known: Sequence[Called]) -> TrueloopError:
+    there = f"those of its cuts are {', '.join(one.words for one in known)}" if known else "it calls none at all"
+    return TrueloopError(
+        Code.NC_NO_TOOL,
+        f"the job has a tool {edge.called.words}, which the program does not cut with: {there}",
+        hint="`number` of [[tools]] is that of the tool's offset: 12 of T0312, H12; on a Sinumerik T, `table_edge` D",
+        values={"tool": edge.called.words},
+    )

@@ -1,0 +1,172 @@
+"""Which of several edges cuts which feature of a profile, found from the moves that each of them makes.
+
+A move cuts a feature where it runs along it, at the edge's own nose radius from it. Where several edges do, the one
+that goes deeper by more than edges err has the last word, whenever it runs; where none does nobody can say which of
+them left the surface that was measured, and it has to be said.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.geometry.feature import Feature
+from trueloop.geometry.profile import Profile
+from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.match.matching import TOLERANCE_MM
+from trueloop.nc.program.called import Called
+from trueloop.nc.program.feed_moves import FeedMove
+
+DEEPER_MM: Final = 0.02
+"""An edge that is commanded deeper by more than this cuts what another left: edges are set to better than that."""
+
+_SAMPLES: Final = 33
+_PLACES: Final = 129
+_ALONG: Final = 0.8
+_SOME: Final = 0.1
+"""An edge that runs along less than this share of a feature does not cut it."""
+
+
+@dataclass(frozen=True)
+class Cover:
+    """What one edge does along one feature: `depth_mm` (n,) its contour's height over the nominal at even places, NaN
+    where it does not run; `moves` are the indices of its moves there, `line` is that of the first.
+    """
+
+    depth_mm: Array
+    moves: tuple[int, ...]
+    line: int
+
+    @property
+    def share(self) -> float:
+        """Of the feature's length."""
+        return float(np.mean(np.isfinite(self.depth_mm)))
+
+
+@dataclass(frozen=True)
+class Cutters:
+    """By feature: the edge that cuts it, or why none is known. `covers[e][f]`: what edge e does along feature f."""
+
+    edges: tuple[CuttingEdge, ...]
+    found: tuple[CuttingEdge | TrueloopError, ...]
+    covers: tuple[tuple[Cover | None, ...], ...]
+
+    @property
+    def edge_of(self) -> tuple[CuttingEdge, ...]:
+        """By feature. Raises the first refusal."""
+        known = []
+        for one in self.found:
+            if isinstance(one, TrueloopError):
+                raise one
+            known.append(one)
+        return tuple(known)
+
+    def moves(self, edge: CuttingEdge, feature: int) -> tuple[int, ...]:
+        """Indices of the edge's moves along a feature."""
+        cover = self.covers[self.edges.index(edge)][feature]
+        return () if cover is None else cover.moves
+
+
+def cutters(
+    profile: Profile,
+    moves: Sequence[FeedMove],
+    calls: Mapping[int, Called | None],
+    edges: Sequence[CuttingEdge],
+    decided: Mapping[str, Called] | None = None,
+    tolerance_mm: float = TOLERANCE_MM,
+) -> Cutters:
+    """Finds them. `calls` says what is called in each move, by its index; `decided` by feature what the job decides.
+
+    Of a feature the refusal is NC-TOOLS where several edges cut it and none is deeper, NC-NO-MATCH where none does,
+    NC-EDGE for a corner of a groove tool that cannot touch it.
+    """
+    of_edge = [[move for move in moves if calls[move.index] == edge.called] for edge in edges]
+    covers = tuple(
+        tuple(_cover(feature, edge.nose_radius_mm, own, tolerance_mm) for feature in profile.features)
+        for edge, own in zip(edges, of_edge, strict=True)
+    )
+    found: list[CuttingEdge | TrueloopError] = []
+    for index, feature in enumerate(profile.features):
+        by_edge = [(edge, cover) for edge, cover in zip(edges, (of[index] for of in covers), strict=True) if cover]
+        try:
+            edge, line = _cutter(feature, by_edge, edges, (decided or {}).get(feature.name), tolerance_mm)
+            edge.require_reaches(feature, line)
+            found.append(edge)
+        except TrueloopError as refusal:
+            found.append(refusal)
+    return Cutters(tuple(edges), tuple(found), covers)
+
+
+def _cutter(
+    feature: Feature,
+    covers: Sequence[tuple[CuttingEdge, Cover]],
+    edges: Sequence[CuttingEdge],
+    decided: Called | None,
+    tolerance_mm: float,
+) -> tuple[CuttingEdge, int | None]:
+    """The edge, and the line from which on it cuts the feature."""
+    if decided is not None:
+        named = next(edge for edge in edges if edge.called == decided)
+        return named, next((cover.line for edge, cover in covers if edge == named), None)
+    cutting = [(edge, cover) for edge, cover in covers if cover.share >= _SOME]
+    if not cutting:
+        raise _uncut(feature, edges, tolerance_mm)
+    for edge, cover in cutting:
+        if all(other is edge or _is_deeper(cover, beside) for other, beside in cutting):
+            return edge, cover.line
+    raise _several(feature, cutting)
+
+
+def _is_deeper(cover: Cover, other: Cover) -> bool:
+    """Whether an edge surely cuts away what the other left, wherever that runs."""
+    where = np.isfinite(other.depth_mm)
+    return bool(np.all(other.depth_mm[where] - cover.depth_mm[where] > DEEPER_MM))
+
+
+def _cover(feature: Feature, nose_radius_mm: float, moves: Sequence[FeedMove], tolerance_mm: float) -> Cover | None:
+    places = np.linspace(0.0, feature.length_mm, _PLACES)
+    depth_mm, along, line = np.full(_PLACES, np.nan), [], 0
+    for move in moves:
+        offset_mm = 0.0 if move.on_contour else nose_radius_mm
+        s, off = feature.locate(move.path.point_mm(np.linspace(0.0, move.path.length_mm, _SAMPLES)))
+        stretch = (
+            1.0 + float(feature.curvature_per_mm(float(np.clip(np.median(s), 0.0, feature.length_mm)))) * offset_mm
+        )
+        runs = stretch > 0 and abs(float(s[-1] - s[0])) * stretch >= _ALONG * move.path.length_mm
+        if not runs or np.abs(off - offset_mm).max() > tolerance_mm:
+            continue
+        order = np.argsort(s)
+        inside = (places >= s[order[0]]) & (places <= s[order[-1]])
+        if np.any(inside):
+            depth_mm[inside] = np.interp(places[inside], s[order], off[order] - offset_mm)
+            along.append(move.index)
+            line = line or move.line
+    return Cover(depth_mm, tuple(along), line) if along else None
+
+
+def _uncut(feature: Feature, edges: Sequence[CuttingEdge], tolerance_mm: float) -> TrueloopError:
+    called = ", ".join(edge.words for edge in edges)
+    return TrueloopError(
+        Code.NC_NO_MATCH,
+        f"none of the {len(edges)} edges of the job ({called}) cuts '{feature.name}' within {tolerance_mm:.3f} mm",
+        hint="list every tool that cuts the profile in [[tools]], with the number of its offset and its nose radius",
+        values={"feature": feature.name},
+    )
+
+
+def _several(feature: Feature, cutting: Sequence[tuple[CuttingEdge, Cover]]) -> TrueloopError:
+    last_first = sorted(cutting, key=lambda one: -one[1].line)
+    shown = ", ".join(
+        f"{edge.words} from line {cover.line} on ({100 * cover.share:.0f} %)" for edge, cover in last_first
+    )
+    return TrueloopError(
+        Code.NC_TOOLS,
+        f"'{feature.name}' is cut by {len(cutting)} tools, none of them surely deeper than the others: {shown}",
+        hint=f"say which one leaves the surface: [feature.{feature.name}] tool = {last_first[0][0].called.number}; "
+        "where each leaves a part of it, make two features of it",
+        place=Place(line=last_first[0][1].line),
+        values={"feature": feature.name, "tools": [edge.called.words for edge, _ in cutting]},
+    )

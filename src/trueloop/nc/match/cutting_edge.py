@@ -1,0 +1,61 @@
+"""An edge that cuts: how the program calls it, its nose, and which surfaces a corner of an insert can touch at all."""
+
+import math
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.geometry.feature import Feature
+from trueloop.nc.program.called import Called
+
+Corner: TypeAlias = Literal["left", "right", "outer", "inner"]
+
+FACING: Final[dict[Corner, tuple[float, float]]] = {
+    "left": (0.0, 1.0),
+    "right": (0.0, -1.0),
+    "outer": (-1.0, 0.0),
+    "inner": (1.0, 0.0),
+}
+"""(x, z): what the wall looks towards that a corner of a plunge or groove tool cuts. The left corner is the one at the
+chuck; the wall that it cuts looks towards the free end. The outer corner of a face groover cuts the outer wall, which
+looks towards the axis."""
+
+RELIEF_RAD: Final = math.radians(2.0)
+"""Flanks of groove inserts are relieved by so little: a wall that leans more under the corner is out of its reach."""
+
+
+@dataclass(frozen=True)
+class CuttingEdge:
+    """One edge of a job: what calls it, its nose radius, and which `corner` of a groove insert it is; None: none."""
+
+    called: Called
+    nose_radius_mm: float
+    corner: Corner | None = None
+    name: str = ""
+
+    @property
+    def words(self) -> str:
+        """`T3`; `T13 (left corner)`."""
+        return self.called.words if self.corner is None else f"{self.called.words} ({self.corner} corner)"
+
+    def require_reaches(self, feature: Feature, line: int | None = None) -> None:
+        """Raises NC-EDGE for a feature that this corner cannot touch: it looks away from what the corner cuts."""
+        if self.corner is None:
+            return
+        along = feature.outward_normal(np.linspace(0.0, feature.length_mm, 33)) @ np.array(FACING[self.corner])
+        if (lowest := float(np.min(along))) < -math.sin(RELIEF_RAD):
+            raise _out_of_reach(self, feature, lowest, line)
+
+
+def _out_of_reach(edge: CuttingEdge, feature: Feature, lowest: float, line: int | None) -> TrueloopError:
+    angle_deg = math.degrees(math.asin(min(-lowest, 1.0)))
+    other = {"left": "right", "right": "left", "outer": "inner", "inner": "outer"}[edge.corner or "left"]
+    return TrueloopError(
+        Code.NC_EDGE,
+        f"{edge.words} cuts '{feature.name}', which leans {angle_deg:.1f}° under that corner: it cannot touch it",
+        hint=f"the {other} corner cuts it: call that one's offset there, or mend `groove_corner` in [[tools]]",
+        place=Place(line=line),
+        values={"feature": feature.name, "tool": edge.called.words},
+    )
