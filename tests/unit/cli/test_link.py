@@ -1,11 +1,20 @@
 """`trueloop link` as its user calls it."""
 
 import json
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
 from tests.support.cli import invoke, output_of
+from trueloop.domain.program import Program, ProgramText
+from trueloop.domain.record import sha256_of
+from trueloop.factory.carry_out import carry_out
+from trueloop.factory.requests import ReleaseProgram
+from trueloop.factory.roles import By, Role
+from trueloop.factory.shown.records import transfer_rows
+from trueloop.jobs.store.codec import store_codec
+from trueloop.storage.store import keep, open_store
 
 NEW = b"O1\nG1 X9.9592\nM30\n"
 
@@ -67,3 +76,25 @@ def test_what_is_mistyped_is_refused_with_the_nearest_name(place: Path) -> None:
     assert other.exit_code == 3 and "lathe" in other.output
     (place / "links.toml").write_text('[folder.lathe]\nfolder = "contrl"\n')
     assert "LNK-REACH" in link(place, "list", status=3)
+
+
+def test_transfers_are_recorded_in_a_store_and_only_what_is_released_is_sent(place: Path) -> None:
+    db = place / "factory.db"
+    store = open_store(str(db), codec=store_codec(), create=True)
+    name = ("--name", "O1.nc", "--db", db)
+    put = ("put", place / "finish.nc", *name, "--replace", "--not-running")
+    assert "FAC-UNKNOWN" in link(place, *put, status=3)
+    keep(store, [Program("finish.nc", "fanuc-lathe", sha256_of(NEW)), ProgramText(sha256_of(NEW), NEW)])
+    assert "FAC-RELEASE" in link(place, *put, status=3)
+    carry_out(store, ReleaseProgram(sha256_of(NEW), "ran in"), By("ana", Role.ENGINEER), datetime.now(UTC))
+    assert (place / "control" / "O1.nc").read_bytes() != NEW
+    link(place, "compare", place / "finish.nc", *name, status=1)
+    assert "LNK-EXISTS" in link(place, "put", place / "finish.nc", *name, status=3)
+    link(place, *put)
+    link(place, "get", "O1.nc", "-o", place / "back.nc", "--db", db)
+    got, sent, refused, compared = transfer_rows(store).items
+    assert (got.direction, got.read_back_sha256, got.outcome) == ("from", sha256_of(NEW), "fetched")
+    assert (sent.control, sent.program, sent.direction) == ("lathe", "O1.nc", "to")
+    assert sent.sent_sha256 == sent.read_back_sha256 == sha256_of(NEW) and sent.who
+    assert refused.outcome.startswith("LNK-EXISTS") and refused.read_back_sha256 == ""
+    assert compared.outcome == "differs: line 2 X 'X9.9592' 'X10.'"

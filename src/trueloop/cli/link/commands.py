@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trueloop.cli.failure import ExitStatus, guarded
-from trueloop.cli.link.link_of import LinkOf, NotRunning
+from trueloop.cli.link.link_of import Db, LinkOf, NotRunning
 from trueloop.cli.link.offsets import offsets
 from trueloop.cli.terminal import AsJson, print_json, print_table
 
@@ -49,15 +49,19 @@ def get(
     name: Name,
     control: LinkOf,
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to be written; a new one.")],
+    db: Db = None,
 ) -> None:
     """Fetch a program from a control, byte for byte; no file that is there is overwritten."""
     from trueloop.controllers.links.link import checked_name
     from trueloop.formats.outputs import write_all
 
+    recorder = control.recorder(db)
     content = control.opened().link.read(checked_name(name))
     there = (output,) if output.exists() else ()
     (written,) = write_all(output.parent, [(output.name, content)], there)
     typer.echo(f"written: {written}", err=True)
+    if recorder is not None:
+        recorder.fetched(name, content)
 
 
 @app.command("put")
@@ -71,6 +75,7 @@ def put_(
     drip_feed: Annotated[
         bool, typer.Option("--drip", help="Feed it while it is cut, over a serial line: it is not read back.")
     ] = False,
+    db: Db = None,
     as_json: AsJson = False,
 ) -> None:
     """Send a program to a control, and read it back; what it replaces is written to a file first."""
@@ -84,7 +89,9 @@ def put_(
         drip(control.opened(), content, name or file.name)
         typer.echo(f"{name or file.name}: fed; what is cut as it comes cannot be read back")
         return
-    done = send(control.opened(), content, name or file.name, replace=replace, not_running=not_running)
+    recorder = control.recorder(db)
+    sends = send if recorder is None else recorder.sent
+    done = sends(control.opened(), content, name or file.name, replace=replace, not_running=not_running)
     if as_json:
         print_json(
             {
@@ -108,6 +115,7 @@ def compare(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The program as it should be.")],
     control: LinkOf,
     name: Annotated[str | None, typer.Option("--name", help="Its name at the control.  [default: the file's]")] = None,
+    db: Db = None,
     as_json: AsJson = False,
 ) -> None:
     """Compare a file with the program at a control, word by word; exit status 1 where one differs."""
@@ -119,7 +127,10 @@ def compare(
     content = read_input(file, Code.NC_FILE, hint="name the program to be compared")
     found = control.opened()
     there = checked_name(name or file.name)
-    differing = found.differences(there, content, found.link.read(there))
+    recorder, at_control = control.recorder(db), found.link.read(there)
+    differing = found.differences(there, content, at_control)
+    if recorder is not None:
+        recorder.compared(there, content, at_control, differing)
     if as_json:
         print_json(differences_as_dict(differing))
     elif differing:

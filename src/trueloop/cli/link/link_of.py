@@ -8,8 +8,13 @@ import typer
 
 if TYPE_CHECKING:
     from trueloop.jobs.links.opened import Opened
+    from trueloop.jobs.links.recorded import Recorder
 
 NotRunning = Annotated[bool, typer.Option("--not-running", help="It does not run: for links that cannot know it.")]
+
+Db = Annotated[
+    str | None, typer.Option("--db", metavar="FILE|URL", help="Record the transfer in this store.  [default: in none]")
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,3 +34,12 @@ class LinkOf:
         if found.link.note:
             typer.echo(f"note: {found.link.note}", err=True)
         return found
+
+    def recorder(self, db: str | None) -> "Recorder | None":
+        """What keeps the transfer, where a store is named."""
+        if db is None:
+            return None
+        from trueloop.jobs.links.recorded import Recorder
+        from trueloop.jobs.store.opened import opened
+
+        return Recorder(opened(db), self.link)
