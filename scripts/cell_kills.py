@@ -1,9 +1,10 @@
 """Kills the cell client at any moment, and at times the service and the machine; the machine says what was cut.
 
-`python -m scripts.cell_kills FOLDER [KILLS [STEPS [stand-in|linuxcnc]]]`. The service is `trueloop serve` on a SQLite
-store. The stand-in (`stand_in_machine.py`) has an operator who presses Cycle Start when he likes, also twice, and Stop;
-with LinuxCNC (`lathe_machine.py`) it is `trueloop cell run` that is killed. A person decides what is held by looking at
-the machine. Prints what came of it as JSON; ends with 1 where anything is wrong.
+`python -m scripts.cell_kills FOLDER [KILLS [STEPS [stand-in|linuxcnc [URL]]]]`. The service is `trueloop serve` on a
+SQLite store, or on the empty PostgreSQL database at URL. The stand-in (`stand_in_machine.py`) has an operator who
+presses Cycle Start when he likes, also twice, and Stop; with LinuxCNC (`lathe_machine.py`) it is `trueloop cell run`
+that is killed. A person decides what is held by looking at the machine. Prints what came of it as JSON; ends with 1
+where anything is wrong.
 """
 
 import json
@@ -74,16 +75,17 @@ class Machine(Protocol):
         """The client's."""
 
 
-def main(place: str, kills: int = 100, steps: int = 100, machine: str = "stand-in") -> int:
+def main(place: str, kills: int = 100, steps: int = 100, machine: str = "stand-in", url: str = "") -> int:
     """Works until so many steps are done and so many clients killed; says what is wrong."""
     folder, drawn = Path(place), random.Random(7)
-    store = open_store(str(folder / "store.db"), create=True)
+    db = url or str(folder / "store.db")
+    store = open_store(db, create=True)
     key = add_key(store, NewKey("lathe", "cell", 3), "test", _now()).key
     with ExitStack() as ends:
         lathe = _machine(machine, folder, ends)
         work, killed, until = Work(lathe.texts), Counter[str](), time.monotonic() + lathe.longest_s
         orders = [_planned(store, work, 0)]
-        served = ends.enter_context(_Served(folder))
+        served = ends.enter_context(_Served(folder, db))
         while (killed["cell"] < kills or _recorded(store, orders) < steps) and time.monotonic() < until:
             lathe.cell_killed(key, served.address, drawn)
             killed["cell"] += 1
@@ -101,7 +103,7 @@ def main(place: str, kills: int = 100, steps: int = 100, machine: str = "stand-i
                 killed["machine"] += 1
         lathe.settled(key, served.address)
         found = _judged(store, orders, lathe, work) | {"kills": dict(killed), "recorded": _recorded(store, orders)}
-    print(json.dumps(found))
+    print(json.dumps(found | {"store": store.engine.dialect.name}))
     wrong = ("cut_twice", "other_program", "touches_lost", "undelivered")
     return int(any(found[name] for name in wrong) or found["recorded"] < steps or killed["cell"] < kills)
 
@@ -151,17 +153,15 @@ def _planned(store: Store, work: Work, number: int) -> str:
 class _Served:
     """The service as a process of its own, on one port."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.port, self.address = folder, 0, ""
+    def __init__(self, folder: Path, db: str) -> None:
+        self.folder, self.db, self.port, self.address = folder, db, 0, ""
         self.process: subprocess.Popen[str] | None = None
 
     def start(self) -> None:
         command = [sys.executable, "-m", "trueloop.cli.main", "serve", "--port", str(self.port), "--db"]
         command = [sys.executable, "-c", "from trueloop.cli.main import main; main()", *command[3:]]
         with (self.folder / "service.log").open("a") as log:
-            self.process = subprocess.Popen(
-                [*command, str(self.folder / "store.db")], stdout=subprocess.PIPE, stderr=log, text=True
-            )
+            self.process = subprocess.Popen([*command, self.db], stdout=subprocess.PIPE, stderr=log, text=True)
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().split()[-1].rstrip("/")
         self.port = int(self.address.rpartition(":")[2])

@@ -52,7 +52,7 @@ class LatheMachine:
         ),
         BlockKind.FINISH: b"G21 G90 G94 G8\r\nG1 X302.09 F300 ; to the shoulder\r\nG1 X300\r\nM5\r\nM2\r\n",
     }
-    longest_s: Final = 900.0
+    longest_s: Final = 3600.0
 
     def __init__(self, folder: Path, lathe: RunningLathe) -> None:
         self.folder, self._lathe = folder, lathe

@@ -19,7 +19,7 @@ from trueloop.factory.decisions.records import ProgramFacts, ProposalFacts
 from trueloop.factory.known import OrderNow
 from trueloop.factory.load import Known, next_of, order_of, program_text, runs_of, silence_of
 from trueloop.factory.roles import By, require_machine, require_role
-from trueloop.factory.write import write
+from trueloop.factory.write import note_done, write
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.storage.factory_tables import ALARM, ALARM_ACKNOWLEDGED, ORDER_STATE, PART_STATE, PROGRAM_RELEASE
 from trueloop.storage.store import Store
@@ -52,7 +52,10 @@ def carry_out(store: Store, request: ask.Request, by: By, now: datetime, expecte
         if isinstance(request, ask.NextBlock):
             require_machine(by, request.machine)
         changes = decide(facts, request, by, now)
-        return Done(changes.answer, write(known, changes, before, by.name, now))
+        after = write(known, changes, before, by.name, now)
+        if by.once is not None:
+            note_done(connection, *by.once)
+        return Done(changes.answer, after)
 
 
 def _book(store: Store, request: ask.Request) -> ProposalFacts | None:

@@ -50,11 +50,15 @@ ALSO_CELL: Final = (ask.Calibrated, ask.Arm, ask.RaiseAlarm)
 
 @dataclass(frozen=True)
 class By:
-    """Who asks: an account with its role, or the cell of a machine."""
+    """Who asks: an account with its role, or the cell of a machine.
+
+    `once`: account and key of a request that is done once; what changes is noted under it in the same transaction.
+    """
 
     name: str
     role: Role
     machine: str = ""
+    once: tuple[str, str] | None = None
 
 
 def allowed(role: Role, request: type) -> bool:

@@ -6,12 +6,22 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Any, Final
 
-from sqlalchemy import Table, insert, update
+from sqlalchemy import Connection, Table, insert, update
 
 from trueloop.factory.changes import Changes
 from trueloop.factory.known import OrderNow, PartNow, StepNow
 from trueloop.factory.load import Known
-from trueloop.storage.factory_tables import EVENT, LOGS, ORDER_STATE, PART_STATE, STEP, TASK, stamp
+from trueloop.storage.factory_tables import (
+    DONE,
+    EVENT,
+    IDEMPOTENCY,
+    LOGS,
+    ORDER_STATE,
+    PART_STATE,
+    STEP,
+    TASK,
+    stamp,
+)
 from trueloop.storage.keeping import Keeping
 
 _LOGS: Final[Mapping[str, Table]] = {table.name: table for table in LOGS}
@@ -36,6 +46,12 @@ def write(
         row = {"kind": task.kind, "subject": task.subject, "document": json.dumps(dict(task.values)), "made_by": by}
         known.connection.execute(insert(TASK).values(**row, **_NEW_TASK, made_at=at, changed_at=at))
     return done
+
+
+def note_done(connection: Connection, account: str, key: str) -> None:
+    """A request that is done once has changed something: whatever becomes of its answer, it is not done again."""
+    mine = (IDEMPOTENCY.c.account == account) & (IDEMPOTENCY.c.key == key)
+    connection.execute(update(IDEMPOTENCY).where(mine).values(status=DONE))
 
 
 _NEW_TASK: Final[Mapping[str, Any]] = {"state": "waiting", "said": "", "worker": "", "tries": 0, "progress": 0.0}

@@ -1,7 +1,7 @@
 """What every address goes through before its own few lines: who asks, whether he may, from where, and once only."""
 
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from hashlib import sha256
 from typing import Annotated, Any, Final
@@ -49,7 +49,7 @@ def who_of(request: Request) -> Who:
 
 def factory_by(who: Who) -> FactoryBy:
     """The same to the factory, which judges by rules of its own."""
-    return FactoryBy(who.name, Role(who.role), who.machine)
+    return FactoryBy(who.name, Role(who.role), who.machine, who.once)
 
 
 Here = Annotated[Service, Depends(service_of)]
@@ -117,6 +117,7 @@ async def _done_once(here: Service, request: Request, inner: Handler) -> Respons
     before = await run_in_threadpool(once.begin, here.store, asked, here.clock())
     if before is not None:
         return Response(before.body, before.status, {"Idempotent-Replay": "true"}, "application/json")
+    request.state.who = replace(who_of(request), once=(asked.who, asked.key))
     try:
         answer = await inner(request)
     except Exception:

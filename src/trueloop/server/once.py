@@ -1,7 +1,8 @@
 """POSTs done once: the answer is kept under the caller's key, and given again instead of doing it again.
 
 A refusal is not kept: nothing was changed, and asked again it is judged anew. What was begun and never answered (the
-service was killed) is neither repeated nor taken for done: the caller is told to look.
+service was killed) is not repeated: the caller is told to look, and, where the change is known to be made
+(`carry_out` notes it in the change's own transaction), that it is.
 """
 
 from dataclasses import dataclass
@@ -11,12 +12,11 @@ from typing import Final
 from sqlalchemy import delete, insert, select, update
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage.factory_tables import IDEMPOTENCY, stamp
+from trueloop.storage.factory_tables import BEGUN, DONE, IDEMPOTENCY, stamp
 from trueloop.storage.store import Store
 
 KEPT: Final = timedelta(days=7)
 LONGEST_KEY: Final = 128
-_BEGUN: Final = 0
 
 
 @dataclass(frozen=True)
@@ -44,15 +44,21 @@ def begin(store: Store, asked: Asked, now: datetime) -> Answer | None:
         found = connection.execute(select(IDEMPOTENCY).where(mine)).one_or_none()
         if found is None:
             row = {"account": asked.who, "key": asked.key, "request_sha256": asked.request_sha256}
-            connection.execute(insert(IDEMPOTENCY).values(**row, status=_BEGUN, body=b"", created_at=stamp(now)))
+            connection.execute(insert(IDEMPOTENCY).values(**row, status=BEGUN, body=b"", created_at=stamp(now)))
             return None
     if found.request_sha256 != asked.request_sha256:
         raise _reused(asked.key, "was used for another request", "take a new key for a new request")
-    if found.status == _BEGUN:
+    if found.status == BEGUN:
         raise _reused(
             asked.key,
             f"was begun at {found.created_at} and has no answer yet",
             "wait, then look whether it was done; take a new key only if it was not",
+        )
+    if found.status == DONE:
+        raise _reused(
+            asked.key,
+            f"of {found.created_at} was done, and its answer was lost",
+            "look at what it has changed; under a new key it would be done again",
         )
     if not found.body:
         raise _reused(asked.key, "was answered, and that answer is given once only", "take a new key")
@@ -67,8 +73,8 @@ def finish(store: Store, asked: Asked, answer: Answer) -> None:
 
 
 def give_up(store: Store, asked: Asked) -> None:
-    """It was refused: the key is free again."""
-    mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key) & (IDEMPOTENCY.c.status == _BEGUN)
+    """It was refused, and nothing was changed: the key is free again."""
+    mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key) & (IDEMPOTENCY.c.status == BEGUN)
     with store.writing() as connection:
         connection.execute(delete(IDEMPOTENCY).where(mine))
 

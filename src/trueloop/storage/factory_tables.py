@@ -138,6 +138,9 @@ API_KEY: Final = _table(
     *_text("made_by", "created_at"),
     UniqueConstraint("key_sha256", name="api_key_once"),
 )
+BEGUN: Final = 0
+DONE: Final = 1
+"""Of a request in place of its answer's status: it was begun; it has changed something and is not answered yet."""
 IDEMPOTENCY: Final = _table(
     "idempotency",
     *(Column("account", Text, primary_key=True), Column("key", Text, primary_key=True)),

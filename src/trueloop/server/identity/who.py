@@ -11,7 +11,10 @@ ROLES: tuple[Role, ...] = ("viewer", "operator", "engineer", "admin")
 
 @dataclass(frozen=True)
 class Who:
-    """`name`: of the account, or of the key. `session`: the hash of the session's id; empty for a key."""
+    """`name`: of the account, or of the key. `session`: the hash of the session's id; empty for a key.
+
+    `once`: as what account, and under which key, he asks for what is done once.
+    """
 
     name: str
     role: Role
@@ -21,6 +24,7 @@ class Who:
     session: str = ""
     machine: str = ""
     expires_at: datetime | None = None
+    once: tuple[str, str] | None = None
 
     @property
     def person(self) -> bool:
