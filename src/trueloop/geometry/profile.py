@@ -83,7 +83,7 @@ class Profile:
     junctions: tuple[Junction, ...]
     side: Side = Side.OUTSIDE
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The features' names, in order."""
         return tuple(feature.name for feature in self.features)

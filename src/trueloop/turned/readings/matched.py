@@ -1,8 +1,9 @@
 """Readings matched with the features of a profile: which feature each is of, and how that was found."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from trueloop.domain.inspection import Reading
@@ -41,16 +42,23 @@ def match_by_name(profile: Profile, reading: Reading) -> MatchedReading | None:
 
 def feature_named(profile: Profile, name: str) -> int | None:
     """Index of the feature of that name, else of the only one whose name differs in case, blanks and signs alone."""
-    if name in profile.names:
-        return profile.names.index(name)
-    alike = [k for k, known in enumerate(profile.names) if _letters(known) == _letters(name) != ""]
-    return alike[0] if len(alike) == 1 else None
+    names = profile.names
+    if name in names:
+        return names.index(name)
+    return _only_ones(names).get(_letters(name))
 
 
 def matched_by_name(profile: Profile, readings: Iterable[Reading]) -> tuple[MatchedReading, ...]:
     """The readings that name a feature of the profile, in their order; the others are left out."""
     found = (match_by_name(profile, reading) for reading in readings)
     return tuple(one for one in found if one is not None)
+
+
+@lru_cache(maxsize=16)
+def _only_ones(names: tuple[str, ...]) -> Mapping[str, int]:
+    """Index by the letters of the names, of those that no other has: a file may ask for a million points."""
+    letters = [_letters(name) for name in names]
+    return {one: k for k, one in enumerate(letters) if one and letters.count(one) == 1}
 
 
 def _letters(name: str) -> str:

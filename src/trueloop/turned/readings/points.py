@@ -64,42 +64,60 @@ def match_points(
     if inspection.frame != "part":
         why = f"its position is counted from the {inspection.frame}'s zero, not from the part's"
         return PointMatches(left=tuple(Left(one, why) for one in points))
-    found = axis or _axis(profile, points, inspection.ball_radius_mm)
+    places = _Places.of(points)
+    found = axis or _axis(profile, places, inspection.ball_radius_mm)
     if found is None:
         why = f"along no axis of its frame do {MOST:.0%} of {len(points)} points lie on the profile"
         return PointMatches(left=tuple(Left(one, why) for one in points))
-    outcomes = _matched(profile, points, inspection.ball_radius_mm, names, found)
+    outcomes = _matched(profile, points, places, inspection.ball_radius_mm, names, found)
     touches = tuple(one for one in outcomes if isinstance(one, MatchedTouch))
     return PointMatches(touches, tuple(one for one in outcomes if isinstance(one, Left)), found)
 
 
-def _axis(profile: Profile, points: tuple[CmmPoint, ...], ball_mm: float) -> Axis | None:
+@dataclass(frozen=True)
+class _Places:
+    """The points as arrays (n, 3) in their own frame; nan where not stated."""
+
+    nominal: Array
+    measured: Array
+    normal: Array
+
+    @classmethod
+    def of(cls, points: tuple[CmmPoint, ...]) -> "_Places":
+        """Read once: there may be millions."""
+        unknown = (math.nan,) * 3
+        return cls(
+            np.array([one.nominal_mm or unknown for one in points], dtype=np.float64),
+            np.array([one.measured_mm for one in points], dtype=np.float64),
+            np.array([one.outward_normal or unknown for one in points], dtype=np.float64),
+        )
+
+
+def _axis(profile: Profile, places: _Places, ball_mm: float) -> Axis | None:
     """Z where most points lie on the profile in it, else the only other one in which they do."""
-    fitting = []
-    for axis in get_args(Axis):
-        nominal, measured, normal = _in_plane(points, axis)
-        given = ~np.isnan(nominal[:, 0])
-        away = np.abs(_distances(profile, np.where(given[:, None], nominal, measured), np.where(given, 0.0, ball_mm)))
-        near = np.min(away, axis=0) <= np.where(given, ON_PROFILE_MM, CREDIBLE_ERROR_MM)
-        across = np.isnan(normal[:, 2]) | (np.abs(normal[:, 2]) < 1.0 - SAME_WAY)
-        if np.mean(near & across) >= MOST:
-            fitting.append(axis)
-    if "z" in fitting or len(fitting) == 1:
-        return "z" if "z" in fitting else fitting[0]
-    return None
+    if _fits(profile, places, ball_mm, "z"):
+        return "z"
+    fitting: list[Axis] = [axis for axis in get_args(Axis) if axis != "z" and _fits(profile, places, ball_mm, axis)]
+    return fitting[0] if len(fitting) == 1 else None
 
 
-def _in_plane(points: tuple[CmmPoint, ...], axis: Axis) -> tuple[Array, Array, Array]:
+def _fits(profile: Profile, places: _Places, ball_mm: float, axis: Axis) -> bool:
+    """Whether most points lie on the profile with this axis for its own."""
+    nominal, measured, normal = _in_plane(places, axis)
+    given = ~np.isnan(nominal[:, 0])
+    away = np.abs(_distances(profile, np.where(given[:, None], nominal, measured), np.where(given, 0.0, ball_mm)))
+    near = np.min(away, axis=0) <= np.where(given, ON_PROFILE_MM, CREDIBLE_ERROR_MM)
+    across = np.isnan(normal[:, 2]) | (np.abs(normal[:, 2]) < 1.0 - SAME_WAY)
+    return bool(np.mean(near & across) >= MOST)
+
+
+def _in_plane(places: _Places, axis: Axis) -> tuple[Array, Array, Array]:
     """Nominal and measured (x, z) with x the distance from the axis, (n, 2), and normals (x, z, around), (n, 3).
 
     nan where not stated.
     """
     along, first, second, sign = AXES[axis]
-    unknown = (math.nan,) * 3
-    nominal, measured, normal = (
-        np.array([getattr(one, name) or unknown for one in points], dtype=np.float64)
-        for name in ("nominal_mm", "measured_mm", "outward_normal")
-    )
+    nominal, measured, normal = places.nominal, places.measured, places.normal
 
     def turned(place: Array) -> Array:
         return np.stack([np.hypot(place[:, first], place[:, second]), sign * place[:, along]], axis=1)
@@ -123,9 +141,14 @@ def _distances(profile: Profile, places: Array, ball_mm: Array) -> Array:
 
 
 def _matched(
-    profile: Profile, points: tuple[CmmPoint, ...], ball_mm: float, names: Mapping[str, str], axis: Axis
+    profile: Profile,
+    points: tuple[CmmPoint, ...],
+    in_space: _Places,
+    ball_mm: float,
+    names: Mapping[str, str],
+    axis: Axis,
 ) -> list[MatchedTouch | Left]:
-    nominal, measured, normal = _in_plane(points, axis)
+    nominal, measured, normal = _in_plane(in_space, axis)
     given = ~np.isnan(nominal[:, 0])
     places = np.where(given[:, None], nominal, measured)
     plane = _Plane(profile, places, measured, normal, given, np.where(given, 0.0, ball_mm), ball_mm)
@@ -219,12 +242,12 @@ class _Plane:
             along = np.einsum("ij,ij->i", feature.outward_normal(arc_length), self.measured[of_it] - foot)
             nominal[of_it], error_mm[of_it] = foot, along - self.ball_mm
             away_mm[of_it] = np.abs(distance - self.off_mm[of_it])
-        at, to = nominal.tolist(), self.measured.tolist()
+        at, to, names = nominal.tolist(), self.measured.tolist(), self.profile.names
         outcomes: list[MatchedTouch | Left] = []
         for k, (point, index, error, away) in enumerate(
             zip(points, near.tolist(), error_mm.tolist(), away_mm.tolist(), strict=True)
         ):
-            name = self.profile.names[index]
+            name = names[index]
             if k in left:
                 outcomes.append(left[k])
             elif abs(error) > CREDIBLE_ERROR_MM:

@@ -139,4 +139,4 @@ def _named(item: str, points: list[CmmPoint], plan: Plan) -> Iterator[CmmPoint]:
         yield replace(points[0], name=name, nominal_mm=nominal, outward_normal=normal)
         return
     for number, point in enumerate(points, 1):
-        yield replace(point, name=f"{name}.{number}")
+        yield CmmPoint(point.measured_mm, point.nominal_mm, point.outward_normal, f"{name}.{number}")

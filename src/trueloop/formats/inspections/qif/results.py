@@ -10,7 +10,7 @@ from trueloop.formats.inspections.qif.elements import Element
 from trueloop.formats.inspections.qif.plan import KINDS, POINTS, kind_of
 from trueloop.formats.inspections.qif.units import Units
 from trueloop.formats.inspections.shared.checks import Said
-from trueloop.formats.inspections.shared.text import number_in
+from trueloop.formats.inspections.shared.text import number_in, numbers_in
 
 MAX_POINTS: Final = 500_000
 """Points that are kept of one file: 150 MB. Of more the inspections have the count."""
@@ -145,7 +145,7 @@ def _take_points(one: ResultSet, element: Element, units: Units, said: Said) -> 
         said.add("point sets do not hold the count of coordinates that they state: left out", element.line)
         return
     factor = units.factor(points, Quantity.POSITION) or 1.0
-    numbers = [factor * number_in(word, units.path, points.line) for word in words]
+    numbers = [factor * value for value in numbers_in(points.text, units.path, points.line)]
     radius = 0.0
     if element.words("Compensated") == "false":
         radius = units.value(element.first("ProbeRadius"), Quantity.RADIUS) or 0.0

@@ -1,6 +1,7 @@
 """The text of an inspection file, whatever its encoding, and numbers with a point or a comma."""
 
 import codecs
+import math
 import re
 from pathlib import Path
 from typing import Final
@@ -19,6 +20,8 @@ NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
 PAIR: Final = re.compile(rb"[\x80-\xff]{2}")
 UNUSED: Final = re.compile(rb"[\x81\x8d\x8f\x90\x9d]")
 """Single letters outside ASCII among others, `°` or `Ø`, are western: Chinese and Japanese has them in pairs."""
+PLAIN: Final = frozenset("0123456789.+- \t\r\n")
+"""Signs of numbers that can be read in one way alone."""
 MOST: Final = 1e15
 """No length, angle or temperature is as large in any unit; its square is still a number."""
 HINT: Final = "docs/measurements.md lists the formats that are read; other text: save it as CSV in UTF-8"
@@ -90,3 +93,16 @@ def number_in(text: str, path: Path, line: int, column: int | None = None) -> fl
             values={"text": text},
         )
     return value
+
+
+def numbers_in(text: str, path: Path, line: int) -> list[float]:
+    """The numbers of a long text, apart by blanks: millions at once, where none needs a closer look. As `number_in`."""
+    words = text.split()
+    if PLAIN.issuperset(text):
+        try:
+            values = list(map(float, words))
+        except ValueError:
+            values = [math.inf]
+        if max(map(abs, values), default=0.0) <= MOST:
+            return values
+    return [number_in(word, path, line) for word in words]
