@@ -19,6 +19,8 @@ class TemperaturesTable(Table):
     """How often they are read."""
     pins: dict[str, Text] = Field(default_factory=dict)
     """By the name of the signal, the pin of LinuxCNC's hardware layer that has it, °C."""
+    ages: dict[str, Text] = Field(default_factory=dict)
+    """By the name of the signal, the pin that has its age, s, as `rtec-signals.age-0`; left out, it is of now."""
 
 
 class CellTable(Table):

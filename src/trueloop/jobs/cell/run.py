@@ -9,7 +9,7 @@ from pathlib import Path
 from trueloop.controllers.linuxcnc.cell.client import Client
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.controllers.linuxcnc.cell.linuxcnc import LinuxCnc
-from trueloop.controllers.linuxcnc.cell.temperatures import read_pins
+from trueloop.controllers.linuxcnc.cell.temperatures import Temperature, read_pins
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
 from trueloop.jobs.cell.opened import Cell
 
@@ -50,7 +50,8 @@ class _Temperatures:
         self._cell, self._client, self._tell = cell, client, tell
         self._next_s = 0.0
         self._reading: threading.Thread | None = None
-        self._found: dict[str, float] = {}
+        self._found: dict[str, Temperature] = {}
+        self._read_at_s = 0.0
         self._wrong: list[str] = []
 
     def step(self) -> None:
@@ -60,15 +61,18 @@ class _Temperatures:
             return
         if self._reading is not None:
             self._reading = None
-            if self._found:
-                self._client.temperatures(self._found)
+            for age_s in sorted({one.age_s for one in self._found.values()}):
+                of_it = {name: one.celsius for name, one in self._found.items() if one.age_s == age_s}
+                self._client.temperatures(of_it, age_s + time.monotonic() - self._read_at_s)
         if table.pins and time.monotonic() >= self._next_s:
             self._next_s = time.monotonic() + table.every_s
             self._reading = threading.Thread(target=self._read, daemon=True)
             self._reading.start()
 
     def _read(self) -> None:
-        self._found, wrong = read_pins(self._cell.settings.temperatures.pins)
+        table = self._cell.settings.temperatures
+        self._read_at_s = time.monotonic()
+        self._found, wrong = read_pins(table.pins, table.ages)
         for one in wrong:
             if one not in self._wrong:
                 self._tell(f"temperature {one}")

@@ -2,6 +2,7 @@
 
 from base64 import b64encode
 from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -231,3 +232,14 @@ def test_a_key_that_is_over_is_never_taken_again(tmp_path: Path) -> None:
     _steps(client, 4)
     assert table.starts == 1 and client.known.run is None
     assert "ended" in [str(one.values.get("what")) for one in office.told[before:]]
+
+
+def test_a_temperature_is_told_as_of_when_it_was_measured(tmp_path: Path) -> None:
+    table, office = Table(), Office(None)
+    client = _client(tmp_path, table, office)
+    before = datetime.now(UTC)
+    client.temperatures({"spindle": 23.5}, 700.0)
+    _steps(client, 2)
+    (told,) = [one for one in office.told if one.what == "temperatures"]
+    at = datetime.fromisoformat(str(told.values["at"]))
+    assert timedelta(0) <= at - (before - timedelta(seconds=700)) < timedelta(seconds=60)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from trueloop.controllers.linuxcnc.cell.task import Task
-from trueloop.controllers.linuxcnc.cell.temperatures import read_pins
+from trueloop.controllers.linuxcnc.cell.temperatures import Temperature, read_pins
 
 
 def _process(folder: Path, number: int, *words: str) -> None:
@@ -55,7 +55,18 @@ def test_what_is_no_temperature_is_not_told(tmp_path: Path, said: str) -> None:
     program = tmp_path / "halcmd"
     program.write_text(f'#!/bin/sh\n[ "$2" = good ] && echo 20.5 || echo "{said}"\n')
     program.chmod(0o755)
-    found, wrong = read_pins({"spindle": "good", "bed": "bad"}, str(program))
-    assert found == {"spindle": 20.5}
+    found, wrong = read_pins({"spindle": "good", "bed": "bad"}, {}, str(program))
+    assert found == {"spindle": Temperature(20.5)}
     assert len(wrong) == 1 and "bed" in wrong[0] and "bad" in wrong[0]
-    assert len(read_pins({"spindle": "good"}, str(tmp_path / "none"))[1]) == 1
+    assert len(read_pins({"spindle": "good"}, {}, str(tmp_path / "none"))[1]) == 1
+
+
+def test_a_value_is_as_old_as_its_pin_says_and_one_that_never_came_is_none(tmp_path: Path) -> None:
+    """A pin keeps the last value of a sensor that is silent; `rtec-signals` gives 1e6 s for one that never came."""
+    program = tmp_path / "halcmd"
+    program.write_text('#!/bin/sh\ncase "$2" in value) echo 20.5;; old) echo 700;; never) echo 1e6;; esac\n')
+    program.chmod(0o755)
+    ages = {"spindle": "old", "bed": "never"}
+    found, wrong = read_pins({"spindle": "value", "bed": "value", "air": "value"}, ages, str(program))
+    assert found == {"spindle": Temperature(20.5, 700.0), "air": Temperature(20.5)}
+    assert len(wrong) == 1 and "bed" in wrong[0] and "1e+06 s old" in wrong[0]

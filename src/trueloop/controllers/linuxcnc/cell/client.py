@@ -4,7 +4,7 @@ import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from typing import Final, TypeVar
 
@@ -159,10 +159,11 @@ class Client:
         self._note("run", key=offer.key, sent_sha256=offer.sent_sha256, touches=said, kind=offer.kind)
         return True
 
-    def temperatures(self, signals: dict[str, float]) -> None:
-        """Of the machine, by signal, °C, as they are now."""
+    def temperatures(self, signals: dict[str, float], age_s: float = 0.0) -> None:
+        """Of the machine, by signal, °C, as they were so long ago."""
         run = self.known.run.key if self.known.run else ""
-        self._note("temperatures", signals=signals, at=_now(), run=run)
+        at = datetime.now(UTC) - timedelta(seconds=age_s)
+        self._note("temperatures", signals=signals, at=at.isoformat(), run=run)
 
     def _fact(self, key: str, what: FactKind, witness: str, values: dict[str, str]) -> None:
         self._note("fact", run=key, what=what.value, at=_now(), witness=witness, values=values)
