@@ -89,6 +89,7 @@ def main(place: str, kills: int = 100, steps: int = 100, machine: str = "stand-i
         while (killed["cell"] < kills or _recorded(store, orders) < steps) and time.monotonic() < until:
             lathe.cell_killed(key, served.address, drawn)
             killed["cell"] += 1
+            print(f"{dict(killed)}, {_recorded(store, orders)} steps", file=sys.stderr, flush=True)
             _person(store, orders[-1], lathe, drawn)
             if _order(store, orders[-1]).state == "done":
                 orders.append(_planned(store, work, len(orders)))

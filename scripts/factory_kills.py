@@ -5,7 +5,7 @@ goes on until so many facts were told, on a busy computer MOST_TIMES as often at
 asks for blocks and reports their facts, and says so one by one; it is killed without warning. Then the store must open;
 every fact that was acknowledged must be there; each step must stand where its facts say, with the events of its way; no
 step may have been offered twice, but where a person decided so. Prints what came of it as JSON; ends with 1 where
-anything is wrong.
+anything is wrong; meanwhile on stderr how far it is.
 """
 
 import json
@@ -37,6 +37,7 @@ PARTS: Final = 30
 WITHIN_S: Final = 0.4
 """A cell is killed within this time of its first word: it carries out some steps meanwhile."""
 MOST_TIMES: Final = 4
+TOLD_EVERY: Final = 20
 TEXT: Final = b"(cut)\nM2\n"
 SHA: Final = sha256(TEXT).hexdigest()
 BLOCKS: Final = (Block(BlockKind.SEMIFINISH, SHA), Block(BlockKind.FINISH, SHA), Block(BlockKind.INSPECT, SHA))
@@ -74,6 +75,8 @@ def main(place: str, count: int = 100) -> int:
         if sum(one.next is None for one in _order(store, order).parts) > PARTS // 2:
             order = _planned(store, tally.kills)
         store.close()
+        if tally.kills % TOLD_EVERY == 0:
+            print(json.dumps(asdict(tally)), file=sys.stderr, flush=True)
     print(json.dumps(asdict(tally)))
     wrong = (tally.lost, tally.offered_twice, tally.not_as_its_facts, tally.without_event, tally.damaged)
     return int(any(wrong))
