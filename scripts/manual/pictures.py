@@ -15,7 +15,10 @@ from typing import Final
 
 from scripts.manual.contents import ROOT
 from tests.support.dialogue import run_page
-from tests.support.served import browsing
+from tests.support.full_shop import full_shop
+from tests.support.served import browsing, served
+from trueloop.jobs.store.codec import store_codec
+from trueloop.storage.store import open_store
 
 IMAGES: Final = ROOT / "docs" / "images"
 MOST_BYTES: Final = 150_000
@@ -39,13 +42,26 @@ class Picture:
 PICTURES: Final = {
     "first-part-sheet": Picture("first-part.md", "shaft/sheet.html", "body"),
     "first-part-report": Picture("first-part.md", "shaft/out/report.html", "#before-after", "#tolerances, #errors"),
+    "probe-report": Picture("probe-tutorial.md", "out/loop/report.html", "#before-after", "#tolerances, #errors, #run"),
+    "cmm-series": Picture("cmm-tutorial.md", "replayed/replay.html", "#series-2", "#characteristics"),
+    "machine-report": Picture("machine-tutorial.md", "out/machine/machine.html", "#term-EXX"),
+    "surface-report": Picture(
+        "surface-tutorial.md", "out/surface/pattern.html", "#uncertainty", "#measured, #deterministic, #random"
+    ),
 }
 """By name of the file."""
 
 
+OF_THE_SERVICE: Final = {"shop-today": "/"}
+"""Pages of the service on a shop in full work, by address."""
+
+
 def take(names: Iterable[str]) -> None:
     """Makes these pictures; a page of several is run once."""
-    wanted = {name: PICTURES[name] for name in names}
+    wanted = {name: PICTURES[name] for name in names if name in PICTURES}
+    for name, address in OF_THE_SERVICE.items():
+        if name in names:
+            photograph_service(address, IMAGES / f"{name}.png")
     for page in sorted({picture.page for picture in wanted.values()}):
         with tempfile.TemporaryDirectory() as folder, chdir(folder):
             os.environ |= {"USER": "ana", "LOGNAME": "ana", "TZ": "UTC"}
@@ -56,7 +72,7 @@ def take(names: Iterable[str]) -> None:
 
 
 def photograph(folder: Path, picture: Picture, png: Path) -> None:
-    """Raises ValueError for one that is too large for a page that is read over a slow line."""
+    """Of a page that a tutorial has written."""
     file = next(folder.rglob(picture.file))
     with browsing(file.as_uri()) as browser, browser.window(size=(picture.width, 800)) as window:
         window.page.goto(file.as_uri())
@@ -66,10 +82,27 @@ def photograph(folder: Path, picture: Picture, png: Path) -> None:
         assert box is not None
         clip = {"x": 0.0, "y": 0.0, "width": float(picture.width), "height": box["y"] + box["height"] + 8}
         window.page.screenshot(path=png, full_page=True, clip=clip)
+    check(png)
+
+
+def photograph_service(address: str, png: Path) -> None:
+    """A page as an engineer sees it. The pages are those that `make web` built."""
+    with tempfile.TemporaryDirectory() as folder:
+        store = open_store(f"{folder}/trueloop.db", create=True, codec=store_codec())
+        full_shop(store)
+        with served(store) as at, browsing(at) as browser, browser.window("engineer", (1000, 760)) as window:
+            window.go(address)
+            window.page.screenshot(path=png)
+        store.close()
+    check(png)
+
+
+def check(png: Path) -> None:
+    """Raises ValueError for a picture that is too large for a page that is read over a slow line."""
     if (size := png.stat().st_size) > MOST_BYTES:
         raise ValueError(f"{png.name}: {size} bytes, more than {MOST_BYTES}")
     print(f"{png.relative_to(ROOT)}: {size} bytes")
 
 
 if __name__ == "__main__":
-    take(sys.argv[1:] or PICTURES)
+    take(sys.argv[1:] or [*PICTURES, *OF_THE_SERVICE])

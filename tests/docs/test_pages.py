@@ -14,10 +14,13 @@ from tests.docs.outcomes import OUTCOMES
 from tests.support.dialogue import OF_A_NAME, run_page, same
 from tests.support.toml_files import KINDS, wrong_in
 from trueloop.cli.main import app
+from trueloop.errors import Code
 
-LANGUAGES = {"console", "sh", "python", "pycon", "toml", "csv", "text", "hal", "nc"}
+LANGUAGES = {"console", "sh", "python", "pycon", "toml", "csv", "text", "hal", "ini", "nc"}
 RUN = {"console", "python", "pycon"}
 PAGES = {page.source: list(snippets(page.source.read_text(encoding="utf-8"))) for page in pages()}
+RUN_ELSEWHERE = "python-reference.md"
+"""Its examples are those of docstrings, which tests/unit/test_api.py runs."""
 OTHERS = {"apt-get", "cargo", "cd", "cp", "createdb", "curl", "docker", "git", "pip", "/usr/bin/python3"}
 """Commands of others, which a page may name without running them."""
 
@@ -31,6 +34,7 @@ def of(*languages: str) -> list[object]:
 def with_snippets(*languages: str) -> list[object]:
     """The pages that have such snippets."""
     found = [page for page, all_of_it in PAGES.items() if any(one.language in languages for one in all_of_it)]
+    found = [page for page in found if page.name != RUN_ELSEWHERE]
     return [pytest.param(page, id=page.name) for page in found]
 
 
@@ -85,6 +89,17 @@ def test_keys_of_a_file_are_keys_of_that_file(snippet: Snippet) -> None:
     kinds = [word for word in snippet.words if word in KINDS]
     assert len(kinds) == 1, f"of which file? ```toml and one of {', '.join(KINDS)}"
     assert wrong_in(snippet.text, kinds[0]) == []
+
+
+def test_every_code_that_a_page_names_is_one() -> None:
+    areas = {code.split("-")[0] for code in Code}
+    named = {
+        (page.source.name, found)
+        for page in pages()
+        for found in re.findall(r"`([A-Z]{2,3}-[A-Z-]+)`", page.source.read_text(encoding="utf-8"))
+        if found.split("-")[0] in areas
+    }
+    assert len(named) > 400 and [(page, code) for page, code in named if code not in set(Code)] == []
 
 
 def test_every_snippet_says_what_it_is() -> None:

@@ -1,10 +1,12 @@
 """A job corrected by what a measuring machine wrote: its points are touches, its characteristics are judged."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.support.cli import invoke
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import Part, PartType
@@ -89,3 +91,16 @@ def test_points_and_touches_of_a_probe_join_in_their_order_along_the_part(tmp_pa
     both = inputs(tmp_path, f'{BY_POINTS}\ntouches = "touches.csv"')
     assert both.touches.point == read_job(JOB).inputs.touches.point
     np.testing.assert_allclose(both.touches.error_mm, read_job(JOB).inputs.touches.error_mm, atol=2e-6)
+
+
+@pytest.mark.parametrize("ending", [".dmo", ".qif"])
+def test_a_time_without_a_zone_is_the_clock_on_the_wall(tmp_path: Path, ending: str) -> None:
+    """DMIS knows no zones: a job of its values is corrected as one of the CSV that states its zone."""
+    shutil.copytree(EXAMPLES / "shaft", tmp_path / "shaft")
+    job = tmp_path / "shaft" / "job.toml"
+    wanted = compensate(read_job(job).inputs).wear
+    invoke("measure", "convert", job.with_name("readings.csv"), "-o", job.with_name(f"shaft{ending}"), status=0)
+    job.write_text(job.read_text(encoding="utf-8").replace("readings.csv", f"shaft{ending}"), encoding="utf-8")
+    inputs = read_job(job).inputs
+    assert inputs.measured_at is not None and inputs.measured_at.tzinfo is not None
+    assert compensate(inputs).wear == wanted

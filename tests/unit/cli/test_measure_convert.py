@@ -7,6 +7,7 @@ import pytest
 from tests.support.cli import invoke
 from tests.support.qdas import HEAD, characteristic, value_line
 from trueloop.cli.failure import ExitStatus
+from trueloop.formats.examples import example
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import Stated
 
@@ -55,3 +56,10 @@ def test_what_cannot_be_converted_is_refused_and_nothing_written(
     done = invoke("measure", "convert", *paths)
     assert done.exit_code != ExitStatus.DONE and says in done.stderr and "Traceback" not in done.stderr
     assert {path.name: path.read_bytes() for path in source.parent.iterdir()} == before
+
+
+@pytest.mark.parametrize("name", ["out.qif", "out.dfq", "out.dmo"])
+def test_touches_have_no_other_format_and_are_not_lost_in_one(tmp_path: Path, name: str) -> None:
+    done = invoke("measure", "convert", example("modbas2/touches.csv"), "-o", tmp_path / name)
+    assert done.exit_code == ExitStatus.REFUSED
+    assert "MSR-FORMAT" in done.stderr and "32 touches" in done.stderr and not (tmp_path / name).exists()

@@ -24,7 +24,7 @@ WRITERS: Final[Mapping[str, Callable[[Sequence[Inspection], str], bytes]]] = {
 def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
     """Reads an inspection file and writes all its inspections to `target`; gives what was read.
 
-    Raises MSR errors for what cannot be read, MSR-FORMAT for a target of no known ending, OUT errors.
+    Raises MSR errors for what cannot be read, MSR-FORMAT for a target of no known ending or for touches, OUT errors.
     """
     writer = WRITERS.get(target.suffix.lower())
     if writer is None:
@@ -36,6 +36,19 @@ def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
             values={"file": target.name},
         )
     file = read_measured_file(path, stated)
+    _require_written(file, target)
     inputs = [path, *([] if stated.mapping is None else [stated.mapping])]
     write_all(target.parent, [(target.name, lambda: writer(file.inspections, target.stem))], inputs)
     return file
+
+
+def _require_written(file: MeasuredFile, target: Path) -> None:
+    """Touches are errors of a plane (x, z): no format of measuring machines has words for them."""
+    if touches := sum(len(inspection.touches) for inspection in file.inspections):
+        raise TrueloopError(
+            Code.MSR_FORMAT,
+            f"{target.name!r} cannot hold {touches} touches of a turned part",
+            hint="name the file itself in the job: `gauging.touches`",
+            place=Place(str(file.path)),
+            values={"file": target.name},
+        )

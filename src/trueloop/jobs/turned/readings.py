@@ -147,7 +147,7 @@ def _stated(one: Inspection, job: Job) -> Inspection:
         part=Part(part_type(job), one.part.serial or job.part.serial),
         device=one.device or given.device,
         operator=one.operator or given.operator,
-        measured_at=one.measured_at or given.measured_at,
+        measured_at=one.measured_at.astimezone() if one.measured_at else given.measured_at,
     )
 
 

@@ -1,0 +1,1 @@
+"""The drawings of the manual, made by code: `python -m scripts.manual.drawings` writes them into docs/images."""
