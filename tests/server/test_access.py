@@ -29,6 +29,7 @@ LETS_IN = ("SRV-SIGN-IN", "SRV-ROLE", "SRV-KEY")
 STREAMS = ("/events", "/machines/{name:path}/trace", "/machines/{name:path}/corrector")
 ENDS = (("DELETE", "/session"), ("POST", "/session"))
 FILLED = {"{id}": "1", "{name}": "nobody", "{sha}": "0" * 64, "{a}": "0" * 64, "{b}": "1" * 64, "{part}": "1"}
+FILLED |= {"{part_type:path}": "shaft", "{serial:path}": "a"}
 FILLED |= {"{part_type}": "shaft", "{characteristic:path}": "dome", "{name:path}": "nobody/2"}
 
 

@@ -77,10 +77,14 @@ def _edge(shop: Shop) -> None:
 
 
 def _series(shop: Shop) -> None:
-    """A journal that is some 12 µm too large, the tool set anew before part 504, and what that proposes."""
+    """A journal that is some 12 µm too large, the tool set anew before part 504, and what that proposes;
+    a seat whose last part is far off.
+    """
     first = shop.now - timedelta(hours=30)
     errors = (9.0, 14.0, 12.5, 11.0, 13.0, 12.0, 15.5, 10.5, 12.0, 13.5)
-    seen = [inspection(f"{500 + k}", {"journal": error}) for k, error in enumerate(errors)]
+    seats = (0.2, 1.0, -1.0, 0.5, -0.5, 0.2, 1.0, -1.0, -0.2, 27.0)
+    both = enumerate(zip(errors, seats, strict=True))
+    seen = [inspection(f"{500 + k}", {"journal": error, "seat": seat}) for k, (error, seat) in both]
     keep(shop.store, [replace(one, measured_at=first + timedelta(hours=k)) for k, one in enumerate(seen)])
     settings = Setting(EDGE, SET_AT), Setting(EDGE, MADE_AT)
     keep(shop.store, [Cut(one.part, Stage.FINISH, settings[k >= 4], order=10 + k) for k, one in enumerate(seen)])

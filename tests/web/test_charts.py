@@ -72,3 +72,33 @@ def test_pictures_follow_dark_and_light_and_the_width(web: Browsing) -> None:
             "before => document.querySelector('.chart canvas')?.toDataURL() !== before", arg=before
         )
         assert window.complaints == []
+
+
+def test_control_charts_say_what_alarms_and_what_may_explain_it(web: Browsing) -> None:
+    with web.window("viewer") as window:
+        window.go("/series/SHAFT/seat")
+        window.page.get_by_role("link", name="Control charts").click()
+        row = window.page.get_by_role("row").filter(has_text="509")
+        expect(row).to_contain_text("one value beyond 3 σ")
+        expect(row).to_contain_text("a step that nobody knows of")
+        expect(window.page.get_by_role("row").filter(has_text="Cpk")).to_be_visible()
+        expect(window.page.get_by_role("img", name="Individuals of seat: 10 parts")).to_be_visible()
+        window.page.get_by_label("Values").select_option("residual")
+        expect(window.page.get_by_role("heading", name="Capability")).to_have_count(0)
+        window.page.get_by_label("Nelson’s tests").select_option("all")
+        expect(window.page.locator("main .mantine-Loader-root")).to_have_count(0)
+        assert window.complaints == []
+
+
+def test_a_diagnosis_names_causes_with_evidence_and_what_would_decide(web: Browsing) -> None:
+    with web.window("viewer") as window:
+        window.go("/diagnosis")
+        window.page.get_by_role("link", name="SHAFT", exact=True).click()
+        main = window.page.locator("main")
+        expect(main).to_contain_text("The probability that nothing acts is")
+        expect(main).to_contain_text("What would decide")
+        window.page.get_by_role("link", name="505", exact=True).click()
+        expect(window.page.get_by_role("heading", level=1)).to_have_text("Diagnosis: 505, SHAFT")
+        expect(window.page.get_by_role("row").filter(has_text="CMM or gauge").first).to_be_visible()
+        window.go("/diagnosis/none")
+        expect(window.page.get_by_role("alert")).to_contain_text("DIA-NONE")

@@ -18,7 +18,18 @@ from trueloop.server.gates import Gates
 from trueloop.server.guarded import Service
 from trueloop.server.identity.oidc import SignIns
 from trueloop.server.identity.trusted import Oidc
-from trueloop.server.routes import accounts, cell, changes, events, machines, session, shown, sign_on, uploads
+from trueloop.server.routes import (
+    accounts,
+    cell,
+    changes,
+    events,
+    machines,
+    session,
+    shown,
+    sign_on,
+    studied,
+    uploads,
+)
 from trueloop.server.settings import Settings, now
 from trueloop.server.traces import Traces
 from trueloop.server.workers import start_watch, start_workers
@@ -32,6 +43,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     events.routes,
     shown.routes,
     machines.routes,
+    studied.routes,
     changes.routes,
     cell.routes,
     uploads.routes,

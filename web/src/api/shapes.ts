@@ -252,6 +252,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/charts/{part_type}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Charts
+         * @description Control charts of a part type's characteristics: alarms with what may explain them, capability.
+         */
+        get: operations["show_charts_api_v1_charts__part_type__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/corrections/{id}/report": {
         parameters: {
             query?: never;
@@ -264,6 +284,46 @@ export interface paths {
          * @description A correction's report, in a sandbox.
          */
         get: operations["show_correction_api_v1_corrections__id__report_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/diagnosis/part/{serial}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Diagnose Part
+         * @description What is wrong with one part.
+         */
+        get: operations["diagnose_part_api_v1_diagnosis_part__serial__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/diagnosis/series/{part_type}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Diagnose Series
+         * @description What makes the parts of a type wrong: causes with probabilities, evidence, remedy, and what would decide.
+         */
+        get: operations["diagnose_series_api_v1_diagnosis_series__part_type__get"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1147,6 +1207,27 @@ export interface components {
             items: components["schemas"]["AccountRow"][];
         };
         /**
+         * AlarmShape
+         * @description What one chart found at one part.
+         */
+        AlarmShape: {
+            /**
+             * Chart
+             * @description Which chart.
+             */
+            chart: string;
+            /**
+             * Meaning
+             * @description Which rule, in words.
+             */
+            meaning: string;
+            /**
+             * Serial
+             * @description The part at which the pattern is complete.
+             */
+            serial: string;
+        };
+        /**
          * AlarmView
          * @description An alarm, and who acknowledged it.
          */
@@ -1279,6 +1360,171 @@ export interface components {
             who: string;
         };
         /**
+         * CandidateShape
+         * @description One cause.
+         */
+        CandidateShape: {
+            /**
+             * Contradicts
+             * @description Evidence against it.
+             */
+            contradicts: string[];
+            /**
+             * Decided By
+             * @description Which measurement would tell it from others.
+             */
+            decided_by: string;
+            /**
+             * Features
+             * @description On which features it acts.
+             */
+            features: string[];
+            /**
+             * Key
+             * @description Its name without spaces.
+             */
+            key: string;
+            /**
+             * Name
+             * @description Its name for people.
+             */
+            name: string;
+            /**
+             * Probability
+             * @description That it acts.
+             */
+            probability: number;
+            /**
+             * Remedy
+             * @description What to do.
+             */
+            remedy: string;
+            /**
+             * Section
+             * @description Where the source says it.
+             */
+            section: string;
+            /**
+             * Size Um
+             * @description What it does, if it acts.
+             */
+            size_um: number | null;
+            /**
+             * Standard U Um
+             * @description Of that.
+             */
+            standard_u_um: number | null;
+            /**
+             * Supports
+             * @description Evidence for it.
+             */
+            supports: string[];
+            /**
+             * Tool
+             * @description The tool that it concerns; empty: none alone.
+             */
+            tool: string;
+        };
+        /**
+         * CapabilityShape
+         * @description Capability and performance against the limits.
+         */
+        CapabilityShape: {
+            /**
+             * Count
+             * @description Parts.
+             */
+            count: number;
+            /**
+             * Indices
+             * @description Pp, Ppk, Cp, Cpk.
+             */
+            indices: components["schemas"]["IndexShape"][];
+            /**
+             * Mean
+             * @description Mean error.
+             */
+            mean: number;
+            /**
+             * Normal P
+             * @description Probability of values as unlike the normal distribution (Shapiro, Wilk).
+             */
+            normal_p: number;
+            /**
+             * Short Sigma
+             * @description That within segments, from moving ranges.
+             */
+            short_sigma: number;
+            /**
+             * Sigma
+             * @description Standard deviation of all parts.
+             */
+            sigma: number;
+        };
+        /**
+         * CauseShape
+         * @description Something that happened and may explain an alarm.
+         */
+        CauseShape: {
+            /**
+             * Kind
+             * @description tool set, proposal accepted, another program, correction not run, wear, temperature, another device, gauge; of a
+             *     diagnosis the key of its cause.
+             */
+            kind: string;
+            /**
+             * Probability
+             * @description That it is the cause, among those known and none of them.
+             */
+            probability: number;
+            /**
+             * Size
+             * @description How far it moved the values, in the unit of the chart, if it did.
+             */
+            size: number;
+            /**
+             * Size U
+             * @description Standard uncertainty of that.
+             */
+            size_u: number;
+            /**
+             * Words
+             * @description What is known of it.
+             */
+            words: string;
+        };
+        /**
+         * CausesShape
+         * @description What acts.
+         */
+        CausesShape: {
+            /**
+             * Candidates
+             * @description Likeliest first.
+             */
+            candidates: components["schemas"]["CandidateShape"][];
+            /**
+             * Decide
+             * @description Measurements that would tell apart what is left.
+             */
+            decide: string[];
+            /**
+             * Gain
+             * @description How often the recorded corrections arrived: 1, or what the parts show instead.
+             */
+            gain: number;
+            /**
+             * Hypotheses
+             * @description Likeliest first.
+             */
+            hypotheses: components["schemas"]["HypothesisShape"][];
+            /**
+             * Sound
+             * @description Probability that nothing acts.
+             */
+            sound: number;
+        };
+        /**
          * CertificateRow
          * @description A certificate in a list.
          */
@@ -1332,6 +1578,143 @@ export interface components {
             role?: ("viewer" | "operator" | "engineer" | "admin" | "cell" | "metrics") | null;
             /** Subject */
             subject?: string | null;
+        };
+        /**
+         * CharacteristicChartShape
+         * @description One characteristic charted.
+         */
+        CharacteristicChartShape: {
+            /**
+             * Alarms
+             * @description In order of the parts.
+             */
+            alarms: components["schemas"]["EpisodeShape"][];
+            /**
+             * Baseline
+             * @description Parts that it comes from.
+             */
+            baseline: number;
+            /** @description Null of residuals and without limits. */
+            capability: components["schemas"]["CapabilityShape"] | null;
+            /**
+             * Characteristic
+             * @description Its name.
+             */
+            characteristic: string;
+            /**
+             * Correlation
+             * @description Of neighbours in the baseline.
+             */
+            correlation: number;
+            /**
+             * Lower Limit Mm
+             * @description Smallest size; null: no limit.
+             */
+            lower_limit_mm: number | null;
+            /**
+             * Nominal Mm
+             * @description A diameter is a diameter.
+             */
+            nominal_mm: number;
+            /**
+             * Parts
+             * @description All, as they were cut.
+             */
+            parts: components["schemas"]["ValueShape"][];
+            /**
+             * Quantity
+             * @description diameter, radius, length or position.
+             */
+            quantity: string;
+            /**
+             * Remarks
+             * @description What limits and indices are not good for.
+             */
+            remarks: string[];
+            /**
+             * Segments
+             * @description Parts between settings of the tool, where that was asked for; else one.
+             */
+            segments: components["schemas"]["SegmentShape"][];
+            /**
+             * Sigma
+             * @description Short-term standard deviation, in the unit of the chart.
+             */
+            sigma: number;
+            /**
+             * Upper Limit Mm
+             * @description Largest size; null: no limit.
+             */
+            upper_limit_mm: number | null;
+        };
+        /**
+         * ChartShape
+         * @description One chart of one segment: what is plotted of each part, with its limits.
+         */
+        ChartShape: {
+            /**
+             * Centre
+             * @description Its middle line.
+             */
+            centre: number;
+            /**
+             * High
+             * @description Upper limits.
+             */
+            high: number[];
+            /**
+             * Low
+             * @description Lower limits.
+             */
+            low: number[];
+            /**
+             * Name
+             * @description individuals, moving range, EWMA, CUSUM upwards, CUSUM downwards.
+             */
+            name: string;
+            /**
+             * Plotted
+             * @description Null where a part has none: the first moving range.
+             */
+            plotted: (number | null)[];
+        };
+        /**
+         * ChartsShape
+         * @description Charts of a part type.
+         */
+        ChartsShape: {
+            /**
+             * Characteristics
+             * @description Each with values enough.
+             */
+            characteristics: components["schemas"]["CharacteristicChartShape"][];
+            /**
+             * Findings
+             * @description What is odd about the parts.
+             */
+            findings: components["schemas"]["FindingShape"][];
+            /**
+             * Part Type
+             * @description Its name.
+             */
+            part_type: string;
+            /**
+             * Rules
+             * @description Nelson's tests on the individuals.
+             */
+            rules: number[];
+            /**
+             * Unit
+             * @description Of values, centres and limits.
+             * @enum {string}
+             */
+            unit: "um" | "sigma";
+            /**
+             * What
+             * @description Errors as inspected, or residuals after correction.
+             * @enum {string}
+             */
+            what: "value" | "residual";
         };
         /**
          * Conditions
@@ -1446,6 +1829,47 @@ export interface components {
             standard_u_um: number;
         };
         /**
+         * EpisodeShape
+         * @description Alarms of consecutive parts.
+         */
+        EpisodeShape: {
+            /**
+             * Alarms
+             * @description Each.
+             */
+            alarms: components["schemas"]["AlarmShape"][];
+            /**
+             * Causes
+             * @description Likeliest first.
+             */
+            causes: components["schemas"]["CauseShape"][];
+            /**
+             * Chance
+             * @description Probability that nothing moved.
+             */
+            chance: number;
+            /**
+             * First
+             * @description Serial number of the first alarming part.
+             */
+            first: string;
+            /**
+             * Last
+             * @description Of the last.
+             */
+            last: string;
+            /**
+             * Since
+             * @description The part with which a step would begin with the greatest probability.
+             */
+            since: string;
+            /**
+             * Unknown
+             * @description Probability of a step that nobody knows of.
+             */
+            unknown: number;
+        };
+        /**
          * EventView
          * @description One line of the event log.
          */
@@ -1520,6 +1944,134 @@ export interface components {
             /** Facts */
             facts: components["schemas"]["Fact"][];
         };
+        /**
+         * FeatureErrorShape
+         * @description One error of one feature of one part.
+         */
+        FeatureErrorShape: {
+            /**
+             * Degrees Of Freedom
+             * @description Of the uncertainty; null: it is known.
+             */
+            degrees_of_freedom: number | null;
+            /**
+             * Feature
+             * @description Its name.
+             */
+            feature: string;
+            /**
+             * Kind
+             * @description radius, length, taper of a shaft, taper of a face, edge, straightness, waviness, eccentricity, lobing.
+             */
+            kind: string;
+            /**
+             * More
+             * @description Further numbers; names end with their unit.
+             */
+            more: {
+                [key: string]: number;
+            };
+            /**
+             * Other
+             * @description Of a length, the nearer face.
+             */
+            other: string;
+            /**
+             * Points
+             * @description How many points it is from.
+             */
+            points: number;
+            /**
+             * Standard U Um
+             * @description Its standard uncertainty.
+             */
+            standard_u_um: number | null;
+            /**
+             * Value Um
+             * @description Signed for radius, length and tapers; a size for the others.
+             */
+            value_um: number | null;
+        };
+        /**
+         * FeatureMeansShape
+         * @description One error of one feature over all parts but standard parts.
+         */
+        FeatureMeansShape: {
+            /** @description As the CMM saw it: process, and what the model of the machine left. */
+            cmm: components["schemas"]["MeanShape"] | null;
+            /** @description CMM less machine, of parts that both saw: what the model of the machine left. */
+            difference: components["schemas"]["MeanShape"] | null;
+            /**
+             * Feature
+             * @description Its name.
+             */
+            feature: string;
+            /**
+             * Kind
+             * @description As of a feature error.
+             */
+            kind: string;
+            /** @description As the machine's probe saw it: what the process did. */
+            machine: components["schemas"]["MeanShape"] | null;
+            /**
+             * Other
+             * @description Of a length, the nearer face.
+             */
+            other: string;
+        };
+        /**
+         * FindingShape
+         * @description Something odd about the parts.
+         */
+        FindingShape: {
+            /**
+             * Code
+             * @description As docs/errors.md lists it.
+             */
+            code: string;
+            /**
+             * Hint
+             * @description What to do.
+             */
+            hint: string;
+            /**
+             * Message
+             * @description In words.
+             */
+            message: string;
+            /**
+             * Severity
+             * @description How much it matters.
+             * @enum {string}
+             */
+            severity: "error" | "warning" | "note";
+        };
+        /**
+         * FrameShape
+         * @description What was taken out as a difference of the part frames of CMM and machine.
+         */
+        FrameShape: {
+            /**
+             * Rms After Um
+             * @description The same without the difference of the frames.
+             */
+            rms_after_um: number;
+            /**
+             * Rms Before Um
+             * @description CMM less machine along the normals.
+             */
+            rms_before_um: number;
+            /**
+             * Shift Um
+             * @description Along x, y, z.
+             */
+            shift_um: number[];
+            /**
+             * Turn Urad
+             * @description About x, y, z.
+             */
+            turn_urad: number[];
+        };
         /** HTTPValidationError */
         HTTPValidationError: {
             /** Detail */
@@ -1562,6 +2114,22 @@ export interface components {
             why: string;
         };
         /**
+         * HypothesisShape
+         * @description A set of causes that act together.
+         */
+        HypothesisShape: {
+            /**
+             * Causes
+             * @description Their keys; none: nothing acts.
+             */
+            causes: string[];
+            /**
+             * Probability
+             * @description Of exactly these.
+             */
+            probability: number;
+        };
+        /**
          * ImportedView
          * @description What was kept of a file. `sha256` of a program's text; `kept` counts values, `new` those not there before.
          */
@@ -1579,6 +2147,32 @@ export interface components {
             remarks: components["schemas"]["Remarked"][];
             /** Sha256 */
             sha256: string;
+        };
+        /**
+         * IndexShape
+         * @description An index of capability or performance.
+         */
+        IndexShape: {
+            /**
+             * High
+             * @description Upper end.
+             */
+            high: number | null;
+            /**
+             * Low
+             * @description Lower end of its 95 % interval.
+             */
+            low: number | null;
+            /**
+             * Name
+             * @description Pp, Ppk, Cp or Cpk, as ISO 22514-2 has them.
+             */
+            name: string;
+            /**
+             * Value
+             * @description Null where a limit that it needs is not stated.
+             */
+            value: number | null;
         };
         /**
          * InspectionRead
@@ -1817,6 +2411,37 @@ export interface components {
              * @enum {string}
              */
             role: "viewer" | "operator" | "engineer" | "admin" | "cell" | "metrics";
+        };
+        /**
+         * MeanShape
+         * @description The mean over the parts of one error, as one device saw it.
+         */
+        MeanShape: {
+            /**
+             * Mean Um
+             * @description Their mean.
+             */
+            mean_um: number;
+            /**
+             * One Part U Um
+             * @description Standard uncertainty of the value of one part, root mean square over the parts.
+             */
+            one_part_u_um: number | null;
+            /**
+             * Parts
+             * @description How many parts.
+             */
+            parts: number;
+            /**
+             * Scatter Um
+             * @description Standard deviation from part to part; null with one part.
+             */
+            scatter_um: number | null;
+            /**
+             * Standard U Um
+             * @description Of the mean; null from one part without a known uncertainty.
+             */
+            standard_u_um: number | null;
         };
         /**
          * MeasurementRead
@@ -2193,6 +2818,33 @@ export interface components {
             serial: string;
         };
         /**
+         * PartDiagnosisShape
+         * @description One part: its feature errors, their causes as far as one part tells, and components at gauging points.
+         */
+        PartDiagnosisShape: {
+            /** @description Null: one part does not tell. */
+            causes: components["schemas"]["CausesShape"] | null;
+            /**
+             * Findings
+             * @description What is odd.
+             */
+            findings: components["schemas"]["FindingShape"][];
+            /** @description Null: none was looked for. */
+            frame: components["schemas"]["FrameShape"] | null;
+            /** @description Its errors. */
+            part: components["schemas"]["SeenPartShape"];
+            /**
+             * Part Type
+             * @description Its name.
+             */
+            part_type: string;
+            /**
+             * Points
+             * @description Where both devices measured the same points.
+             */
+            points: components["schemas"]["PointShape"][];
+        };
+        /**
          * PartLife
          * @description All that is known of a part, oldest first.
          */
@@ -2275,6 +2927,67 @@ export interface components {
              * @constant
              */
             schema: 1;
+        };
+        /**
+         * PointShape
+         * @description Errors, compensations and surfaces at one gauging point [NISTIR 6876 §3], µm along the outward normal.
+         */
+        PointShape: {
+            /**
+             * Comp Mtg Um
+             * @description COMP_MTG(T_CUTTING) as applied; 0 where nothing was.
+             */
+            comp_mtg_um: number;
+            /**
+             * Comp Proc Um
+             * @description COMP_PROC as applied.
+             */
+            comp_proc_um: number;
+            /**
+             * Error Mtg Resid Um
+             * @description ERROR_MTG,RESID: what the model of the machine left; NOMINALSURFACE_MT, from NOMINALSURFACE_CMM.
+             */
+            error_mtg_resid_um: number;
+            /**
+             * Error Mtg Um
+             * @description ERROR_MTG of the machine without compensation.
+             */
+            error_mtg_um: number;
+            /**
+             * Error Pp Um
+             * @description ERROR_PP: the detected surface, from NOMINALSURFACE_CMM.
+             */
+            error_pp_um: number;
+            /**
+             * Error Proc Resid Um
+             * @description ERROR_PROC,RESID: what is left of it, as on-machine inspection finds it.
+             */
+            error_proc_resid_um: number;
+            /**
+             * Error Proc Um
+             * @description ERROR_PROC of the process without compensation.
+             */
+            error_proc_um: number;
+            /**
+             * Name
+             * @description Its name.
+             */
+            name: string;
+            /**
+             * U Error Mtg Um
+             * @description Of ERROR_MTG and of its residual.
+             */
+            u_error_mtg_um: number;
+            /**
+             * U Error Pp Um
+             * @description Standard uncertainty of ERROR_PP.
+             */
+            u_error_pp_um: number;
+            /**
+             * U Error Proc Um
+             * @description Of ERROR_PROC and of its residual.
+             */
+            u_error_proc_um: number;
         };
         /**
          * ProgramDiff
@@ -2484,6 +3197,110 @@ export interface components {
              * @default true
              */
             done: boolean;
+        };
+        /**
+         * SeenPartShape
+         * @description A part with its errors by who saw them.
+         */
+        SeenPartShape: {
+            /**
+             * At
+             * @description When it was cut.
+             */
+            at: string | null;
+            /**
+             * Errors
+             * @description By "machine", the machine's own probe, and "CMM", a measuring machine or gauge.
+             */
+            errors: {
+                [key: string]: components["schemas"]["FeatureErrorShape"][];
+            };
+            /**
+             * Order
+             * @description Among the parts as they were cut.
+             */
+            order: number;
+            /**
+             * Serial
+             * @description Its serial number.
+             */
+            serial: string;
+            /**
+             * Standard
+             * @description A calibrated part, on which nothing was cut.
+             */
+            standard: boolean;
+            /**
+             * Temperatures
+             * @description While it was cut.
+             */
+            temperatures: {
+                [key: string]: number;
+            };
+            /**
+             * Tool Set
+             * @description Tools that were set since the part before.
+             */
+            tool_set: string[];
+        };
+        /**
+         * SegmentShape
+         * @description Parts with one centre.
+         */
+        SegmentShape: {
+            /**
+             * Centre
+             * @description Mean of its baseline; null: too few parts, and no charts.
+             */
+            centre: number | null;
+            /**
+             * Charts
+             * @description All charts of it.
+             */
+            charts: components["schemas"]["ChartShape"][];
+            /**
+             * First
+             * @description Index of its first part, from 0.
+             */
+            first: number;
+            /**
+             * Stop
+             * @description Index after its last part.
+             */
+            stop: number;
+        };
+        /**
+         * SeriesDiagnosisShape
+         * @description Parts of one type in cutting order, and what makes them wrong.
+         */
+        SeriesDiagnosisShape: {
+            /** @description Null: nothing is concluded, and the findings say why. */
+            causes: components["schemas"]["CausesShape"] | null;
+            /**
+             * Findings
+             * @description What is odd.
+             */
+            findings: components["schemas"]["FindingShape"][];
+            /**
+             * Means
+             * @description Each error over the parts.
+             */
+            means: components["schemas"]["FeatureMeansShape"][];
+            /**
+             * Part Type
+             * @description Its name.
+             */
+            part_type: string;
+            /**
+             * Parts
+             * @description As they were cut.
+             */
+            parts: components["schemas"]["SeenPartShape"][];
+            /**
+             * Unexplained
+             * @description Errors beyond their uncertainty that no probable cause acts on, furthest first.
+             */
+            unexplained: components["schemas"]["UnexplainedShape"][];
         };
         /**
          * SeriesPoint
@@ -2825,6 +3642,48 @@ export interface components {
             who: string;
         };
         /**
+         * UnexplainedShape
+         * @description An error beyond its uncertainty that no probable cause acts on.
+         */
+        UnexplainedShape: {
+            /**
+             * Device
+             * @description Who saw it: machine or CMM.
+             */
+            device: string;
+            /**
+             * Feature
+             * @description Its name.
+             */
+            feature: string;
+            /**
+             * Kind
+             * @description As of a feature error.
+             */
+            kind: string;
+            /**
+             * Other
+             * @description Of a length, the nearer face.
+             */
+            other: string;
+            /**
+             * Shows
+             * @description A mean over the parts, or that the parts differ.
+             * @enum {string}
+             */
+            shows: "mean" | "scatter";
+            /**
+             * Size Um
+             * @description The mean, or the standard deviation from part to part.
+             */
+            size_um: number;
+            /**
+             * Standard U Um
+             * @description What chance and the device explain of it.
+             */
+            standard_u_um: number;
+        };
+        /**
          * UploadView
          * @description A file handed over. One of `program`, `measurement`, `drawing` is what was read, or `problem` says why not.
          */
@@ -2890,6 +3749,32 @@ export interface components {
             unit: string;
             /** Within */
             within: boolean | null;
+        };
+        /**
+         * ValueShape
+         * @description One part on a chart, in the order in which the parts were cut.
+         */
+        ValueShape: {
+            /**
+             * In Baseline
+             * @description Whether limits come from it, among others.
+             */
+            in_baseline: boolean;
+            /**
+             * Serial
+             * @description Its serial number.
+             */
+            serial: string;
+            /**
+             * Tool Set
+             * @description The tool was set or changed before it.
+             */
+            tool_set: boolean;
+            /**
+             * Value
+             * @description In the unit of the chart.
+             */
+            value: number;
         };
         /**
          * Waiting
@@ -3386,6 +4271,44 @@ export interface operations {
             };
         };
     };
+    show_charts_api_v1_charts__part_type__get: {
+        parameters: {
+            query?: {
+                characteristic?: string[] | null;
+                rules?: number[] | null;
+                baseline?: number;
+                each_setting?: boolean;
+                what?: "value" | "residual";
+                language?: "en" | "de";
+            };
+            header?: never;
+            path: {
+                part_type: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChartsShape"];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
     show_correction_api_v1_corrections__id__report_get: {
         parameters: {
             query?: {
@@ -3405,6 +4328,73 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    diagnose_part_api_v1_diagnosis_part__serial__get: {
+        parameters: {
+            query?: {
+                part_type?: string | null;
+                language?: "en" | "de";
+            };
+            header?: never;
+            path: {
+                serial: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PartDiagnosisShape"];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    diagnose_series_api_v1_diagnosis_series__part_type__get: {
+        parameters: {
+            query?: {
+                language?: "en" | "de";
+            };
+            header?: never;
+            path: {
+                part_type: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SeriesDiagnosisShape"];
+                };
             };
             /** @description Validation Error */
             422: {

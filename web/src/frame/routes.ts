@@ -9,6 +9,7 @@ export const PAGES: { href: string; name: Key }[] = [
   { href: "/orders", name: "page.orders" },
   { href: "/parts", name: "page.parts" },
   { href: "/series", name: "page.series" },
+  { href: "/diagnosis", name: "page.diagnosis" },
   { href: "/tools", name: "page.tools" },
   { href: "/programs", name: "page.programs" },
   { href: "/files", name: "page.files" },
@@ -35,6 +36,10 @@ const Tools = lazy(() => import("../pages/Tools"));
 const ToolPage = lazy(() => import("../pages/ToolPage"));
 const Machines = lazy(() => import("../pages/Machines"));
 const MachinePage = lazy(() => import("../pages/MachinePage"));
+const Charts = lazy(() => import("../pages/Charts"));
+const Diagnosis = lazy(() => import("../pages/Diagnosis"));
+const OfSeries = lazy(() => import("../pages/diagnosis/OfSeries"));
+const OfPart = lazy(() => import("../pages/diagnosis/OfPart"));
 const Wall = lazy(() => import("../pages/Wall"));
 const Programs = lazy(() => import("../pages/Programs"));
 const Files = lazy(() => import("../pages/Files"));
@@ -56,6 +61,10 @@ export const ROUTES: { path: string; page: ComponentType<{ id: string; of: strin
   { path: "/machines/:id", page: MachinePage },
   { path: "/series", page: Series },
   { path: "/series/:of/:id", page: SeriesPage },
+  { path: "/charts/:of/:id", page: Charts },
+  { path: "/diagnosis", page: Diagnosis },
+  { path: "/diagnosis/:id", page: OfSeries },
+  { path: "/diagnosis/:of/parts/:id", page: OfPart },
   { path: "/tools", page: Tools },
   { path: "/tools/:id", page: ToolPage },
   { path: "/settings", page: Settings },

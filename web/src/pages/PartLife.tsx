@@ -1,5 +1,5 @@
 import { useShown } from "../api/asking";
-import type { Shape } from "../api/client";
+import { piece, type Shape } from "../api/client";
 import { Age, Head, Rows, Section, Shown, State, To } from "../show/parts";
 import { useName, useText } from "../text/text";
 import { Certified } from "./part/Certified";
@@ -16,6 +16,9 @@ export default function PartLife({ id }: { id: string }) {
     <>
       <Head title={found.data?.label ?? text("page.parts")}>
         {found.data && <State kind="state" name={found.data.part.state} />}
+        {found.data && found.data.inspections.length > 0 && (
+          <To href={`/diagnosis/${piece(found.data.part.part_type)}/parts/${piece(found.data.part.serial)}`}>{text("page.diagnosis")}</To>
+        )}
       </Head>
       <Shown found={found}>
         {(life) => (

@@ -22,6 +22,8 @@ export default function SeriesPage({ id, of }: { id: string; of: string }) {
   return (
     <>
       <Head title={`${id}, ${of}`}>
+        <To href={`/charts/${piece(of)}/${piece(id)}`}>{text("chart.title")}</To>
+        <To href={`/diagnosis/${piece(of)}`}>{text("page.diagnosis")}</To>
         {found.data?.proposals.map((one) => (
           <To key={one} href={`/proposals/${piece(one)}`}>
             {text("series.open")}

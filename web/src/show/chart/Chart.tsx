@@ -39,7 +39,7 @@ export function Chart({ plot, label, at, keys = [] }: { plot: Plot; label: strin
   const said = pointed === null || pointed >= plot.x.length ? "" : (at?.(pointed) ?? "");
   return (
     <figure className="chart-box">
-      {!drawn && <Loader aria-label={text("loading")} />}
+      {!drawn && <Loader role="status" aria-label={text("loading")} />}
       <div ref={place} className="chart" role="img" aria-label={label} />
       <figcaption>
         <ul className="key">
