@@ -99,7 +99,7 @@ def page(name: str) -> str:
 
 def key_table(model: type[BaseModel]) -> str:
     """Key, unit, default and meaning of every key, as a table in Markdown."""
-    return HEAD + "".join(_row(key, field) for key, field in model.model_fields.items())
+    return HEAD + "".join(row(key, field) for key, field in model.model_fields.items())
 
 
 def schema(name: str) -> str:
@@ -109,7 +109,8 @@ def schema(name: str) -> str:
     return json.dumps(draft | SCHEMAS[name].model_json_schema(mode=mode), indent=1, ensure_ascii=False) + "\n"
 
 
-def _row(key: str, field: FieldInfo) -> str:
+def row(key: str, field: FieldInfo) -> str:
+    """The row of a key: unit by its name, default and meaning by the code."""
     unit = unit_of(key).name or next((note.unit for note in field.metadata if isinstance(note, In)), "")
     cells = (f"`{key}`", unit, _default(field), " ".join((field.description or "").split()))
     return "|" + "|".join(f" {cell} " if cell else " " for cell in cells) + "|\n"

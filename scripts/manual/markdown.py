@@ -14,6 +14,7 @@ from markdown_it.token import Token
 from scripts.manual.highlighted import highlighted
 
 TABLE_OPEN: Final = '<div class="scroll" role="region" tabindex="0" aria-label="Table {}"><table>\n'
+DRAWING_OPEN: Final = '<div class="scroll drawing" role="region" tabindex="0" aria-label="Drawing {}">'
 READER: Final = MarkdownIt("commonmark", {"html": True}).enable("table")
 
 
@@ -73,7 +74,7 @@ def named(cell: Token) -> str:
 
 def html_of(tokens: Sequence[Token]) -> str:
     """The page's content. What is wider than a window scrolls by itself, by keyboard too."""
-    parts, run, table, fence = [], [], 0, 0
+    parts, run, table, fence, drawing = [], [], 0, 0, 0
 
     def flush() -> None:
         parts.append(READER.renderer.render(run, READER.options, {}))
@@ -84,6 +85,13 @@ def html_of(tokens: Sequence[Token]) -> str:
             flush()
             fence += 1
             parts.append(_fence(token, fence))
+        elif token.type == "paragraph_open" and tokens[at + 1].content.endswith(".svg)"):
+            flush()
+            drawing += 1
+            parts.append(DRAWING_OPEN.format(drawing))
+        elif token.type == "paragraph_close" and tokens[at - 1].content.endswith(".svg)"):
+            flush()
+            parts.append("</div>\n")
         elif token.type == "table_open":
             flush()
             table += 1

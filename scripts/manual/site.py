@@ -12,8 +12,8 @@ from scripts.manual.markdown import headings, html_of, tokens_of
 from scripts.manual.search_index import entries
 
 ASSETS: Final = Path(__file__).parent / "assets"
-REFERENCE: Final = "Reference"
-"""Of places that a search finds equally good, those of this group come first."""
+FIRST: Final = ("cli.html", "errors.html", "job-file.html")
+"""Of places that a search finds equally good, those of these pages come first: they define what others name."""
 PLACE: Final = ROOT / "src" / "trueloop" / "manual"
 
 
@@ -27,8 +27,7 @@ def site() -> dict[str, bytes]:
         places += list(entries(one.title, one.address, tokens))
         made[one.address] = layout.page(one, html_of(tokens), headings(tokens), lists).encode()
     made["search.html"] = layout.search(lists).encode()
-    known = {one.address for group in lists if group.title == REFERENCE for one in group.pages}
-    places.sort(key=lambda place: place.address.partition("#")[0] not in known)
+    places.sort(key=lambda place: place.address.partition("#")[0] not in FIRST)
     rows = [place.as_list() for place in places if place.text]
     made["search-index.js"] = f"const PLACES = {json.dumps(rows, ensure_ascii=False)};\n".encode()
     copied = files.copied | {file.name: file for file in ASSETS.iterdir()}

@@ -7,15 +7,17 @@ from pathlib import Path
 import pytest
 
 import trueloop
-from scripts import http_page, probe_log_example, python_page
+from scripts import file_keys_page, http_page, probe_log_example, python_page
 from scripts.manual.contents import ROOT
 from scripts.web_shapes import openapi
+from tests.support.toml_files import KINDS
 from trueloop.formats.examples import example
 from trueloop.formats.measurements.touches_csv import KNOWN, read_touches
 from trueloop.jobs.measure.probing import read_probing
 
 MADE: list[tuple[Path, Callable[[], str], str]] = [
     (python_page.PAGE, python_page.page, "python -m scripts.python_page"),
+    (file_keys_page.PAGE, file_keys_page.page, "python -m scripts.file_keys_page"),
     (http_page.PAGE, http_page.page, "python -m scripts.http_page"),
     (probe_log_example.LOG, probe_log_example.log, "python -m scripts.probe_log_example"),
 ]
@@ -33,6 +35,16 @@ def test_a_generated_page_is_that_of_the_code(file: Path, made: Callable[[], str
 def test_every_stable_name_has_an_entry() -> None:
     entries = re.findall(r"^### `(\w+)`$", python_page.PAGE.read_text(encoding="utf-8"), re.M)
     assert sorted(entries) == sorted(set(dir(trueloop)) - {"__version__"})
+
+
+def test_every_key_of_every_file_says_what_it_means() -> None:
+    """A table is described by its keys, a key by the text below it."""
+    kinds = set(file_keys_page.TITLES) | set(file_keys_page.ELSEWHERE)
+    assert kinds == set(KINDS)
+    for kind, file in KINDS.items():
+        for heading, model in file_keys_page.tables(file, ""):
+            for key, one in model.model_fields.items():
+                assert one.description or file_keys_page.inner(one.annotation), (kind, heading, key)
 
 
 def test_every_address_has_a_row() -> None:

@@ -47,6 +47,7 @@ class FolderTable(LinkTable):
     """A control whose programs are files in a folder. Relative names count from the folder of this file."""
 
     folder: Annotated[str, Field(min_length=1)]
+    """Where the control's programs are."""
     running_file: str = ""
     """A file in whose first line the control writes which program runs, empty while none does."""
 
@@ -64,8 +65,11 @@ class FtpTable(LinkTable):
     """A control that is an FTP server."""
 
     host: Annotated[str, Field(min_length=1)]
+    """The control's address."""
     port: Annotated[int, Field(ge=1, le=65535, strict=True)] = 21
+    """Its port."""
     user: str = "anonymous"
+    """Who signs in."""
     password_env: str = ""
     """The environment variable that holds the password."""
     folder: str = ""
@@ -82,11 +86,13 @@ class FocasTable(LinkTable):
     """A Fanuc control by Fanuc's own FOCAS library. Relative names count from the folder of this file."""
 
     host: Annotated[str, Field(min_length=1)]
+    """The control's address."""
     library: Annotated[str, Field(min_length=1)]
     """Your file of the FOCAS library: libfwlib32.so, Fwlib32.dll, Fwlib64.dll."""
     aside: Annotated[int, Field(ge=1, le=9999, strict=True)]
     """An O number that is used for transfers alone: what has it is deleted."""
     port: Annotated[int, Field(ge=1, le=65535, strict=True)] = 8193
+    """Its port."""
     timeout_s: Positive = 10.0
     """How long to wait for an answer."""
     increment: Annotated[float, AfterValidator(_increment)] | None = None
@@ -101,13 +107,19 @@ class SerialTable(LinkTable):
     port: Annotated[str, Field(min_length=1)]
     """/dev/ttyUSB0, COM3."""
     baud: Literal[300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200] = 9600
+    """Bits per second."""
     data_bits: Literal[7, 8] = 7
+    """Bits of a character."""
     parity: Literal["none", "even", "odd"] = "even"
+    """Of a character."""
     stop_bits: Literal[1, 2] = 2
+    """After a character."""
     flow: Literal["xon-xoff", "rts-cts", "none"] = "xon-xoff"
+    """How the control holds the line: by characters, by wires, not at all."""
     code: Literal["ascii", "iso", "eia"] = "ascii"
     """iso (even) and eia (odd) have a parity of their own: `data_bits` and `parity` are then not looked at."""
     line_end: Literal["lf", "cr-lf", "lf-cr-cr"] = "cr-lf"
+    """What ends a line on the wire."""
     after_xoff: Annotated[int, Field(ge=1, le=4096, strict=True)] = 10
     """Characters that the control still takes after it said XOFF."""
     silence_s: Positive = 60.0

@@ -79,48 +79,71 @@ class MachineTable(Table):
     """Which machine, and which axis carries which."""
 
     name: str
+    """What the machine is called."""
     serial: str = ""
+    """Its serial number: a model of another one is refused where it is asked for."""
     structure: str
+    """The chain from work to tool: `"mill-table-x"`, `"turning"` … or letters, `"w X b Y Z (S) t"`."""
 
 
 class AxisTable(Table):
     """One axis."""
 
     travel_mm: Range | None = None
+    """Lowest and highest position."""
     travel_deg: Range | None = None
+    """The same of a rotary axis."""
     offset_mm: Vector = ZERO
+    """From the frame that carries the axis to its own, at position 0."""
 
 
 class TermsTable(Table):
     """The usual terms of a kind of machine, all of one form."""
 
     standard: Literal["mill", "turning", "five-axis"] | None = None
+    """The usual terms of a mill (21), of a lathe or of a machine with five axes; left out, only those of `[[term]]`."""
     degree: Degree = 3
+    """Degree of their polynomials in the axis' position."""
     segments: Count = 1
+    """In how many pieces of equal length, joined smoothly."""
     both_ways: bool = False
+    """Forward and return travel each have parameters of their own."""
     datum: Finite | None = None
+    """The position at which they are zero (straightness: both ends of travel)."""
 
 
 class TermTable(Table):
     """One error's term."""
 
     error: str
+    """The error as ISO 230-1 names it: E, direction, axis; `EXX`, `EZ0S`. It takes the place of a standard one."""
     degree: Degree = 3
+    """Degree of its polynomial in the axis' position."""
     segments: Count = 1
+    """In how many pieces of equal length, joined smoothly."""
     both_ways: bool = False
+    """Forward and return travel each have parameters of their own."""
     zero_at: tuple[Finite, ...] = ()
+    """Positions at which it is zero."""
     signals: Signals = Field(default_factory=dict)
+    """Linear in each of these signals less its reference: `{ T12 = 20.0 }`."""
     expansion: Signals = Field(default_factory=dict)
+    """Linear in the signal less its reference, and in the position: a screw or scale that grows."""
     choose: Signals = Field(default_factory=dict)
+    """As `signals`, but only those stay whose absence is missed in data that were left out."""
     most: Count = 4
+    """How many of them stay at the most."""
 
 
 class LagTable(Table):
     """A signal made of another's past."""
 
     of: str
+    """The signal whose past it follows."""
     constant_s: Constant
+    """Time constant of a first order; two bounds between which it is sought, or one number."""
     power: Literal[1, 2] = 1
+    """Of the signal: 2 where the square of a speed heats."""
 
 
 class MachineFile(Table):

@@ -26,76 +26,112 @@ class NoseTable(Table):
     """The nose: radius errors over contact angle, negative where it is worn."""
 
     radius_mm: Positive
+    """Of the unworn nose."""
     wear_angle_deg: tuple[Finite, ...] = ()
+    """Contact angles at which the wear is given: 0 on a face, 90 on a cylinder."""
     wear_um: tuple[Finite, ...] = ()
+    """By how much the radius is larger there; negative where it is worn."""
 
 
 class ProcessTable(Table):
     """What does not repeat, and by how much the tool is set wrongly (x on the radius)."""
 
     along_um: NotNegative = 0.0
+    """Standard deviation of what varies along the cut."""
     correlation_mm: Positive = 1.0
+    """Over which distance it is alike."""
     cut_to_cut_um: NotNegative = 0.0
+    """Standard deviation of what moves a whole cut."""
     tool_offset_x_um: Finite = 0.0
+    """By how much the tool is set wrongly, on the radius."""
     tool_offset_z_um: Finite = 0.0
+    """The same along z."""
 
 
 class TransferTable(Table):
     """What the finish cut does otherwise than the cuts before it: error over contact angle, negative: more taken."""
 
     contact_angle_deg: tuple[Finite, ...] = ()
+    """Contact angles at which it is given; straight between them, constant beyond."""
     error_um: tuple[Finite, ...] = ()
+    """Part error that the finish cut has besides; negative: more is taken."""
 
 
 class DeflectionTable(Table):
     """What gives way."""
 
     specific_force_n_per_mm2: NotNegative = 0.0
+    """Normal force by depth and feed; 0: nothing gives way."""
     tool_um_per_n: NotNegative = 0.0
+    """Compliance of the tool."""
     chuck_um_per_n: NotNegative = 0.0
+    """Compliance of the chuck."""
     part_um_per_n_mm3: NotNegative = 0.0
+    """Compliance of the part, times the cube of the distance from `chuck_z_mm`."""
     chuck_z_mm: Finite = 0.0
+    """Where the part is clamped."""
     feed_mm_per_rev: Positive = 0.127
+    """Where the program does not say."""
 
 
 class BacklashTable(Table):
     """Play of the axes, x on the radius."""
 
     x_um: NotNegative = 0.0
+    """Play of X, on the radius."""
     z_um: NotNegative = 0.0
+    """Play of Z."""
 
 
 class ErrorTermTable(Table):
     """`um` · (x/100 mm)^i · (z/100 mm)^j · (T − 20 °C)^k, actual less commanded position."""
 
     axis: Literal["x", "z"]
+    """Along which it acts."""
     um: Finite
+    """Its size at 100 mm or 1 K."""
     x_power: Power = 0
+    """Power of x/100 mm."""
     z_power: Power = 0
+    """Power of z/100 mm."""
     temperature_power: Power = 0
+    """Power of T − 20 °C."""
 
 
 class TemperatureTable(Table):
     """How warm the machine is."""
 
     semifinish_c: Finite = REFERENCE_C
+    """Of the machine in the semi-finish cut."""
     probing_c: Finite = REFERENCE_C
+    """While it probes."""
     finish_c: Finite = REFERENCE_C
+    """In the finish cut."""
 
 
 class ProbeTable(Table):
     """The virtual probe."""
 
     ball_radius_mm: Positive
+    """Of the stylus tip."""
     pre_travel_um: NotNegative = 0.0
+    """By how much it trips late, in all directions alike."""
     lobing_um: NotNegative = 0.0
+    """By how much that differs with the direction."""
     lobes: Count = 3
+    """Legs of the switch."""
     lobing_phase_deg: Finite = 0.0
+    """Direction of a leg."""
     range_x_um: NotNegative = 0.0
+    """Range of repeated touches along x."""
     range_z_um: NotNegative = 0.0
+    """Range of repeated touches along z."""
     overshoot_um: NotNegative = 0.0
+    """By how far the control reads the position late."""
     calibrated_from_deg: Finite | None = None
+    """Lowest contact angle of the calibration; left out, what the part asks for, and 45° more."""
     calibrated_to_deg: Finite | None = None
+    """Highest contact angle; 90 to 360 above the lowest."""
 
     @model_validator(mode="after")
     def _one_range(self) -> "ProbeTable":
@@ -119,15 +155,20 @@ class CmmTable(Table):
     """The virtual coordinate measuring machine."""
 
     frame_um: NotNegative = 0.0
+    """Standard deviation of its frame's origin."""
     tilt_urad: NotNegative = 0.0
+    """Standard deviation of its frame's axis."""
     mpe_um: NotNegative = 0.0
+    """Maximum permissible error of length, its constant part."""
     mpe_um_per_m: NotNegative = 0.0
+    """Its part that grows with length."""
 
 
 class VirtualMachineFile(Table):
     """A whole file: a table that is given replaces that of the preset."""
 
     preset: Literal["nist"] | None = None
+    """`"nist"`: the lathe and worn insert of NISTIR 6811 and 6517; a table that is given replaces the preset's."""
     nose: NoseTable | None = None
     process: ProcessTable | None = None
     transfer: TransferTable | None = None

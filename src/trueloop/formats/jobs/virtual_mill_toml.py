@@ -20,24 +20,33 @@ class MilledProcessTable(Table):
     """What repeats, by how much parts differ in the middle and at the edges, and what a single touch scatters."""
 
     pattern_um: NotNegative = 8.0
+    """Size of what repeats on every part."""
     pattern_controls: Annotated[int, Field(ge=4, le=40, strict=True)] = 9
+    """Control points of it along each side."""
     pattern_seed: Annotated[int, Field(ge=0, strict=True)] = 0
+    """Seed of its form."""
     least_um: NotNegative | None = None
+    """By how much parts differ in the middle; left out, as published."""
     most_um: NotNegative | None = None
+    """By how much at the edges; left out, as published."""
     noise_um: NotNegative | None = None
+    """What a single touch scatters; left out, as published."""
 
 
 class WearTable(Table):
     """The cutter: by how much it is larger than programmed, negative where it is worn."""
 
     radius_error_um: Finite = 0.0
+    """By how much the cutter is larger than programmed; negative where it is worn."""
 
 
 class GridTable(Table):
     """Places that the measuring machine touches, along u and along v."""
 
     rows: Side = 25
+    """Places that the measuring machine touches along u."""
     columns: Side = 25
+    """The same along v."""
 
 
 class VirtualMillFile(Table):

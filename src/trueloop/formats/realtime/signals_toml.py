@@ -30,6 +30,7 @@ class OneWireTable(Table):
     """A 1-Wire bus as the Linux kernel shows it."""
 
     folder: str = "/sys/bus/w1/devices"
+    """Where the kernel shows the bus."""
     every_s: Positive = 1.0
     """How often each sensor is read; a conversion takes 0.75 s."""
 
@@ -38,6 +39,7 @@ class MqttTable(Table):
     """An MQTT broker. User and password come from the environment: this file is copied and sent."""
 
     host: Annotated[str, Field(min_length=1)]
+    """The broker's address."""
     port: Annotated[int, Field(ge=1, le=65535, strict=True)] | None = None
     """Left out, 1883, with TLS 8883."""
     user_env: str = ""
@@ -70,6 +72,7 @@ class ReplayTable(Table):
     """A log played again: `time_s`, `T1_degC`, `spindle_rpm` …, straight between its rows."""
 
     file: str
+    """The log, CSV."""
     start_s: Finite | None = None
     """Where in the log it begins; what is before is the past that lags start from. Left out, at the first row."""
     speed: Positive = 1.0

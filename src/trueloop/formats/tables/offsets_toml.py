@@ -25,23 +25,36 @@ class WorkTable(Table):
     """A work offset by name: G54, G59.1, G54.1P2, G505."""
 
     name: str
+    """As programs call it: `G54`, `G59.1`, `G54.1P2`, `G505`."""
     x_radius_mm: Finite = 0.0
+    """Where its zero is in machine coordinates, a radius."""
     y_mm: Finite = 0.0
+    """The same along Y."""
     z_mm: Finite = 0.0
+    """The same along Z."""
 
 
 class ToolTable(Table):
     """A tool; x is half of what a control shows that counts diameters."""
 
     number: Count
+    """Of the offset: the last two digits of T0101; D or H of a mill; T of a Sinumerik, TOOL CALL."""
     edge: Count | None = None
+    """D of a Sinumerik; left out, any."""
     radius_mm: NotNegative
+    """Of nose or cutter."""
     tip: Annotated[int, Field(ge=0, le=9, strict=True)] | None = None
+    """The control's number of the tip's orientation."""
     length_mm: Finite | None = None
+    """What G43 adds along Z, TOOL CALL along its axis, D of a Sinumerik's mill across the plane."""
     x_radius_mm: Finite | None = None
+    """Offset of a lathe's tool along X, a radius."""
     z_mm: Finite | None = None
+    """The same along Z."""
     wear_x_radius_mm: Finite | None = None
+    """Wear along X, a radius."""
     wear_z_mm: Finite | None = None
+    """Wear along Z."""
 
 
 class OffsetsFile(Table):

@@ -25,36 +25,67 @@ class Columns(Table):
     """Headings by what is under them. A heading that is there twice is `X`, then `X#2`; one without text is `#4`."""
 
     characteristic: str | None = None
+    """Name of what was measured."""
     feature: str | None = None
+    """Name of the feature."""
     quantity: str | None = None
+    """What it is: diameter, length …; by words, symbols or letters of a GD&T font."""
     nominal: str | None = None
+    """Nominal values."""
     actual: str | None = None
+    """Actual values."""
     deviation: str | None = None
+    """Deviations."""
     upper_limit: str | None = None
+    """Upper limits, absolute."""
     lower_limit: str | None = None
+    """Lower limits, absolute."""
     upper_tolerance: str | None = None
+    """Upper tolerances, counted from the nominal value."""
     lower_tolerance: str | None = None
+    """Lower tolerances, counted from the nominal value."""
     tolerance: str | None = None
+    """Both in one: `±0.02`, `+0.02/-0.01`."""
     unit: str | None = None
+    """The unit of the row."""
     x: str | None = None
+    """x of a point, or of a value's place."""
     y: str | None = None
+    """y of a point, or of a value's place."""
     z: str | None = None
+    """z of a point, or of a value's place."""
     nominal_x: str | None = None
+    """Nominal x of a point."""
     nominal_y: str | None = None
+    """Nominal y of a point."""
     nominal_z: str | None = None
+    """Nominal z of a point."""
     i: str | None = None
+    """x of a point's normal."""
     j: str | None = None
+    """y of a point's normal."""
     k: str | None = None
+    """z of a point's normal."""
     part: str | None = None
+    """The part's type."""
     serial: str | None = None
+    """Its serial number."""
     date: str | None = None
+    """Day of the measurement."""
     time: str | None = None
+    """Time of the measurement."""
     operator: str | None = None
+    """Who measured."""
     device: str | None = None
+    """By what."""
     temperature: str | None = None
+    """Temperature in °C."""
     repeat: str | None = None
+    """Which reading of several."""
     verdict: str | None = None
+    """What the file says of the value; it is compared."""
     outside: str | None = None
+    """By how much a value is beyond its limits; it is compared."""
     parts: tuple[str, ...] = ()
     """Columns of actual values, each of one part; their headings are the serial numbers."""
     repeats: tuple[str, ...] = ()
@@ -62,6 +93,7 @@ class Columns(Table):
     characteristics: tuple[str, ...] = ()
     """Columns of actual values, each of one characteristic; a row is a part."""
     ignored: tuple[str, ...] = ()
+    """Columns that say nothing here."""
 
     def named(self) -> dict[Role, str]:
         """The columns of one thing each."""
@@ -93,11 +125,17 @@ class RowLabels(Table):
     """Rows of a table of one row a part that hold no part: by the text in the first column of the mapping's parts."""
 
     nominal: str | None = None
+    """The row of nominal values."""
     upper_limit: str | None = None
+    """The row of upper limits."""
     lower_limit: str | None = None
+    """The row of lower limits."""
     upper_tolerance: str | None = None
+    """The row of upper tolerances."""
     lower_tolerance: str | None = None
+    """The row of lower tolerances."""
     unit: str | None = None
+    """The row of units."""
 
     def named(self) -> dict[Role, str]:
         """The labels by what the row holds."""
@@ -108,13 +146,21 @@ class Mapping(Table):
     """A table's mapping: where its headings are, and what it does not say itself."""
 
     sheet: str = ""
+    """Which sheet of a workbook; left out, the first that is visible."""
     separator: Literal["", ",", ";", "|", "\t"] = ""
+    """Between columns; left out, it is found."""
     header_row: Count = 1
+    """The row of the headings, from 1."""
     header_rows: Literal[1, 2] = 1
+    """How many rows they take."""
     unit: Unit | None = None
+    """Of the file's lengths, where it does not say."""
     deviation: Deviation | None = None
+    """Which way deviations are counted, where the rows do not show it."""
     lower_tolerance: LowerTolerance | None = None
+    """Whether lower tolerances have a sign, where the rows do not show it."""
     dates: Order | None = None
+    """How dates are written, where they do not show it."""
     columns: Columns
     rows: RowLabels = Field(default_factory=RowLabels)
     units: dict[str, str] = Field(default_factory=dict)
