@@ -59,11 +59,9 @@ class Snippet:
 
 
 def snippets(page: str) -> Iterator[Snippet]:
-    """Every snippet of a page in order. Raises ValueError for code that is only indented: nobody knows what it is."""
+    """Every snippet of a page in order; code that is only indented is in no language."""
     for token in READER.parse(page):
         line = token.map[0] + 1 if token.map else 0
-        if token.type == "code_block":
-            raise ValueError(f"line {line}: indented code: a fence says what it is")
-        if token.type == "fence":
+        if token.type in ("fence", "code_block"):
             language, *words = token.info.split() or [""]
             yield Snippet(language, tuple(words), token.content, line)
