@@ -20,7 +20,7 @@ SAMPLES_OF_PIECE: Final = 24
 
 NEWTON_STEPS: Final = 30
 
-FOUND_MM: Final = 1e-13
+FOUND_MM: Final = 1e-12
 """A step of Newton's along the curve that is smaller is the last."""
 
 

@@ -13,6 +13,7 @@ from trueloop.arrays import Array, Integers
 from trueloop.errors import in_file
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile, Side
+from trueloop.loops.turned.deviations import SAMPLES, of_contour, of_surface, unevenness_mm
 from trueloop.nc.check.rapid import sides_of_cuts
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
@@ -25,12 +26,10 @@ from trueloop.nc.program.path_mode import path_mode_findings
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.nc.program.understood import require_known_frame, require_sound, require_unturned
-from trueloop.turned.compensation.shift import ZERO, Shift, sampled
+from trueloop.turned.compensation.shift import ZERO, Shift
 from trueloop.turned.compensation.targets import Cut
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um, wording
-
-SAMPLES = 257
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,8 @@ class Commanded:
 
     `finish` is by what the finish program's contour deviates from the nominal. `rounding` is that of it which is no
     more than the control resolves, and is kept; zero where it is more, which is corrected away. `measured` is what the
-    surface that was touched was commanded to deviate by; zero where that is rounding.
+    surface that was touched was commanded to deviate by; zero where that is rounding. `unevenness_mm` is by
+    how much the finish program's short lines deviate from the curves that they are chords of; 0 where it has none.
     """
 
     path: ToolPath
@@ -92,6 +92,7 @@ class Commanded:
     rounding: tuple[Shift, ...]
     measured: tuple[Shift, ...]
     resolution_mm: float
+    unevenness_mm: float
     notes: tuple[str, ...]
 
     @property
@@ -131,7 +132,8 @@ def commanded(
     resolution_mm = _resolution_mm(program, path, match)
     with in_file(program.file):
         require_unturned(path, [m.move.index for feature in match.features for m in feature.moves])
-    finish, measured = _deviations(match), _deviations(other)
+    finish = tuple(of_contour(feature, resolution_mm) for feature in match.features)
+    measured = tuple(map(of_surface, other.features))
     slips = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, finish, strict=True)]
     meant = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, measured, strict=True)]
     return Commanded(
@@ -141,6 +143,7 @@ def commanded(
         rounding=tuple(ZERO if real else d for d, real in zip(finish, slips, strict=True)),
         measured=tuple(d if real else ZERO for d, real in zip(measured, meant, strict=True)),
         resolution_mm=resolution_mm,
+        unevenness_mm=max(map(unevenness_mm, match.features, finish)),
         notes=(
             *(f"{found.message}; {found.hint}." for found in path_mode_findings(program, path)),
             *_notes(profile, finish, slips, wording("finish")),
@@ -166,15 +169,6 @@ def _matched(
 
 def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:
     return program.dialect.step_mm(bool(path.inch[match.features[0].moves[0].move.index]))
-
-
-def _deviations(match: ContourMatch) -> tuple[Shift, ...]:
-    """Sampled: exact on lines, and good to the square of the spacing on arcs, where it is rounding or a slip."""
-    shifts = []
-    for feature in match.features:
-        s = np.linspace(0.0, feature.feature.length_mm, SAMPLES)
-        shifts.append(sampled(s, feature.deviation_mm(s)))
-    return tuple(shifts)
 
 
 def _peak_mm(feature: Feature, deviation: Shift) -> float:

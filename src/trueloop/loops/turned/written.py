@@ -123,7 +123,8 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
     old, path, targets, span = read.old, read.path, read.targets, read.span
     (before, after), driven = paths.written, paths.driven
     check_rest(old, path, targets.first, targets.last)
-    tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * writing.matched.resolution_mm
+    matched = writing.matched
+    tolerance_mm = writing.fitting.tolerance_mm + matched.unevenness_mm + ROUNDING_STEPS * matched.resolution_mm
     check_contour(path, span, after, tolerance_mm)
     largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
     cycle = finishing_cycle(writing.program, writing.matched.path, targets.last)

@@ -2,11 +2,11 @@
 
 A corner (`,R` `,C`, RND, CHF …) becomes a line or an arc of its own, after a block that ends where it begins; a line by
 its angle or about a pole gets its end; an arc by an angle, a point, a pole or the move before its radius or its centre;
-a spline becomes the chords that are cut of it.
+a spline becomes the chords that are cut of it; a loop of which every run cuts another move the moves that it makes.
 The tool's path stays: the result is run and compared before anybody sees it.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -14,8 +14,10 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
+from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.shape_words import ANGLES, asks_corner, asks_every_corner, is_made, is_shaped, is_wordless
+from trueloop.nc.expand.loops import loops_written_out
 from trueloop.nc.expand.moves import Explicit
 from trueloop.nc.expand.splines import chords_of_one, makes_spline
 from trueloop.nc.program.along import points_along
@@ -76,6 +78,8 @@ def written_out(
     not be the same path.
     """
     chosen = set(moves)
+    if loops := loops_written_out(program, path, chosen):
+        return _then_the_rest(program, path, loops, chosen, run)
     visits = _visits(program, path, chosen)
     if not visits:
         return WrittenOut(program, path, ())
@@ -92,6 +96,17 @@ def written_out(
     done = WrittenOut(written, run(written), edits)
     require_same_path(program, path, done)
     return done
+
+
+def _then_the_rest(
+    program: Program, path: ToolPath, loops: Sequence[Edit], moves: set[int], run: Callable[[Program], ToolPath]
+) -> WrittenOut:
+    """The program with its loops written out, and then with what else is shaped by other words."""
+    straight = program.rewritten(apply_edits(program, loops))
+    done = WrittenOut(straight, run(straight), tuple(loops))
+    require_same_path(program, path, done)
+    more = written_out(straight, done.path, moves, run)
+    return WrittenOut(more.program, more.path, tuple(composed(program.source, loops, more.edits)))
 
 
 def _require_cut(program: Program, path: ToolPath, visits: list[list[int]]) -> None:

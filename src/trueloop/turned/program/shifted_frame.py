@@ -13,6 +13,7 @@ import numpy as np
 
 from trueloop.arrays import Flags
 from trueloop.errors import Code, TrueloopError
+from trueloop.nc.expand.loops import loops_of
 from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.contour_cycles import finishing_cycle
@@ -56,6 +57,10 @@ def shifted_moves(program: Program, path: ToolPath, cuts: tuple[int, int]) -> Sh
             last += 1
     first, begin = _begin(program, path, _both_set(program, path, first, cuts[0]))
     last, end = _end(program, path, last)
+    for loop in loops_of(program):  # shifted as a whole: a block inside runs again and again
+        moves = np.flatnonzero((path.block >= loop.first) & (path.block <= loop.last))
+        begin, first = (loop.first, min(first, int(moves[0]))) if loop.has(begin) else (begin, first)
+        end, last = (loop.last, max(last, int(moves[-1]))) if loop.has(end) else (end, last)
     _require_one_frame(program, path, first, last)
     return Shifted(first, last, *(cycle.block if cycle and cycle.runs(block) else block for block in (begin, end)))
 
