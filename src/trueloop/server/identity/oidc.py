@@ -80,7 +80,7 @@ class SignIns:
         with self._lock:
             pending = self._pending.pop(answer.get("state", ""), None)
         if pending is None or pending.until <= now or not compare_digest(pending.cookie_sha256, _hash(cookie)):
-            raise refused("its answer belongs to no sign-in that this browser has begun in the last ten minutes")
+            raise refused("its answer belongs to no sign-in that this browser has begun in the last 10 minutes")
         if answer.get("iss", self.oidc.issuer) != self.oidc.issuer:
             raise refused("the answer is another provider's")
         if "code" not in answer:
