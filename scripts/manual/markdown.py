@@ -74,7 +74,9 @@ def named(cell: Token) -> str:
 
 def html_of(tokens: Sequence[Token]) -> str:
     """The page's content. What is wider than a window scrolls by itself, by keyboard too."""
-    parts, run, table, fence, drawing = [], [], 0, 0, 0
+    parts: list[str] = []
+    run: list[Token] = []
+    table, fence, drawing = 0, 0, 0
 
     def flush() -> None:
         parts.append(READER.renderer.render(run, READER.options, {}))
