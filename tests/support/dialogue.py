@@ -17,15 +17,18 @@ OF_A_NAME = re.compile(r"(?P<name>[A-Z]+)=\$\((?P<command>.+)\)")
 ANYTHING = "…"
 
 
-def run_page(page: Path) -> dict[str, Any]:
-    """Runs all that a page shows in the present folder; what its Python has defined by then."""
+def run_page(page: Path, *, installed: bool = False) -> dict[str, Any]:
+    """Runs all that a page shows in the present folder; what its Python has defined by then.
+
+    `installed`: by the `trueloop` on the PATH, each command a process; else in this one, which is quicker.
+    """
     known: dict[str, Any] = {}
     for snippet in snippets(page.read_text(encoding="utf-8")):
         where = f"{page.name}:{snippet.line}"
         if snippet.file and snippet.language != "console":
             Path(snippet.file).write_text(snippet.text, encoding="utf-8")
         if snippet.language == "console":
-            _run_dialogue(snippet, where)
+            _run_dialogue(snippet, where, installed)
         elif snippet.language == "python":
             exec(compile(snippet.text, where, "exec"), known)
         elif snippet.language == "pycon":
@@ -33,11 +36,11 @@ def run_page(page: Path) -> dict[str, Any]:
     return known
 
 
-def _run_dialogue(snippet: Snippet, where: str) -> None:
+def _run_dialogue(snippet: Snippet, where: str, installed: bool) -> None:
     commands = snippet.commands()
     assert commands, f"{where}: a dialogue without a command"
     for at, command in enumerate(commands):
-        printed, status = output_of(command.words)
+        printed, status = output_of(command.words, installed=installed)
         wanted = snippet.status if at == len(commands) - 1 else 0
         assert status == wanted, f"{where}: {command.words}: status {status}\n{printed}"
         assert same(command, printed), (
@@ -45,23 +48,23 @@ def _run_dialogue(snippet: Snippet, where: str) -> None:
         )
 
 
-def output_of(command: str) -> tuple[str, int]:
+def output_of(command: str, *, installed: bool = False) -> tuple[str, int]:
     """What a command prints, messages among it, and its exit status. `cd` stays in force, as in a shell."""
     if kept := OF_A_NAME.fullmatch(command):
-        printed, status = output_of(kept["command"])
+        printed, status = output_of(kept["command"], installed=installed)
         os.environ[kept["name"]] = printed.strip()
         return "", status
     words = [os.path.expandvars(word) for word in shlex.split(command, comments=True)]
     if words[0] == "cd":
         os.chdir(words[1])
         return "", 0
-    if words[0] == "trueloop" and not OF_A_SHELL.search(command):
+    if words[0] == "trueloop" and not OF_A_SHELL.search(command) and not installed:
         result = invoke(*words[1:])
         return result.output, result.exit_code
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    beside = "" if installed else f"{Path(sys.executable).parent}{os.pathsep}"
     run = subprocess.run(
         ["bash", "-c", command],
-        env=os.environ | {"PATH": path},
+        env=os.environ | {"PATH": beside + os.environ["PATH"]},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
