@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support.curves import LENS
 from tests.support.profiles import simple
 from tests.unit.turned.shapes import PART
 from trueloop.arrays import Array
@@ -109,6 +110,18 @@ def test_form_is_what_a_line_leaves() -> None:
 
     assert found.gains @ (0.003 + 0.001 * s) == pytest.approx(np.zeros(len(s)), abs=1e-12)
     assert np.ptp(found.gains @ (1e-5 * (s - s.mean()) ** 2)) == pytest.approx(1e-5 * np.max((s - s.mean()) ** 2))
+
+
+def test_form_of_a_curve_is_its_profile_deviation() -> None:
+    """Moved along z it keeps its form; moved away from the axis, or larger all around, it does not."""
+    curve = LENS.curve()
+    found = measurand(Profile((curve,), ()), Characteristic("F", Quantity.FORM, "lens", 0.0), np.array([15]))
+    normal = curve.outward_normal(found.arc_length_mm)
+
+    assert found.gains @ (0.01 * normal[:, 1]) == pytest.approx(np.zeros(len(normal)), abs=1e-15)
+    assert np.ptp(found.gains @ (0.01 * normal[:, 0])) > 0.004
+    sphere = 0.01 * np.ones(len(normal)) - 0.01 * normal[:, 1] * np.sum(normal[:, 1]) / np.sum(normal[:, 1] ** 2)
+    assert found.gains @ np.full(len(normal), 0.01) == pytest.approx(sphere, abs=1e-15)
 
 
 @pytest.mark.parametrize(

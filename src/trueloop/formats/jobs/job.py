@@ -84,7 +84,8 @@ class CharacteristicTable(Table):
     """What it is called, once in a job."""
     quantity: Literal["diameter", "length", "angle", "radius", "form"]
     """`"diameter"` (whatever `part.x_is` is), `"length"` (between two faces, or of one from z = 0), `"angle"` (of a
-    cone, to the axis), `"radius"` (of an arc) or `"form"` (straightness).
+    cone, to the axis), `"radius"` (of an arc) or `"form"` (straightness; of a curve its profile
+    deviation, moved along z as a whole).
     """
     feature: str
     """The feature it is of."""

@@ -1,1 +1,1 @@
-"""Deviation along one chain of tangent lines and arcs: constrained splines, lines, the nose model."""
+"""Deviation along one chain of tangent lines, arcs and curves: constrained splines, lines, the nose model."""
