@@ -63,7 +63,7 @@ def test_an_edge_has_a_contour_of_its_own(tmp_path: Path) -> None:
 
 def test_an_edge_ends_where_its_nose_stops_at_the_corner_of_another(tmp_path: Path) -> None:
     """The right corner cuts the wall alone: at the floor its nose of 0.2 mm leaves 0.2 · tan 45° of it."""
-    floor = f"G01 X40.4000 Z{-34 - NOSE_MM[RIGHT]:.4f} F0.05\nG01 X40.4000 Z-37.0000\nG00 X60."
+    floor = f"G01 X40.4000 Z{-34 - NOSE_MM[RIGHT]:.4f} F0.05\nG01 X40.4000 Z-37.0000\nG00 X60. Z-37."
     path = written(tmp_path, floor, floor.replace("\nG01 X40.4000 Z-37.0000", ""))
     text = (tmp_path / "finish.nc").read_text().replace("G01 X40.4000 Z-37.0000", "G01 X40.4000 Z-34.2000")
     (tmp_path / "finish.nc").write_text(text)
@@ -108,7 +108,7 @@ def test_the_wrong_corner_is_refused(tmp_path: Path) -> None:
     assert "finish.nc:14: NC-EDGE" in said
 
 
-BOTH = "G01 X40.4000 Z-37.0000\nG00 X60.\nT0515"
+BOTH = "G01 X40.4000 Z-37.0000\nG00 X60. Z-37.\nT0515"
 
 
 def test_tools_that_both_cut_a_feature_are_named_and_the_job_decides(tmp_path: Path) -> None:

@@ -52,6 +52,8 @@ def compensate(
     Writes corrected.nc, offsets.nc, table.csv, record.json, report.html and report.json: all, or none when anything is
     wrong. With a store the part, what was measured, the programs and the correction are kept, and earlier parts of the
     edge take part.
+
+    A job with tables [[tools]] gets a table, a record and a report for each edge, and part.json.
     """
     run_job(job, output, page, store.keeping(serial), as_json, memory)
 
@@ -60,6 +62,11 @@ def run_job(
     path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool, memory: Use | None = None
 ) -> None:
     """Corrects as the job says and prints what was done."""
+    from trueloop.jobs.turned.several import has_several
+
+    if has_several(path):
+        _run_several(path, output, page, keeping, as_json)
+        return
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli.turned.summary import print_summary
         from trueloop.jobs.turned.compensate import compensate_and_keep
@@ -76,3 +83,17 @@ def run_job(
     if done.kept is not None:
         typer.echo(done.kept.words)
         print_findings(done.kept.findings)
+
+
+def _run_several(path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool) -> None:
+    """The same of a job of several edges."""
+    with busy(f"correcting as {path.parent.name}/{path.name} says"):
+        from trueloop.cli.turned.joint_summary import print_joint
+        from trueloop.jobs.turned.several import correct_several
+        from trueloop.report.turned.joint import joint_as_dict
+
+        done = correct_several(path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf)
+    if as_json:
+        print_json({**joint_as_dict(done.joint, done.name), "files": [str(file) for file in done.files]})
+    else:
+        print_joint(done.joint, done.name, done.files)

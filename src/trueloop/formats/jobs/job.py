@@ -232,6 +232,12 @@ class ToolsTable(ToolTable):
     """
     finish_lines: tuple[Count, Count] | None = None
     """`[from, to]`, lines of the finish program: which of several passes of this edge is its finish pass."""
+    nose_from: tuple[Path, ...] = ()
+    """Job files of other parts cut with this edge, as `compensation.nose_from` of a job of one tool."""
+    cut_to_cut_um: NotNegative | None = None
+    """`compensation.cut_to_cut_um` of this edge; left out, that of the job."""
+    cut_to_cut_along_um: NotNegative | None = None
+    """The same of `compensation.cut_to_cut_along_um`."""
 
     @model_validator(mode="after")
     def _numbered(self) -> "ToolsTable":
@@ -498,6 +504,8 @@ class Job(Table):
         strange = [name for name, cut in self.feature.items() if cut.called not in calls]
         if strange:
             raise ValueError(f"`feature.{strange[0]}.tool` is none of [[tools]]")
+        if self.tools and self.compensation.nose_from:
+            raise ValueError("`compensation.nose_from` is of one edge: give `nose_from` of a table [[tools]]")
         if self.tools and (self.machine is not None or self.part.from_program):
             raise ValueError("with [[tools]] the profile is drawn or spelt out, and there is no table [machine]")
         return self

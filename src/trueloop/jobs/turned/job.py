@@ -1,6 +1,6 @@
 """A turned part's job and the files it names, read into the values that the loop works on."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,7 +14,7 @@ from trueloop.domain.tool import Edge, Tool
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.curve_of_job import fit_notes
-from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
+from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job, ToolsTable
 from trueloop.formats.jobs.job import ToolTable as TableOfTool
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.record_file import read_record
@@ -149,22 +149,59 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
     """
     path = Path(path)
     files = JobFiles.of(path).with_serial(serial)
-    job, sources, tool = files.job, files.sources, files.tool
+    files.require_one_tool()
+    read = read_files(files)
+    return read.with_inputs(inputs_of(files, read))
+
+
+@dataclass(frozen=True)
+class ReadFiles:
+    """What a job names, whichever of its tools cuts: program, profile, what was measured."""
+
+    program: Program
+    profile: Profile
+    measured: "Measured"
+    finish_touches: ErrorVectors | None
+    nose: NoseModel | None
+    machine: PartOnMachine | None
+    files: JobFiles
+
+    def with_inputs(self, inputs: Inputs) -> ReadJob:
+        """The job of one tool."""
+        files, job, folder = self.files, self.files.job, self.files.path.parent
+        tool, after = files.tool, job.gauging.after_record
+        table = files.tool_table(tool.table) if tool.table is not None else None
+        made_with = "" if after is None else read_record(folder / after).id
+        page = options_from(PageOptions, job)
+        return ReadJob(inputs, files.sources.files, folder / job.output.folder, table, page, job.store.db, made_with)
+
+
+def read_files(files: JobFiles) -> ReadFiles:
+    """Reads what the job names besides its tools. Raises JOB, NC, GEO, TCH and MSR errors."""
+    job, sources = files.job, files.sources
     files.require_uncorrected()
     program = files.finish_program()
     profile = files.profile(program)
     finish_touches = sources.file(job.gauging.finish_touches) if job.gauging.finish_touches else None
-    nose = _nose(files)
+    nose = _nose(files, job.compensation.nose_from)
     machine = None
     if job.machine is not None:
-        machine = read_part_on_machine(sources, path, job.machine, options_from(Gauging, job).ball_radius_mm)
+        machine = read_part_on_machine(sources, files.path, job.machine, options_from(Gauging, job).ball_radius_mm)
     measured = _measured(files, profile, machine)
+    finish = read_part_errors(finish_touches, job, profile) if finish_touches else None
+    return ReadFiles(program, profile, measured, finish, nose, machine, files)
+
+
+def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
+    """The inputs of a job of one tool, or of one tool of a job that has several (`files.with_tool`)."""
+    job, sources, tool, measured = files.job, files.sources, files.tool, read.measured
+    nose = _nose(files, tool.nose_from) if isinstance(tool, ToolsTable) else read.nose
     table = files.tool_table(tool.table) if tool.table is not None else None
-    inputs = Inputs(
+    return Inputs(
         part=part_type(job),
-        profile=profile,
+        profile=read.profile,
         nose_radius_mm=files.nose_radius_mm,
-        program=program,
+        program=read.program,
         touches=measured.vectors,
         options=_options(job, tool),
         made_at=datetime.now(UTC),
@@ -173,30 +210,27 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
         allowance_mm=job.programs.semifinish_allowance_mm or 0.0,
         parameters=job.programs.parameters,
         execute_deleted_blocks=job.programs.execute_deleted_blocks,
-        lines=job.programs.finish_lines,
+        lines=files.run.lines,
         inspections=measured.inspections,
         program_sha256=job.gauging.program_sha256,
-        finish_touches=read_part_errors(finish_touches, job, profile) if finish_touches else None,
+        finish_touches=read.finish_touches,
         nose=nose,
-        machine=machine,
+        machine=read.machine,
         machine_tool=machine_of_job(job),
         edge=edge_of_job(tool),
         edge_set_at=tool.set_at,
         held=held_tool(tool.table_name, tool.table_edge, tool.number, table),
         inputs_sha256=sources.sha256,
-        file=str(path),
+        file=str(files.path),
         characteristics=measured.characteristics,
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
-        notes=(*fit_notes(job.part, profile), *measured.notes),
+        notes=(*fit_notes(job.part, read.profile), *measured.notes),
         memory=options_from(MemoryOptions, job),
     )
-    page, after = options_from(PageOptions, job), job.gauging.after_record
-    made_with = "" if after is None else read_record(path.parent / after).id
-    return ReadJob(inputs, sources.files, path.parent / job.output.folder, table, page, job.store.db, made_with)
 
 
 @dataclass(frozen=True)
-class _Measured:
+class Measured:
     """What was measured: as reported, as error vectors, and the characteristics that are judged by it; notes."""
 
     inspections: tuple[Inspection, ...]
@@ -205,7 +239,7 @@ class _Measured:
     notes: tuple[str, ...]
 
 
-def _measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None) -> _Measured:
+def _measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None) -> Measured:
     """Touches and readings of a job's part. Raises TCH, MSR and TOL errors."""
     job, file = files.job, None
     inspections: tuple[Inspection, ...] = ()
@@ -222,7 +256,7 @@ def _measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None) 
     joint, notes = readings.joined(profile, vectors)
     asked = characteristics_of(files.located, profile)
     characteristics, more = joined(asked, readings.asked, profile, readings.names)
-    return _Measured((*inspections, *readings.inspections), joint, characteristics, (*notes, *more))
+    return Measured((*inspections, *readings.inspections), joint, characteristics, (*notes, *more))
 
 
 def machine_of_job(job: Job) -> Machine | None:
@@ -237,10 +271,10 @@ def edge_of_job(given: TableOfTool) -> Edge | None:
     return Edge(Tool(given.number, given.name), given.insert, given.corner) if stated else None
 
 
-def _nose(files: JobFiles) -> NoseModel | None:
+def _nose(files: JobFiles, nose_from: Sequence[Path]) -> NoseModel | None:
     """The nose as the jobs of other parts know it that were cut with the same edge."""
     parts = []
-    for other in map(files.other, files.job.compensation.nose_from):
+    for other in map(files.other, nose_from):
         if other.job.part.from_program:
             other.require_uncorrected()
         profile = other.profile()

@@ -55,6 +55,10 @@ class JobFiles:
         part = job.part.model_copy(update={"serial": serial})
         return replace(self, located=replace(self.located, model=job.model_copy(update={"part": part})))
 
+    def require_one_tool(self) -> None:
+        """Raises JOB-TOOLS where the job has several."""
+        assert self.tool
+
     @property
     def tool(self) -> TableOfTool:
         """The finishing tool. Raises JOB-TOOLS where the job has several."""
@@ -71,7 +75,10 @@ class JobFiles:
 
     def with_tool(self, tool: ToolsTable) -> "JobFiles":
         """The job as if that were its only tool."""
-        job = self.job.model_copy(update={"tool": tool, "tools": ()})
+        between = ("cut_to_cut_um", "cut_to_cut_along_um")
+        own = {key: getattr(tool, key) for key in between if getattr(tool, key) is not None}
+        compensation = self.job.compensation.model_copy(update=own)
+        job = self.job.model_copy(update={"tool": tool, "tools": (), "compensation": compensation})
         return replace(self, located=replace(self.located, model=job))
 
     @property

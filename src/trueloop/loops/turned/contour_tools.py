@@ -52,11 +52,13 @@ class ContourTools:
         return "contour"
 
 
-def contour_tools(program: Program, matched: Commanded) -> ContourTools:
-    """The tools of a finish program that was matched with its profile."""
+def contour_tools(program: Program, matched: Commanded, alone: bool = False) -> ContourTools:
+    """The tools of a finish program that was matched with its profile; `alone`: the others are corrected beside it."""
     path = matched.path
     with in_file(program.file):
         cut_by = tuple(offset_number(program, path, of.moves[0].move.index) for of in matched.match.features)
+        if alone:
+            return ContourTools(cut_by, ())
         cutting = np.isin(path.motion, (Motion.LINE, Motion.ARC))
         firsts = [int(np.flatnonzero(cutting & (path.tool == word))[0]) for word in np.unique(path.tool[cutting])]
         numbers = {offset_number(program, path, first) for first in firsts}

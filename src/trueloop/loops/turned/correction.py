@@ -22,6 +22,7 @@ from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.memory.edge.options import IN_FULL, MemoryOptions
 from trueloop.memory.made_part import MadePart
+from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
@@ -47,7 +48,7 @@ class Inputs:
     names what they were read from; `file` is the job's, which states the rest; None: no file does. `held` is the
     finishing tool as the control knows it. `characteristics` are to be judged; `measured_allowance_mm` is
     what the touches were taken over. `history` are earlier parts of the edge in cutting order, and `memory` says how
-    they take part.
+    they take part. `called` is the edge whose part this is of a job of several; None: the program's one tool.
     """
 
     part: PartType
@@ -79,6 +80,7 @@ class Inputs:
     notes: tuple[str, ...] = ()
     history: tuple[MadePart, ...] = ()
     memory: MemoryOptions = IN_FULL
+    called: CuttingEdge | None = None
 
     @property
     def measured_finished(self) -> bool:
@@ -88,7 +90,8 @@ class Inputs:
     @property
     def run(self) -> Run:
         """How the programs are run."""
-        return Run(self.parameters, self.execute_deleted_blocks, self.lines)
+        called = None if self.called is None else self.called.called
+        return Run(self.parameters, self.execute_deleted_blocks, self.lines, called)
 
     @property
     def measured_at(self) -> datetime | None:
@@ -125,7 +128,8 @@ class Correction:
     program is run as given, and `wear`, which is known in every case, is entered at the control. `by_tool` is None
     where a machine model takes part: no offset can carry the machine's error. `source_name` is the file name of the
     given program; `characteristics` are those that the inputs ask for, judged. `memory` is what earlier parts of the
-    edge said; None: there are none, or they were not to be used.
+    edge said; None: there are none, or they were not to be used. `joint_name`: the file name of the program that
+    carries the corrections of several edges; then `corrected_program` is that one. "": the program has one edge.
     """
 
     part: str
@@ -153,6 +157,7 @@ class Correction:
     characteristics: tuple[Judged, ...] = ()
     by_tool: ByTool | None = None
     memory: FromMemory | None = None
+    joint_name: str = ""
 
     @property
     def left_by_offset_mm(self) -> Array:
@@ -170,7 +175,8 @@ class Correction:
     @property
     def programs_sha256(self) -> Mapping[Ran, str]:
         """Hashes of the programs that can be run, by what they are; the given one with `wear` entered has its own."""
-        by_hand = self.source_program if self.runs_as_given else None
+        given = self.corrected_program if self.joint_name else self.source_program
+        by_hand = given if self.runs_as_given else None
         programs = {
             Ran.CORRECTED: self.corrected_program,
             Ran.OFFSETS: self.offsets_program or by_hand,
@@ -207,6 +213,6 @@ class Correction:
     @property
     def name_to_run(self) -> str:
         """The one to finish with: the tool-offset variant where an offset takes the correction."""
-        if self.runs_as_given:
-            return self.source_name
+        if self.joint_name or self.runs_as_given:
+            return self.joint_name or self.source_name
         return self.offsets_name if self.decision.by_offset else self.corrected_name

@@ -11,7 +11,7 @@ from trueloop.nc.match.contour_match import FeatureMatch
 from trueloop.nc.match.cutters import Cutters, cutters
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.matching import match_each
-from trueloop.nc.match.own_contour import own_contour
+from trueloop.nc.match.own_contour import OwnContour, own_contour
 from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import Program
@@ -33,6 +33,16 @@ def cutters_of(
             with in_file(program.file):
                 raise _uncalled(edge, known)
     return cutters(profile, moves, calls, edges, decided)
+
+
+def contours_of(
+    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called]
+) -> tuple[OwnContour, ...]:
+    """What each edge cuts, in the job's order, without edges that cut nothing of the profile. Raises NC errors."""
+    found = cutters_of(program, run, profile, edges, decided)
+    with in_file(program.file):
+        cutting = set(found.edge_of)
+    return tuple(own_contour(profile, found, edge) for edge in edges if edge in cutting)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from trueloop.loops.turned.part_on_machine import InMachine
 from trueloop.loops.turned.shifts import Shifts
 from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.turned.compensation.displaced import Constant, Displacement, Then, displaced_pieces
-from trueloop.turned.compensation.limits import check_limits, check_nose
+from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset
 from trueloop.turned.compensation.shift import Shift
 
 
@@ -61,6 +61,7 @@ def corrected_paths(
     def pieces(of: Sequence[Shift], nose_mm: float) -> tuple[CentrePiece, ...]:
         return centre_pieces(profile, shifted_contour(profile, of, nose_mm))
 
+    check_offset(whole_mm, limits)
     before, after = pieces(matched.finish, nose_radius_mm), pieces(shifts.contour, nose_radius_mm)
     check_nose(after)
     check_limits(after, shifts.correction, limits)

@@ -77,7 +77,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     )
     machine = None if inputs.machine is None else placed(inputs.machine, matched)
     surface = _surface(inputs, machine)
-    tools = contour_tools(inputs.program, matched)
+    tools = contour_tools(inputs.program, matched, inputs.called is not None)
     model, memory = _error_model(inputs, matched, surface, len(set(tools.cut_by)))
     decision = _decision(model, matched, inputs.options, tools.by(inputs.options.by if machine is None else "contour"))
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)

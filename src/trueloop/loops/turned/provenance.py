@@ -82,7 +82,8 @@ def _tool_offset(inputs: Inputs, decision: Decision, programs: Programs) -> Tool
 def _options(inputs: Inputs) -> dict[str, object]:
     machine = {} if inputs.machine is None else {"machine": inputs.machine.as_record()}
     stated = {"weight": inputs.options.weight, **asdict(inputs.options), "parameters": dict(inputs.parameters)}
-    return {**stated, **machine, **_memory_options(inputs)}
+    edge = {} if inputs.called is None else {"edge": inputs.called.words, "features": list(inputs.profile.names)}
+    return {**stated, **machine, **edge, **_memory_options(inputs)}
 
 
 def _memory_options(inputs: Inputs) -> dict[str, object]:

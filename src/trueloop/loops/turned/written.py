@@ -7,6 +7,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Integers
 from trueloop.domain.record import ChangedWord, marks_of_record
+from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded, Run
 from trueloop.loops.turned.paths import Paths
@@ -17,6 +18,7 @@ from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.expand.expand import WrittenOut
+from trueloop.nc.program.called import called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.contour import CentrePiece
@@ -88,6 +90,7 @@ def write_contour(
     if writing.roughing_stays:
         own = with_own_contour(writing.program, matched.path, matched.cuts[0].move, writing.run)
     targets = _targets(writing, own, profile, touches, before, after)
+    targets = _of_own_moves(writing, targets)
     moves = range(targets.first, targets.last + 2)
     explicit = then_written_out(writing.program, own, moves, writing.run)
     targets = targets.off(matched.path.end_mm - explicit.path.end_mm)
@@ -101,6 +104,22 @@ def write_contour(
     if writing.roughing_stays:
         require_roughing_stays(writing.run, (writing.program, program), paths.written, matched.resolution_mm)
     return source, changes(writing.program, edits), _notes(writing, read)
+
+
+def _of_own_moves(writing: Writing, targets: Displacements) -> Displacements:
+    """Without the moves that other edges make between this edge's cuts. Raises NC-EDIT where one leads to its first."""
+    edge, path = writing.run.called, writing.matched.path
+    if edge is None:
+        return targets
+    own = {move for move in targets.ends if called(writing.program.dialect, path, move) == edge}
+    if targets.first not in own:
+        raise TrueloopError(
+            Code.NC_EDIT,
+            f"line {path.line[targets.first + 1]} begins to cut with {edge.words} where the tool before it stopped",
+            hint=f"approach the contour by a move of its own after {edge.words} is called",
+            place=Place(line=int(path.line[targets.first + 1])),
+        )
+    return Displacements({move: end for move, end in targets.ends.items() if move in own}, targets.arcs)
 
 
 @dataclass(frozen=True)

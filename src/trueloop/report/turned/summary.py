@@ -58,11 +58,12 @@ def offset_words(correction: Correction, say: Texts = ENGLISH) -> str:
     """The tool offset as numbers to enter, what it stands for, and what it leaves."""
     left_um = correction.left_by_offset_mm * UM_PER_MM
     worst = int(np.argmax(np.abs(left_um)))
-    use = (
-        say("enter it at the control once, then run {program} as it is", program=correction.source_name)
-        if correction.runs_as_given
-        else say("instead of {program}, not with it", program=correction.name_to_run)
-    )
+    if correction.runs_as_given:
+        use = say("enter it at the control once, then run {program} as it is", program=correction.name_to_run)
+    elif correction.joint_name:
+        use = say("not with {program}, which moves this edge's contour instead", program=correction.name_to_run)
+    else:
+        use = say("instead of {program}, not with it", program=correction.name_to_run)
     return say(
         "{wear} ({use}; leaves up to {left} {um}, on {feature})",
         wear=correction.wear.words,

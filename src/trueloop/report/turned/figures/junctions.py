@@ -23,7 +23,7 @@ POLICY = {
         "the error's kink stays on the part."
     ),
 }
-KINDS = {"tangent": wording("tangent"), "corner": wording("corner")}
+KINDS = {"tangent": wording("tangent"), "corner": wording("corner"), "apart": wording("apart")}
 CLOSED_MM = 1e-6
 
 

@@ -1,0 +1,112 @@
+"""From the job of a part that several edges cut to one corrected program, with a report and a record an edge."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from trueloop.domain.page_options import Language, LengthUnit, PageOptions
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import FilePath
+from trueloop.formats.option_tables import options_from
+from trueloop.formats.outputs import write_all
+from trueloop.formats.tables.table_csv import table_to_csv
+from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.store.where import NO_STORE
+from trueloop.jobs.turned.job import decided_of, inputs_of, read_files
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.edges import contours_of
+from trueloop.loops.turned.joint import Joint, OfEdge, correct_edges
+from trueloop.nc.match.own_contour import OwnContour
+from trueloop.report.pdf import as_pdf
+from trueloop.report.texts.texts import Texts
+from trueloop.report.turned.correction_json import json_text
+from trueloop.report.turned.joint import joint_json, joint_page
+from trueloop.report.turned.page import page as page_of
+
+
+@dataclass(frozen=True)
+class DoneJoint:
+    """The corrections of a job of several edges, the name of the program that carries them, and the files written."""
+
+    joint: Joint
+    name: str
+    files: list[Path]
+
+
+def has_several(job: FilePath) -> bool:
+    """Whether a job lists several edges. Raises JOB errors."""
+    return bool(JobFiles.of(Path(job)).job.tools)
+
+
+def correct_several(
+    job: FilePath,
+    output: FilePath | None,
+    keeping: Keeping,
+    *,
+    language: Language | None = None,
+    unit: LengthUnit | None = None,
+    pdf: bool = False,
+) -> DoneJoint:
+    """Corrects and writes: all files or none. Raises what correcting one edge refuses, NC-TOOLS, NC-EDGE, NC-NO-TOOL,
+    JOB-TOOLS where a store is named, and OUT errors.
+    """
+    files = JobFiles.of(Path(job)).with_serial(keeping.serial)
+    _require_no_store(files, keeping.db)
+    cuts = read_cuts(files)
+    name = f"corrected{Path(cuts[0][1].program.file_name).suffix}"
+    joint = correct_edges(cuts, name)
+    given = options_from(PageOptions, files.job)
+    options = PageOptions(language or given.language, unit or given.unit)
+    folder = Path(output) if output is not None else files.path.parent / files.job.output.folder
+    contents = outputs_of_edges(joint, name, options, pdf)
+    return DoneJoint(joint, name, write_all(folder, contents.items(), files.sources.files))
+
+
+def read_cuts(files: JobFiles) -> list[tuple[OwnContour, Inputs]]:
+    """Every edge of a job with its contour and the inputs of the whole part with that edge's tool."""
+    read = read_files(files)
+    decided = decided_of(files, read.profile)
+    tables = {tool.called: tool for tool in files.job.tools}
+    contours = contours_of(read.program, files.run, read.profile, files.edges, decided)
+    return [(own, inputs_of(files.with_tool(tables[own.edge.called]), read)) for own in contours]
+
+
+def _require_no_store(files: JobFiles, db: str | None) -> None:
+    named = db or files.job.store.db
+    if named and named != NO_STORE:
+        raise TrueloopError(
+            Code.JOB_TOOLS,
+            f"the job has {len(files.job.tools)} tools, and the store {named!r} keeps cuts of one edge a part",
+            hint="leave out `store.db` and `--db`: the records of the edges are among the results",
+            place=Place(str(files.path)),
+            values={"tools": [tool.called.words for tool in files.job.tools]},
+        )
+
+
+def label_of(of: OfEdge) -> str:
+    """What stands for an edge in file names: `T5`, `T5-D2`."""
+    return of.contour.edge.called.words.replace(" ", "-")
+
+
+def outputs_of_edges(joint: Joint, name: str, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:
+    """File name to bytes; `part.json` comes last: then the set is complete."""
+    contents: dict[str, bytes | None] = {name: joint.program}
+    reports = {one.tool: f"report-{label_of(one)}.html" for one in joint.edges}
+    for one in joint.edges:
+        if one.correction is not None:
+            program = one.correction.record.program
+            html = page_of(one.correction, Texts.of(options, None if program is None else program.unit))
+            label = label_of(one)
+            contents |= {
+                f"table-{label}.csv": table_to_csv(one.correction.table),
+                f"report-{label}.html": html.encode(),
+                f"report-{label}.pdf": as_pdf(html) if pdf else None,
+                f"report-{label}.json": json_text(one.correction).encode(),
+                f"record-{label}.json": one.correction.record.to_json().encode(),
+            }
+    units = [one.record.program.unit for one in joint.corrections if one.record.program is not None]
+    texts = Texts.of(options, units[0] if units else None)
+    contents["report.html"] = joint_page(joint, name, reports, texts).encode()
+    contents["part.json"] = joint_json(joint, name).encode()
+    return contents
