@@ -63,7 +63,8 @@ def inner(annotation: object, kind: str = "") -> list[tuple[str, type[BaseModel]
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [(kind, annotation)]
     origin = get_origin(annotation)
-    kind = {dict: "dict", tuple: "tuple"}.get(origin, kind) if isinstance(origin, type) else kind
+    kinds: dict[object, str] = {dict: "dict", tuple: "tuple"}
+    kind = kinds.get(origin, kind) if isinstance(origin, type) else kind
     return [found for one in get_args(annotation) for found in inner(one, kind)]
 
 

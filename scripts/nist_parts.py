@@ -21,7 +21,7 @@ from typing import Final
 from trueloop.domain.inspection import Touch
 from trueloop.formats.jobs.job import Job, read_turned_job
 from trueloop.formats.jobs.profile_of_job import profile_of_table
-from trueloop.geometry.feature import Arc, Feature, Point
+from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.offset import contour_from_centre_path, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
@@ -217,6 +217,7 @@ def _moved(feature: Feature, x_mm: float, z_mm: float) -> Feature:
     if isinstance(feature, Arc):
         centre = (feature.centre_mm[0], feature.centre_mm[1] + z_mm)
         return replace(feature, start_mm=start, end_mm=end, centre_mm=centre)
+    assert isinstance(feature, Line), "NIST's parts have lines and arcs"
     return replace(feature, start_mm=start, end_mm=end)
 
 

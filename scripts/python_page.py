@@ -41,9 +41,10 @@ def _signature(name: str, value: Any) -> str:
     """As one writes the call: no types of the inside."""
     if inspect.isclass(value) and issubclass(value, Exception):
         return name
-    names = []
+    names: list[str] = []
+    stars: dict[object, str] = {inspect.Parameter.VAR_POSITIONAL: "*", inspect.Parameter.VAR_KEYWORD: "**"}
     for one in inspect.signature(value).parameters.values():
-        star = {one.VAR_POSITIONAL: "*", one.VAR_KEYWORD: "**"}.get(one.kind, "")
+        star = stars.get(one.kind, "")
         default = "" if one.default is one.empty else f"={_short(one.default)}"
         names += ["*"] if one.kind is one.KEYWORD_ONLY and "*" not in names and not _starred(names) else []
         names.append(f"{star}{one.name}{default}")

@@ -80,8 +80,10 @@ def photograph(folder: Path, picture: Picture, png: Path) -> None:
         window.page.add_style_tag(content=LEAN + hidden)
         box = window.page.locator(picture.until).first.bounding_box()
         assert box is not None
-        clip = {"x": 0.0, "y": 0.0, "width": float(picture.width), "height": box["y"] + box["height"] + 8}
-        window.page.screenshot(path=png, full_page=True, clip=clip)
+        height = box["y"] + box["height"] + 8
+        window.page.screenshot(
+            path=png, full_page=True, clip={"x": 0.0, "y": 0.0, "width": float(picture.width), "height": height}
+        )
     check(png)
 
 
