@@ -168,25 +168,15 @@ def _branch(document: Drawing) -> None:
     document.modelspace().add_line((0, 10), (0, 2))
 
 
-def _closed_ring(document: Drawing) -> None:
-    document.modelspace().add_lwpolyline([(0, 5), (-40, 5), (-40, 10)], close=True)
-
-
 def _arc_only(document: Drawing) -> None:
     document.modelspace().add_arc((0, 0), 10, 0, 90)
-
-
-def _spline_only(document: Drawing) -> None:
-    document.modelspace().add_spline([(0, 0), (1, 2), (4, 4)])
 
 
 @pytest.mark.parametrize(
     ("draw", "units", "x_is", "code"),
     [
         (_branch, MM, "radius", Code.GEO_DXF_CHOICE),
-        (_closed_ring, MM, "radius", Code.GEO_DXF_CHOICE),
         (_arc_only, MM, "diameter", Code.GEO_DXF),
-        (_spline_only, MM, "radius", Code.GEO_DXF),
         (_arc_only, NO_UNIT, "radius", Code.GEO_DXF_UNIT),
         (_arc_only, 18, "radius", Code.GEO_DXF_UNIT),
     ],

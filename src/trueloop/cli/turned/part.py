@@ -44,6 +44,18 @@ def show(
         print_profile(part.name, part.profile, centre)
 
 
+Picture = Annotated[
+    Path | None, typer.Option("--picture", help="SVG file: what is drawn, its contours by number, the chosen one bold.")
+]
+
+
+def draw(svg: str, picture: Path, source: Path) -> None:
+    """Writes the picture, before a contour is chosen: it shows what there is to choose from."""
+    from trueloop.formats.outputs import write_all
+
+    write_all(picture.parent, [(picture.name, svg.encode())], [source])
+
+
 @dataclass(frozen=True, kw_only=True)
 class Table:
     """What the table is called and where it goes."""
@@ -98,6 +110,7 @@ def from_program(
 class Drawing:
     """How a drawing is read."""
 
+    side: OfSide = "outside"
     layer: Annotated[str | None, typer.Option("--layer", help="Layer to read.  [default: all]")] = None
     unit: Annotated[
         Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of the drawing.  [default: what it says]")
@@ -106,8 +119,12 @@ class Drawing:
         Literal["radius", "diameter"], typer.Option("--x-is", help="Whether the drawing's x is a radius.")
     ] = "radius"
     outline: Annotated[
-        int | None, typer.Option("--outline", min=1, help="Which outline, where the drawing has several.")
+        int | None, typer.Option("--outline", min=1, help="Which contour, where that side has several.")
     ] = None
+    zero: Annotated[
+        Literal["drawing", "free-end", "chuck-end"], typer.Option("--zero", help="From where z is counted.")
+    ] = "drawing"
+    picture: Picture = None
 
 
 @app.command("from-dxf")
@@ -115,13 +132,20 @@ class Drawing:
 def from_dxf(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The DXF drawing.")], drawing: Drawing, table: Table
 ) -> None:
-    """Make a [part] table from a drawing: the one outline of lines and arcs in it."""
-    from trueloop.formats.cad.dxf import read_dxf
+    """Make a [part] table from a drawing: the outside of the part that is drawn, or its bore."""
+    from trueloop.formats.cad.dxf import read_dxf_sheet
+    from trueloop.geometry.profile import Side
     from trueloop.geometry.validate import checked_profile
 
     with busy(f"reading {file}"):
-        drawn = read_dxf(file, **vars(drawing))
-        profile = checked_profile(drawn.features)
+        sheet = read_dxf_sheet(file, layer=drawing.layer, unit=drawing.unit, side=drawing.side)
+        if drawing.picture is not None:
+            from trueloop.report.turned.contour_picture import picture_of_sheet
+
+            draw(picture_of_sheet(sheet, drawing.outline), drawing.picture, file)
+        drawn = sheet.chosen(drawing.outline, x_is=drawing.x_is, zero=drawing.zero)
+        with in_file(file):
+            profile = checked_profile(drawn.features, side=Side(drawing.side))
     table.hand_over(profile, drawn.notes, file)
 
 
@@ -142,6 +166,7 @@ class Solid:
     to_z_mm: Annotated[
         float | None, typer.Option("--to-z-mm", help="Where the profile ends.  [default: the solid's right end]")
     ] = None
+    picture: Picture = None
 
 
 @app.command("from-step")
@@ -150,13 +175,18 @@ def from_step(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The solid: STEP or IGES.")], solid: Solid, table: Table
 ) -> None:
     """Make a [part] table from a turned solid: its outside or its bore, exact, with the tolerances on its faces."""
-    from trueloop.formats.cad.step_profile import read_step_profile
+    from trueloop.formats.cad.step_profile import read_step_solid
     from trueloop.formats.cad.step_tolerances import fitting
     from trueloop.geometry.profile import Side
     from trueloop.geometry.validate import checked_profile
 
     with busy(f"reading {file}"):
-        read = read_step_profile(file, **vars(solid))
+        whole = read_step_solid(file, turned_round=solid.turned_round)
+        if solid.picture is not None:
+            from trueloop.report.turned.contour_picture import picture_of_solid
+
+            draw(picture_of_solid(whole, Side(solid.side), solid.outline), solid.picture, file)
+        read = whole.chosen(solid.side, solid.outline, solid.from_z_mm, solid.to_z_mm)
         with in_file(file):
             profile = checked_profile(read.features, side=Side(solid.side))
         asked = fitting(read.characteristics, profile)

@@ -22,6 +22,7 @@ class Piece:
 
     feature: Feature
     share: float = 1.0
+    layer: str = ""
 
 
 @dataclass(frozen=True)
@@ -43,28 +44,30 @@ class Contour:
         return self.pieces[0].feature.start_mm, self.pieces[-1].feature.end_mm
 
 
-def chained(pieces: Sequence[Piece], body: str) -> list[Contour]:
-    """The contours of pieces in any order; an end between the ends of the part and off the axis is open."""
+def chained(pieces: Sequence[Piece], body: str, within_mm: float = WITHIN_MM) -> list[Contour]:
+    """The contours of pieces in any order, whose ends meet where they lie as close; an end between the ends of the part
+    and off the axis is open.
+    """
     if not pieces:
         return []
-    z = [value for piece in pieces for value in _extent(piece.feature)]
-    chains = _chains([part for piece in pieces for part in _at_extremes(piece, min(z), max(z))])
-    return [found for chain in chains for found in _sides(chain, min(z), max(z), body)]
+    z = [value for piece in pieces for value in _extent(piece.feature, within_mm)]
+    chains = _chains([part for piece in pieces for part in _at_extremes(piece, min(z), max(z), within_mm)], within_mm)
+    return [found for chain in chains for found in _sides(chain, (min(z), max(z)), body, within_mm)]
 
 
-def _extent(feature: Feature) -> tuple[float, float]:
+def _extent(feature: Feature, within_mm: float) -> tuple[float, float]:
     """The lowest and the highest z of a feature."""
     ends = [feature.start_mm[1], feature.end_mm[1]]
-    ends += [z for x, z in _poles(feature)]
+    ends += [z for x, z in _poles(feature, within_mm)]
     return min(ends), max(ends)
 
 
-def _poles(feature: Feature) -> Iterator[Point]:
+def _poles(feature: Feature, within_mm: float) -> Iterator[Point]:
     """Where an arc or a curve runs straight across, between its ends: its lowest and highest z are there."""
     if isinstance(feature, Arc):
         (x, z), radius = feature.centre_mm, feature.radius_mm
         for pole in ((x, z - radius), (x, z + radius)):
-            if WITHIN_MM < float(feature.locate(pole)[0]) < feature.length_mm - WITHIN_MM:
+            if within_mm < float(feature.locate(pole)[0]) < feature.length_mm - within_mm:
                 yield pole
     elif isinstance(feature, Curve):
         s = feature.sampled_mm[0]
@@ -74,30 +77,30 @@ def _poles(feature: Feature) -> Iterator[Point]:
             yield float(x), float(z)
 
 
-def crossing(contours: Sequence[Contour]) -> Point | None:
+def crossing(contours: Sequence[Contour], within_mm: float = WITHIN_MM) -> Point | None:
     """Where two pieces of a section cross between their ends, as those of a solid never do."""
     features = [piece.feature for one in contours for piece in one.pieces]
     for a, b in combinations(features, 2):
         for point in intersections(a, b):
             along = [(float(feature.locate(point)[0]), feature.length_mm) for feature in (a, b)]
-            if all(WITHIN_MM < s < length - WITHIN_MM for s, length in along):
+            if all(within_mm < s < length - within_mm for s, length in along):
                 return point
     return None
 
 
-def _at_extremes(piece: Piece, low: float, high: float) -> list[Piece]:
-    at = [pole for pole in _poles(piece.feature) if min(abs(pole[1] - low), abs(pole[1] - high)) < WITHIN_MM]
-    return [replace(piece, feature=part) for part in cut_at(piece.feature, at, WITHIN_MM)]
+def _at_extremes(piece: Piece, low: float, high: float, within_mm: float) -> list[Piece]:
+    at = [pole for pole in _poles(piece.feature, within_mm) if min(abs(pole[1] - low), abs(pole[1] - high)) < within_mm]
+    return [replace(piece, feature=part) for part in cut_at(piece.feature, at, within_mm)]
 
 
-def _chains(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
+def _chains(pieces: Sequence[Piece], within_mm: float) -> Iterator[list[Piece]]:
     """Pieces put head to tail, those first that nothing leads to; where several lead on, by the sharpest turn to the
     right, which keeps to the same material.
     """
     left = list(range(len(pieces)))
     ends = np.array([piece.feature.end_mm for piece in pieces])
     starts = np.array([piece.feature.start_mm for piece in pieces])
-    meets = np.linalg.norm(ends[:, None] - starts[None], axis=-1) <= 2 * WITHIN_MM
+    meets = np.linalg.norm(ends[:, None] - starts[None], axis=-1) <= 2 * within_mm
     left.sort(key=lambda k: bool(meets[:, k].any()))
     while left:
         chain = [left.pop(0)]
@@ -121,21 +124,22 @@ def _right(before: Feature, after: Feature) -> float:
     return math.atan2(float(across), float(arriving @ leaving))
 
 
-def _sides(chain: Sequence[Piece], low: float, high: float, body: str) -> Iterator[Contour]:
+def _sides(chain: Sequence[Piece], extremes: tuple[float, float], body: str, within_mm: float) -> Iterator[Contour]:
     """The outside of a chain is what it runs along from the chuck end to the last it touches of the free end."""
-    closed = math.dist(chain[0].feature.start_mm, chain[-1].feature.end_mm) <= 2 * WITHIN_MM
-    chain = _from_low(chain, low, high) if closed else chain
-    first, last = _outside(chain, low, high)
+    closed = math.dist(chain[0].feature.start_mm, chain[-1].feature.end_mm) <= 2 * within_mm
+    chain = _from_low(chain, extremes, within_mm) if closed else chain
+    first, last = _outside(chain, extremes, within_mm)
     for side, part in ((Side.INSIDE, chain[:first]), (Side.OUTSIDE, chain[first:last]), (Side.INSIDE, chain[last:])):
         if part:
-            yield _contour(side, _joined(part), (low, high), body)
+            yield _contour(side, _joined(part, within_mm), extremes, body, within_mm)
 
 
-def _outside(chain: Sequence[Piece], low: float, high: float) -> tuple[int, int]:
-    lows = [k for k, piece in enumerate(chain) if abs(piece.feature.start_mm[1] - low) < WITHIN_MM]
-    lows += [len(chain)] if abs(chain[-1].feature.end_mm[1] - low) < WITHIN_MM else []
-    highs = [0] if abs(chain[0].feature.start_mm[1] - high) < WITHIN_MM else []
-    highs += [k for k, piece in enumerate(chain, 1) if abs(piece.feature.end_mm[1] - high) < WITHIN_MM]
+def _outside(chain: Sequence[Piece], extremes: tuple[float, float], within_mm: float) -> tuple[int, int]:
+    low, high = extremes
+    lows = [k for k, piece in enumerate(chain) if abs(piece.feature.start_mm[1] - low) < within_mm]
+    lows += [len(chain)] if abs(chain[-1].feature.end_mm[1] - low) < within_mm else []
+    highs = [0] if abs(chain[0].feature.start_mm[1] - high) < within_mm else []
+    highs += [k for k, piece in enumerate(chain, 1) if abs(piece.feature.end_mm[1] - high) < within_mm]
     if not lows and not highs:
         rises = chain[-1].feature.end_mm[1] > chain[0].feature.start_mm[1]
         return (0, len(chain)) if rises else (0, 0)
@@ -144,50 +148,49 @@ def _outside(chain: Sequence[Piece], low: float, high: float) -> tuple[int, int]
     return min(before, default=0), last
 
 
-def _from_low(chain: Sequence[Piece], low: float, high: float) -> list[Piece]:
+def _from_low(chain: Sequence[Piece], extremes: tuple[float, float], within_mm: float) -> list[Piece]:
     """A closed chain begun where the way back from the free end first touches the chuck end again."""
-    came_from, begin = "", 0
+    (low, high), came_from, begin = extremes, "", 0
     for k in [*range(len(chain)), *range(len(chain))]:
         z = chain[k].feature.start_mm[1]
-        at = "low" if abs(z - low) < WITHIN_MM else "high" if abs(z - high) < WITHIN_MM else ""
+        at = "low" if abs(z - low) < within_mm else "high" if abs(z - high) < within_mm else ""
         if at == "low" and came_from == "high":
             begin = k
         came_from = at or came_from
     return [*chain[begin:], *chain[:begin]]
 
 
-def _contour(side: Side, pieces: Sequence[Piece], extremes: tuple[float, float], body: str) -> Contour:
+def _contour(
+    side: Side, pieces: Sequence[Piece], extremes: tuple[float, float], body: str, within_mm: float
+) -> Contour:
     ends = (pieces[0].feature.start_mm, pieces[-1].feature.end_mm)
-    cavity = math.dist(*ends) <= 2 * WITHIN_MM
+    cavity = math.dist(*ends) <= 2 * within_mm
     open_at = tuple(
-        (x, z) for x, z in ends if x > WITHIN_MM and min(abs(z - at) for at in extremes) > WITHIN_MM and not cavity
+        (x, z) for x, z in ends if x > within_mm and min(abs(z - at) for at in extremes) > within_mm and not cavity
     )
     return Contour(side, tuple(pieces), body, open_at)
 
 
-def _joined(pieces: Sequence[Piece]) -> list[Piece]:
+def _joined(pieces: Sequence[Piece], within_mm: float) -> list[Piece]:
     """Pieces of one line or one circle that follow each other made one."""
     found = [pieces[0]]
     for piece in pieces[1:]:
-        one = _one(found[-1], piece)
+        one = _one(found[-1], piece, within_mm)
         found[-1:] = [one] if one else [found[-1], piece]
     return found
 
 
-def _one(first: Piece, second: Piece) -> Piece | None:
+def _one(first: Piece, second: Piece, within_mm: float) -> Piece | None:
     a, b, share = first.feature, second.feature, max(first.share, second.share)
-    if math.dist(a.end_mm, b.start_mm) > 2 * WITHIN_MM:
+    if math.dist(a.end_mm, b.start_mm) > 2 * within_mm:
         return None
     if isinstance(a, Line) and isinstance(b, Line):
         whole = replace(a, end_mm=b.end_mm)
-        return (
-            Piece(whole, share=share)
-            if abs(float(whole.locate(a.end_mm)[1])) < WITHIN_MM and _right(a, b) < 1
-            else None
-        )
+        straight = abs(float(whole.locate(a.end_mm)[1])) < within_mm and _right(a, b) < 1
+        return replace(first, feature=whole, share=share) if straight else None
     if isinstance(a, Arc) and isinstance(b, Arc):
         apart = math.dist(a.centre_mm, b.centre_mm) + abs(a.radius_mm - b.radius_mm)
-        same = apart < WITHIN_MM and a.sweep_rad * b.sweep_rad > 0
+        same = apart < within_mm and a.sweep_rad * b.sweep_rad > 0
         whole_arc = replace(a, end_mm=b.end_mm, sweep_rad=a.sweep_rad + b.sweep_rad)
-        return Piece(whole_arc, share=share) if same else None
+        return replace(first, feature=whole_arc, share=share) if same else None
     return None

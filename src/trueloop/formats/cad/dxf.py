@@ -1,25 +1,30 @@
-"""Reads a profile from a DXF drawing: lines and arcs, single or in polylines with bulges, chained by their ends.
+"""Reads a profile from a DXF drawing: the outside or the bore of a part, in whatever view it is drawn.
 
-The drawing's x runs along the spindle (z of the part), its y is the part's x; a centre line says where the axis is.
-What is drawn in another line type than continuous, on hidden layers, and on the axis, is no edge of the part. An open
-chain, a half section closed at the axis, and a view of both halves with its shoulders' edges all give the one outline.
+A horizontal centre line is the axis, its direction that of z (of a vertical one upwards); without one the axis is
+y = 0, or what both halves mirror at. What is drawn in another line type than continuous, on hidden layers, and on the
+axis, is no edge of the part. An open chain, a half section, a section of a hollow part and a view of both halves all
+give contours.
 """
 
-import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.dxf_chain import Segment, chains_of
-from trueloop.formats.cad.dxf_lines import axis_of, is_edge
-from trueloop.formats.cad.dxf_outline import Half, moved, outlines, upper_half
+from trueloop.formats.cad.dxf_entities import CHAIN_WITHIN_MM
+from trueloop.formats.cad.dxf_lines import layer_of
+from trueloop.formats.cad.dxf_outline import mapped_feature
+from trueloop.formats.cad.dxf_sheet import Sheet, read_sheet
+from trueloop.formats.cad.dxf_views import Candidate, View
 from trueloop.formats.input_file import FilePath
-from trueloop.geometry.feature import Arc, Feature, Line, Point
+from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.names import named_by_kind
+from trueloop.geometry.profile import Side
 from trueloop.geometry.validate import from_chuck
 from trueloop.units import MM_PER_INCH
 
@@ -29,21 +34,62 @@ if TYPE_CHECKING:
 MM_PER_UNIT: Final = {1: MM_PER_INCH, 2: 12 * MM_PER_INCH, 4: 1.0, 5: 10.0, 6: 1000.0, 9: MM_PER_INCH / 1000, 13: 1e-3}
 """DXF header $INSUNITS: inch, foot, mm, cm, m, mil, µm."""
 
+Zero: TypeAlias = Literal["drawing", "free-end", "chuck-end"]
+"""From where z is counted: from the drawing's x = 0, or from an end of the part in its view."""
+
 UNIT_CODES: Final = {"mm": 4, "inch": 1}
-
-CHAIN_WITHIN_MM: Final = 1e-3
-"""Ends of drawn entities that lie closer are one point."""
-
-MOST_MM: Final = 1e9
-"""No part lies as far from its zero; beyond, a point is damage."""
+LISTED: Final = 6
+"""So many contours a refusal lists."""
 
 
 @dataclass(frozen=True)
 class DxfProfile:
-    """Features from chuck end to free end, not yet checked as a profile, and in words how the drawing was read."""
+    """Features with the material on the right, not yet checked as a profile, and in words how the drawing was read."""
 
     features: tuple[Feature, ...]
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class DxfSheet:
+    """A drawing before a contour of it is chosen: the sheet, and the contours of the side that was asked for."""
+
+    sheet: Sheet
+    contours: tuple[Candidate, ...]
+    notes: tuple[str, ...]
+    file: Path
+
+    def chosen(
+        self, outline: int | None = None, *, x_is: Literal["radius", "diameter"] = "radius", zero: Zero = "drawing"
+    ) -> DxfProfile:
+        """The only contour, or that of the number from 1; z counted as `read_dxf` says. Raises GEO-DXF-CHOICE."""
+        if outline is None and len(self.contours) == 1:
+            outline = 1
+        if outline is None or not 1 <= outline <= len(self.contours):
+            raise self._choice(outline)
+        one = self.contours[outline - 1]
+        features = _halved(one, self.file) if x_is == "diameter" else one.features
+        up = np.array([0.0, -self._zero_mm(one, zero)])
+        moved = named_by_kind(mapped_feature(feature, np.eye(2), up) if up[1] else feature for feature in features)
+        return DxfProfile(moved, (*self.notes, *_about(one, self, zero)))
+
+    def _zero_mm(self, one: Candidate, zero: Zero) -> float:
+        """Where z of the view is to be 0: at an end of all that is drawn of the part."""
+        whole = [each for each in (*self.sheet.candidates, one) if each.view is one.view]
+        z = [end[1] for each in whole for feature in each.features for end in (feature.start_mm, feature.end_mm)]
+        return {"drawing": 0.0, "free-end": max(z), "chuck-end": min(z)}[zero]
+
+    def _choice(self, number: int | None) -> TrueloopError:
+        several = enumerate(self.contours[:LISTED], 1)
+        found = "; ".join(f"{k}: {one.described}" for k, one in several)
+        asked = "" if number is None else f", and number {number} was asked for"
+        return TrueloopError(
+            Code.GEO_DXF_CHOICE,
+            f"{len(self.contours)} separate chains of lines and arcs{asked}: {found or 'none of that side'}",
+            hint="choose one with its number (--outline, part.dxf_outline), name the layer that holds the profile "
+            "alone, or erase the others; --picture draws them",
+            place=Place(str(self.file)),
+        )
 
 
 def read_dxf(
@@ -52,36 +98,114 @@ def read_dxf(
     layer: str | None = None,
     unit: Literal["mm", "inch"] | None = None,
     x_is: Literal["radius", "diameter"] = "radius",
+    side: Literal["outside", "inside"] | Side = "outside",
     outline: int | None = None,
+    zero: Zero = "drawing",
 ) -> DxfProfile:
-    """The one outline in the drawing's model space (on `layer`, if given, capital or not).
+    """The outside or the bore in the drawing's model space (on `layer`, if given, capital or not).
 
-    `outline` is its number, from 1 from the left, where there are several. `unit` is needed only where the drawing does
-    not state one, and overrides it. Features are named cylinder-1, face-1, arc-1… as in a profile from a program.
+    z is counted from the drawing's x = 0 (y = 0 of a vertical axis), or from an end of the part in its view (`zero`).
+    `outline` is its number, from 1 from the left, where that side has several. `unit` is needed only where the drawing
+    does not state one, and overrides it. An outside runs from chuck end to free end, a bore from free end to chuck end.
+    Features are named cylinder-1, face-1, arc-1… as in a profile from a program.
     Raises GEO-DXF (unreadable, nothing to read, arcs in a drawing of diameters), GEO-DXF-UNIT, GEO-DXF-CHOICE (several
-    outlines or axes, or a branch), GEO-GAP.
+    contours, or a branch), GEO-GAP, GEO-CURVE (a spline with a corner).
 
     >>> drawing = trueloop.read_dxf(trueloop.example("dxf/piecs11.dxf"), x_is="radius")
     >>> [feature.name for feature in drawing.features]
     ['face-1', 'cylinder-1', 'face-2', 'cone-1', 'arc-1']
     """
-    path = Path(path)
+    return read_dxf_sheet(path, layer=layer, unit=unit, side=side).chosen(outline, x_is=x_is, zero=zero)
+
+
+def read_dxf_sheet(
+    path: FilePath,
+    *,
+    layer: str | None = None,
+    unit: Literal["mm", "inch"] | None = None,
+    side: Literal["outside", "inside"] | Side = "outside",
+) -> DxfSheet:
+    """All contours of one side that a drawing shows, as `read_dxf` finds them. Raises as that, but for the choice."""
+    path, side = Path(path), Side(side)
     with _refusing_damage(path):
         drawing = _open(path)
         mm_per_unit, unit_note = _scale(drawing, unit, path)
-        wanted = None if layer is None else layer.casefold()
-        entities = [entity for entity in drawing.modelspace() if wanted in (None, _layer(entity).casefold())]
-        edges = [entity for entity in entities if is_edge(drawing, entity)]
-        axis, axis_notes = axis_of(drawing, mm_per_unit, path)
-        x_factor = 0.5 if x_is == "diameter" else 1.0
-        drawn = [_lowered(segment, axis * x_factor) for segment in _segments(edges, mm_per_unit, x_factor, path)]
-    off_axis = [segment for segment in drawn if not _on_axis(segment.feature)]
-    notes = [unit_note, *axis_notes, *_left_out(entities, edges, len(drawn) - len(off_axis))]
-    half = upper_half(off_axis, CHAIN_WITHIN_MM)
-    if not half.segments:
-        raise _nothing(layer, drawing, path)
-    chain, more = _chosen(half, outline, path)
-    return DxfProfile(named_by_kind(segment.feature for segment in _from_chuck(chain)), (*notes, *more))
+        sheet = read_sheet(drawing, mm_per_unit, layer)
+        if side is Side.INSIDE and not _of_side(sheet, side):
+            hidden = read_sheet(drawing, mm_per_unit, layer, hidden=True)
+            sheet = hidden if _of_side(hidden, side) else sheet
+        if not any(half.segments for view in sheet.views for half in view.halves):
+            raise _nothing(layer, drawing, path)
+    contours = _single_chain(sheet, side, path) or _of_side(sheet, side)
+    return DxfSheet(sheet, contours, (unit_note, *sheet.notes), path)
+
+
+def _of_side(sheet: Sheet, side: Side) -> tuple[Candidate, ...]:
+    return tuple(one for one in sheet.candidates if one.side is side)
+
+
+def _single_chain(sheet: Sheet, side: Side, path: Path) -> tuple[Candidate, ...]:
+    """The chains of lines and arcs as they are drawn, where there is only one, or nothing that is closed.
+
+    Raises GEO-GAP, GEO-DXF-CHOICE.
+    """
+    view = sheet.views[0]
+    try:
+        chains = chains_of(view.halves[0].segments, CHAIN_WITHIN_MM, path)
+    except TrueloopError:
+        if not sheet.candidates:
+            raise
+        return ()
+    if sheet.candidates and (len(chains) != 1 or len(sheet.views) != 1):
+        return ()
+    closed = [chain for chain in chains if max(chain[0].ends[0][0], chain[-1].ends[1][0]) <= CHAIN_WITHIN_MM]
+    if side is Side.INSIDE and closed:
+        return ()
+    return tuple(_drawn(chain, side, view) for chain in chains)
+
+
+def _drawn(chain: Sequence[Segment], side: Side, view: View) -> Candidate:
+    """A chain in the direction that its side runs in; a chain of faces only, inwards."""
+    forwards = from_chuck(chain[0].feature.start_mm, chain[-1].feature.end_mm, CHAIN_WITHIN_MM)
+    way = chain if forwards is (side is Side.OUTSIDE) else [segment.reversed() for segment in reversed(chain)]
+    layers = tuple(sorted({segment.layer for segment in chain}))
+    return Candidate(side, tuple(segment.feature for segment in way), layers, view)
+
+
+def _halved(one: Candidate, path: Path) -> Iterator[Feature]:
+    """The features of a drawing whose y are diameters."""
+    for feature in one.features:
+        if not isinstance(feature, Line):
+            x, z = feature.start_mm
+            raise _refusal(
+                path,
+                f"a drawing whose y are diameters holds a curve at x = {x:.4f} mm, z = {z:.4f} mm",
+                "an arc is round in one scale only: draw radii, or straight lines",
+            )
+        ends = ((point[0] / 2, point[1]) for point in (feature.start_mm, feature.end_mm))
+        yield Line(feature.name, *ends)
+
+
+def _about(one: Candidate, read: DxfSheet, zero: Zero) -> Iterator[str]:
+    """What was decided for this contour, in words."""
+    axis, half = one.view.axis, one.view.halves[0]
+    at = f"{'y' if axis.vertical else 'x'} = 0 of the drawing" if zero == "drawing" else f"the {zero.replace('-', ' ')}"
+    if axis.vertical or axis.at_mm or zero != "drawing":
+        up = "upwards " if axis.vertical else ""
+        yield f"The axis is the {axis.source} at {axis.where}; z is counted {up}from {at}."
+    if one.view.on_axis:
+        yield f"{one.view.on_axis} lines on the axis were left out."
+    if half.mirrored:
+        yield f"{half.mirrored} lines and arcs below the axis mirror those above."
+    if half.unlike:
+        yield f"{half.unlike} lines and arcs below the axis are unlike those above: the upper half counts."
+    if one.by_lines:
+        yield "Nothing is hatched: what is closed off around the axis and open at an end face is taken for the bore."
+    if (beside := len(half.segments) - len(one.features)) > 0 and read.sheet.candidates:
+        yield f"{beside} lines and arcs beside the contour were left out."
+    for k, other in enumerate(read.contours, 1):
+        if other is not one:
+            yield f"Another contour is there, number {k}: {other.described}."
 
 
 def _open(path: Path) -> "Drawing":
@@ -123,117 +247,14 @@ def _scale(drawing: "Drawing", unit: str | None, path: Path) -> tuple[float, str
     return MM_PER_UNIT[code], f"One drawing unit is {MM_PER_UNIT[code]:g} mm, {source}."
 
 
-def _segments(entities: Sequence[Any], mm_per_unit: float, x_factor: float, path: Path) -> Iterator[Segment]:
-    for entity in entities:
-        kind, layer = entity.dxftype(), _layer(entity)
-        if kind in ("LWPOLYLINE", "POLYLINE"):
-            for part in _segments(list(entity.virtual_entities()), mm_per_unit, x_factor, path):
-                yield replace(part, layer=layer)
-        elif kind == "LINE":
-            ends = (_point(entity.dxf.start, mm_per_unit, x_factor), _point(entity.dxf.end, mm_per_unit, x_factor))
-            if math.dist(*ends) > CHAIN_WITHIN_MM:
-                yield Segment(Line("", *ends), layer)
-        elif kind == "ARC":
-            if x_factor != 1:
-                raise _refusal(
-                    path,
-                    f"a drawing whose y are diameters holds an arc of radius {entity.dxf.radius * mm_per_unit:.4f} mm",
-                    "an arc is round in one scale only: draw radii, or straight lines",
-                )
-            if (arc := _arc(entity, mm_per_unit)).length_mm > CHAIN_WITHIN_MM:
-                yield Segment(arc, layer)
-
-
-def _arc(entity: Any, mm_per_unit: float) -> Arc:
-    """Drawn counter-clockwise, clockwise when the entity is seen from behind; +y up is +x up: the sense stays."""
-    counter_clockwise = math.radians((entity.dxf.end_angle - entity.dxf.start_angle) % 360 or 360)
-    sweep_rad = math.copysign(counter_clockwise, -entity.dxf.extrusion.z)
-    centre = entity.ocs().to_wcs(entity.dxf.center)
-    start, end, middle = (_point(p, mm_per_unit) for p in (entity.start_point, entity.end_point, centre))
-    return Arc("", start, end, middle, sweep_rad)
-
-
-def _point(vector: Any, mm_per_unit: float, x_factor: float = 1.0) -> Point:
-    point = float(vector.y) * mm_per_unit * x_factor, float(vector.x) * mm_per_unit
-    if not all(abs(value) <= MOST_MM for value in point):
-        raise ValueError(f"a point at {vector}")
-    return point
-
-
-def _layer(entity: Any) -> str:
-    """The layer it is on; 0, as the format has it, where it names none."""
-    return str(entity.dxf.get("layer", "0"))
-
-
-def _on_axis(feature: Feature) -> bool:
-    return isinstance(feature, Line) and max(abs(feature.start_mm[0]), abs(feature.end_mm[0])) < CHAIN_WITHIN_MM
-
-
-def _lowered(segment: Segment, axis_mm: float) -> Segment:
-    """The segment with its x counted from the axis."""
-    return replace(segment, feature=moved(segment.feature, -axis_mm)) if axis_mm else segment
-
-
-def _left_out(entities: Sequence[Any], edges: Sequence[Any], on_axis: int) -> Iterator[str]:
-    read = {"LINE", "ARC", "LWPOLYLINE", "POLYLINE"}
-    for kind, count in sorted(Counter(e.dxftype() for e in entities if e.dxftype() not in read).items()):
-        yield f"{count} {kind} entities were not read."
-    if (hidden := len(entities) - len(edges)) > 0:
-        yield f"{hidden} entities on hidden layers or not drawn in a continuous line were left out."
-    if on_axis:
-        yield f"{on_axis} lines on the axis were left out."
-
-
-def _chosen(half: Half, number: int | None, path: Path) -> tuple[Sequence[Segment], list[str]]:
-    """The one outline, or that of the number, and what was left out around it."""
-    notes = [f"{half.mirrored} lines and arcs below the axis mirror those above."] if half.mirrored else []
-    if half.unlike:
-        notes.append(f"{half.unlike} lines and arcs below the axis are unlike those above: the upper half counts.")
-    closed = outlines(half.segments, CHAIN_WITHIN_MM)
-    try:
-        chains = chains_of(half.segments, CHAIN_WITHIN_MM, path)
-    except TrueloopError:
-        if not closed:
-            raise
-        chains = []
-    if len(chains) != 1 and closed:
-        chains = [list(one.chain) for one in closed]
-    if number is None and len(chains) == 1:
-        number = 1
-    if number is None or not 1 <= number <= len(chains):
-        found = "; ".join(f"{k}: {_described(chain)}" for k, chain in enumerate(chains[:6], 1))
-        asked = "" if number is None else f", and number {number} was asked for"
-        raise TrueloopError(
-            Code.GEO_DXF_CHOICE,
-            f"{len(chains)} separate chains of lines and arcs{asked}: {found}",
-            hint="choose one with its number (--outline, part.dxf_outline), name the layer that holds the profile "
-            "alone, or erase the others",
-            place=Place(str(path)),
-        )
-    if closed and len(half.segments) > len(chains[number - 1]):
-        notes.append(f"{len(half.segments) - len(chains[number - 1])} lines and arcs beside the outline were left out.")
-    return chains[number - 1], notes
-
-
 def _nothing(layer: str | None, drawing: "Drawing", path: Path) -> TrueloopError:
     where = f"layer '{layer}'" if layer else "the model space"
-    layers = sorted({_layer(entity) for entity in drawing.modelspace()})
+    layers = sorted({layer_of(entity) for entity in drawing.modelspace()})
     return _refusal(
         path,
         f"0 lines, arcs and polylines off the axis in {where}",
-        f"layers in use: {', '.join(layers) or 'none'}; splines and blocks must be exploded into lines and arcs",
+        f"layers in use: {', '.join(layers) or 'none'}",
     )
-
-
-def _described(chain: Sequence[Segment]) -> str:
-    (x, z), layers = chain[0].feature.start_mm, sorted({segment.layer for segment in chain})
-    return f"{len(chain)} from x = {x:.3f} mm, z = {z:.3f} mm on {', '.join(layers)}"
-
-
-def _from_chuck(chain: Sequence[Segment]) -> Sequence[Segment]:
-    """The chain in the direction in which z grows; a chain of faces only, inwards."""
-    forwards = from_chuck(chain[0].feature.start_mm, chain[-1].feature.end_mm, CHAIN_WITHIN_MM)
-    return chain if forwards else [segment.reversed() for segment in reversed(chain)]
 
 
 def _refusal(path: Path, message: str, hint: str) -> TrueloopError:

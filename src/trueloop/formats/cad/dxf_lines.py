@@ -1,55 +1,114 @@
-"""What the lines of a drawing mean by their type and layer: edges of the part, or its axis (ISO 128)."""
+"""What the lines of a drawing mean by their type and layer: edges of the part, hidden ones, or axes (ISO 128)."""
 
-from pathlib import Path
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.arrays import Array
+from trueloop.formats.cad.dxf_chain import Segment
+from trueloop.geometry.feature import Line
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
 
 NOT_PLOTTED: Final = "defpoints"
 """The layer on which CAD systems keep what belongs to dimensions."""
-CENTRE: Final = ("center", "centre", "dashdot", "chain", "iso10", "iso04", "acad_iso10", "acad_iso04")
-"""How the names of the line types begin in which axes are drawn."""
+CENTRE: Final = ("center", "centre", "dashdot", "chain", "iso10", "iso04", "acad_iso10", "acad_iso04", "mitte", "achse")
+"""How the names of the line types, and of layers, begin on which axes are drawn."""
+HIDDEN: Final = ("hidden", "dashed", "verdeckt", "iso02", "acad_iso02")
+"""How the names of the line types begin in which hidden edges are drawn."""
 ONE_MM: Final = 1e-3
-"""Axes whose heights differ by less are one."""
+"""Axes whose places differ by less are one."""
+
+
+@dataclass(frozen=True)
+class CentreLine:
+    """A horizontal or vertical line of the sheet, in mm: at a height y, or at an x, from the lower to the higher end.
+
+    `source` says in words how it was found.
+    """
+
+    vertical: bool
+    at_mm: float
+    low_mm: float
+    high_mm: float
+    source: str
+
+    @property
+    def length_mm(self) -> float:
+        """From end to end."""
+        return self.high_mm - self.low_mm
+
+    def distance_mm(self, place: Array) -> float:
+        """Of a place of the sheet, (x, z) up and right, from the line, beyond its ends from the nearer one."""
+        across, along = (place[1], place[0]) if self.vertical else (place[0], place[1])
+        beyond = max(self.low_mm - along, along - self.high_mm, 0.0)
+        return math.hypot(across - self.at_mm, beyond)
+
+    @property
+    def where(self) -> str:
+        """Its place on the sheet."""
+        return f"{'x' if self.vertical else 'y'} = {self.at_mm:g} mm"
+
+
+def is_shown(drawing: "Drawing", entity: Any) -> bool:
+    """Whether it is on a layer that is shown and plotted."""
+    layer = _layer_of(drawing, entity)
+    shown = layer is None or not (layer.is_off() or layer.is_frozen())
+    return shown and layer_of(entity).casefold() != NOT_PLOTTED
 
 
 def is_edge(drawing: "Drawing", entity: Any) -> bool:
-    """Whether it is drawn as visible edges are: in a continuous line, on a layer that is shown and plotted."""
-    layer = _layer_of(drawing, entity)
-    shown = layer is None or not (layer.is_off() or layer.is_frozen())
-    named = str(entity.dxf.get("layer", "0")).casefold() != NOT_PLOTTED
-    return shown and named and _line_type(drawing, entity) in ("continuous", "byblock", "")
+    """Whether it is drawn as visible edges are: in a continuous line, and not on a layer of axes."""
+    plain = _line_type(drawing, entity) in ("continuous", "byblock", "")
+    return is_shown(drawing, entity) and plain and not is_centre(drawing, entity)
 
 
-def axis_of(drawing: "Drawing", mm_per_unit: float, path: Path) -> tuple[float, list[str]]:
-    """The height y of the axis in mm, and a note where it is not 0: that of the only horizontal centre line.
+def is_hidden_edge(drawing: "Drawing", entity: Any) -> bool:
+    """Whether it is drawn as hidden edges are: dashed."""
+    return is_shown(drawing, entity) and _line_type(drawing, entity).startswith(HIDDEN)
 
-    A drawing without one, or with one at 0, has its axis at 0. Raises GEO-DXF-CHOICE for several at other heights.
-    """
-    heights: list[float] = []
-    for entity in drawing.modelspace():
-        if entity.dxftype() != "LINE" or not _line_type(drawing, entity).startswith(CENTRE):
+
+def is_centre(drawing: "Drawing", entity: Any) -> bool:
+    """Whether it is drawn as axes are, by its line type or its layer's name."""
+    return _line_type(drawing, entity).startswith(CENTRE) or layer_of(entity).casefold().startswith(CENTRE)
+
+
+def centre_lines(segments: Sequence[Segment]) -> list[CentreLine]:
+    """The horizontal and vertical ones among segments drawn as axes; those in one line with a gap between are one."""
+    found: list[CentreLine] = []
+    for one in _level(segments):
+        for k, known in enumerate(found):
+            if known.vertical == one.vertical and abs(known.at_mm - one.at_mm) <= ONE_MM and _meet(known, one):
+                low, high = min(known.low_mm, one.low_mm), max(known.high_mm, one.high_mm)
+                found[k] = CentreLine(one.vertical, known.at_mm, low, high, known.source)
+                break
+        else:
+            found.append(one)
+    return found
+
+
+def layer_of(entity: Any) -> str:
+    """The layer it is on; 0, as the format has it, where it names none."""
+    return str(entity.dxf.get("layer", "0"))
+
+
+def _level(segments: Sequence[Segment]) -> Iterator[CentreLine]:
+    for one in segments:
+        if not isinstance(one.feature, Line):
             continue
-        a, b = (float(end.y) * mm_per_unit for end in (entity.dxf.start, entity.dxf.end))
-        level = abs(a - b) <= ONE_MM and entity.dxf.start.x != entity.dxf.end.x
-        if level and not any(abs(a - known) <= ONE_MM for known in heights):
-            heights.append(a)
-    if not heights or any(abs(height) <= ONE_MM for height in heights):
-        return 0.0, []
-    if len(heights) > 1:
-        found = ", ".join(f"{height:g} mm" for height in sorted(heights))
-        raise TrueloopError(
-            Code.GEO_DXF_CHOICE,
-            f"{len(heights)} horizontal centre lines at y = {found}, and none at y = 0",
-            hint="move the drawing so that the part's axis is at y = 0, or leave its centre line alone",
-            place=Place(str(path)),
-        )
-    return heights[0], [
-        f"The axis is the centre line at y = {heights[0]:g} mm; z is counted from x = 0 of the drawing."
-    ]
+        (y0, x0), (y1, x1) = one.ends
+        if abs(y0 - y1) <= ONE_MM:
+            yield CentreLine(False, y0, min(x0, x1), max(x0, x1), "centre line")
+        elif abs(x0 - x1) <= ONE_MM:
+            yield CentreLine(True, x0, min(y0, y1), max(y0, y1), "centre line")
+
+
+def _meet(a: CentreLine, b: CentreLine) -> bool:
+    """Whether two pieces on one line are closer than the shorter of them is long."""
+    gap = max(a.low_mm, b.low_mm) - min(a.high_mm, b.high_mm)
+    return gap <= min(a.length_mm, b.length_mm)
 
 
 def _line_type(drawing: "Drawing", entity: Any) -> str:
@@ -61,5 +120,5 @@ def _line_type(drawing: "Drawing", entity: Any) -> str:
 
 
 def _layer_of(drawing: "Drawing", entity: Any) -> Any:
-    name = str(entity.dxf.get("layer", "0"))
+    name = layer_of(entity)
     return drawing.layers.get(name) if name in drawing.layers else None

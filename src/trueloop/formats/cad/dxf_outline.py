@@ -1,71 +1,123 @@
-"""The turned outline in a view as it is drawn: both halves, edges of shoulders across the part, lines apart."""
+"""The halves of a view as it is drawn, cut where its lines meet, as a graph."""
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
+from scipy.spatial import KDTree
 
+from trueloop.arrays import Array
 from trueloop.formats.cad.dxf_chain import Segment
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_building import mapped, part_of
 from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Arc, Feature, Line, Point
+from trueloop.geometry.intersection import intersections
+
+BOXED_AT: Final = 17
+"""Places of a curved feature that say how far it reaches."""
 
 
 @dataclass(frozen=True)
 class Half:
-    """The upper half of a drawing, and how much of the lower one was left out: what mirrors the upper one, what not."""
+    """One half of a view, above the axis or turned up from below it; `twins` of its pieces are drawn on the other side
+    too, `unlike` pieces of the other side are not like any of it.
+    """
 
     segments: tuple[Segment, ...]
-    mirrored: int
+    twins: tuple[Feature, ...]
     unlike: int
+    turned_up: bool = False
+
+    @property
+    def mirrored(self) -> int:
+        """How many pieces are drawn on both sides."""
+        return len(self.twins)
+
+    def is_mirrored(self, place: Point, within_mm: float) -> bool:
+        """Whether a piece at the place is drawn on the other side too."""
+        for twin in self.twins:
+            along, aside = (float(value) for value in twin.locate(place))
+            if abs(aside) <= within_mm and -within_mm <= along <= twin.length_mm + within_mm:
+                return True
+        return False
 
 
-@dataclass(frozen=True)
-class Outline:
-    """The outermost way from axis to axis, and how many pieces of the view lie inside it."""
-
-    chain: tuple[Segment, ...]
-    inside: int
-
-
-def upper_half(segments: Sequence[Segment], within_mm: float) -> Half:
-    """What is drawn above the axis, cut where it crosses it. A drawing of the lower half alone is turned up."""
+def halves(segments: Sequence[Segment], within_mm: float) -> list[Half]:
+    """What is drawn above the axis, cut where it crosses it, and what is drawn below, turned up, if that is unlike."""
     pieces = [piece for segment in segments for piece in _cut(segment, _crossings(segment.feature), within_mm)]
     upper, lower = list[Segment](), list[Segment]()
     for piece in pieces:
         at = float(piece.feature.point_mm(piece.feature.length_mm / 2)[0])
         (upper if at > 0 else lower).append(piece)
-    turned = [replace(piece, feature=_mirrored(piece.feature)) for piece in lower]
+    turned = [replace(piece, feature=mapped_feature(piece.feature, _UP, np.zeros(2))) for piece in lower]
     if not upper:
-        return Half(tuple(turned), 0, 0)
-    like = sum(any(alike(piece.feature, other.feature, within_mm) for other in upper) for piece in turned)
-    return Half(tuple(upper), like, len(turned) - like)
+        return [Half(tuple(turned), (), 0, turned_up=True)]
+    like = _like(turned, upper, within_mm)
+    twins = tuple(piece.feature for piece, is_like in zip(turned, like, strict=True) if is_like)
+    above = Half(tuple(upper), twins, len(turned) - len(twins))
+    return [above, Half(tuple(turned), twins, 0, turned_up=True)] if above.unlike else [above]
 
 
-def outlines(segments: Sequence[Segment], within_mm: float) -> list[Outline]:
-    """Of every connected drawing above the axis that meets it in two places: the way along its outside, from the left.
+_UP: Final = np.diag([-1.0, 1.0])
 
-    Ends that meet a line between its ends cut it there; what leads nowhere is dropped.
-    """
-    ends = [end for segment in segments for end in segment.ends]
-    pieces = [
-        (source, piece)
-        for source, segment in enumerate(segments)
-        for piece in _cut(segment, [end for end in ends if _near(segment.feature, end, within_mm)], within_mm)
+
+def _like(pieces: Sequence[Segment], others: Sequence[Segment], within_mm: float) -> list[bool]:
+    """Which of the pieces run through the same places as one of the others, in either direction."""
+    if not pieces or not others:
+        return [False] * len(pieces)
+    tree = KDTree([_place_of(other.feature) for other in others])
+    near = tree.query_ball_point([_place_of(piece.feature) for piece in pieces], 2 * within_mm)
+    return [
+        any(alike(piece.feature, others[k].feature, within_mm) for k in found)
+        for piece, found in zip(pieces, near, strict=True)
     ]
-    graph = _Graph([piece for _, piece in pieces], within_mm)
-    found = []
-    for component in graph.components():
-        if (walked := graph.outside(component)) is not None:
-            joined = _joined([(pieces[index][0], segment) for index, segment in walked], segments)
-            found.append(Outline(tuple(joined), len(component) - len(walked)))
-    return sorted(found, key=lambda outline: outline.chain[0].feature.start_mm[1])
 
 
-class _Graph:
+def _place_of(feature: Feature) -> Point:
+    x, z = feature.point_mm(feature.length_mm / 2)
+    return float(x), float(z)
+
+
+def cut_where_met(segments: Sequence[Segment], within_mm: float) -> list[Segment]:
+    """Segments cut where others meet or cross them between their ends; what is drawn twice, once."""
+    if not segments:
+        return []
+    ends = np.array([end for segment in segments for end in segment.ends] + _all_crossings(segments))
+    found: dict[tuple[float, ...], Segment] = {}
+    for segment in segments:
+        along, aside = segment.feature.locate(ends)
+        on = (np.abs(aside) <= within_mm) & (along > within_mm) & (along < segment.feature.length_mm - within_mm)
+        for piece in _cut(segment, [(float(x), float(z)) for x, z in ends[on]], within_mm):
+            run = np.round(np.concatenate([*sorted(piece.ends), _place_of(piece.feature)]) / within_mm)
+            found.setdefault(tuple(run.tolist()), piece)
+    return list(found.values())
+
+
+def _all_crossings(segments: Sequence[Segment]) -> list[Point]:
+    """Where segments cross each other."""
+    features = [segment.feature for segment in segments]
+    low, high = (np.array(each) for each in zip(*map(_box, features), strict=True))
+    apart = np.any((low[:, None] > high[None]) | (low[None] > high[:, None]), axis=-1)
+    return [
+        point
+        for i, j in np.argwhere(np.triu(~apart, k=1)).tolist()
+        for point in intersections(features[i], features[j])
+        if all(0 < float(feature.locate(point)[0]) < feature.length_mm for feature in (features[i], features[j]))
+    ]
+
+
+def _box(feature: Feature) -> tuple[Array, Array]:
+    """The lowest and highest x and z, a little more where it is curved."""
+    points = feature.point_mm(np.linspace(0, feature.length_mm, 2 if isinstance(feature, Line) else BOXED_AT))
+    spare = 0.0 if isinstance(feature, Line) else feature.length_mm / BOXED_AT
+    return points.min(axis=0) - spare, points.max(axis=0) + spare
+
+
+class Graph:
     """Pieces as edges between the points where their ends meet."""
 
     def __init__(self, pieces: Sequence[Segment], within_mm: float) -> None:
@@ -85,9 +137,11 @@ class _Graph:
         return len(self.points) - 1
 
     def on_axis(self, node: int) -> bool:
+        """Whether a point of the graph is on the axis."""
         return abs(self.points[node][0]) <= self.within_mm
 
     def components(self) -> Iterator[set[int]]:
+        """The pieces that hang together."""
         left = set(range(len(self.pieces)))
         while left:
             found, new = set[int](), {min(left)}
@@ -97,31 +151,7 @@ class _Graph:
             left -= found
             yield found
 
-    def outside(self, component: set[int]) -> list[tuple[int, Segment]] | None:
-        """The way from the axis at the left to the axis again, keeping to the left at every point; None where there
-        is none.
-        """
-        edges = self._leading_on(component)
-        touching = sorted(
-            {node for index in edges for node in self.ends[index] if self.on_axis(node)},
-            key=lambda node: self.points[node][1],
-        )
-        if len(touching) < 2:
-            return None
-        node, heading, way = touching[0], 0.0, list[tuple[int, Segment]]()
-        while not way or not self.on_axis(node):
-            onward = [index for index in self.at[node] if index in edges and not (way and index == way[-1][0])]
-            if not onward or len(way) > len(edges):
-                return None
-            ways = [(index, self._from(index, node)) for index in onward]
-            index, segment = max(ways, key=lambda one: _turn(heading, _heading(one[1].feature, first=True)))
-            way.append((index, segment))
-            heading = _heading(segment.feature, first=False)
-            a, b = self.ends[index]
-            node = b if a == node else a
-        return way if node != touching[0] else None
-
-    def _leading_on(self, component: set[int]) -> set[int]:
+    def leading_on(self, component: set[int]) -> set[int]:
         """Without the pieces that end in the open, one after the other."""
         edges = set(component)
         while True:
@@ -135,12 +165,8 @@ class _Graph:
                 return edges
             edges -= loose
 
-    def _from(self, index: int, node: int) -> Segment:
-        piece = self.pieces[index]
-        return piece if self.ends[index][0] == node else piece.reversed()
 
-
-def _heading(feature: Feature, *, first: bool) -> float:
+def heading(feature: Feature, *, first: bool) -> float:
     """Direction of travel at the beginning or the end, by a chord short enough: tangents cannot tell a line from an arc
     that leaves it.
     """
@@ -150,7 +176,7 @@ def _heading(feature: Feature, *, first: bool) -> float:
     return math.atan2(x1 - x0, z1 - z0)
 
 
-def _turn(before: float, after: float) -> float:
+def turn_rad(before: float, after: float) -> float:
     """How far one turns to the left, from −π (back, right about) to π."""
     return (after - before + math.pi) % (2 * math.pi) - math.pi
 
@@ -165,10 +191,6 @@ def _crossings(feature: Feature) -> list[Point]:
     (x, z), r = feature.centre_mm, feature.radius_mm
     aside = math.sqrt(max(r * r - x * x, 0.0))
     return [(0.0, z - aside), (0.0, z + aside)] if abs(x) < r else []
-
-
-def _near(feature: Feature, point: Point, within_mm: float) -> bool:
-    return abs(float(feature.locate(point)[1])) <= within_mm
 
 
 def _cut(segment: Segment, points: Sequence[Point], within_mm: float) -> list[Segment]:
@@ -196,55 +218,24 @@ def _part(feature: Feature, low: float, high: float) -> Feature:
     return Arc(feature.name, (start[0], start[1]), (end[0], end[1]), feature.centre_mm, feature.sweep_rad * share)
 
 
-def _joined(way: Sequence[tuple[int, Segment]], segments: Sequence[Segment]) -> Iterator[Segment]:
-    """Pieces of one drawn line that follow each other made one again."""
-    k = 0
-    while k < len(way):
-        source, last = way[k][0], k
-        while last + 1 < len(way) and way[last + 1][0] == source:
-            last += 1
-        first, end = way[k][1].feature, way[last][1].feature.end_mm
-        if isinstance(first, Arc):
-            sweep = math.fsum(part.feature.sweep_rad for _, part in way[k : last + 1] if isinstance(part.feature, Arc))
-            yield replace(segments[source], feature=replace(first, end_mm=end, sweep_rad=sweep))
-        elif isinstance(first, Curve):
-            whole = segments[source].feature
-            from_mm, to_mm = (float(whole.locate(point)[0]) for point in (first.start_mm, end))
-            yield replace(segments[source], feature=_part(whole, from_mm, to_mm))
-        else:
-            yield replace(segments[source], feature=replace(first, end_mm=end))
-        k = last + 1
-
-
 def cut_at(feature: Feature, points: Sequence[Point], within_mm: float) -> list[Feature]:
     """The feature in pieces, cut at points that lie on it."""
     return [piece.feature for piece in _cut(Segment(feature, ""), points, within_mm)]
 
 
-def moved(feature: Feature, by_mm: float) -> Feature:
-    """The feature moved along x."""
-
-    def out(point: Point) -> Point:
-        return point[0] + by_mm, point[1]
-
+def mapped_feature(feature: Feature, matrix: Array, offset_mm: Array) -> Feature:
+    """The feature turned, mirrored and moved: points p to `matrix` p + offset, the matrix orthogonal."""
     if isinstance(feature, Curve):
-        return mapped(feature, np.eye(2), np.array([by_mm, 0.0]))
+        return mapped(feature, matrix, offset_mm)
+
+    def to(point: Point) -> Point:
+        x, z = matrix @ np.array(point) + offset_mm
+        return float(x), float(z)
+
     if isinstance(feature, Line):
-        return Line(feature.name, out(feature.start_mm), out(feature.end_mm))
-    return replace(
-        feature, start_mm=out(feature.start_mm), end_mm=out(feature.end_mm), centre_mm=out(feature.centre_mm)
-    )
-
-
-def _mirrored(feature: Feature) -> Feature:
-    def up(point: Point) -> Point:
-        return -point[0], point[1]
-
-    if isinstance(feature, Curve):
-        return mapped(feature, np.diag([-1.0, 1.0]), np.zeros(2))
-    if isinstance(feature, Line):
-        return Line(feature.name, up(feature.start_mm), up(feature.end_mm))
-    return Arc(feature.name, up(feature.start_mm), up(feature.end_mm), up(feature.centre_mm), -feature.sweep_rad)
+        return Line(feature.name, to(feature.start_mm), to(feature.end_mm))
+    turn = math.copysign(1.0, float(np.linalg.det(matrix)))
+    return Arc(feature.name, to(feature.start_mm), to(feature.end_mm), to(feature.centre_mm), feature.sweep_rad * turn)
 
 
 def alike(a: Feature, b: Feature, within_mm: float) -> bool:

@@ -71,25 +71,48 @@ def read_step_profile(
     Traceback (most recent call last):
     trueloop.errors.TrueloopError
     """
+    return read_step_solid(path, turned_round=turned_round).chosen(side, outline, from_z_mm, to_z_mm)
+
+
+def read_step_solid(path: FilePath, *, turned_round: bool = False) -> "StepSolid":
+    """All contours of a solid, as `read_step_profile` finds them. Raises as that, but for the choice."""
     path = Path(path)
-    low_mm, high_mm = -math.inf if from_z_mm is None else from_z_mm, math.inf if to_z_mm is None else to_z_mm
     solids = read_solids(path)
     bodies = solids.bodies
     if len(bodies) == 1:
         bodies = (replace(bodies[0], name=""),)
     parts = [_read(body, path, turned_round) for body in bodies]
-    found = [_Placed(contour, part) for part in parts for contour in part.contours]
-    chosen = _chosen(found, Side(side), outline, (low_mm, high_mm), path)
-    clipped = _clipped(chosen.contour, low_mm, high_mm, path)
-    features = named_by_kind(piece.feature for piece in clipped)
-    few = [
-        f"{feature.name} stands at {piece.share:.0%} of the turn only: the rest of it is taken for milled away."
-        for feature, piece in zip(features, clipped, strict=True)
-        if piece.share < FEW
-    ]
-    asked = _tolerances(solids, chosen.part, features, path)
-    notes = (*chosen.part.notes, *_notes(found, chosen, features), *few, *asked.notes)
-    return StepProfile(features, notes, asked.characteristics)
+    return StepSolid(path, solids, tuple(Placed(contour, part) for part in parts for contour in part.contours))
+
+
+@dataclass(frozen=True)
+class StepSolid:
+    """A solid before a contour of it is chosen: what was found, body by body, first outside, each from the chuck."""
+
+    file: Path
+    solids: Solids
+    found: "tuple[Placed, ...]"
+
+    def chosen(
+        self,
+        side: Literal["outside", "inside"] | Side = "outside",
+        outline: int | None = None,
+        from_z_mm: float | None = None,
+        to_z_mm: float | None = None,
+    ) -> StepProfile:
+        """The profile of the contour that `read_step_profile` is asked for. Raises GEO-STEP."""
+        low_mm, high_mm = -math.inf if from_z_mm is None else from_z_mm, math.inf if to_z_mm is None else to_z_mm
+        chosen = _chosen(self.found, Side(side), outline, (low_mm, high_mm), self.file)
+        clipped = _clipped(chosen.contour, low_mm, high_mm, self.file)
+        features = named_by_kind(piece.feature for piece in clipped)
+        few = [
+            f"{feature.name} stands at {piece.share:.0%} of the turn only: the rest of it is taken for milled away."
+            for feature, piece in zip(features, clipped, strict=True)
+            if piece.share < FEW
+        ]
+        asked = _tolerances(self.solids, chosen.part, features, self.file)
+        notes = (*chosen.part.notes, *_notes(self.found, chosen, features), *few, *asked.notes)
+        return StepProfile(features, notes, asked.characteristics)
 
 
 @dataclass(frozen=True)
@@ -103,7 +126,9 @@ class _Part:
 
 
 @dataclass(frozen=True)
-class _Placed:
+class Placed:
+    """A contour and the part that it is of."""
+
     contour: Contour
     part: _Part
 
@@ -164,8 +189,8 @@ def _tolerances(solids: Solids, part: _Part, features: Sequence[Feature], path: 
 
 
 def _chosen(
-    found: Sequence[_Placed], side: Side, number: int | None, range_mm: tuple[float, float], path: Path
-) -> _Placed:
+    found: Sequence[Placed], side: Side, number: int | None, range_mm: tuple[float, float], path: Path
+) -> Placed:
     """The one contour of the side that reaches into the range, or that of the number among all of the side."""
     of_side = [one for one in found if one.contour.side is side]
     within = [one for one in of_side if _between(one.contour, *range_mm)]
@@ -186,7 +211,7 @@ def _chosen(
     raise _refusal(path, f"0 contours {side}; found: {others or 'none'}", "choose the other side, or a turned solid")
 
 
-def _notes(found: Sequence[_Placed], chosen: _Placed, features: Sequence[Feature]) -> list[str]:
+def _notes(found: Sequence[Placed], chosen: Placed, features: Sequence[Feature]) -> list[str]:
     ends = features[0].start_mm[1], features[-1].end_mm[1]
     notes = [f"z is counted from the file's origin: the profile runs from z = {ends[0]:.4f} to z = {ends[1]:.4f} mm."]
     if chosen.contour.by_most:
@@ -239,7 +264,8 @@ def _of(body: Body) -> str:
 
 
 def _at(point: Point) -> str:
-    return f"x = {point[0]:.4f}, z = {point[1]:.4f} mm"
+    x, z = (round(value, 4) + 0.0 for value in point)  # + 0.0 turns −0.0 into 0.0
+    return f"x = {x:.4f}, z = {z:.4f} mm"
 
 
 def _refusal(path: Path, message: str, hint: str) -> TrueloopError:

@@ -143,11 +143,19 @@ class PartTable(Table):
     feature: tuple[FeatureTable, ...] = ()
     """The features in order, of an outside from the chuck end to the free end: `[[part.feature]]` below."""
     dxf: Path | None = None
-    """A DXF drawing of the part: an open profile, a half section, or a view of both halves with its centre line."""
+    """A DXF drawing of the part: an open profile, a half section, a section with hatching, a view of both halves, or a
+    sheet of them. `side` says whether its outside or its bore is read.
+    """
     dxf_layer: str | None = None
     """The layer of the drawing to read, capital letters or not; left out, the whole drawing is."""
     dxf_outline: Count | None = None
-    """Which outline, from 1 from the left, where the drawing has several; the refusal lists them."""
+    """Which contour, from 1 from the left, where that side has several; the refusal lists them, `trueloop part
+    from-dxf --picture` draws them.
+    """
+    dxf_zero: Literal["drawing", "free-end", "chuck-end"] = "drawing"
+    """From where z counts: `"drawing"` (its x = 0; y = 0 of a vertical axis), or the part's `"free-end"` or
+    `"chuck-end"` in its view.
+    """
     step: Path | None = None
     """A STEP or IGES file of the turned solid: its outside, or its bore by `side`, is the profile, exact, z along its
     axis from the file's origin. What is not turned is left out. Needs the extra `cad`.

@@ -28,7 +28,7 @@ def read_drawing(path: Path, side: Side = Side.OUTSIDE, unit: Unit | None = None
     if drawing_key(path) == "dxf":
         from trueloop.formats.cad.dxf import read_dxf  # ezdxf takes long to import
 
-        drawn = read_dxf(path, unit=unit)
+        drawn = read_dxf(path, unit=unit, side=side)
         with in_file(path):
             return Drawn(checked_profile(drawn.features, side=side), drawn.notes)
     from trueloop.formats.cad.step_profile import read_step_profile  # so does the kernel

@@ -163,7 +163,15 @@ class JobFiles:
             from trueloop.formats.cad.dxf import read_dxf
 
             unit, file = part.unit if "unit" in part.model_fields_set else None, self.sources.file(part.dxf)
-            return read_dxf(file, layer=part.dxf_layer, unit=unit, x_is=part.x_is, outline=part.dxf_outline).features
+            return read_dxf(
+                file,
+                layer=part.dxf_layer,
+                unit=unit,
+                x_is=part.x_is,
+                side=Side(part.side),
+                outline=part.dxf_outline,
+                zero=part.dxf_zero,
+            ).features
         if part.step is not None:
             from trueloop.formats.cad.step_profile import read_step_profile  # slow to import
 

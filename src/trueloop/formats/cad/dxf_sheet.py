@@ -1,0 +1,153 @@
+"""A drawing as it lies on its sheet: its edges, its axes, and every contour of a turned part about them."""
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.formats.cad.dxf_chain import Segment
+from trueloop.formats.cad.dxf_entities import CHAIN_WITHIN_MM, READ, segments_of, unfolded
+from trueloop.formats.cad.dxf_lines import CentreLine, centre_lines, is_centre, is_edge, is_hidden_edge, layer_of
+from trueloop.formats.cad.dxf_views import (
+    LIKE,
+    Candidate,
+    View,
+    candidates_of,
+    chosen_views,
+    is_box,
+    same_shape,
+    view_about,
+)
+from trueloop.geometry.feature import Line, Point
+
+if TYPE_CHECKING:
+    from ezdxf.document import Drawing
+
+FLAT: Final = 0.01
+"""Outlines of hatched areas are taken as straight between places so near to them, in drawing units."""
+AT_ZERO: Final = CentreLine(False, 0.0, -np.inf, np.inf, "y = 0")
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """`edges` in mm, x up and z to the right; `views` with contours, the `candidates` of all of them, from the left; in
+    words what was decided.
+    """
+
+    edges: tuple[Segment, ...]
+    views: tuple[View, ...]
+    candidates: tuple[Candidate, ...]
+    notes: tuple[str, ...]
+
+
+def read_sheet(drawing: "Drawing", mm_per_unit: float, layer: str | None = None, *, hidden: bool = False) -> Sheet:
+    """What the model space shows, on one layer or on all; with its hidden edges as if they were seen."""
+    wanted = None if layer is None else layer.casefold()
+    everything = list(unfolded(list(drawing.modelspace())))
+    entities = [one for one in everything if wanted in (None, layer_of(one).casefold())]
+    drawn = [one for one in entities if is_edge(drawing, one) or (hidden and is_hidden_edge(drawing, one))]
+    edges = list(segments_of(drawn, mm_per_unit))
+    axes = centre_lines(list(segments_of([one for one in everything if is_centre(drawing, one)], mm_per_unit)))
+    hatched = _hatched([one for one in entities if one.dxftype() == "HATCH"], mm_per_unit)
+    views, notes = _views(edges, axes, hatched)
+    candidates, more = _candidates(views)
+    left_out = [*_left_out(entities, drawn, hidden), *notes, *more]
+    return Sheet(tuple(edges), tuple(views), tuple(candidates), tuple(left_out))
+
+
+def _views(
+    edges: Sequence[Segment], axes: Sequence[CentreLine], hatched: Callable[[Point], bool]
+) -> tuple[list[View], list[str]]:
+    """About the centre lines; where there is none, about y = 0 or, if all lies off that, about what it mirrors at.
+
+    What mirrors may be a plain ring beside its axis as well, if it is a rectangle: then there are both.
+    """
+    within = CHAIN_WITHIN_MM
+    if axes:
+        views, notes = chosen_views([view_about(axis, edges, hatched, within) for axis in axes], within)
+        kept = [view.axis for view in views]
+        return [view_about(axis, _nearest(edges, axis, kept), hatched, within) for axis in kept], notes
+    at_zero = view_about(AT_ZERO, edges, hatched, within)
+    mirror, heights = _mirror_of(edges), [end[0] for one in edges for end in one.ends]
+    if mirror is None or min(heights) * max(heights) <= 0:
+        return [at_zero], []
+    about = view_about(mirror, edges, hatched, within)
+    if not about.halves[0].mirrored or about.likeness < LIKE:
+        return [at_zero], []
+    plain = [one for one in candidates_of(about, within, alone=True) if is_box(one)]
+    return ([about, at_zero] if plain else [about]), []
+
+
+def _nearest(edges: Sequence[Segment], axis: CentreLine, axes: Sequence[CentreLine]) -> list[Segment]:
+    """The edges to which none of the other axes is nearer."""
+    others = [other for other in axes if other is not axis]
+    return [one for one in edges if all(axis.distance_mm(at) <= other.distance_mm(at) for other in others
+                                        for at in [one.feature.point_mm(one.feature.length_mm / 2)])]  # fmt: skip
+
+
+def _mirror_of(edges: Sequence[Segment]) -> CentreLine | None:
+    """The height at which most horizontal lines have their like on the other side."""
+    level: dict[tuple[float, float], list[float]] = {}
+    for one in edges:
+        (y0, x0), (y1, x1) = one.ends
+        if isinstance(one.feature, Line) and abs(y0 - y1) <= CHAIN_WITHIN_MM:
+            level.setdefault((round(min(x0, x1), 2), round(max(x0, x1), 2)), []).append(y0)
+    votes = Counter(
+        round((a + b) / 2, 3) for heights in level.values() for k, a in enumerate(heights) for b in heights[k + 1 :]
+    )
+    if not votes:
+        return None
+    return CentreLine(False, votes.most_common(1)[0][0], -np.inf, np.inf, "mirror line of both halves")
+
+
+def _candidates(views: Sequence[View]) -> tuple[list[Candidate], list[str]]:
+    """Each shape once, from the left; and how many more times it is drawn."""
+    by_view = [candidates_of(view, CHAIN_WITHIN_MM, alone=view.axis is AT_ZERO) for view in views]
+    if not any(by_view):
+        by_view = [candidates_of(view, CHAIN_WITHIN_MM, alone=True) for view in views]
+    found: list[Candidate] = []
+    again = 0
+    for one in sorted((one for each in by_view for one in each), key=lambda one: not one.from_section):
+        if any(same_shape(one, other, CHAIN_WITHIN_MM) and one.view is not other.view for other in found):
+            again += 1
+        else:
+            found.append(one)
+    return sorted(found, key=_from_left), [f"{again} contours are drawn again in another view."] * bool(again)
+
+
+def _from_left(one: Candidate) -> tuple[float, float]:
+    across, up = one.view.on_sheet(min((one.features[0].start_mm, one.features[-1].end_mm), key=lambda p: p[1]))
+    return across, up
+
+
+def _hatched(hatches: Sequence[Any], mm_per_unit: float) -> Callable[[Point], bool]:
+    """Whether a place of the sheet, to the right and up, is in a hatched area; islands are not."""
+    from ezdxf import path
+
+    rings = [
+        np.array([(point.x, point.y) for point in outline.flattening(FLAT)]) * mm_per_unit
+        for hatch in hatches
+        for outline in path.from_hatch(hatch)
+    ]
+    return lambda place: sum(_is_in(ring, place) for ring in rings if len(ring) > 2) % 2 == 1
+
+
+def _is_in(ring: Array, place: Point) -> bool:
+    """By how often a way to the right crosses the ring."""
+    (x, y), (x0, y0), (x1, y1) = place, ring.T, np.roll(ring, -1, axis=0).T
+    crossed = (y0 > y) != (y1 > y)
+    at = x0[crossed] + (y - y0[crossed]) * (x1 - x0)[crossed] / (y1 - y0)[crossed]
+    return bool(np.count_nonzero(at > x) % 2)
+
+
+def _left_out(entities: Sequence[Any], drawn: Sequence[Any], hidden: bool) -> Iterator[str]:
+    for kind, count in sorted(Counter(e.dxftype() for e in entities if e.dxftype() not in {*READ, "HATCH"}).items()):
+        yield f"{count} {kind} entities were not read."
+    read, kept = (sum(e.dxftype() in READ for e in some) for some in (entities, drawn))
+    if (aside := read - kept) > 0:
+        yield f"{aside} entities on hidden layers or not drawn in a continuous line were left out."
+    if hidden:
+        yield "Hidden (dashed) edges were read: no bore is drawn in continuous lines."

@@ -1,0 +1,216 @@
+"""The views of a sheet: which of its centre lines are axes of turned parts, and what contours are drawn about each."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.formats.cad.contour import Contour
+from trueloop.formats.cad.dxf_cells import walled
+from trueloop.formats.cad.dxf_chain import Segment
+from trueloop.formats.cad.dxf_lines import CentreLine
+from trueloop.formats.cad.dxf_outline import Half, halves, mapped_feature
+from trueloop.geometry.feature import Feature, Line, Point
+from trueloop.geometry.profile import Side
+
+LIKE: Final = 0.5
+"""At least this share of what is drawn on either side of an axis is drawn on the other side too, or one is empty."""
+
+
+@dataclass(frozen=True)
+class View:
+    """What is drawn about one axis, x counted from it; of a vertical axis z grows upwards."""
+
+    axis: CentreLine
+    halves: tuple[Half, ...]
+    hatched: Callable[[Point], bool]
+    on_axis: int = 0
+    """Lines that lie on the axis."""
+
+    def on_sheet(self, point: Point) -> Point:
+        """Where (x, z) of the view is drawn: to the right and up."""
+        return (self.axis.at_mm - point[0], point[1]) if self.axis.vertical else (point[1], self.axis.at_mm + point[0])
+
+    @property
+    def likeness(self) -> float:
+        """The share of the pieces that are drawn on both sides; 1 where one side is empty."""
+        half = self.halves[0]
+        return 1.0 if not half.unlike and not half.mirrored else half.mirrored / max(half.mirrored + half.unlike, 1)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A contour that a drawing may mean, its material on the right; `by_lines`: no hatching tells its bore."""
+
+    side: Side
+    features: tuple[Feature, ...]
+    layers: tuple[str, ...]
+    view: View
+    by_lines: bool = False
+
+    @property
+    def from_section(self) -> bool:
+        """Whether its ends are away from the axis, as those of a hollow part in section."""
+        return self.features[0].start_mm[0] > 0 and self.features[-1].end_mm[0] > 0
+
+    @property
+    def described(self) -> str:
+        """How many features from where, and on which layers."""
+        x, z = self.features[0].start_mm
+        return f"{len(self.features)} features from x = {x:.3f} mm, z = {z:.3f} mm on {', '.join(self.layers)}"
+
+
+def view_about(axis: CentreLine, segments: Sequence[Segment], hatched: Callable[[Point], bool], within: float) -> View:
+    """The view of an axis: all that lies beside it."""
+    placed = [replace(one, feature=_placed(one.feature, axis)) for one in segments]
+    beside = [one for one in placed if _overlaps(one.feature, axis) and not _on_axis(one.feature, within)]
+    on_axis = sum(_on_axis(one.feature, within) for one in placed)
+    view = View(axis, tuple(halves(beside, within)), lambda point: False, on_axis)
+    return replace(view, hatched=lambda point: hatched(view.on_sheet(point)))
+
+
+def candidates_of(view: View, within: float, *, alone: bool) -> list[Candidate]:
+    """The contours of a view: of the upper half, and those bores that only the lower one shows.
+
+    What does not meet the axis is a part's if it is drawn on both sides of it or, where nothing meets it, if it is
+    hatched or `alone` on the sheet.
+    """
+    found: list[Candidate] = []
+    for number, half in enumerate(view.halves):
+        new = list(_of_half(view, half, within, alone))
+        if number == 0:
+            found += new
+        elif not any(one.side is Side.INSIDE for one in found):
+            found += [one for one in new if one.side is Side.INSIDE]
+    return _without_frames(found)
+
+
+def chosen_views(views: Sequence[View], within: float) -> tuple[list[View], list[str]]:
+    """The views that stand by themselves: not those about centre lines of holes within another one."""
+    kept: list[View] = []
+    parts: list[list[Candidate]] = []
+    notes: list[str] = []
+    for view in sorted(views, key=lambda one: (-round(one.likeness, 2), -one.axis.length_mm)):
+        if not any(half.segments for half in view.halves):
+            continue
+        outer = next((other for other, part in zip(kept, parts, strict=True) if _within(view.axis, other, part)), None)
+        if outer is not None:
+            notes.append(f"The centre line at {view.axis.where} lies in the part about {outer.axis.where}: a hole's.")
+        elif view.likeness >= LIKE or not kept:
+            kept.append(view)
+            parts.append(candidates_of(view, within, alone=False))
+    return kept, notes
+
+
+def same_shape(a: Candidate, b: Candidate, within: float) -> bool:
+    """Whether two contours differ by nothing but where along z they are drawn, and how far in their end faces reach:
+    those of a section end at its bore.
+    """
+    if a.side is not b.side or len(a.features) != len(b.features):
+        return False
+    by, last = b.features[0].start_mm[1] - a.features[0].start_mm[1], len(a.features) - 1
+    pairs = [
+        (p, q)
+        for k, (one, other) in enumerate(zip(a.features, b.features, strict=True))
+        for p, q in ((one.start_mm, other.start_mm), (_middle(one), _middle(other)), (one.end_mm, other.end_mm))
+        if not (k in (0, last) and _is_face(one) and _is_face(other))
+    ]
+    return bool(pairs) and all(math.dist((p[0], p[1] + by), q) < 10 * within for p, q in pairs)
+
+
+def _of_half(view: View, half: Half, within: float, alone: bool) -> Iterator[Candidate]:
+    sign = -1.0 if half.turned_up else 1.0
+
+    def hatched(point: Point) -> bool:
+        return view.hatched((sign * point[0], point[1]))
+
+    parts = walled(half.segments, hatched, within)
+    meeting = [any(abs(x) <= within for one in part.full for x, _ in _ends(one)) for part in parts]
+    for part, meets in zip(parts, meeting, strict=True):
+        by_itself = (alone or part.hatched) and not any(meeting)
+        if not (meets or by_itself or _twice(part.full, half, within)):
+            continue
+        outside = [one for one in (part.contours if part.hollow else part.full) if one.side is Side.OUTSIDE]
+        inside = [one for one in part.contours if one.side is Side.INSIDE]
+        for one in (one for one in (*outside, *inside) if _is_long(one, within)):
+            yield _candidate(one, view, one.side is Side.INSIDE and part.hollow is False)
+
+
+def _candidate(contour: Contour, view: View, by_lines: bool) -> Candidate:
+    layers = tuple(sorted({piece.layer for piece in contour.pieces}))
+    return Candidate(contour.side, tuple(piece.feature for piece in contour.pieces), layers, view, by_lines)
+
+
+def _without_frames(found: Sequence[Candidate]) -> list[Candidate]:
+    """Less the borders: rectangles around another contour."""
+    return [one for one in found if not (is_box(one) and any(_encloses(one, other) for other in found))]
+
+
+def is_box(one: Candidate) -> bool:
+    """Whether it is a rectangle, or a part of one."""
+    return len(one.features) <= 3 and all(isinstance(feature, Line) for feature in one.features)
+
+
+def _encloses(outer: Candidate, inner: Candidate) -> bool:
+    (x0, low0, high0), (x1, low1, high1) = _box(outer), _box(inner)
+    return x1 < x0 and low0 < low1 and high1 < high0
+
+
+def _box(one: Candidate) -> tuple[float, float, float]:
+    points = np.array([end for feature in one.features for end in (feature.start_mm, feature.end_mm)])
+    return float(points[:, 0].max()), float(points[:, 1].min()), float(points[:, 1].max())
+
+
+def _within(axis: CentreLine, other: View, candidates: Sequence[Candidate]) -> bool:
+    """Whether a centre line runs through the part that is drawn about another one."""
+    boxes = [_box(one) for one in candidates]
+    if not boxes:
+        return False
+    x, low, high = max(x for x, _, _ in boxes), min(z for _, z, _ in boxes), max(z for _, _, z in boxes)
+    if axis.vertical == other.axis.vertical:
+        return abs(axis.at_mm - other.axis.at_mm) < x and axis.low_mm < high and axis.high_mm > low
+    near = axis.low_mm < other.axis.at_mm + x and axis.high_mm > other.axis.at_mm - x
+    return low < axis.at_mm < high and near
+
+
+def _placed(feature: Feature, axis: CentreLine) -> Feature:
+    """As seen from the axis: (x, z) of the sheet are up and right."""
+    if axis.vertical:
+        return mapped_feature(feature, np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([axis.at_mm, 0.0]))
+    return mapped_feature(feature, np.eye(2), np.array([-axis.at_mm, 0.0]))
+
+
+def _overlaps(feature: Feature, axis: CentreLine) -> bool:
+    ends = feature.start_mm[1], feature.end_mm[1]
+    return max(ends) > axis.low_mm and min(ends) < axis.high_mm
+
+
+def _on_axis(feature: Feature, within: float) -> bool:
+    return isinstance(feature, Line) and max(abs(feature.start_mm[0]), abs(feature.end_mm[0])) < within
+
+
+def _twice(contours: Sequence[Contour], half: Half, within: float) -> bool:
+    """Whether most of it is drawn below the axis too."""
+    places = [_middle(piece.feature) for one in contours for piece in one.pieces]
+    return sum(half.is_mirrored(place, within) for place in places) > len(places) / 2
+
+
+def _ends(contour: Contour) -> Iterator[Point]:
+    for piece in contour.pieces:
+        yield piece.feature.start_mm
+        yield piece.feature.end_mm
+
+
+def _is_long(contour: Contour, within: float) -> bool:
+    return math.dist(*contour.ends) > within
+
+
+def _is_face(feature: Feature) -> bool:
+    return isinstance(feature, Line) and feature.start_mm[1] == feature.end_mm[1]
+
+
+def _middle(feature: Feature) -> Point:
+    x, z = feature.point_mm(feature.length_mm / 2)
+    return float(x), float(z)
