@@ -66,7 +66,7 @@ class RunningLathe:
     def python(self, *words: str, **given: object) -> "subprocess.Popen[str]":
         """Python itself, beside it, as the user who runs it."""
         command = self.beside(sys.executable, *words)
-        return subprocess.Popen(command, text=True, env=self.environment, **given)  # type: ignore[call-overload,no-any-return]
+        return subprocess.Popen(command, text=True, **{"env": self.environment, **given})  # type: ignore[call-overload,no-any-return]
 
     @property
     def environment(self) -> dict[str, str]:

@@ -62,7 +62,7 @@ def _memories(day: Day) -> list[dict[str, Any]]:
     found = []
     for tool in day.ana.get("/tools")["items"]:
         memory = day.ana.get(f"/tools/{tool['id']}/memory")
-        band_um = max(memory["band_um"], default=None)
+        band_um = max((width for curve in memory["curves"] for width in curve["band_um"]), default=None)
         found.append({"edge": tool["edge"], "parts": memory["parts"], "largest_band_um": band_um})
     return found
 

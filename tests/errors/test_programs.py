@@ -30,6 +30,7 @@ BY_MORE_THAN_A_PROGRAM: Final = {
     Code.NC_FILE,  # a file that is not there
     *(Code.NC_COMPENSATED, Code.NC_NO_MATCH, Code.NC_AMBIGUOUS),  # a profile
     *(Code.NC_TOOL, Code.NC_GOUGE, Code.NC_ENTRY),  # a tool
+    *(Code.NC_TOOLS, Code.NC_EDGE, Code.NC_NO_TOOL),  # several tools of a job
     Code.NC_BLEND,  # what the move before and after were corrected to
 }
 """Codes that a program alone does not bring about; `PRODUCERS` of the other files do."""
