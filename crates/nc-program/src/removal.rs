@@ -119,7 +119,7 @@ impl Runner<'_> {
         }
     }
 
-    /// `CYCLE952(PRG, CON, CONR, VARI, F, …)`: roughing is left out, what it takes off hangs on its blank.
+    /// `CYCLE952(PRG, CON, CONR, VARI, F, …)`: roughing is left out, what it takes off depends on its blank.
     fn contour_turning(&mut self, arguments: &[Argument], word: i32) -> Made {
         let [_, _, _, kind, feed, ..] = numbers::<14>(arguments);
         let extra = arguments.get(13).map_or(0.0, |argument| argument.value);

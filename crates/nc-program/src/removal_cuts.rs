@@ -17,7 +17,7 @@ pub(crate) struct Stock {
     /// What is left on in x and z, and along the contour.
     pub left: [f64; 2],
     pub along: f64,
-    /// How far the tool is lifted after a cut, and stands off before it, on each axis.
+    /// How far the tool is lifted after a cut, and how far from it a cut begins, on each axis.
     pub lift: f64,
     pub side: Side,
     /// Cuts along X instead of Z.

@@ -76,7 +76,7 @@ fn g_code(tenths: u16) -> Option<G> {
     })
 }
 
-/// M codes are the machine builder's but for the ends: none of them moves an axis of the path.
+/// M codes are the machine builder's, except those that end a program: none of them moves an axis of the path.
 fn m_code(number: u16) -> Option<M> {
     match number {
         2 | 30 => Some(M::End),
