@@ -33,7 +33,9 @@ HEAD: Final = """# One nose, many parts
 A worn tool nose errs where it is worn: the part error depends on the contact angle φ, the direction of the surface's
 normal from the spindle axis (0° an end face, 90° a cylinder). `turned/fit/nose_model.py` takes it apart:
 
-    e = w(φ) + dX·sin φ + dZ·cos φ + what is left on a straight feature
+```text
+e = w(φ) + dX·sin φ + dZ·cos φ + what is left on a straight feature
+```
 
 w belongs to the nose and is shared by all parts it cuts; dX and dZ are this part's tool offsets. With w known from
 other parts, two touches set the offsets and the whole arc is known.

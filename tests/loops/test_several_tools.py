@@ -299,7 +299,7 @@ def test_the_page_says_what_its_example_prints(tmp_path: Path) -> None:
     root = Path(__file__).parents[2]
     printed = run("compensate", root / "examples" / "grooved" / "grooved.toml", "-o", tmp_path / "out")
     page = (root / "docs" / "several-tools.md").read_text()
-    assert f"    {printed.splitlines()[0]}\n" in page
+    assert f"\n{printed.splitlines()[0]}\n" in page
     features = run("nc", "features", root / "examples" / "grooved" / "grooved.toml").splitlines()
     shown = [line.strip() for line in page.splitlines() if "nose centre" in line]
     assert shown and all(any(row == line.strip() for line in features) for row in shown)
