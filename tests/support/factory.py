@@ -90,10 +90,11 @@ class Shop:
             self.do(ask.RecordTouches(offer.run.key, "touches.csv", touches_of(offer)), CELL)
         return offer
 
-    def correct(self, probe: Offer, serial: str | None = None) -> str:
+    def correct(self, probe: Offer, serial: str | None = None, payload: Any = None) -> str:
         """What a correction from the touches of a gauging run comes to: its program's hash."""
         part = self.part_of(probe)
         text, made = corrected(probe, serial or probe.run.part.serial)
+        made = replace(made, payload=payload)
         keep(self.store, [ProgramText(sha256(text).hexdigest(), text), made])
         sha = sha256(text).hexdigest()
         touches = sha256(touches_of(probe)).hexdigest()

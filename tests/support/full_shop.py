@@ -6,13 +6,14 @@ from hashlib import sha256
 
 from tests.support.correction import example_correction
 from tests.support.factory import CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, TEXTS, Shop
-from tests.support.kept import EDGE, MADE_AT, SET_AT, cut_of, inspected, of_part
+from tests.support.kept import EDGE, MADE_AT, SET_AT, TYPE, cut_of, inspected, of_part
 from tests.support.series import inspection, reading
 from trueloop.domain.factory.states import FactKind
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind, Stage
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program, ProgramText
+from trueloop.domain.proposal import Effect, Proposal, ProposalClass, ProposalDecision
 from trueloop.domain.tool import Setting
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
@@ -32,7 +33,7 @@ def full_shop(store: Store) -> Shop:
     """Part a is corrected, cut and measured; part b is held in a cut that nobody saw end."""
     shop = Shop(store, datetime.now(UTC) - timedelta(minutes=10)).set_up(replace(PLAN, serials=("a", "b")))
     shop.run()
-    shop.correct(shop.run())
+    shop.correct(shop.run(), payload=example_correction("modbas2"))
     finished = shop.part_of(shop.run())
     shop.do(ask.RecordStep(shop.order, finished, 4, "out of the chuck"), OPERATOR)
     begun = shop.next()
@@ -74,6 +75,9 @@ def _edge(shop: Shop) -> None:
         correction = of_part(example_correction("modbas2"), serial)
         cut = cut_of(correction, serial, order=order)
         keep(shop.store, [enveloped(correction), cut, *inspected(correction, cut, 1.0 + order)])
+    effect = Effect("dome", ("MODBAS2", "B", "dome"), 3, -0.008, 0.009, 0.001, 0.0005)
+    made = Proposal("dome1", ProposalClass.MEMORY, TYPE, (effect,), "2711", shop.now, "ana", from_serial="2711")
+    keep(shop.store, [made, ProposalDecision("dome1", "rejected", "ana", shop.now, "the edge was turned")])
 
 
 def _series(shop: Shop) -> None:

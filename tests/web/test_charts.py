@@ -102,3 +102,28 @@ def test_a_diagnosis_names_causes_with_evidence_and_what_would_decide(web: Brows
         expect(window.page.get_by_role("row").filter(has_text="CMM or gauge").first).to_be_visible()
         window.go("/diagnosis/none")
         expect(window.page.get_by_role("alert")).to_contain_text("DIA-NONE")
+
+
+def test_a_change_of_a_program_stands_beside_the_curves_it_was_made_for(web: Browsing) -> None:
+    """Pictures and words: of who sees none, `alt` says what the curve reaches."""
+    with web.window("viewer") as window:
+        window.go("/parts/1")
+        window.page.get_by_role("link", name="→").click()
+        dome = window.page.get_by_role("img", name=re.compile("Error curve of dome: .* is material left on"))
+        dome.scroll_into_view_if_needed()
+        window.page.wait_for_function("one => one.complete && one.naturalWidth > 100", arg=dome.element_handle())
+        light = dome.get_attribute("src")
+        window.page.get_by_role("button", name="Dark").click()
+        expect(dome).not_to_have_attribute("src", str(light))
+        window.page.wait_for_function("one => one.complete && one.naturalWidth > 100", arg=dome.element_handle())
+        assert window.complaints == []
+
+
+def test_a_proposal_is_seen_and_how_the_last_part_was_corrected(web: Browsing) -> None:
+    with web.window("viewer", locale="de-DE") as window:
+        window.go("/proposals/dome1")
+        main = window.page.locator("main")
+        expect(main).to_contain_text("How part 2711, the last one behind it, was corrected")
+        window.page.wait_for_function("document.querySelector('img.picture').naturalWidth > 100")
+        assert window.page.locator("img.picture").count() > 2
+        assert window.complaints == []

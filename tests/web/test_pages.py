@@ -19,6 +19,7 @@ PAGES = (
     "/parts/1",
     "/parts/2",
     "/proposals",
+    "/proposals/dome1",
     "/programs",
     "/files",
     "/certificates",

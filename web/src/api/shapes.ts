@@ -272,6 +272,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/corrections/{id}/curves": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Curves
+         * @description The error curves of a correction that have a picture, each in words.
+         */
+        get: operations["list_curves_api_v1_corrections__id__curves_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/corrections/{id}/curves/{number}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Curve
+         * @description The picture of one error curve: red is material left on, blue too much taken; touches with ±U, 95 % band.
+         */
+        get: operations["show_curve_api_v1_corrections__id__curves__number__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/corrections/{id}/report": {
         parameters: {
             query?: never;
@@ -838,6 +878,26 @@ export interface paths {
          * @description Accepts a proposal.
          */
         post: operations["accept_api_v1_proposals__id__accept_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/proposals/{id}/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Effects
+         * @description The picture of what a proposal does to the next part.
+         */
+        get: operations["show_effects_api_v1_proposals__id__picture_get"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1758,6 +1818,18 @@ export interface components {
             source_sha256: string;
             /** Summary */
             summary: string[];
+        };
+        /**
+         * CurvePicture
+         * @description The curve of the profile's `number`-th feature, from 0; `said`: what the picture shows, for who cannot see it.
+         */
+        CurvePicture: {
+            /** Feature */
+            feature: string;
+            /** Number */
+            number: number;
+            /** Said */
+            said: string;
         };
         /**
          * Decision
@@ -2713,6 +2785,16 @@ export interface components {
          * Page
          * @description `next` is the cursor of the next page; None: this was the last.
          */
+        Page_CurvePicture_: {
+            /** Items */
+            items: components["schemas"]["CurvePicture"][];
+            /** Next */
+            next?: string | null;
+        };
+        /**
+         * Page
+         * @description `next` is the cursor of the next page; None: this was the last.
+         */
         Page_EventView_: {
             /** Items */
             items: components["schemas"]["EventView"][];
@@ -3041,13 +3123,19 @@ export interface components {
         /**
          * ProposalView
          * @description A proposal, and what was decided. `state`: open, accepted, rejected, superseded. `refusal`: why it is not open to
-         *     acceptance now, with the code; empty where it is.
+         *     acceptance now, with the code; empty where it is. `corrections`: ids of those that `last_serial`, the last part
+         *     behind it, was cut by; in a list left out.
          */
         ProposalView: {
             /** Alarms */
             alarms: string[];
             /** Changes */
             changes: string;
+            /**
+             * Corrections
+             * @default []
+             */
+            corrections: string[];
             /** Decided At */
             decided_at: string | null;
             /** Decided By */
@@ -3064,6 +3152,11 @@ export interface components {
             etag: string;
             /** Id */
             id: string;
+            /**
+             * Last Serial
+             * @default
+             */
+            last_serial: string;
             /**
              * Made At
              * Format: date-time
@@ -4309,6 +4402,75 @@ export interface operations {
             };
         };
     };
+    list_curves_api_v1_corrections__id__curves_get: {
+        parameters: {
+            query?: {
+                language?: "en" | "de";
+            };
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_CurvePicture_"];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    show_curve_api_v1_corrections__id__curves__number__get: {
+        parameters: {
+            query?: {
+                language?: "en" | "de";
+                narrow?: boolean;
+                dark?: boolean;
+            };
+            header?: never;
+            path: {
+                id: string;
+                number: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/svg+xml": string;
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
     show_correction_api_v1_corrections__id__report_get: {
         parameters: {
             query?: {
@@ -5267,6 +5429,40 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ProposalView"];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    show_effects_api_v1_proposals__id__picture_get: {
+        parameters: {
+            query?: {
+                language?: "en" | "de";
+                dark?: boolean;
+            };
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/svg+xml": string;
                 };
             };
             /** @description Validation Error */

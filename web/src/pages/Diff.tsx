@@ -1,6 +1,7 @@
 import { useShown } from "../api/asking";
 import type { Shape } from "../api/client";
 import { hash } from "../show/format";
+import { Curves } from "../show/Curves";
 import { Head, Section, Shown } from "../show/parts";
 import { useText } from "../text/text";
 
@@ -15,6 +16,7 @@ export default function Diff({ id, of }: { id: string; of: string }) {
       <Head title={text("head.diff")} />
       <Shown found={found}>
         {({ before, after, lines, differences }) => (
+          <>
           <Section title={`${before.name} ${hash(before.sha256)} → ${after.name} ${hash(after.sha256)}`}>
             <p className="soft">{text("diff.count", { count: differences })}</p>
             <div className="diff">
@@ -28,6 +30,8 @@ export default function Diff({ id, of }: { id: string; of: string }) {
               ))}
             </div>
           </Section>
+          {after.made_from && <Curves correction={after.made_from} title={text("curve.title")} />}
+          </>
         )}
       </Shown>
     </>

@@ -3,8 +3,10 @@ import { useState } from "react";
 
 import { useChange, useShown } from "../api/asking";
 import type { Shape } from "../api/client";
+import { Curves } from "../show/Curves";
 import { number, signed } from "../show/format";
-import { Act, Age, Deviation, Head, Refused, Rows, Section, Shown, State, To, useWhyNot } from "../show/parts";
+import { Picture } from "../show/Picture";
+import { Act, Age, Deviation, Head, Legend, Refused, Rows, Section, Shown, State, To, useWhyNot } from "../show/parts";
 import { useText } from "../text/text";
 
 type Proposal = Shape<"ProposalView">;
@@ -63,6 +65,11 @@ function One({ id }: { id: string }) {
               {one.tool && ` · ${one.tool}: X ${signed(one.dx_mm, 4)} mm, Z ${signed(one.dz_mm, 4)} mm`}
             </p>
             <Section title={text("proposal.effects")}>
+              <figure className="curve">
+                <Picture path={`proposals/${encodeURIComponent(one.id)}/picture`} said={text("proposal.picture")} />
+                <figcaption className="soft">{text("proposal.key")}</figcaption>
+              </figure>
+              <Legend />
               <Effects one={one} />
             </Section>
             {one.state === "open" ? (
@@ -74,6 +81,9 @@ function One({ id }: { id: string }) {
                 </p>
               )
             )}
+            {one.corrections.map((made) => (
+              <Curves key={made} correction={made} title={text("proposal.last", { serial: one.last_serial })} />
+            ))}
           </>
         )}
       </Shown>

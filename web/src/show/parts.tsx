@@ -55,6 +55,17 @@ export function Deviation({ um, digits = 1 }: { um: number | null | undefined; d
   return <span className={`number ${look}`}>{shown}</span>;
 }
 
+/** What the colours of deviations mean. */
+export function Legend() {
+  const text = useText();
+  return (
+    <ul className="key">
+      <li className="left-on">{text("key.left")}</li>
+      <li className="taken">{text("key.taken")}</li>
+    </ul>
+  );
+}
+
 /** A part of a page with its heading. */
 export function Section({ title, children, side }: { title: string; children: ReactNode; side?: ReactNode }) {
   return (

@@ -89,6 +89,11 @@ export const charts: Record<keyof typeof english, string> = {
   "machine.said.thread": "Servo-Thread, Median / größter µs",
   "machine.said.periods": "Perioden aufgezeichnet / verloren",
 
+  "curve.title": "Wofür das Programm geändert wurde",
+  "curve.key": "● Antastpunkte mit ±U, Linie: Ausgleichskurve mit 95-%-Band, ▲ Knoten, □ vorgegebene Enden; unten: ● vorhergesagt nach dem Schnitt, ◇ Antastpunkt ohne sich selbst vorhergesagt, grau: ±U des nächsten Schnitts.",
+  "proposal.picture": "Abweichungen des nächsten Teils ohne den Vorschlag und mit ihm; die Tabelle sagt dasselbe",
+  "proposal.key": "● ohne den Vorschlag, ◆ mit ihm, Balken: 95 % der Teile",
+  "proposal.last": "Wie Teil {serial}, das letzte dahinter, korrigiert wurde",
   "page.diagnosis": "Diagnose",
   "chart.title": "Regelkarten",
   "chart.how": "Was gezeigt wird",

@@ -87,6 +87,11 @@ export const charts = {
   "machine.said.thread": "Servo thread, median / largest µs",
   "machine.said.periods": "Periods recorded / lost",
 
+  "curve.title": "What the program was changed for",
+  "curve.key": "● touches with ±U, line: fitted curve with its 95 % band, ▲ knots, □ prescribed ends; below: ● predicted after the cut, ◇ touch predicted without itself, grey: ±U of the next cut.",
+  "proposal.picture": "Errors of the next part without the proposal and with it; the table says the same",
+  "proposal.key": "● without the proposal, ◆ with it, bars: 95 % of parts",
+  "proposal.last": "How part {serial}, the last one behind it, was corrected",
   "page.diagnosis": "Diagnosis",
   "chart.title": "Control charts",
   "chart.how": "What is charted",

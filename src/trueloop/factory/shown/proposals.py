@@ -1,9 +1,12 @@
 """Proposals as they are shown, with why one may not be accepted now."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime
 
+from trueloop.domain.part import Part
 from trueloop.domain.proposal import Effect, Proposal, ProposalDecision
+from trueloop.domain.record import Product
 from trueloop.errors import TrueloopError
 from trueloop.factory.book import Book, read_book
 from trueloop.factory.known import unknown
@@ -12,6 +15,11 @@ from trueloop.factory.shown.paging import known_of
 from trueloop.factory.views.series import EffectView, ProposalView
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.report.dark import in_the_dark
+from trueloop.report.series.proposal_figure import proposal_figure
+from trueloop.report.still import svg
+from trueloop.report.texts.texts import Texts
+from trueloop.storage.life import life
 from trueloop.storage.store import Store
 from trueloop.units import UM_PER_MM
 
@@ -29,11 +37,33 @@ def proposal_views(store: Store, now: datetime, state: str | None = None) -> tup
 
 
 def proposal_view(store: Store, number: str, now: datetime) -> ProposalView:
-    """One proposal by its id. Raises FAC-UNKNOWN."""
+    """One proposal by its id, with the corrections that the last part behind it was cut by. Raises FAC-UNKNOWN."""
     found = next((one for one in proposal_views(store, now) if one.id == number), None)
     if found is None:
-        raise unknown("proposal", number, "the store has none of that id")
+        raise _unknown(number)
+    last = _proposal(store, number)
+    records = life(store, Part(last.part_type, last.last_serial)).corrections
+    made = tuple(one.value.id for one in records if one.value.product is Product.TURNED)
+    return replace(found, last_serial=last.last_serial, corrections=made)
+
+
+def proposal_picture(store: Store, number: str, say: Texts, *, dark: bool) -> str:
+    """What it does to the next part, as a picture (SVG). Raises FAC-UNKNOWN."""
+    title = say("What the proposal does to the next part: errors without it and with it, ± 95 %")
+    drawn = svg(proposal_figure(_proposal(store, number).effects, say), title)
+    return in_the_dark(drawn) if dark else drawn
+
+
+def _proposal(store: Store, number: str) -> Proposal:
+    with known_of(store) as known:
+        found: Proposal | None = known.first(Proposal, number)
+    if found is None:
+        raise _unknown(number)
     return found
+
+
+def _unknown(number: str) -> TrueloopError:
+    return unknown("proposal", number, "the store has none of that id")
 
 
 def states_of(known: Known) -> Sequence[tuple[Proposal, str, ProposalDecision | None]]:

@@ -164,7 +164,8 @@ class EffectView:
 @dataclass(frozen=True)
 class ProposalView:
     """A proposal, and what was decided. `state`: open, accepted, rejected, superseded. `refusal`: why it is not open to
-    acceptance now, with the code; empty where it is.
+    acceptance now, with the code; empty where it is. `corrections`: ids of those that `last_serial`, the last part
+    behind it, was cut by; in a list left out.
     """
 
     id: str
@@ -184,6 +185,8 @@ class ProposalView:
     decided_by: str
     decided_at: datetime | None
     decided_why: str
+    last_serial: str = ""
+    corrections: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

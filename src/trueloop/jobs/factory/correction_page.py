@@ -1,21 +1,51 @@
-"""The report of a stored correction, made anew from what was kept: the same words and pictures as on the day."""
+"""The report of a stored correction and its pictures, made anew from what was kept: the same as on the day."""
 
 from typing import Any
 
 from trueloop.domain.correction import Correction
 from trueloop.domain.page_options import Language
+from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.loops.turned import correction as turned
+from trueloop.report.dark import in_the_dark
 from trueloop.report.texts.texts import Texts
-from trueloop.report.turned.page import page
+from trueloop.report.turned.curve_pictures import CurvePicture, curve_pictures, curve_svg
+from trueloop.report.turned.page import WIDTHS, page
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 
 
 def correction_page(store: Store, number: str, language: Language) -> str:
     """One HTML file, by the id of the correction's record. Raises FAC-UNKNOWN, also for one of another product."""
-    found: list[Correction[Any]] = [one.value for one in find(store, Correction, identity=joined((number,)))]
-    made = found[-1].payload if found else None
+    made = _payload(store, number)
     if not isinstance(made, turned.Correction):
-        raise unknown("correction", number, "the store has no correction of a turned part with that id")
+        raise _unknown(number)
     return page(made, Texts(language, "mm"))
+
+
+def correction_curves(store: Store, number: str, say: Texts) -> tuple[CurvePicture, ...]:
+    """The error curves that have a picture; none of a correction of another product. Raises FAC-UNKNOWN."""
+    made = _payload(store, number)
+    return tuple(curve_pictures(made, say)) if isinstance(made, turned.Correction) else ()
+
+
+def curve_picture(store: Store, number: str, feature: int, say: Texts, *, narrow: bool, dark: bool) -> str:
+    """The picture (SVG) of one feature's error curve. Raises FAC-UNKNOWN."""
+    made = _payload(store, number)
+    if not isinstance(made, turned.Correction):
+        raise _unknown(number)
+    if feature not in {one.number for one in curve_pictures(made, say)}:
+        raise unknown("feature", str(feature), f"the correction {number} has no error curve of that number")
+    drawn = curve_svg(made, feature, WIDTHS["narrow" if narrow else "wide"], say)
+    return in_the_dark(drawn) if dark else drawn
+
+
+def _payload(store: Store, number: str) -> object:
+    found: list[Correction[Any]] = [one.value for one in find(store, Correction, identity=joined((number,)))]
+    if not found:
+        raise _unknown(number)
+    return found[-1].payload
+
+
+def _unknown(number: str) -> TrueloopError:
+    return unknown("correction", number, "the store has no correction of a turned part with that id")

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Annotated, TypeVar
 
-from fastapi import Query, Response
+from fastapi import Path, Query, Response
 from fastapi.responses import PlainTextResponse
 
 from trueloop.domain.factory.states import PartState
@@ -16,8 +16,10 @@ from trueloop.factory.views.page import Page
 from trueloop.factory.views.parts import CertificateRow, EventView, PartLife, PartRow
 from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, SeriesView, ToolMemory, ToolRow
 from trueloop.factory.views.today import Today
-from trueloop.jobs.factory.correction_page import correction_page
+from trueloop.jobs.factory.correction_page import correction_curves, correction_page, curve_picture
 from trueloop.jobs.factory.memory import tool_memory
+from trueloop.report.texts.texts import Texts
+from trueloop.report.turned.curve_pictures import CurvePicture
 from trueloop.server import etags, pages
 from trueloop.server.cursors import Cursor, Limit, cursor_of, place_of
 from trueloop.server.guarded import Here, Service, router
@@ -25,7 +27,14 @@ from trueloop.server.routes.task_view import TaskView, task_view
 
 T = TypeVar("T")
 Sha = str
+Row = Annotated[int, Path(ge=0, lt=1 << 31)]
 routes = router()
+
+
+class Svg(Response):
+    """A picture."""
+
+    media_type = "image/svg+xml"
 
 
 def signed(here: Service, of: str, cursor: str | None, read: Callable[[str | None], Page[T]]) -> Page[T]:
@@ -70,6 +79,20 @@ def show_life(id: int, here: Here, response: Response) -> PartLife:
 def show_correction(id: str, here: Here, language: Language = "en") -> Response:
     """A correction's report, in a sandbox."""
     return pages.report(correction_page(here.store, id, language))
+
+
+@routes.get("/corrections/{id}/curves")
+def list_curves(id: str, here: Here, language: Language = "en") -> Page[CurvePicture]:
+    """The error curves of a correction that have a picture, each in words."""
+    return Page(correction_curves(here.store, id, Texts(language)))
+
+
+@routes.get("/corrections/{id}/curves/{number}", response_class=Svg)
+def show_curve(
+    id: str, number: Row, here: Here, language: Language = "en", narrow: bool = False, dark: bool = False
+) -> Response:
+    """The picture of one error curve: red is material left on, blue too much taken; touches with ±U, 95 % band."""
+    return pages.picture(curve_picture(here.store, id, number, Texts(language), narrow=narrow, dark=dark))
 
 
 @routes.get("/series")
@@ -129,6 +152,12 @@ def show_proposal(id: str, here: Here, response: Response) -> ProposalView:
     found = proposals.proposal_view(here.store, id, here.clock())
     etags.tag(response, found.etag)
     return found
+
+
+@routes.get("/proposals/{id}/picture", response_class=Svg)
+def show_effects(id: str, here: Here, language: Language = "en", dark: bool = False) -> Response:
+    """The picture of what a proposal does to the next part."""
+    return pages.picture(proposals.proposal_picture(here.store, id, Texts(language), dark=dark))
 
 
 @routes.get("/alarms")

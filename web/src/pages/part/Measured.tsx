@@ -1,6 +1,6 @@
 import type { Shape } from "../../api/client";
 import { hash, number } from "../../show/format";
-import { Age, Deviation, Opens, Rows, State, To } from "../../show/parts";
+import { Age, Deviation, Legend, Opens, Rows, State, To } from "../../show/parts";
 import { useName, useText } from "../../text/text";
 
 type Life = Shape<"PartLife">;
@@ -61,17 +61,6 @@ function Results({ results }: { results: (Result & { key: string })[] }) {
       />
       <Legend />
     </>
-  );
-}
-
-/** What the colours of deviations mean. */
-export function Legend() {
-  const text = useText();
-  return (
-    <ul className="key">
-      <li className="left-on">{text("key.left")}</li>
-      <li className="taken">{text("key.taken")}</li>
-    </ul>
   );
 }
 
