@@ -1,6 +1,7 @@
 """All that a store knows of one part: `life`."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from sqlalchemy import Connection, Select, select
@@ -82,6 +83,7 @@ def _records(connection: Connection, store: Store, part: Part, named: set[str]) 
     return [one for one in records if one.value.id in named or _is_of(one.value, part)]
 
 
+@cache
 def _standing() -> Select[Any]:
     """Corrections that nothing supersedes, without their payloads."""
     table = TABLES["correction"]
