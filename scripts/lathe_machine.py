@@ -35,8 +35,8 @@ service = "{address}"
 [linuxcnc]
 ini = "{ini}"
 programs = "{ini}-programs"
-away_s = 2
-start_s = 3
+away_s = 1.5
+start_s = 1.5
 settled_s = 0.5
 """
 _WAIT_S: Final = 20.0
@@ -93,7 +93,7 @@ class LatheMachine:
     def cell_killed(self, key: str, address: str, drawn: random.Random) -> None:
         """The real command, with its real pace."""
         with self._cell(key, address) as cell:
-            time.sleep(drawn.uniform(0.5, 4.0))
+            time.sleep(drawn.uniform(0.5, 5.0))
             cell.kill()
 
     def settled(self, key: str, address: str) -> None:
