@@ -114,7 +114,8 @@ class _heeded:  # noqa: N801 -- a context manager, written where it is used
 def listen(where: Listening) -> socket.socket:
     """A socket that listens. Raises SRV-ADDRESS."""
     family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
-    listening = socket.socket(family, socket.SOCK_STREAM)
+    # asyncio sends at once only on sockets that say they are TCP; else each answer waits 40 ms for the client's ACK
+    listening = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         if sys.platform != "win32":
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
