@@ -12,7 +12,7 @@ def fits(value: object, hint: Any) -> bool:
 
     A whole number is a float too, a bool is neither. The elements of an array are not looked at.
     """
-    if hint in (Any, object) or isinstance(hint, TypeVar):
+    if type(value) is hint or hint in (Any, object) or isinstance(hint, TypeVar):
         return True
     origin, inner = get_origin(hint) or hint, get_args(hint)
     if origin in (Union, UnionType):

@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from trueloop.collector import put_off
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.errors import Code, Place, Severity, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
@@ -49,6 +50,7 @@ def read_part_of_job(path: Path) -> PartOfJob:
     return PartOfJob(files.job.part.name, files.profile(), files.sources.files)
 
 
+@put_off()
 def read_measured(
     path: Path, stated: Stated, part: PartOfJob | None = None, chosen: Chosen | None = None, axis: Axis | None = None
 ) -> FileOnPart:

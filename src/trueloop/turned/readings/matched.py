@@ -1,6 +1,5 @@
 """Readings matched with the features of a profile: which feature each is of, and how that was found."""
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -62,4 +61,4 @@ def _only_ones(names: tuple[str, ...]) -> Mapping[str, int]:
 
 
 def _letters(name: str) -> str:
-    return re.sub(r"[\W_]+", "", name.casefold())
+    return "".join(filter(str.isalnum, name.casefold()))
