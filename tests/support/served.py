@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from time import monotonic
 from typing import Any
 
 import uvicorn
@@ -72,6 +73,13 @@ class Window:
     def resize(self, size: tuple[int, int]) -> None:
         """Makes the window as large, in CSS pixels."""
         self.page.set_viewport_size({"width": size[0], "height": size[1]})
+
+    def until(self, said: str, given: Any = None) -> None:
+        """Waits until JavaScript says yes; asked from here, for the page's own policy forbids a text as a script."""
+        end = monotonic() + WAIT_S
+        while not self.page.evaluate(said, given):
+            assert monotonic() < end, said
+            self.page.wait_for_timeout(50)
 
     def settled(self) -> None:
         """The page has its heading, and nothing is being loaded."""

@@ -63,14 +63,12 @@ def test_pictures_follow_dark_and_light_and_the_width(web: Browsing) -> None:
         canvas = window.page.locator(".chart canvas")
         wide = canvas.bounding_box()
         window.resize((400, 800))
-        window.page.wait_for_function("document.querySelector('.chart canvas').clientWidth < 380")
+        window.until("document.querySelector('.chart canvas').clientWidth < 380")
         narrow = canvas.bounding_box()
         assert wide and narrow and narrow["width"] < wide["width"] / 2
         before = window.page.evaluate("document.querySelector('.chart canvas').toDataURL()")
         window.page.emulate_media(color_scheme="dark")
-        window.page.wait_for_function(
-            "before => document.querySelector('.chart canvas')?.toDataURL() !== before", arg=before
-        )
+        window.until("before => document.querySelector('.chart canvas')?.toDataURL() !== before", before)
         assert window.complaints == []
 
 
@@ -108,14 +106,19 @@ def test_a_change_of_a_program_stands_beside_the_curves_it_was_made_for(web: Bro
     """Pictures and words: of who sees none, `alt` says what the curve reaches."""
     with web.window("viewer") as window:
         window.go("/parts/1")
-        window.page.get_by_role("link", name="→").click()
+        named = "finish.ngc → finish.ngc corrected for part a (rev B)"
+        window.page.get_by_role("link", name=named).click()
+        expect(window.page.get_by_role("heading", name=named)).to_be_visible()
         dome = window.page.get_by_role("img", name=re.compile("Error curve of dome: .* is material left on"))
         dome.scroll_into_view_if_needed()
-        window.page.wait_for_function("one => one.complete && one.naturalWidth > 100", arg=dome.element_handle())
+        window.until("one => one.complete && one.naturalWidth > 100", dome.element_handle())
         light = dome.get_attribute("src")
         window.page.get_by_role("button", name="Dark").click()
         expect(dome).not_to_have_attribute("src", str(light))
-        window.page.wait_for_function("one => one.complete && one.naturalWidth > 100", arg=dome.element_handle())
+        window.until("one => one.complete && one.naturalWidth > 100", dome.element_handle())
+        window.go("/programs")
+        row = window.page.get_by_role("row").filter(has_text="finish.ngc corrected for part a (rev B)")
+        expect(row.get_by_role("link", name="Change of the program")).to_be_visible()
         assert window.complaints == []
 
 
@@ -124,6 +127,6 @@ def test_a_proposal_is_seen_and_how_the_last_part_was_corrected(web: Browsing) -
         window.go("/proposals/dome1")
         main = window.page.locator("main")
         expect(main).to_contain_text("How part 2711, the last one behind it, was corrected")
-        window.page.wait_for_function("document.querySelector('img.picture').naturalWidth > 100")
+        window.until("document.querySelector('img.picture').naturalWidth > 100")
         assert window.page.locator("img.picture").count() > 2
         assert window.complaints == []

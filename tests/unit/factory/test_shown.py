@@ -3,17 +3,21 @@
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import timedelta
+from hashlib import sha256
 
 import pytest
 
+from tests.support.correction import example_correction
 from tests.support.factory import BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, Shop
-from tests.support.kept import EDGE, MADE_AT, SET_AT
+from tests.support.kept import EDGE, MADE_AT, SET_AT, of_part
 from tests.support.series import inspection
+from trueloop.domain.correction import Correction
 from trueloop.domain.edge_names import edge_name
 from trueloop.domain.factory.route import BlockKind
 from trueloop.domain.factory.states import FactKind, PartState, StepState
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.program import ProgramText
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
@@ -37,6 +41,7 @@ from trueloop.factory.shown.records import (
 from trueloop.factory.shown.series import series_rows, series_view
 from trueloop.factory.shown.today import today
 from trueloop.factory.shown.tools import tool_rows
+from trueloop.factory.views.orders import CorrectedFrom
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of
 from trueloop.storage.store import Store, keep, open_store
@@ -135,7 +140,9 @@ def test_programs_are_shown_and_compared(shop: Shop) -> None:
     sha = shop.correct(shop.run())
     rows = {one.sha256: one for one in program_rows(shop.store).items}
     assert (rows[SHA["finish"]].name, rows[SHA["finish"]].released) == ("finish.ngc", True)
-    assert (rows[sha].released, rows[sha].made_from) == (False, shop.now_is().parts[0].steps[2].run)
+    made = CorrectedFrom(shop.now_is().parts[0].steps[2].run, "finish.ngc", SHA["finish"], "shaft", "B", "a")
+    assert (rows[sha].released, rows[sha].name, rows[sha].corrected) == (False, "", made)
+    assert {one.corrected for one in rows.values()} == {None, made}
     found = program_diff(shop.store, SHA["finish"], sha)
     changed = [(one.change, one.text) for one in found.lines if one.change != "same"]
     assert ("before", "G1 X1") in changed
@@ -145,6 +152,28 @@ def test_programs_are_shown_and_compared(shop: Shop) -> None:
     assert text_of(shop.store, sha) != text_of(shop.store, SHA["finish"])
     with pytest.raises(TrueloopError, match="no program '9999"):
         text_of(shop.store, "9" * 64)
+
+
+def test_a_corrected_program_that_no_order_made_is_known_by_its_mark(store: Store) -> None:
+    correction = of_part(example_correction("modbas2"), "2711")
+    marked = correction.corrected_program.replace(
+        example_correction("modbas2").record.id.encode(), correction.record.id.encode()
+    )
+    other = marked.replace(correction.record.id.encode(), b"0" * 16)
+    keep(
+        store,
+        [
+            Correction(replace(correction.record, options={}), {"size_mm": 0.15}, None),
+            *(ProgramText(sha256(one).hexdigest(), one) for one in (marked, other)),
+        ],
+    )
+    unknown, found = program_rows(store).items
+    assert unknown.corrected is None
+    assert found.corrected is not None
+    assert (found.corrected.correction, found.corrected.serial) == (correction.record.id, "2711")
+    source = correction.record.program
+    assert source is not None
+    assert (found.corrected.name, found.corrected.source_sha256) == (source.name, source.sha256)
 
 
 def test_today_says_what_waits_for_whom(shop: Shop) -> None:

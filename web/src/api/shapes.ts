@@ -1798,8 +1798,27 @@ export interface components {
             temperature_age_s: number | null;
         };
         /**
+         * CorrectedFrom
+         * @description What a corrected program was made from: by which correction, from which program, for which part.
+         */
+        CorrectedFrom: {
+            /** Correction */
+            correction: string;
+            /** Name */
+            name: string;
+            /** Part Type */
+            part_type: string;
+            /** Revision */
+            revision: string;
+            /** Serial */
+            serial: string;
+            /** Source Sha256 */
+            source_sha256: string;
+        };
+        /**
          * CorrectionView
-         * @description One correction of this part, and who decided of it. `has_report`: a page can be opened.
+         * @description One correction of this part, and who decided of it. `source` is the name of the program that it corrects;
+         *     `has_report`: a page can be opened.
          */
         CorrectionView: {
             /** Corrected Sha256 */
@@ -1814,6 +1833,8 @@ export interface components {
             made_by: string;
             /** Product */
             product: string;
+            /** Source */
+            source: string;
             /** Source Sha256 */
             source_sha256: string;
             /** Summary */
@@ -3099,9 +3120,10 @@ export interface components {
         };
         /**
          * ProgramRow
-         * @description A program of the store.
+         * @description A program of the store. `name` is empty where no file brought it; `corrected`: of one that a correction wrote.
          */
         ProgramRow: {
+            corrected: components["schemas"]["CorrectedFrom"] | null;
             /** Dialect */
             dialect: string;
             /**
@@ -3109,8 +3131,6 @@ export interface components {
              * Format: date-time
              */
             kept_at: string;
-            /** Made From */
-            made_from: string;
             /** Name */
             name: string;
             /** Released */

@@ -3,6 +3,7 @@ import type { Shape } from "../api/client";
 import { hash } from "../show/format";
 import { Curves } from "../show/Curves";
 import { Head, Section, Shown } from "../show/parts";
+import { useProgramName } from "../show/program";
 import { useText } from "../text/text";
 
 const SIGN: Record<string, string> = { before: "−", after: "+" };
@@ -10,6 +11,7 @@ const SIGN: Record<string, string> = { before: "−", after: "+" };
 /** What is another in a program than in the one before it. */
 export default function Diff({ id, of }: { id: string; of: string }) {
   const text = useText();
+  const { name } = useProgramName();
   const found = useShown<Shape<"ProgramDiff">>(`programs/${encodeURIComponent(of)}/diff/${encodeURIComponent(id)}`);
   return (
     <>
@@ -17,7 +19,10 @@ export default function Diff({ id, of }: { id: string; of: string }) {
       <Shown found={found}>
         {({ before, after, lines, differences }) => (
           <>
-          <Section title={`${before.name} ${hash(before.sha256)} → ${after.name} ${hash(after.sha256)}`}>
+            <Section title={`${name(before)} → ${name(after)}`}>
+            <p className="soft">
+              <code>{hash(before.sha256)}</code> → <code>{hash(after.sha256)}</code>
+            </p>
             <p className="soft">{text("diff.count", { count: differences })}</p>
             <div className="diff">
               {lines.map((line, k) => (
@@ -30,7 +35,7 @@ export default function Diff({ id, of }: { id: string; of: string }) {
               ))}
             </div>
           </Section>
-          {after.made_from && <Curves correction={after.made_from} title={text("curve.title")} />}
+          {after.corrected && <Curves correction={after.corrected.correction} title={text("curve.title")} />}
           </>
         )}
       </Shown>

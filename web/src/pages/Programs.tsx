@@ -5,6 +5,7 @@ import { useChange, usePages } from "../api/asking";
 import type { Shape } from "../api/client";
 import { hash } from "../show/format";
 import { Act, Age, Head, More, Opens, Refused, Rows, Section, Shown, State, To, useWhyNot } from "../show/parts";
+import { useProgramName } from "../show/program";
 import { useText } from "../text/text";
 
 type Program = Shape<"ProgramRow">;
@@ -13,6 +14,7 @@ const HEAD = ["program", "hash", "dialect", "kept", "open", "released"] as const
 /** All programs, the latest first; an engineer releases them, and two of them can be compared. */
 export default function Programs() {
   const text = useText();
+  const { name } = useProgramName();
   const list = usePages<Program>("programs");
   return (
     <>
@@ -29,9 +31,13 @@ export default function Programs() {
               rows={programs.map((one) => ({
                 key: one.sha256,
                 cells: [
-                  one.name,
+                  name(one),
                   <code className="number">{hash(one.sha256)}</code>,
-                  `${one.dialect} ${one.unit}`,
+                  one.corrected ? (
+                    <To href={`/programs/${one.corrected.source_sha256}/diff/${one.sha256}`}>{text("head.diff")}</To>
+                  ) : (
+                    `${one.dialect} ${one.unit}`
+                  ),
                   <Age at={one.kept_at} />,
                   <Opens href={`programs/${one.sha256}`}>{text("program.open")}</Opens>,
                   one.released ? <State kind="state" name="released" /> : <Release sha256={one.sha256} />,
@@ -72,11 +78,12 @@ function Release({ sha256 }: { sha256: string }) {
 
 function Compare({ programs }: { programs: Program[] }) {
   const text = useText();
+  const { name } = useProgramName();
   const [before, from] = useState("");
   const [after, to] = useState("");
   const data = [
     { value: "", label: text("order.program.none") },
-    ...programs.map((one) => ({ value: one.sha256, label: `${one.name} ${hash(one.sha256)}` })),
+    ...programs.map((one) => ({ value: one.sha256, label: `${name(one)} ${hash(one.sha256)}` })),
   ];
   return (
     <div className="fields">

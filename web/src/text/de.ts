@@ -237,6 +237,8 @@ export const de: Record<Key, string> = {
   "head.unit": "Einheit",
   "program.none": "Noch ist kein Programm aufbewahrt.",
   "program.open": "Text",
+  "program.corrected": "{name} korrigiert für Teil {serial}",
+  "program.corrected.rev": "{name} korrigiert für Teil {serial} (Rev. {revision})",
   "program.compare": "Zwei Programme vergleichen",
   "program.before": "Von",
   "program.after": "Nach",

@@ -236,6 +236,8 @@ export const en = {
   "head.unit": "Unit",
   "program.none": "No program is kept yet.",
   "program.open": "Text",
+  "program.corrected": "{name} corrected for part {serial}",
+  "program.corrected.rev": "{name} corrected for part {serial} (rev {revision})",
   "program.compare": "Compare two programs",
   "program.before": "From",
   "program.after": "To",

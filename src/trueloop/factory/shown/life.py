@@ -119,8 +119,8 @@ def result(reading: Reading) -> Result:
 def correction_view(record: Record, cut_with: Mapping[str, Mapping[str, str]]) -> CorrectionView:
     """A correction by its record; `cut_with`: what was said as its program was given to a finish cut, by id."""
     program = cut_with.get(record.id, {}).get("program_sha256", "")
-    source = "" if record.program is None else record.program.sha256
+    source = ("", "") if record.program is None else (record.program.name, record.program.sha256)
     return CorrectionView(
-        *(record.id, record.product.value, record.made_at, record.made_by, tuple(record.decision), source, program),
+        *(record.id, record.product.value, record.made_at, record.made_by, tuple(record.decision), *source, program),
         record.product is Product.TURNED,
     )

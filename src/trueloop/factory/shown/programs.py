@@ -8,12 +8,13 @@ from sqlalchemy import select
 from trueloop.domain.program import Program, ProgramText
 from trueloop.factory.known import unknown
 from trueloop.factory.load import Known, program_text
+from trueloop.factory.shown.corrected import corrected_from
 from trueloop.factory.shown.paging import LIMIT, before, known_of, page_of, time
-from trueloop.factory.views.orders import DiffLine, ProgramDiff, ProgramRow
+from trueloop.factory.views.orders import CorrectedFrom, DiffLine, ProgramDiff, ProgramRow
 from trueloop.factory.views.page import Page
 from trueloop.report.program_diff import DiffLine as Line
 from trueloop.report.program_diff import diff
-from trueloop.storage.factory_tables import PROGRAM_RELEASE, STEP
+from trueloop.storage.factory_tables import PROGRAM_RELEASE
 from trueloop.storage.kinds import joined, searchable
 from trueloop.storage.store import Store
 from trueloop.storage.tables import TABLES
@@ -33,7 +34,7 @@ def program_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = None)
     """Programs whose text the store has, the latest kept first."""
     with known_of(store) as known:
         rows = known.rows(before(_ROWS, _TEXT.c.id, limit, cursor))
-        made = made_from(known, [one.program_sha256 for one in rows])
+        made = _made(known, rows)
         return page_of(rows, limit, lambda row: int(row.id), lambda row: _row(known, row, made))
 
 
@@ -42,7 +43,7 @@ def program_row(known: Known, sha: str) -> ProgramRow:
     row = known.connection.execute(_ROWS.where(_TEXT.c.program_sha256 == sha)).first()
     if row is None:
         raise unknown("program", sha[:16], "the store has no text of that hash")
-    return _row(known, row, made_from(known, [sha]))
+    return _row(known, row, _made(known, [row]))
 
 
 def text_of(store: Store, sha: str) -> bytes:
@@ -71,25 +72,15 @@ def names_of(known: Known, shas: Sequence[str]) -> Mapping[str, str]:
     return {one.sha256: one.name for one in programs}
 
 
-def made_from(known: Known, shas: Sequence[str]) -> Mapping[str, str]:
-    """Of corrected programs the correction behind each: the run of the step CORRECT of the part that got it."""
-    correct = STEP.alias("correct")
-    query = (
-        select(STEP.c.program_sha256, correct.c.run)
-        .join(correct, (correct.c.order == STEP.c.order) & (correct.c.part == STEP.c.part))
-        .where(
-            STEP.c.program_sha256.in_(shas), STEP.c.kind == "finish", correct.c.kind == "correct", correct.c.run != ""
-        )
-    )
-    return {row.program_sha256: row.run for row in known.rows(query)}
+def _made(known: Known, rows: Sequence[Any]) -> Mapping[str, CorrectedFrom]:
+    unnamed = [one.program_sha256 for one in rows if one.document is None]
+    return corrected_from(known, [one.program_sha256 for one in rows], unnamed)
 
 
-def _row(known: Known, row: Any, made: Mapping[str, str]) -> ProgramRow:
+def _row(known: Known, row: Any, made: Mapping[str, CorrectedFrom]) -> ProgramRow:
     program = None if row.document is None else known.codec.from_json(row.document, Program)
     named = ("", "", "") if program is None else (program.name, program.dialect, program.unit or "")
-    return ProgramRow(
-        row.program_sha256, *named, row.at is not None, made.get(row.program_sha256, ""), time(row.kept_at)
-    )
+    return ProgramRow(row.program_sha256, *named, row.at is not None, made.get(row.program_sha256), time(row.kept_at))
 
 
 def _changes(line: Line) -> int:

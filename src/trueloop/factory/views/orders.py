@@ -57,15 +57,27 @@ class OrderView:
 
 
 @dataclass(frozen=True)
+class CorrectedFrom:
+    """What a corrected program was made from: by which correction, from which program, for which part."""
+
+    correction: str
+    name: str
+    source_sha256: str
+    part_type: str
+    revision: str
+    serial: str
+
+
+@dataclass(frozen=True)
 class ProgramRow:
-    """A program of the store."""
+    """A program of the store. `name` is empty where no file brought it; `corrected`: of one that a correction wrote."""
 
     sha256: str
     name: str
     dialect: str
     unit: str
     released: bool
-    made_from: str
+    corrected: CorrectedFrom | None
     kept_at: datetime
 
 

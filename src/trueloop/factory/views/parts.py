@@ -76,13 +76,16 @@ class InspectionView:
 
 @dataclass(frozen=True)
 class CorrectionView:
-    """One correction of this part, and who decided of it. `has_report`: a page can be opened."""
+    """One correction of this part, and who decided of it. `source` is the name of the program that it corrects;
+    `has_report`: a page can be opened.
+    """
 
     id: str
     product: str
     made_at: str
     made_by: str
     summary: tuple[str, ...]
+    source: str
     source_sha256: str
     corrected_sha256: str
     has_report: bool

@@ -1,6 +1,7 @@
 import type { Shape } from "../../api/client";
 import { hash, number } from "../../show/format";
 import { Age, Deviation, Legend, Opens, Rows, State, To } from "../../show/parts";
+import { useProgramName } from "../../show/program";
 import { useName, useText } from "../../text/text";
 
 type Life = Shape<"PartLife">;
@@ -67,6 +68,7 @@ function Results({ results }: { results: (Result & { key: string })[] }) {
 /** What was corrected, by whom, and how the program was changed. */
 export function Corrections({ life }: { life: Life }) {
   const text = useText();
+  const { corrected } = useProgramName();
   return (
     <Rows
       label={text("part.corrections")}
@@ -81,7 +83,8 @@ export function Corrections({ life }: { life: Life }) {
           one.summary.map((line, k) => <div key={k}>{line}</div>),
           one.source_sha256 && one.corrected_sha256 && (
             <To href={`/programs/${one.source_sha256}/diff/${one.corrected_sha256}`}>
-              {hash(one.source_sha256)} → {hash(one.corrected_sha256)}
+              {one.source || hash(one.source_sha256)} →{" "}
+              {corrected({ name: one.source, serial: life.part.serial, revision: life.part.revision })}
             </To>
           ),
           one.has_report && (
