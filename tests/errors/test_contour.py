@@ -28,7 +28,7 @@ GROOVE = [Line("wall", (25.0, -40.0), (20.0, -40.0)), Line("floor", (20.0, -40.0
 LEFT, RIGHT = CuttingEdge(Called(5), 0.0, "left"), CuttingEdge(Called(15), 0.0, "right")
 
 
-def _groove_cut_by(*calls: Called) -> tuple[CuttingEdge, ...]:
+def _groove_cut_by(*calls: Called) -> tuple[CuttingEdge | None, ...]:
     """The wall and the floor of a groove, cut by the one and the floor again by the other."""
     moves = [*cut(GROOVE), *cut(GROOVE[1:], first=2, chain=1)]
     calling = {move.index: call for move, call in zip(moves, (calls[0], *calls), strict=True)}

@@ -26,7 +26,7 @@ from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import read_program
 from trueloop.turned.compensation.moves import Move
 from trueloop.turned.options import Options
-from trueloop.turned.program.read_back import require_nose_fits
+from trueloop.turned.program.read_back import require_nose_fits, unfit
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 PROGRAMS = Path(__file__).parents[1] / "programs"
@@ -344,6 +344,20 @@ def test_where_a_nose_does_not_fit_is_told_as_a_line_of_the_written_program() ->
     narrow = LED_IN.replace(b"Z-30.\nX50. Z-45.\n", b"Z-30.\nG02 X20.6 Z-30.3 R.3\nG01 X50.\nZ-45.\n")
     driven = read_program(narrow, "fanuc-lathe", "pin.nc").run(tools=[CutterTool(0.4, 3)], strict=False)
     with pytest.raises(TrueloopError, match=r": line 9 of the corrected program: an arc of radius") as refused:
-        require_nose_fits(driven, np.array([7, 11]))
+        require_nose_fits(unfit(driven, driven), np.array([7, 11]))
     assert refused.value.code is Code.NC_GOUGE and refused.value.place == Place("pin.nc")
-    require_nose_fits(driven, np.array([1, 8]))
+    require_nose_fits(unfit(driven, driven), np.array([1, 8]))
+
+
+def test_a_corner_that_the_given_program_has_too_is_its_own() -> None:
+    """Steps of 0.1 mm that shops cut with a nose of 0.4: the control has a way of its own. No other is excused."""
+    step = b"Z-10.\nX20.2\nZ-30.\n"
+    given, moved = (
+        read_program(LED_IN.replace(b"Z-30.\n", text), "fanuc-lathe")
+        for text in (step, step.replace(b"X20.2", b"X20.18"))
+    )
+    found = [unfit(p.run(tools=[CutterTool(0.4, 3)], strict=False), p.run()) for p in (given, moved)]
+    lines = [one.found.place.line or 0 for one in found[0]]
+    assert lines and require_nose_fits(found[1], np.array([7, 12]), found[0], 0.05) == tuple(lines)
+    with pytest.raises(TrueloopError, match="does not fit into the corner"):
+        require_nose_fits(found[1], np.array([7, 12]), found[0], 0.001)

@@ -205,6 +205,52 @@ def test_a_tool_that_cuts_nothing_measured_is_said_and_left(tmp_path: Path) -> N
     assert not (tmp_path / "out" / "record-T15.json").exists()
 
 
+def test_what_is_left_alone_stays_and_its_touches_serve_nothing(tmp_path: Path) -> None:
+    """The right wall's touches are thrown 60 µm off: what the right corner does to the floor is the same."""
+    errors_um = touched(tmp_path, WORN)
+    alone = '[compensation]\nby = "contour"\n[feature.right-wall]\ntool = 0\n'
+    words = []
+    for thrown in (0.0, 60.0):
+        errors = errors_um + np.array([thrown * (p.feature == "right-wall") for p in PLACES])
+        joint = corrected(tmp_path, errors.tolist(), alone)
+        (one,) = [of.correction for of in joint.edges if of.tool == "T15 (right corner)"]
+        assert one is not None and one.profile.names == ("floor-right",)
+        words.append([word.after for word in one.record.changes])
+        assert joint.notes == ("right-wall: left alone, and what was measured of it is used for nothing.",)
+    assert words[0] == words[1]
+
+
+UP_THE_WALL = (
+    "G00 X54.0000 Z-37.0000\nG01 X40.4000 Z-37.0000 F0.05\nG01 X40.4000 Z-39.8000\nG01 X54.0000 Z-39.8000\nG00 X60.\n"
+)
+"""The left corner's cut the other way round, left by X alone."""
+
+
+@pytest.mark.parametrize(
+    ("off_z_mm", "named_mm"),
+    [(0.009, -39.8), (-0.009, None)],
+    ids=["nearer", "further off"],
+)
+def test_a_rapid_by_one_axis_ends_where_it_did_or_further_off(
+    off_z_mm: float, named_mm: float | None, tmp_path: Path
+) -> None:
+    """Inherited, z follows the wall's correction: the left wall looks to z+, material on it takes the tool to z−."""
+    text = program("linuxcnc")
+    first = text.index("G00 X54.0000 Z-39.8000")
+    last = text.index("G00 X60. Z-37.", first)
+    text = text[:first] + UP_THE_WALL + text[last:].removeprefix("G00 X60. Z-37.\n")
+    (tmp_path / "given.ngc").write_text(text)
+    cut = {**SET_OFF, LEFT: Cutting((0.004, off_z_mm))}
+    errors = touched(tmp_path, cut, tmp_path / "given.ngc")
+    path = job(tmp_path, errors.tolist(), "linuxcnc", '[compensation]\nby = "contour"\n')
+    (tmp_path / "finish.ngc").write_text(text)
+    run("compensate", path, "-o", tmp_path / "out")
+    lines = (tmp_path / "out" / "corrected.ngc").read_text().splitlines()
+    named = re.search(r"Z(\S+)", next(line for line in lines if line.startswith("G00 X60.")))
+    assert (None if named is None else float(named[1])) == named_mm
+    assert np.max(np.abs(touched(tmp_path, cut, tmp_path / "out" / "corrected.ngc"))) < 0.15
+
+
 def test_an_edge_that_comes_again_leaves_the_moves_between_alone(tmp_path: Path) -> None:
     """The OD tool cuts up to the groove, the corners cut it, and the OD tool comes back for the rest."""
     text = program("linuxcnc")

@@ -136,7 +136,7 @@ impl Runner<'_> {
         let of_tool = self.program.dialect().flow == FlowStyle::Structured; // D is an edge of the tool in use
         let named = request.get(b'D').filter(|_| !of_tool);
         let number = named.unwrap_or(f64::from(self.tool_in_use()));
-        let edge = (self.program.dialect().tool_offset == ToolOffset::Edge).then_some(self.state.edge.0);
+        let edge = matches!(self.program.dialect().tool_offset, ToolOffset::Edge(_)).then_some(self.state.edge.0);
         let cancelled = number == 0.0 && self.program.dialect().flow == FlowStyle::Macro || edge == Some(0);
         self.state.modal.called = Called {
             number: number.round() as i32,

@@ -31,7 +31,7 @@ impl Runner<'_> {
         }
         match self.program.dialect().tool_offset {
             ToolOffset::InT if word >= 0 => self.table_offset(self.state.modal.tool % 100, word),
-            ToolOffset::Edge => self.use_edge(request, changed),
+            ToolOffset::Edge(letter) => self.use_edge(request, letter, changed),
             ToolOffset::Call if word >= 0 => self.call_tool(request, word),
             _ => {}
         }
@@ -50,15 +50,15 @@ impl Runner<'_> {
         let dialect = self.program.dialect();
         match dialect.tool_offset {
             ToolOffset::InT | ToolOffset::Call => true,
-            ToolOffset::Edge => self.state.spindle_tool == -1,
+            ToolOffset::Edge(_) => self.state.spindle_tool == -1,
             _ => dialect.m_code(6.0) != Some(M::ChangeTool),
         }
     }
 
-    /// T and D of a Sinumerik: the edge's lengths. A new tool comes with D1, D0 takes them away, and in another plane
-    /// they go to other axes.
-    fn use_edge(&mut self, request: &Request, changed: bool) {
-        let (plane, given) = (self.state.modal.plane, request.get(b'D'));
+    /// T and D of a Sinumerik, TG and OG of an Okuma: the edge's lengths. A new tool comes with edge 1, 0 takes them away,
+    /// and in another plane they go to other axes.
+    fn use_edge(&mut self, request: &Request, letter: u8, changed: bool) {
+        let (plane, given) = (self.state.modal.plane, request.get(letter));
         let moved = plane != self.state.edge.1 && self.state.frame.tool != [0.0; 3];
         if !(changed || given.is_some() || moved) {
             return;
@@ -69,7 +69,7 @@ impl Runner<'_> {
         let tool = self.tool_called();
         let known = called(&self.options.tools, tool, Some(edge)).filter(|_| tool > 0);
         let offset = if edge == 0 || tool == 0 { Some([0.0; 3]) } else { known.and_then(|tool| lengths(tool, plane)) };
-        let word = if given.is_some() { request.word(b'D') } else { request.word(b'T') };
+        let word = if given.is_some() { request.word(letter) } else { request.word(b'T') };
         if offset.is_none() && word >= 0 && !self.options.tools.is_empty() {
             self.note_opaque(word, "the offset in the control's table is taken as zero");
         }
@@ -100,7 +100,7 @@ impl Runner<'_> {
     pub(crate) fn machine_origin(&self) -> [f64; 3] {
         let frame = &self.state.frame;
         match self.program.dialect().tool_offset {
-            ToolOffset::Edge => [0, 1, 2].map(|axis| frame.total()[axis] - frame.tool[axis]),
+            ToolOffset::Edge(_) => [0, 1, 2].map(|axis| frame.total()[axis] - frame.tool[axis]),
             _ => frame.total(),
         }
     }

@@ -131,6 +131,15 @@ def test_the_deeper_of_two_tools_leaves_the_surface(tmp_path: Path) -> None:
     assert tools_of(path)["floor-right"] == "T15 (right corner)"
 
 
+def test_what_is_left_alone_is_no_edges(tmp_path: Path) -> None:
+    """The right wall is: its edge keeps the floor, and nothing says that the wall is not known."""
+    path = job(tmp_path, [0.0] * len(PLACES), more="[feature.right-wall]\ntool = 0\n")
+    found = tools_of(path)
+    assert found["right-wall"] == "" and found["floor-right"] == "T15 (right corner)"
+    assert own(path, Called(RIGHT)).profile.names == ("floor-right",)
+    assert re.search(r"right-wall +– +– +left alone", run("nc", "features", path))
+
+
 def test_a_tool_that_the_program_does_not_call_is_refused(tmp_path: Path) -> None:
     said = run("nc", "features", written(tmp_path, "T0515", "T0505"), status=3)
     assert (
@@ -139,7 +148,7 @@ def test_a_tool_that_the_program_does_not_call_is_refused(tmp_path: Path) -> Non
 
 
 def test_offsets_are_called_as_controls_call_them() -> None:
-    """T0313 offset 13; H13; D2 of the tool in use; GE 2000T as Fanuc."""
+    """T0313 offset 13; H13; D2 of the tool in use; GE 2000T as Fanuc; TG and OG of an Okuma, or six digits."""
     for control, words, expected in (
         ("fanuc-lathe", "T0313", [Called(13)]),
         ("fanuc-lathe", "T3", [Called(3)]),
@@ -148,6 +157,9 @@ def test_offsets_are_called_as_controls_call_them() -> None:
         ("siemens", "T3 D2", [Called(3, 2)]),
         ("siemens", "T3", [Called(3)]),
         ("ge2000t", "T0313", [Called(13)]),
+        ("okuma-lathe", "T030313", [Called(13)]),
+        ("okuma-lathe", "G01 X22. TG=06 OG=2\nOG=1", [Called(6, 2), Called(6)]),
+        ("okuma-lathe", "G01 X22. TG=06 OG=2\nTG=03", [Called(6, 2), Called(3)]),
     ):
         source = read_program(f"{words}\nG1 X20. Z-20. F1\n".encode(), control)
         path = source.run({}, strict=False)

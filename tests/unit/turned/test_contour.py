@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from trueloop.geometry.feature import Feature
+from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, reaches_mm, shifted_contour
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_sum
@@ -104,3 +104,18 @@ def test_kink_at_a_tangent_junction_joins_both_ways() -> None:
         gap = before.shifted.centre_mm(before.end_mm) - after.shifted.centre_mm(after.start_mm)
         assert np.linalg.norm(gap) < 1e-9
         assert before.end_mm - line.length_mm == pytest.approx(-NOSE_RADIUS_MM * slope / 2, rel=0.02, abs=1e-9)
+
+
+@pytest.mark.parametrize("apart_mm", [2e-4, -2e-4], ids=["apart", "overlapping"])
+def test_tangent_paths_that_rounding_keeps_apart_go_over_where_they_join(apart_mm: float) -> None:
+    """A line below the lowest point of a fillet never meets its circle; one above meets it √(2 · 1.1 · 0.0002) beside
+    that, 0.02 mm away.
+    """
+    line = Line("floor", (10.0, -3.0), (10.0, 0.0))
+    fillet = Arc("fillet", (10.0, 0.0), (11.5, 1.5), (11.5, 0.0), -math.pi / 2)
+    profile = Profile((line, fillet), junctions_of((line, fillet)))
+    shifts = [sampled(np.array([0.0]), np.array([-apart_mm])), ZERO]
+    before, after = centre_pieces(profile, shifted_contour(profile, shifts, 0.4))
+    assert abs(before.end_mm - 3.0) < 0.025 and abs(after.start_mm) < 0.04
+    gap = math.dist(before.shifted.centre_mm(before.end_mm), after.shifted.centre_mm(after.start_mm))
+    assert gap <= abs(apart_mm) + 1e-9

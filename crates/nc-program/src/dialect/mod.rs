@@ -72,8 +72,8 @@ pub enum ToolOffset {
     Code,
     /// By the last two digits of T.
     InT,
-    /// By T and D: an edge of the tool, whose lengths go to the axes that the plane says.
-    Edge,
+    /// By T and the letter of an edge (D; OG of an Okuma): its lengths go to the axes that the plane says.
+    Edge(u8),
     /// By the call of the tool, along the axis that it names.
     Call,
     /// In a way that is not followed.

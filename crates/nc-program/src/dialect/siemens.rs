@@ -30,7 +30,7 @@ pub const SIEMENS: Dialect = Dialect {
     flow: FlowStyle::Structured,
     increments: None,
     point_decides: false,
-    tool_offset: ToolOffset::Edge,
+    tool_offset: ToolOffset::Edge(b'D'),
     rules: Rules { diameter_is_machine_data: true, ..Rules::USUAL },
     other_axes: Letters::of(b"ABCUVWo"),
     letters: Letters::of(b"ABCDFGHIJKLMNPRSTUVWXYZ"),

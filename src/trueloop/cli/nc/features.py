@@ -73,7 +73,7 @@ class _Row:
 
     feature: "Feature"
     tool: str
-    match: "FeatureMatch | TrueloopError"
+    match: "FeatureMatch | TrueloopError | None"
     blocks: tuple[CuttingBlock, ...]
 
 
@@ -82,7 +82,8 @@ def _row(program: "Program", found: "CutFeature", file: str) -> _Row:
 
     if isinstance(found.match, TrueloopError):
         return _Row(found.feature, found.tool, found.match.in_file(file), ())
-    return _Row(found.feature, found.tool, found.match, _blocks(program, found.match))
+    blocks = () if found.match is None else _blocks(program, found.match)
+    return _Row(found.feature, found.tool, found.match, blocks)
 
 
 def _blocks(program: "Program", match: "FeatureMatch") -> tuple[CuttingBlock, ...]:
@@ -147,7 +148,8 @@ def _print_table(title: str, rows: "list[_Row]", several: bool) -> None:
             numbers = (f"{b.from_mm:.4f}", f"{b.to_mm:.4f}", f"{length_mm:.4f}", f"{b.deviation_um:+z.2f}")
             table.add_row(*named, str(b.line), Text(b.block), b.motion, b.path, *numbers)
         if not row.blocks:
-            table.add_row(*named, "–", "not known", *("",) * 4, f"{length_mm:.4f}", "")
+            why = "left alone" if row.match is None else "not known"
+            table.add_row(*named, "–", why, *("",) * 4, f"{length_mm:.4f}", "")
     console = wide_console()
     console.print(title + "\n", markup=False)
     console.print(table)

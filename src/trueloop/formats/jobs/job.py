@@ -219,7 +219,7 @@ class ToolTable(Table):
     table_name: str = ""
     """The tool's name in the table: a table that has another name under the number is refused."""
     table_edge: Count = 1
-    """The tool's edge in the table: D of a Sinumerik."""
+    """The tool's edge in the table: D of a Sinumerik, OG of an Okuma."""
 
     @model_validator(mode="after")
     def _one_nose(self) -> "ToolTable":
@@ -264,14 +264,16 @@ class CutByTable(Table):
     """What is decided of a feature, where the program leaves it open."""
 
     tool: Annotated[int, Field(ge=0, le=1_000_000, strict=True)]
-    """Number of the tool of [[tools]] that leaves its surface."""
+    """Number of the tool of [[tools]] that leaves its surface. 0: it is left alone, and nothing that was measured of it
+    is used.
+    """
     edge: Count = 1
-    """That tool's edge: D of a Sinumerik."""
+    """That tool's edge: D of a Sinumerik, OG of an Okuma."""
 
     @property
-    def called(self) -> Called:
-        """As the program calls it."""
-        return Called(self.tool, self.edge)
+    def called(self) -> Called | None:
+        """As the program calls it; None: the feature is left alone."""
+        return Called(self.tool, self.edge) if self.tool else None
 
 
 @with_options("programs", Options)
@@ -509,7 +511,7 @@ class Job(Table):
         calls = [one.called for one in self.tools]
         if len(set(calls)) < len(calls):
             raise ValueError("two tables [[tools]] have the same `number` and `table_edge`")
-        strange = [name for name, cut in self.feature.items() if cut.called not in calls]
+        strange = [name for name, cut in self.feature.items() if cut.called not in (*calls, None)]
         if strange:
             raise ValueError(f"`feature.{strange[0]}.tool` is none of [[tools]]")
         if self.tools and self.compensation.nose_from:

@@ -109,7 +109,7 @@ class ReadFinish:
     part: ReadPart
     program: Program
     run: Run
-    decided: Mapping[str, Called] = field(default_factory=dict)
+    decided: Mapping[str, Called | None] = field(default_factory=dict)
 
 
 def read_finish(path: Path) -> ReadFinish:
@@ -120,8 +120,11 @@ def read_finish(path: Path) -> ReadFinish:
     return ReadFinish(part, program, files.run, decided_of(files, part.profile))
 
 
-def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called]:
-    """By feature the edge that the job names. Raises JOB-KEY for a feature that the part has not."""
+def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called | None]:
+    """By feature the edge that the job names, None where it is to be left alone.
+
+    Raises JOB-KEY for a feature that the part has not.
+    """
     for name in files.job.feature:
         if name not in profile.names:
             with files.located.at("feature", name):

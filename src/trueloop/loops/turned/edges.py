@@ -19,7 +19,7 @@ from trueloop.nc.program.tool_path import ToolPath
 
 
 def cutters_of(
-    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called]
+    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called | None]
 ) -> Cutters:
     """The edge of every feature, or why it is not known. Raises NC errors of running, NC-NO-TOOL for an edge that the
     program does not call.
@@ -36,7 +36,7 @@ def cutters_of(
 
 
 def contours_of(
-    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called]
+    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called | None]
 ) -> tuple[OwnContour, ...]:
     """What each edge cuts, in the job's order, without edges that cut nothing of the profile. Raises NC errors."""
     found = cutters_of(program, run, profile, edges, decided)
@@ -49,25 +49,25 @@ def contours_of(
 class CutFeature:
     """A feature as an edge cuts it, by name (of several that one move cuts, all), or why that is not known.
 
-    `tool` is what the program calls there; "" before any T word or where it is not known.
+    `tool` is what the program calls there; "" before any T word or where it is not known. `match` None: left alone.
     """
 
     feature: Feature
     tool: str
-    match: FeatureMatch | TrueloopError
+    match: FeatureMatch | TrueloopError | None
 
 
 def cut_features(
-    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called]
+    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called | None]
 ) -> list[CutFeature]:
     """Every feature of a job of several edges, in the profile's order. Raises NC-NO-TOOL and what running raises."""
     path, found = run.of(program), cutters_of(program, run, profile, edges, decided)
     cut = {
         index: CutFeature(feature, "", one)
         for index, (feature, one) in enumerate(zip(profile.features, found.found, strict=True))
-        if isinstance(one, TrueloopError)
+        if not isinstance(one, CuttingEdge)
     }
-    for edge in dict.fromkeys(one for one in found.found if not isinstance(one, TrueloopError)):
+    for edge in dict.fromkeys(one for one in found.found if isinstance(one, CuttingEdge)):
         own = own_contour(profile, found, edge)
         moves = replace(run, called=edge.called).moves(program, path)
         matches = match_each(moves, own.profile, edge.nose_radius_mm, lines=run.lines)

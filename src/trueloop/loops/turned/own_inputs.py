@@ -43,11 +43,17 @@ def own_inputs(inputs: Inputs, own: OwnContour) -> Inputs | None:
 
 
 def shared_words(inputs: Inputs, contours: tuple[OwnContour, ...]) -> tuple[str, ...]:
-    """Readings and characteristics that no edge has for itself: what is left out, in words."""
+    """Measurements and characteristics that no edge has for itself: what is left out, in words."""
     owns = [set(_own_of(one)) for one in contours]
+    measured = {int(i) for i in inputs.touches.feature_index}
+    left = [name for i, name in enumerate(inputs.profile.names) if i in measured - set[int]().union(*owns)]
     readings = [s.name for s in inputs.touches.seen if not any(set(s.feature_index.tolist()) <= own for own in owns)]
     asked = [one.name for one in inputs.characteristics if not any(_is_own(one, own, inputs) for own in contours)]
     found = []
+    if left:
+        found.append(
+            wording("{names}: left alone, and what was measured of it is used for nothing.", names=all_of(left))
+        )
     if readings:
         found.append(
             wording(

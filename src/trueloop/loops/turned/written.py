@@ -25,6 +25,7 @@ from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.moves import between
 from trueloop.turned.compensation.targets import Fitting, Replacement, bent_lines, end_shifts, replaced_arcs
 from trueloop.turned.program.contour_cycles import finishing_cycle
+from trueloop.turned.program.rapids import with_rapids
 from trueloop.turned.program.read_back import (
     check_contour,
     check_rapids,
@@ -33,9 +34,11 @@ from trueloop.turned.program.read_back import (
     farthest_mm,
     move_of,
     require_nose_fits,
+    unfit,
 )
 from trueloop.turned.program.write import Displacements, corrected_source, displacements, led_in
 from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.wording import wording
 
 FOR_CHORDS = 0.5
 """Share of the chord tolerance for the moves themselves, where the control keeps the nose off them: its joins where a
@@ -100,10 +103,10 @@ def write_contour(
     source = writing.with_edits(edits)
     program = writing.reread(source)
     read = _ReadBack(program, writing.run.of(program), explicit.path, targets)
-    _require_intended(writing, profile, read, paths)
+    corners = _require_intended(writing, profile, read, paths)
     if writing.roughing_stays:
         require_roughing_stays(writing.run, (writing.program, program), paths.written, matched.resolution_mm)
-    return source, changes(writing.program, edits), _notes(writing, read)
+    return source, changes(writing.program, edits), [*_corner_notes(corners), *_notes(writing, read)]
 
 
 def _of_own_moves(writing: Writing, targets: Displacements) -> Displacements:
@@ -137,8 +140,10 @@ class _ReadBack:
         return self.targets.first + 1, len(self.path) - 1 - (len(self.old) - 1 - self.targets.last)
 
 
-def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths: Paths) -> None:
-    """The contour is where it shall be, all else is where it was."""
+def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths: Paths) -> tuple[int, ...]:
+    """The contour is where it shall be, all else is where it was. Lines of the source's own corners that the nose does
+    not fit into: with such the contour is compared as programmed alone.
+    """
     old, path, targets, span = read.old, read.path, read.targets, read.span
     (before, after), driven = paths.written, paths.driven
     check_rest(old, path, targets.first, targets.last)
@@ -150,10 +155,26 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
     check_rapids(profile, old, path, targets.last, largest_mm if cycle is not None and cycle.by == "name" else 0.0)
     moves, written = range(targets.first, targets.last + 1), range(targets.first, span[1] + 1)
     check_way(old, path, moves, written, largest_mm + tolerance_mm)
-    if driven is not None:
-        compensated = writing.run.driven(read.program, driven.nose_radius_mm)
-        require_nose_fits(compensated, path.line[[*span]])
+    if driven is None:
+        return ()
+    compensated = writing.run.driven(read.program, driven.nose_radius_mm)
+    given = unfit(writing.run.driven(writing.program, driven.nose_radius_mm), matched.path)
+    own = require_nose_fits(unfit(compensated, path), path.line[[*span]], given, largest_mm + tolerance_mm)
+    if not own:
         check_contour(compensated, _of_blocks(compensated, path.block[[*span]]), driven.along(after), tolerance_mm)
+    return own
+
+
+def _corner_notes(lines: Sequence[int]) -> list[str]:
+    if not lines:
+        return []
+    return [
+        wording(
+            "The nose does not fit into the corners before the moves of lines {lines}, in the given program as in the "
+            "corrected one: how the control cuts them is its own, and was not checked.",
+            lines=", ".join(map(str, sorted(set(lines)))),
+        )
+    ]
 
 
 def _notes(writing: Writing, read: _ReadBack) -> list[str]:
@@ -188,8 +209,11 @@ def _targets(
         fitting = replace(fitting, tolerance_mm=FOR_CHORDS * fitting.tolerance_mm)
     bent = bent_lines(cuts, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
     arcs = replaced_arcs(cuts, [*is_arc, *bent], after, touched, fitting)
-    targets = displacements(start, shifts, arcs, [move.index for move in matched.match.run_out])
+    run_out = [move.index for move in matched.match.run_out]
+    targets = displacements(start, shifts, arcs, run_out)
     edges = [move.index for move in matched.match.between if move.index in is_arc]
+    meant = {*range(targets.first, cuts[0].move), *(shift.move for shift in shifts), *run_out}
+    targets = with_rapids(own.path, profile, targets, meant & set(targets.ends))
     arcs_too = Displacements(targets.ends, {**targets.arcs, **_edge_arcs(matched, edges, targets.ends)})
     return led_in(own.program, own.path, arcs_too)
 

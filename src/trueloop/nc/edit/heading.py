@@ -10,6 +10,7 @@ from trueloop.nc.program.program import Program
 _HAS_TO_BE_FIRST: Final = re.compile(
     rb"""\s*(?:
         % .*                                             # tape mark, or the program's name behind it
+        | \$ [^\s%]+ %                                   # Okuma's name of the file
         | ;\$PATH .*                                     # where Sinumerik files the program
         | \d* [ \t]* BEGIN [ \t]+ PGM .*                 # head of Klartext
         | (?:[O:] \d+ | <[^<>]+>) [ \t]* (?:\(.*\))? ;?  # number or name: controls drop what comes before it

@@ -2,7 +2,8 @@
 
 A move cuts a feature where it runs along it, at the edge's own nose radius from it. Where several edges do, the one
 that goes deeper by more than edges err has the last word, whenever it runs; where none does nobody can say which of
-them left the surface that was measured, and it has to be said.
+them left the surface that was measured, and it has to be said. What is to be left alone (a thread, raw stock, a
+groove's floor in a cycle that is not followed) is no edge's.
 """
 
 from collections.abc import Mapping, Sequence
@@ -48,15 +49,17 @@ class Cover:
 
 @dataclass(frozen=True)
 class Cutters:
-    """By feature: the edge that cuts it, or why none is known. `covers[e][f]`: what edge e does along feature f."""
+    """By feature: the edge that cuts it, None where it is to be left alone, or why none is known. `covers[e][f]`: what
+    edge e does along feature f.
+    """
 
     edges: tuple[CuttingEdge, ...]
-    found: tuple[CuttingEdge | TrueloopError, ...]
+    found: tuple[CuttingEdge | TrueloopError | None, ...]
     covers: tuple[tuple[Cover | None, ...], ...]
 
     @property
-    def edge_of(self) -> tuple[CuttingEdge, ...]:
-        """By feature. Raises the first refusal."""
+    def edge_of(self) -> tuple[CuttingEdge | None, ...]:
+        """By feature; None: left alone. Raises the first refusal."""
         known = []
         for one in self.found:
             if isinstance(one, TrueloopError):
@@ -75,10 +78,11 @@ def cutters(
     moves: Sequence[FeedMove],
     calls: Mapping[int, Called | None],
     edges: Sequence[CuttingEdge],
-    decided: Mapping[str, Called] | None = None,
+    decided: Mapping[str, Called | None] | None = None,
     tolerance_mm: float = TOLERANCE_MM,
 ) -> Cutters:
-    """Finds them. `calls` says what is called in each move, by its index; `decided` by feature what the job decides.
+    """Finds them. `calls` says what is called in each move, by its index; `decided` by feature what the job decides,
+    None: leave it alone.
 
     Of a feature the refusal is NC-TOOLS where several edges cut it and none is deeper, NC-NO-MATCH where none does,
     NC-EDGE for a corner of a groove tool that cannot touch it.
@@ -88,11 +92,15 @@ def cutters(
         tuple(_cover(feature, edge.nose_radius_mm, own, tolerance_mm) for feature in profile.features)
         for edge, own in zip(edges, of_edge, strict=True)
     )
-    found: list[CuttingEdge | TrueloopError] = []
+    decided = decided or {}
+    found: list[CuttingEdge | TrueloopError | None] = []
     for index, feature in enumerate(profile.features):
+        if feature.name in decided and decided[feature.name] is None:
+            found.append(None)
+            continue
         by_edge = [(edge, cover) for edge, cover in zip(edges, (of[index] for of in covers), strict=True) if cover]
         try:
-            edge, line = _cutter(feature, by_edge, edges, (decided or {}).get(feature.name), tolerance_mm)
+            edge, line = _cutter(feature, by_edge, edges, decided.get(feature.name), tolerance_mm)
             edge.require_reaches(feature, line)
             found.append(edge)
         except TrueloopError as refusal:
@@ -152,7 +160,8 @@ def _uncut(feature: Feature, edges: Sequence[CuttingEdge], tolerance_mm: float) 
     return TrueloopError(
         Code.NC_NO_MATCH,
         f"none of the {len(edges)} edges of the job ({called}) cuts '{feature.name}' within {tolerance_mm:.3f} mm",
-        hint="list every tool that cuts the profile in [[tools]], with the number of its offset and its nose radius",
+        hint="list every tool that cuts the profile in [[tools]], with the number of its offset and its nose radius; "
+        f"what is to be left alone: [feature.{feature.name}] tool = 0",
         values={"feature": feature.name},
     )
 

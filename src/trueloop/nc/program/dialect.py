@@ -24,7 +24,8 @@ class Dialect:
     `splines`: G5 to G5.3 cut splines. `blends_corners`: corners are rounded without a bound until G61, or G64 with P.
     `rounds_every_corner`: a word rounds every corner from there on (RNDM). `radius_within_quadrant`: as delivered, an
     arc with R may not leave its quadrant [6811 §A.1.1]. `contours_by_number`: G70 to G73 run the contour between two
-    block numbers. `offset_in_t`: T0312 calls tool 3 with offset 12. `edge_by_d`: D2 calls the second edge of its tool.
+    block numbers. `offset_in_t`: T0312 calls tool 3 with offset 12. `edge_by_d`: D2 calls the second edge of its tool,
+    of an Okuma `TG=6 OG=2`.
 
     `contour_shift` is what moves a contour by an offset: a shift of its frame, or the update of the tool's offset
     (UPD); empty where neither is known. `one_shift`: G52 and G92 set one and the same shift; elsewhere G92 stays below
@@ -101,7 +102,7 @@ _WRITTEN: Final[Mapping[str, Mapping[str, Any]]] = {
         "offset_x": "radius",
     },
     "heidenhain": {"klartext": True},
-    "okuma-lathe": {},
+    "okuma-lathe": {"offset_in_t": True, "edge_by_d": True},
 }  # fmt: skip
 DIALECTS: Mapping[str, Dialect] = MappingProxyType({r[0]: Dialect(*r, **_WRITTEN[r[0]]) for r in nc_dialects()})
 """Every dialect by its name."""

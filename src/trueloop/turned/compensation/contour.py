@@ -10,6 +10,7 @@ shifting the nominal centre path would leave out.
 With dn/ds = κ t: `c′ = (1 + κ u) t + u′ n`.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -26,6 +27,9 @@ PARALLEL_SINE: Final = 1e-7
 """Below this sine of the angle between two centre paths their crossing is not sought: they are joined at the middle."""
 
 NEWTON_STEPS: Final = 30
+
+MEET_MM: Final = 1e-9
+"""Where two paths are this near they cross, however little the search has settled along them."""
 
 
 @dataclass(frozen=True)
@@ -117,25 +121,36 @@ def reaches_mm(shifted: ShiftedFeature, along_mm: float, at_end: bool) -> float:
 def _crossing(before: ShiftedFeature, after: ShiftedFeature, kind: JunctionKind) -> tuple[float, float]:
     """Arc lengths (on `before`, on `after`) where their centre paths cross, nearest to the corner between them.
 
-    Features that are apart keep their ends.
+    Features that are apart keep their ends. Tangent ones that rounding keeps from crossing near there go over into each
+    other where they end.
     """
     if kind is JunctionKind.APART:
         return before.feature.length_mm, 0.0
-    s, t = _first_guess(before, after, kind is JunctionKind.TANGENT)
+    guess = s, t = _first_guess(before, after, kind is JunctionKind.TANGENT)
+    near_mm = min(before.feature.length_mm, after.feature.length_mm) / 2
     for _ in range(NEWTON_STEPS):
         gap = after.centre_mm(t) - before.centre_mm(s)
         leaving, arriving = before.tangent(s), after.tangent(t)
         sine = float(leaving[0] * arriving[1] - leaving[1] * arriving[0])
         if abs(sine) < PARALLEL_SINE:
-            half = 0.5 * float(gap @ leaving)
-            return s + half / _stretch(before, s), t - half / _stretch(after, t)
+            return _side_by_side(before, after, (s, t))
+        if kind is JunctionKind.TANGENT and max(abs(s - guess[0]), abs(t - guess[1])) > near_mm:
+            return _side_by_side(before, after, guess)
         step_s = float(gap[0] * arriving[1] - gap[1] * arriving[0]) / sine
         step_t = float(gap[0] * leaving[1] - gap[1] * leaving[0]) / sine
         s += step_s / _stretch(before, s)
         t += step_t / _stretch(after, t)
         if abs(step_s) + abs(step_t) < 1e-12:
-            break
-    return s, t
+            return s, t
+    meet = math.dist(before.centre_mm(s), after.centre_mm(t)) < MEET_MM
+    return (s, t) if meet or kind is not JunctionKind.TANGENT else _side_by_side(before, after, guess)
+
+
+def _side_by_side(before: ShiftedFeature, after: ShiftedFeature, at: tuple[float, float]) -> tuple[float, float]:
+    """Arc lengths at which two centre paths that run alike there are beside each other."""
+    s, t = at
+    half = 0.5 * float((after.centre_mm(t) - before.centre_mm(s)) @ before.tangent(s))
+    return s + half / _stretch(before, s), t - half / _stretch(after, t)
 
 
 def _first_guess(before: ShiftedFeature, after: ShiftedFeature, tangent: bool) -> tuple[float, float]:

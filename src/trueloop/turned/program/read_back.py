@@ -1,12 +1,13 @@
 """The corrected program read back and run: it must do what was intended, and nothing else may have changed."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Finding, Place, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
 from trueloop.nc.edit.changes import not_as_intended
@@ -108,7 +109,7 @@ def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int,
         old, new = len(before) - k, len(after) - k
         if before.motion[old] != Motion.RAPID:
             continue
-        clearance = [_clearance(profile, path.end_mm[m]) for path, m in ((before, old), (after, new))]
+        clearance = [clearance_mm(profile, path.end_mm[m]) for path, m in ((before, old), (after, new))]
         follows = follows_mm if old == last + 1 and np.all(before.word[old] < 0) else 0.0
         if clearance[1] < clearance[0] - follows - SAME_MM:
             raise TrueloopError(
@@ -121,12 +122,43 @@ def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int,
             )
 
 
-def require_nose_fits(driven: ToolPath, lines: Integers) -> None:
-    """Raises NC-GOUGE or NC-ENTRY where the control cannot keep the nose off the contour of lines (first, last)."""
-    for found in driven.findings:
-        if found.code in (Code.NC_GOUGE, Code.NC_ENTRY) and lines[0] <= (found.place.line or 0) <= lines[1]:
-            where = f"line {found.place.line} of the corrected program: {found.message}"
-            raise TrueloopError(found.code, where, hint=found.hint, place=Place(found.place.file), values=found.values)
+@dataclass(frozen=True)
+class Unfit:
+    """What keeps a control from driving the nose along a contour, and where the move that it says it of begins."""
+
+    found: Finding
+    start_mm: Array
+
+
+def unfit(driven: ToolPath, path: ToolPath) -> tuple[Unfit, ...]:
+    """All of it, in a path as the control drives it; `path` is the same as programmed."""
+    return tuple(
+        Unfit(found, path.start_mm[int(np.flatnonzero(path.line == found.place.line)[0])])
+        for found in driven.findings
+        if found.code in (Code.NC_GOUGE, Code.NC_ENTRY) and found.place.line in path.line
+    )
+
+
+def require_nose_fits(
+    found: Sequence[Unfit], lines: Integers, given: Sequence[Unfit] = (), within_mm: float = 0.0
+) -> tuple[int, ...]:
+    """Raises NC-GOUGE or NC-ENTRY where the control cannot keep the nose off the contour of lines (first, last).
+
+    A corner within `within_mm` of one of `given`, those of the source, is the source's own: the control that cuts it
+    has a way of its own to, and its line there is returned.
+    """
+    own = []
+    for one in found:
+        line, code = one.found.place.line or 0, one.found.code
+        if not lines[0] <= line <= lines[1]:
+            continue
+        near = [g.found.place.line or 0 for g in given if np.linalg.norm(g.start_mm - one.start_mm) <= within_mm]
+        if code is not Code.NC_GOUGE or not near:
+            where = f"line {line} of the corrected program: {one.found.message}"
+            place = Place(one.found.place.file)
+            raise TrueloopError(code, where, hint=one.found.hint, place=place, values=one.found.values)
+        own.append(near[0])
+    return tuple(own)
 
 
 def _off(moves: Sequence[Move], points: Array) -> Array:
@@ -144,6 +176,7 @@ def _point(xyz: Array) -> Point:
     return float(xyz[0]), float(xyz[2])
 
 
-def _clearance(profile: Profile, end_mm: Array) -> float:
+def clearance_mm(profile: Profile, end_mm: Array) -> float:
+    """Distance of a point (x, y, z) from the part's profile, on either side of the axis."""
     point = np.array([abs(end_mm[0]), end_mm[2]])
     return float(np.abs(profile.locate(point).distance_mm[0]))

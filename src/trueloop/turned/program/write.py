@@ -6,8 +6,10 @@ G41 or G42 such a move, shorter than the nose, would say where the nose is led i
 for a piece of the contour: there the rapid ends where the corrected contour begins, as it did on the contour before.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -17,12 +19,16 @@ from trueloop.nc.edit.edit import Edit, coordinate_text, displace_word, insert_b
 from trueloop.nc.edit.shape_words import require_own_shape
 from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion, ToolPath
+from trueloop.turned.compensation.moves import between
 from trueloop.turned.compensation.targets import EndShift, Replacement
 from trueloop.turned.program.arc_blocks import blocks_for, is_motion, style_of
 from trueloop.turned.program.contour_cycles import finishing_cycle, roughed_by
 from trueloop.turned.program.contour_start import require_named
 
 AXES = ((0, "X"), (2, "Z"))
+
+SLID_MM: Final = 1e-3
+"""Ends nearer than this to those of an arc as fitted are rounding: its centre stays."""
 
 
 @dataclass(frozen=True)
@@ -74,15 +80,25 @@ def corrected_source(program: Program, path: ToolPath, targets: Displacements) -
         delta = targets.ends.get(move, np.zeros(2))
         wanted = path.end_mm[move] + np.array([delta[0], 0.0, delta[1]])
         if move in targets.arcs:
-            edits += _arc(program, path, move, _ending_at(targets.arcs[move], wanted))
+            edits += _arc(program, path, move, _from_to(targets.arcs[move], held, wanted))
             held = wanted
-        elif path.motion[move] == Motion.RAPID and np.any(delta) and not _is_led_in(program, path, move):
+        elif (
+            path.motion[move] == Motion.RAPID
+            and not _carries(path, move, wanted, held)
+            and not _is_led_in(program, path, move)
+        ):
             edits.append(_feed_to(program, path, move, wanted))
             held = wanted
         else:
             found, held = _line(program, path, move, wanted, held)
             edits += found
     return edits
+
+
+def _carries(path: ToolPath, move: int, wanted: Array, held: Array) -> bool:
+    """Whether a block goes where it shall by itself: along the axes it names as ever, along others as it is held."""
+    own = np.where(path.word[move] < 0, held, path.end_mm[move])
+    return bool(np.all(own == wanted) or np.all(path.end_mm[move] == wanted))
 
 
 def led_in(program: Program, path: ToolPath, targets: Displacements) -> Displacements:
@@ -151,10 +167,19 @@ def _require_both_named(program: Program, path: ToolPath, move: int) -> None:
         require_named(program, path, move, axis, letter)
 
 
-def _ending_at(replacement: Replacement, wanted: Array) -> Replacement:
-    """The same moves with the last end as the blocks that follow inherit it, to the last digit."""
-    *others, last = replacement.moves
-    return Replacement(replacement.move, (*others, replace(last, end_mm=(float(wanted[0]), float(wanted[2])))))
+def _from_to(replacement: Replacement, held: Array, wanted: Array) -> Replacement:
+    """The same moves from where the control stands to what the blocks that follow inherit, to the last digit.
+
+    Where tangent features join, paths that are rounded cross up to some hundredths before or behind it: the first and
+    the last arc then keep their radius, not their centre.
+    """
+    start, end = ((float(at[0]), float(at[2])) for at in (held, wanted))
+    first, *others = replacement.moves
+    if math.dist(start, first.start_mm) > SLID_MM:
+        first = between(first, start, first.end_mm)
+    *others, last = (first, *others)
+    last = between(last, last.start_mm, end) if math.dist(end, last.end_mm) > SLID_MM else replace(last, end_mm=end)
+    return Replacement(replacement.move, (*others, last))
 
 
 def _arc(program: Program, path: ToolPath, move: int, replacement: Replacement) -> list[Edit]:
