@@ -77,8 +77,8 @@ def _read_back() -> None:
 def _program() -> None:
     shop = _shop()
     shop.run()
-    shop.run()
-    shop.do(ask.StepCorrected(shop.order, _row(shop), 2, "0123456789abcdef", "9" * 64, ""), SERVICE)
+    probe = shop.run().run.key
+    shop.do(ask.StepCorrected(shop.order, _row(shop), 2, probe, "0123456789abcdef", "9" * 64, ""), SERVICE)
     shop.next()
 
 

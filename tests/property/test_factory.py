@@ -176,7 +176,7 @@ class Shop:
             self.programs[sha] = text
             source = BLOCKS[3].program_sha256
             self.corrections[name] = CorrectionFacts(name, (part.value.identity,), source, sha, probe)
-            request = ask.StepCorrected(self.order.order.id, part.row, step.no, name, sha, "")
+            request = ask.StepCorrected(self.order.order.id, part.row, step.no, probe, name, sha, "")
             self._try(partial(people.step_corrected, self.order, request, SERVICE, self.now))
 
     def a_person_takes_parts_out(self) -> None:

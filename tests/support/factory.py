@@ -98,7 +98,7 @@ class Shop:
         keep(self.store, [ProgramText(sha256(text).hexdigest(), text), made])
         sha = sha256(text).hexdigest()
         touches = sha256(touches_of(probe)).hexdigest()
-        self.do(ask.StepCorrected(self.order, part, 2, made.record.id, sha, touches), SERVICE)
+        self.do(ask.StepCorrected(self.order, part, 2, probe.run.key, made.record.id, sha, touches), SERVICE)
         return sha
 
     def part_of(self, offer: Offer) -> int:

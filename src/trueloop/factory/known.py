@@ -57,6 +57,10 @@ class PartNow:
         out = [one for one in self.steps if one.kind is BlockKind.REMOVE] or [s for s in self.steps if s.kind.moves]
         return any(one.state is not StepState.RECORDED for one in out)
 
+    def gauged_by(self, step: int) -> str:
+        """The run by whose touches a step CORRECT corrects: that of the last gauging before it; empty: none."""
+        return next((one.run for one in reversed(self.steps[:step]) if one.kind is BlockKind.PROBE), "")
+
     def with_step(self, step: StepNow) -> "PartNow":
         """With one step as it is now."""
         return replace(self, steps=tuple(step if one.no == step.no else one for one in self.steps))

@@ -121,11 +121,15 @@ class RecordStep:
 
 @dataclass(frozen=True)
 class StepCorrected:
-    """The step CORRECT came to a correction (its record's id) and a program, kept in the store already."""
+    """The step CORRECT came to a correction (its record's id) and a program, kept in the store already.
+
+    `gauged_by`: the run whose touches it was made from.
+    """
 
     order: str
     part: int
     step: int
+    gauged_by: str
     correction: str
     program_sha256: str
     touches_sha256: str
@@ -133,11 +137,12 @@ class StepCorrected:
 
 @dataclass(frozen=True)
 class CorrectionRefused:
-    """The step CORRECT was refused, by the loop's own code: the part is held."""
+    """The step CORRECT was refused for the touches of a run, by the loop's own code: the part is held."""
 
     order: str
     part: int
     step: int
+    gauged_by: str
     code: str
     said: str
 

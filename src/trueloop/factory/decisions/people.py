@@ -110,9 +110,13 @@ def record_step(order: OrderNow, request: RecordStep, by: By, now: datetime) -> 
 
 
 def step_corrected(order: OrderNow, request: StepCorrected, by: By, now: datetime) -> Changes:
-    """The finish cuts that are to be corrected get the corrected program. Done twice it is done once."""
+    """The finish cuts that are to be corrected get the corrected program. Done twice it is done once.
+
+    Nothing comes of touches in whose stead the part was gauged anew meanwhile: those have a task of their own.
+    """
     part, step = order.part(request.part), order.step(request.part, request.step)
-    if step.state is StepState.RECORDED and step.run == request.correction:
+    done = step.state is StepState.RECORDED and step.run == request.correction
+    if done or part.gauged_by(step.no) != request.gauged_by:
         return Changes()
     _require_next(part, step, (BlockKind.CORRECT,))
     after = part.with_step(replace(step, state=StepState.RECORDED, run=request.correction))
@@ -124,9 +128,9 @@ def step_corrected(order: OrderNow, request: StepCorrected, by: By, now: datetim
 
 
 def correction_refused(order: OrderNow, request: CorrectionRefused, by: By, now: datetime) -> Changes:
-    """The part is held, with what the loop refused it for."""
-    part = order.part(request.part)
-    if part.rejected or order.step(request.part, request.step).state is StepState.RECORDED:
+    """The part is held, with what the loop refused it for; not for touches of an earlier gauging."""
+    part, step = order.part(request.part), order.step(request.part, request.step)
+    if part.rejected or step.state is StepState.RECORDED or part.gauged_by(step.no) != request.gauged_by:
         return Changes()
     after = replace(part, state=PartState.HELD, held_why=f"{request.code}: {request.said}")
     return _changed(order, after, "held", {"why": after.held_why})

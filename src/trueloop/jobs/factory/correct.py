@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 
 from sqlalchemy import select
 
-from trueloop.domain.factory.route import BlockKind
 from trueloop.domain.factory.states import StepState
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
@@ -33,6 +32,7 @@ class _Given:
     order: OrderNow
     part: PartNow
     step: int
+    gauged_by: str
     touches: bytes
     programs: dict[str, bytes]
 
@@ -55,12 +55,12 @@ def correct(store: Store, task: Task, working: Working) -> dict[str, str]:
         if not _kept_already(store, made.correction):
             keep_correction(store, made.inputs, made.correction, Keeping(), made.read.made_with)
     except TrueloopError as refused:
-        said = f"{refused.message}; {refused.hint}"
-        carry_out(store, CorrectionRefused(order, row, step, refused.code.value, said), SERVICE, working.clock())
+        why = refused.code.value, f"{refused.message}; {refused.hint}"
+        carry_out(store, CorrectionRefused(order, row, step, given.gauged_by, *why), SERVICE, working.clock())
         raise
     done = made.correction.record.id
     hashes = sha256_of(made.correction.corrected_program), sha256_of(given.touches)
-    carry_out(store, StepCorrected(order, row, step, done, *hashes), SERVICE, working.clock())
+    carry_out(store, StepCorrected(order, row, step, given.gauged_by, done, *hashes), SERVICE, working.clock())
     return {"correction": done, "program_sha256": hashes[0]}
 
 
@@ -76,17 +76,16 @@ def _kept_already(store: Store, made: Correction) -> bool:
 
 
 def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
-    runs = [one.run for one in part.steps[:step] if one.kind is BlockKind.PROBE]
-    query = select(RUN_TOUCHES.c.content).where(RUN_TOUCHES.c.run == (runs[-1] if runs else ""))
-    touches = known.connection.scalar(query)
+    run = part.gauged_by(step)
+    touches = known.connection.scalar(select(RUN_TOUCHES.c.content).where(RUN_TOUCHES.c.run == run))
     if touches is None:
         raise TrueloopError(
             Code.FAC_TOUCHES,
-            f"part {part.value.serial!r} has no touches of run {runs[-1] if runs else 'none'!r}",
+            f"part {part.value.serial!r} has no touches of run {run or 'none'!r}",
             hint="its cell sends them once the gauging program has run",
-            values={"run": runs[-1] if runs else ""},
+            values={"run": run},
         )
-    return _Given(order, part, step, bytes(touches), programs_of(known, order.order))
+    return _Given(order, part, step, run, bytes(touches), programs_of(known, order.order))
 
 
 def _corrected(store: Store, given: _Given) -> Corrected:
