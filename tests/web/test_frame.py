@@ -86,3 +86,11 @@ def test_the_keyboard_goes_everywhere(web: Browsing) -> None:
         assert order.evaluate("one => getComputedStyle(one).outlineStyle") == "solid"
         window.page.keyboard.press("Enter")
         expect(window.page.get_by_role("heading", level=1, name="Orders")).to_be_visible()
+
+
+def test_capability_stands_with_its_count_or_why_there_is_none(web: Browsing) -> None:
+    with web.window("viewer") as window:
+        for path in ("/", "/wall"):
+            window.go(path)
+            expect(window.page.locator(".counts")).to_contain_text("Cpk dome, shaft")
+            expect(window.page.locator(".counts")).to_contain_text("1 part; it needs 20")

@@ -1841,6 +1841,28 @@ export interface components {
             summary: string[];
         };
         /**
+         * Cpk
+         * @description Cpk of a characteristic from its latest `count` parts with one nominal and limits, with its 95 % interval.
+         *
+         *     None: of fewer than `needed` parts, or of values that are all equal, it says nothing.
+         */
+        Cpk: {
+            /** Characteristic */
+            characteristic: string;
+            /** Count */
+            count: number;
+            /** Cpk */
+            cpk: number | null;
+            /** High */
+            high: number | null;
+            /** Low */
+            low: number | null;
+            /** Needed */
+            needed: number;
+            /** Part Type */
+            part_type: string;
+        };
+        /**
          * CurvePicture
          * @description The curve of the profile's `number`-th feature, from 0; `said`: what the picture shows, for who cannot see it.
          */
@@ -2461,13 +2483,11 @@ export interface components {
         };
         /**
          * Made
-         * @description Counts of today's parts; `cpk` by characteristic where there are enough.
+         * @description Counts of today's parts; `cpk` of the characteristics of their types, the least first.
          */
         Made: {
             /** Cpk */
-            cpk: {
-                [key: string]: number;
-            };
+            cpk: components["schemas"]["Cpk"][];
             /** Held */
             held: number;
             /** In Tolerance */

@@ -115,6 +115,8 @@ function Running({ machine: { name, program, line, progress } }: { machine: Mach
   );
 }
 
+const said = (one: Shape<"Cpk">) => ({ count: one.count, low: number(one.low, 2), high: number(one.high, 2) });
+
 /** How many parts today, and of them how many were good. */
 export function Counts({ made }: { made: Shape<"Made"> }) {
   const text = useText();
@@ -127,10 +129,14 @@ export function Counts({ made }: { made: Shape<"Made"> }) {
           <dd>{made[one]}</dd>
         </div>
       ))}
-      {Object.entries(made.cpk).map(([name, value]) => (
-        <div key={name}>
-          <dt>Cpk {name}</dt>
-          <dd>{number(value, 2)}</dd>
+      {made.cpk.map((one) => (
+        <div key={`${one.part_type} ${one.characteristic}`}>
+          <dt>
+            Cpk {one.characteristic}, {one.part_type}
+            <br />
+            {one.cpk === null ? text(one.count < one.needed ? "made.cpk.few" : "made.cpk.equal", { count: one.count, needed: one.needed }) : text("made.cpk", said(one))}
+          </dt>
+          <dd>{number(one.cpk, 2)}</dd>
         </div>
       ))}
     </dl>

@@ -65,6 +65,9 @@ export const de: Record<Key, string> = {
   "made.in_tolerance": "in Toleranz",
   "made.held": "angehalten",
   "made.rejected": "Ausschuss",
+  "made.cpk": "{count, plural, one {# Teil} other {# Teile}}, {low} … {high} (95 %)",
+  "made.cpk.few": "{count, plural, one {# Teil} other {# Teile}}; {needed} sind nötig",
+  "made.cpk.equal": "{count, plural, one {# Teil} other {# Teile}}, alle gleich: keine Aussage",
 
   "action.decide": "entscheiden",
   "action.review": "prüfen",

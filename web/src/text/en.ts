@@ -64,6 +64,9 @@ export const en = {
   "made.in_tolerance": "in tolerance",
   "made.held": "held",
   "made.rejected": "rejected",
+  "made.cpk": "{count, plural, one {# part} other {# parts}}, {low} … {high} (95 %)",
+  "made.cpk.few": "{count, plural, one {# part} other {# parts}}; it needs {needed}",
+  "made.cpk.equal": "{count, plural, one {# part} other {# parts}}, all equal: nothing to say",
 
   "action.decide": "decide",
   "action.review": "review",

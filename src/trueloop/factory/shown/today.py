@@ -10,6 +10,7 @@ from trueloop.domain.factory.route import BlockKind
 from trueloop.domain.factory.states import PartState, StepState
 from trueloop.factory.load import Known
 from trueloop.factory.roles import Role
+from trueloop.factory.shown.capable import cpk_of_today
 from trueloop.factory.shown.machines import all_machines
 from trueloop.factory.shown.orders import FINISHED
 from trueloop.factory.shown.paging import known_of, time
@@ -104,7 +105,8 @@ def _made(known: Known, began: str) -> Made:
     return Made(
         sum(counts.get(one, 0) for one in FINISHED),
         _in_tolerance(known, began),
-        *(known.connection.scalar(held) or 0, counts.get(PartState.REJECTED.value, 0), {}),
+        *(known.connection.scalar(held) or 0, counts.get(PartState.REJECTED.value, 0)),
+        cpk_of_today(known, FINISHED, began),
     )
 
 

@@ -44,14 +44,30 @@ class MachineNow:
 
 
 @dataclass(frozen=True)
+class Cpk:
+    """Cpk of a characteristic from its latest `count` parts with one nominal and limits, with its 95 % interval.
+
+    None: of fewer than `needed` parts, or of values that are all equal, it says nothing.
+    """
+
+    part_type: str
+    characteristic: str
+    cpk: float | None
+    low: float | None
+    high: float | None
+    count: int
+    needed: int
+
+
+@dataclass(frozen=True)
 class Made:
-    """Counts of today's parts; `cpk` by characteristic where there are enough."""
+    """Counts of today's parts; `cpk` of the characteristics of their types, the least first."""
 
     made: int
     in_tolerance: int
     held: int
     rejected: int
-    cpk: dict[str, float]
+    cpk: tuple[Cpk, ...]
 
 
 @dataclass(frozen=True)
