@@ -8,9 +8,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from hashlib import sha256
+from html import escape
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, urlencode, urlsplit
 
 from sympy import randprime
 
@@ -50,7 +51,10 @@ class Key:
 
 @dataclass
 class IdentityProvider:
-    """`at_s`: its clock. `changed`: claims of the next tokens, None: left out; `token`: one in place of its own."""
+    """`at_s`: its clock. `changed`: claims of the next tokens, None: left out; `token`: one in place of its own.
+
+    `person`: the subject who is signed in there.
+    """
 
     issuer: str
     key: Key
@@ -58,6 +62,7 @@ class IdentityProvider:
     changed: dict[str, object] = field(default_factory=dict)
     token: str | None = None
     calls_itself: str = ""
+    person: str = ""
     codes: dict[str, dict[str, str]] = field(default_factory=dict)
     refusals: list[str] = field(default_factory=list)
 
@@ -113,6 +118,12 @@ def identity_provider(key: Key, at_s: float) -> Iterator[IdentityProvider]:
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
+            if self.path.startswith("/authorize?"):
+                self.asked_for_consent()
+                return
+            if self.path == "/favicon.ico":
+                self.send(b"", "image/x-icon")
+                return
             pages = {"/.well-known/openid-configuration": provider.discovery(), "/keys": {"keys": [key.jwk()]}}
             self.answer(pages.get(self.path))
 
@@ -122,10 +133,18 @@ def identity_provider(key: Key, at_s: float) -> Iterator[IdentityProvider]:
             assert self.path == "/token"
             self.answer(provider.exchanged(given, self.headers.get("Authorization", "")))
 
+        def asked_for_consent(self) -> None:
+            """The provider's own page: the person who is signed in there agrees by its link."""
+            brought = provider.agreed(provider.issuer + self.path, provider.person)
+            back = f"{provider.codes[brought['code']]['redirect_uri']}?{urlencode(brought)}"
+            self.send(f"<!doctype html><title>Sign in</title><a href='{escape(back)}'>Agree</a>".encode(), "text/html")
+
         def answer(self, content: object) -> None:
-            raw = json.dumps(content).encode()
-            self.send_response(200 if content is not None else 400)
-            self.send_header("Content-Type", "application/json")
+            self.send(json.dumps(content).encode(), "application/json", 200 if content is not None else 400)
+
+        def send(self, raw: bytes, media: str, status: int = 200) -> None:
+            self.send_response(status)
+            self.send_header("Content-Type", media)
             self.send_header("Content-Length", str(len(raw)))
             self.end_headers()
             self.wfile.write(raw)

@@ -19,6 +19,7 @@ from trueloop.controllers.linuxcnc.cell.service import Service
 from trueloop.server.app import create_app
 from trueloop.server.identity.accounts import NewAccount, add_account
 from trueloop.server.identity.keys import NewKey, add_key
+from trueloop.server.identity.trusted import Oidc
 from trueloop.server.identity.who import ROLES
 from trueloop.server.run import Listening, listen
 from trueloop.server.settings import Settings
@@ -30,11 +31,11 @@ FLAGS = ("--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--disable-
 
 
 @contextmanager
-def served(store: Store) -> Iterator[str]:
+def served(store: Store, oidc: Oidc | None = None) -> Iterator[str]:
     """The service on a store, at an address of this machine; accounts of every role, named as the role."""
     for role in ROLES:
         add_account(store, NewAccount(role, role, PASSWORD), datetime.now(UTC))
-    app = create_app(store, Settings(poll_s=0.05, workers=0))
+    app = create_app(store, Settings(poll_s=0.05, workers=0), oidc=oidc)
     with listen(Listening(port=0)) as socket:
         server = uvicorn.Server(uvicorn.Config(app, log_level="error", ws="none", timeout_graceful_shutdown=1))
         thread = threading.Thread(target=server.run, args=([socket],), daemon=True)

@@ -93,6 +93,7 @@ def test_only_the_latest_parts_are_read_and_nothing_is_computed_twice(
     monkeypatch.setattr(capable, "LATEST", 24)
     keep(shop.store, [of_part(f"old {k}", 20.0 + k) for k in range(30)])
     keep(shop.store, [of_part(f"{k}", one + 0.125) for k, one in enumerate(ERRORS)])
+    capable._cpk.cache_clear()
     before = capable._cpk.cache_info()
     (found,) = cpk_of(shop)
     assert found.count == 24

@@ -2,14 +2,15 @@ import { Button, Paper, PasswordInput, TextInput, Title } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { useState, type FormEvent } from "react";
 
-import { nowIs } from "../api/asking";
+import { nowIs, useShown } from "../api/asking";
 import { ask, type Problem, type Shape } from "../api/client";
 import { Refused } from "../show/parts";
 import { useText } from "../text/text";
 
-/** Name and password. */
+/** Name and password, or by an identity provider where there is one. */
 export function SignIn() {
   const text = useText();
+  const ways = useShown<Shape<"Ways">>("session/ways");
   const [name, setName] = useState("");
   const [password, setPassword] = useState("");
   const signing = useMutation<Shape<"Me">, Problem>({
@@ -45,6 +46,11 @@ export function SignIn() {
           <Button type="submit" loading={signing.isPending} disabled={!name || !password}>
             {text("sign.in")}
           </Button>
+          {ways.data?.oidc && (
+            <Button component="a" href="/api/v1/session/oidc" variant="default">
+              {ways.data.oidc}
+            </Button>
+          )}
         </form>
       </Paper>
     </main>
