@@ -14,11 +14,13 @@ from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, Listed, n
 class Folder:
     """Programs in `folder`. `asked` says what the control is busy with, where anything does.
 
-    Links of the file system that lead elsewhere are neither listed nor read.
+    `tell` has the control read a file that is in its place now, where a control does not by itself. Links of the file
+    system that lead elsewhere are neither listed nor read.
     """
 
     folder: Path
     asked: Callable[[], Busy | None] | None = None
+    tell: Callable[[Path], None] | None = None
 
     @property
     def where(self) -> str:
@@ -73,6 +75,8 @@ class Folder:
             _sync(self.folder)
         except OSError as error:
             raise not_reached(self.where, error) from error
+        if self.tell is not None:
+            self.tell(self.folder / name)
 
     def remove_aside(self, aside: str) -> None:
         """What cannot be removed stays, under a name that no transfer takes for a program."""

@@ -1,14 +1,21 @@
-"""What a LinuxCNC of this computer is busy with, by the Python module that it brings."""
+"""A LinuxCNC of this computer, by the Python module that it brings: what it is busy with, and its tool table."""
 
+import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from trueloop.controllers.links.link import Busy
 from trueloop.controllers.linuxcnc.cell.task import Task
 from trueloop.errors import Code, TrueloopError
+from trueloop.formats.tables.tool_tables.known import tool_table_of
 
-BY_HAND = "what is typed or done by hand"
+BY_HAND: Final = "what is typed or done by hand"
+TAKEN_S: Final = 5.0
+"""How long LinuxCNC may take to read its tool table."""
+_POLL_S: Final = 0.02
+Offsets = dict[int, tuple[float, float]]
+"""X and Z by tool, as the table counts them."""
 
 
 def linuxcnc_busy(ini: Path, module: Callable[[], Any]) -> Callable[[], Busy | None]:
@@ -21,15 +28,7 @@ def linuxcnc_busy(ini: Path, module: Callable[[], Any]) -> Callable[[], Busy | N
 
     def busy() -> Busy | None:
         nc = module()
-        try:
-            program = nc.ini(str(ini)).find("TASK", "TASK") or "milltask"
-        except nc.error as error:
-            raise TrueloopError(
-                Code.CTL_LINUXCNC,
-                f"LinuxCNC's configuration {str(ini)!r} cannot be read: {error}",
-                hint="name it as `ini` in the settings of the link",
-            ) from error
-        if Task(ini, Path(program).name).pid() is None:
+        if not _runs(ini, nc):
             return Busy()
         try:
             status = nc.stat()
@@ -48,3 +47,64 @@ def _busy(status: Any, nc: Any) -> Busy:
         return Busy(loaded=loaded)
     by_hand = () if status.task_mode == nc.MODE_AUTO else (BY_HAND,)
     return Busy(by_hand or loaded, loaded)
+
+
+def linuxcnc_reads(ini: Path, module: Callable[[], Any], name: str) -> Callable[[Path], None]:
+    """Has the LinuxCNC of that configuration read its tool table of this name anew, and asks it for its X and Z.
+
+    Other files are none of its business. One that does not run reads it as it starts. An offset that is active stays
+    until the program calls G43 again. The call raises CTL-LINUXCNC for a file that is not this LinuxCNC's tool table,
+    or one that it has not taken.
+    """
+
+    def read(table: Path) -> None:
+        if table.name != name:
+            return
+        nc = module()
+        runs, own = _runs(ini, nc), ini.parent / _stated(ini, nc, "EMCIO", "TOOL_TABLE")
+        if own.resolve() != table.resolve():
+            raise _failed(f"{table} is written, but the tool table of {ini} is {own}", "name that one as `tool_table`")
+        if runs and (wrong := _not_taken(nc, _in_file(table))):
+            tools = ", ".join(f"T{one}" for one in wrong)
+            said = f"{table} is written, and LinuxCNC has not taken the offsets of {tools} within {TAKEN_S:g} s"
+            raise _failed(said, "end LinuxCNC and start it again before anything is cut: it reads the table then")
+
+    return read
+
+
+def _not_taken(nc: Any, wanted: Offsets) -> list[int]:
+    """Tools whose offsets LinuxCNC holds otherwise, or does not hold, after it was told to read them."""
+    command, status = nc.command(), nc.stat()
+    command.load_tool_table()
+    until = time.monotonic() + TAKEN_S
+    while True:
+        status.poll()
+        held: Offsets = {one.id: (one.xoffset, one.zoffset) for one in status.tool_table if one.id > 0}
+        wrong = sorted(tool for tool in wanted.keys() | held.keys() if wanted.get(tool) != held.get(tool))
+        if not wrong or time.monotonic() > until:
+            return wrong
+        time.sleep(_POLL_S)
+
+
+def _in_file(table: Path) -> Offsets:
+    rows = tool_table_of(table, table.read_bytes()).rows
+    return {
+        row.tool: (0.0 if row.x is None else float(row.x.value), 0.0 if row.z is None else float(row.z.value))
+        for row in rows
+    }
+
+
+def _runs(ini: Path, nc: Any) -> bool:
+    return Task(ini, Path(_stated(ini, nc, "TASK", "TASK") or "milltask").name).pid() is not None
+
+
+def _stated(ini: Path, nc: Any, section: str, name: str) -> str:
+    try:
+        return nc.ini(str(ini)).find(section, name) or ""
+    except nc.error as error:
+        said = f"LinuxCNC's configuration {str(ini)!r} cannot be read: {error}"
+        raise _failed(said, "name it as `ini` in the settings of the link") from error
+
+
+def _failed(message: str, hint: str) -> TrueloopError:
+    return TrueloopError(Code.CTL_LINUXCNC, message, hint=hint)

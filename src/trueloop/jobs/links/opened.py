@@ -14,7 +14,7 @@ from trueloop.controllers.links.ftp import Ftp
 from trueloop.controllers.links.line.framing import framed
 from trueloop.controllers.links.line.line import Line
 from trueloop.controllers.links.link import Link
-from trueloop.controllers.links.linuxcnc import linuxcnc_busy
+from trueloop.controllers.links.linuxcnc import linuxcnc_busy, linuxcnc_reads
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
 from trueloop.formats.links_toml import AnyLink, FocasTable, FolderTable, LinuxCncTable, SerialTable, read_link
 from trueloop.formats.tables.tool_tables.tool_table import Unit
@@ -67,8 +67,9 @@ def _link(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | L
     if isinstance(table, FolderTable):
         return Folder(beside / table.folder, named_in(beside / table.running_file) if table.running_file else None)
     if isinstance(table, LinuxCncTable):
-        asked = linuxcnc_busy(beside / table.ini, lambda: linuxcnc_module("linuxcnc"))
-        return Folder(beside / table.folder, asked)
+        own = beside / table.ini, lambda: linuxcnc_module("linuxcnc")
+        reads = linuxcnc_reads(*own, table.tool_table) if table.tool_table else None
+        return Folder(beside / table.folder, linuxcnc_busy(*own), reads)
     if isinstance(table, SerialTable):
         line = (table.port, table.baud, table.data_bits, table.parity, table.stop_bits, table.flow)
         return Line(*line, table.code, table.line_end, table.after_xoff, table.silence_s, table.await_xon, tell)

@@ -11,7 +11,7 @@ from scripts.running_lathe import LONGEST_S, RunningLathe, running_lathe
 from tests.support.refusals import refused
 from tests.support.tool_tables import LINUXCNC
 from trueloop.controllers.links.link import Busy
-from trueloop.controllers.links.linuxcnc import linuxcnc_busy
+from trueloop.controllers.links.linuxcnc import linuxcnc_busy, linuxcnc_reads
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
 from trueloop.errors import Code
 
@@ -38,6 +38,13 @@ until(lambda: status.file == sys.argv[1])
 if "run" in sys.argv:
     command.auto(nc.AUTO_RUN, 0)
     until(lambda: status.interp_state != nc.INTERP_IDLE)
+"""
+
+TOOLS = """
+from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+status = linuxcnc_module("linuxcnc").stat()
+status.poll()
+print(sorted((one.id, one.xoffset, one.zoffset) for one in status.tool_table if one.id > 0))
 """
 
 
@@ -83,6 +90,7 @@ def test_what_runs_or_is_loaded_is_not_replaced(shop: Shop) -> None:
     shop.operator("long.ngc")
     assert "'long.ngc' is loaded" in shop.put(other, "long.ngc")
     assert "read back" in shop.put(LINUXCNC, "tool.tbl", "table")
+    assert shop.beside("-c", TOOLS) == "[(1, 0.0, 0.1), (2, 0.0, 10.0), (3, 12.5, -3.25)]\n"
     shop.operator("long.ngc", "run")
     assert "'long.ngc' runs" in shop.put(other, "long.ngc")
     assert "tool table is not written" in shop.put("T1 P1 X1\n", "tool.tbl", "table")
@@ -90,7 +98,14 @@ def test_what_runs_or_is_loaded_is_not_replaced(shop: Shop) -> None:
     assert (shop.programs / "long.ngc").read_text() == long
     shop.operator("other.ngc")
     assert "read back" in shop.put(other, "long.ngc")
+    ini = shop.place / "other.ini"
+    ini.write_text(shop.lathe.ini.read_text().replace("TOOL_TABLE = tool.tbl", "TOOL_TABLE = own.tbl"))
+    error = refused(
+        lambda: linuxcnc_reads(ini, lambda: linuxcnc_module("linuxcnc"), "tool.tbl")(shop.place / "tool.tbl")
+    )
+    assert error.code is Code.CTL_LINUXCNC and "own.tbl" in error.message
     shop.lathe.killed()
+    linuxcnc_reads(shop.lathe.ini, lambda: linuxcnc_module("linuxcnc"), "tool.tbl")(shop.lathe.config / "tool.tbl")
     assert linuxcnc_busy(shop.lathe.ini, lambda: linuxcnc_module("linuxcnc"))() == Busy()
 
 
