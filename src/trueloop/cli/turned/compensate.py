@@ -65,7 +65,7 @@ def run_job(
     from trueloop.jobs.turned.several import has_several
 
     if has_several(path):
-        _run_several(path, output, page, keeping, as_json)
+        _run_several(path, output, page, keeping, as_json, memory)
         return
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli.turned.summary import print_summary
@@ -85,15 +85,23 @@ def run_job(
         print_findings(done.kept.findings)
 
 
-def _run_several(path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool) -> None:
+def _run_several(
+    path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool, memory: Use | None
+) -> None:
     """The same of a job of several edges."""
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli.turned.joint_summary import print_joint
         from trueloop.jobs.turned.several import correct_several
         from trueloop.report.turned.joint import joint_as_dict
 
-        done = correct_several(path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf)
+        done = correct_several(
+            path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf, memory=memory
+        )
     if as_json:
-        print_json({**joint_as_dict(done.joint, done.name), "files": [str(file) for file in done.files]})
-    else:
-        print_joint(done.joint, done.name, done.files)
+        files = {"files": [str(file) for file in done.files]}
+        print_json({**joint_as_dict(done.joint, done.name), **files, **kept_as_dict(done.kept)})
+        return
+    print_joint(done.joint, done.name, done.files)
+    if done.kept is not None:
+        typer.echo(done.kept.words)
+        print_findings(done.kept.findings)

@@ -36,6 +36,7 @@ from trueloop.jobs.store.where import store_of
 from trueloop.jobs.turned.inspection import part_type
 from trueloop.jobs.turned.job import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.of_edge import files_of_edges, inspection_of_edge, require_kept_apart
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.tool_path import PER_REVOLUTION
 from trueloop.report.measured import FileOnPart
@@ -108,14 +109,29 @@ def keep_in(
     names: Mapping[str, str] = MappingProxyType({}),
 ) -> KeptFacts:
     """The same in a store that is open."""
-    given = _Given(store, files, shown, keeping, [])
-    values: list[Any] = []
-    for file, one in inspections:
-        values += _facts(given, _of_part(one, files.job, shown, names, file))
-    judged = judged_parts(store, list(given.finished.values()), keeping.accept)
-    findings = [*given.findings, *judged.findings]
-    kept = keep_facts(store, [*values, *judged.words], findings, supersede=keeping.supersede)
+    shares = _shares(files, inspections, names) if files.job.tools else [(files, inspections, names)]
+    values, findings, finished = list[Any](), list[Finding](), list[LivedPart]()
+    for share, measured, named in shares:
+        given = _Given(store, share, shown, keeping, findings)
+        for file, one in measured:
+            values += _facts(given, _of_part(one, share.job, shown, named, file))
+        finished += given.finished.values()
+    judged = judged_parts(store, finished, keeping.accept)
+    kept = keep_facts(store, [*values, *judged.words], [*findings, *judged.findings], supersede=keeping.supersede)
     return replace(kept, obtained=judged.obtained)
+
+
+def _shares(
+    files: JobFiles, inspections: Sequence[tuple[str, Inspection]], names: Mapping[str, str]
+) -> list[tuple[JobFiles, Sequence[tuple[str, Inspection]], Mapping[str, str]]]:
+    """What several edges have of a part, each as a job of its own: what was measured of the features that it cuts."""
+    require_kept_apart(files)
+    profile, none = files.profile(), MappingProxyType[str, str]({})
+    found: list[tuple[JobFiles, Sequence[tuple[str, Inspection]], Mapping[str, str]]] = []
+    for share, own in files_of_edges(files):
+        mine = [(file, inspection_of_edge(one, profile, own, names)) for file, one in inspections]
+        found.append((share, [(file, one) for file, one in mine if one.values], none))
+    return found
 
 
 def _facts(given: _Given, one: Inspection) -> Iterator[Any]:

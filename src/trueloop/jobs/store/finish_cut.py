@@ -43,7 +43,8 @@ def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turne
     of_part = _of_part(store, part)
     if said.program is not None:
         marked = [one for one in _every(store) if _is_of(one, said.program)]
-        return _whole(store, part, marked, "whose program this is")
+        own = [one for one in marked if any(i.part.identity == part.identity for i in one.record.inspections)]
+        return _whole(store, part, own or marked, "whose program this is")
     return _whole(store, part, of_part, "of its own")
 
 

@@ -1,6 +1,6 @@
 """A turned part's correction as facts for the store: the part, what was measured, what was cut, what is to be run."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,22 @@ def keep_correction(
     `made_with` is the record of the correction that a finished part was cut with, where the touches are of one. Raises
     STO-PART, STO-OTHER-PART, STO-CLOCK, and what keeping refuses.
     """
+    return keep_corrections(store, [(inputs, correction)], keeping, made_with)
+
+
+def keep_corrections(
+    store: Store, made: Sequence[tuple[Inputs, Correction]], keeping: Keeping, made_with: str = ""
+) -> KeptFacts:
+    """The same of several, each of a part of its own: all of them or none."""
+    facts, findings = list[Any](), list[Finding]()
+    for inputs, correction in made:
+        findings += _noticed(store, inputs, keeping)
+        touched = _as_known(store, touched_cut(inputs, correction, part_of(inputs), made_with))
+        facts += facts_of(inputs, correction, touched)
+    return keep_facts(store, facts, findings, supersede=keeping.supersede)
+
+
+def _noticed(store: Store, inputs: Inputs, keeping: Keeping) -> list[Finding]:
     part = part_of(inputs)
     require_serial(part, Path(inputs.file or "the job").name)
     findings = [*_unknown_edge(inputs, part), *finished_already(store, inputs.inspections)]
@@ -42,8 +58,7 @@ def keep_correction(
             require_later(("the setting of the edge", inputs.edge_set_at), ("the inspection", one.measured_at))
     if inputs.edge is not None:
         findings += without_inspection(store, inputs.edge, part)
-    touched = _as_known(store, touched_cut(inputs, correction, part, made_with))
-    return keep_facts(store, facts_of(inputs, correction, touched), findings, supersede=keeping.supersede)
+    return findings
 
 
 def part_of(inputs: Inputs) -> Part:

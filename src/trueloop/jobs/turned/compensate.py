@@ -109,12 +109,12 @@ def correct_job(job: FilePath, keeping: Keeping, memory: Use | None = None) -> C
 
 def corrected_of(read: ReadJob, store: "Store | None", memory: Use | None = None) -> Corrected:
     """The same of a job that was read, with what a store knows. Raises what correcting refuses."""
-    inputs = _remembering(store, read.inputs, memory)
+    inputs = with_memory(store, read.inputs, memory)
     return Corrected(read, store, inputs, compensate(inputs))
 
 
-def _remembering(store: "Store | None", inputs: Inputs, memory: Use | None) -> Inputs:
-    """The inputs with what the store knows of the edge."""
+def with_memory(store: "Store | None", inputs: Inputs, memory: Use | None) -> Inputs:
+    """The inputs with what the store knows of the edge; `memory` takes the place of the job's choice."""
     if memory is not None:
         inputs = replace(inputs, memory=replace(inputs.memory, memory=memory))
     if store is None:

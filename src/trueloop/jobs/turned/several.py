@@ -3,20 +3,23 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from trueloop.domain.page_options import Language, LengthUnit, PageOptions
-from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.table_csv import table_to_csv
-from trueloop.jobs.store.keeping import Keeping
-from trueloop.jobs.store.where import NO_STORE
+from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
+from trueloop.jobs.store.where import store_of
+from trueloop.jobs.turned.compensate import with_memory
 from trueloop.jobs.turned.job import decided_of, inputs_of, read_files
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.of_edge import require_kept_apart, stored_inputs
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.edges import contours_of
 from trueloop.loops.turned.joint import Joint, OfEdge, correct_edges
+from trueloop.memory.edge.options import Use
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.report.pdf import as_pdf
 from trueloop.report.texts.texts import Texts
@@ -24,14 +27,21 @@ from trueloop.report.turned.correction_json import json_text
 from trueloop.report.turned.joint import joint_json, joint_page
 from trueloop.report.turned.page import page as page_of
 
+if TYPE_CHECKING:
+    from trueloop.jobs.store.keep_facts import KeptFacts
+    from trueloop.storage.store import Store
+
 
 @dataclass(frozen=True)
 class DoneJoint:
-    """The corrections of a job of several edges, the name of the program that carries them, and the files written."""
+    """The corrections of a job of several edges, the name of the program that carries them, the files written, and what
+    was kept in the job's store; None: it has none.
+    """
 
     joint: Joint
     name: str
     files: list[Path]
+    kept: "KeptFacts | None" = None
 
 
 def has_several(job: FilePath) -> bool:
@@ -47,20 +57,40 @@ def correct_several(
     language: Language | None = None,
     unit: LengthUnit | None = None,
     pdf: bool = False,
+    memory: Use | None = None,
 ) -> DoneJoint:
-    """Corrects and writes: all files or none. Raises what correcting one edge refuses, NC-TOOLS, NC-EDGE, NC-NO-TOOL,
-    JOB-TOOLS where a store is named, and OUT errors.
+    """Corrects, keeps and writes: all or none. Raises what correcting one edge refuses, NC-TOOLS, NC-EDGE, NC-NO-TOOL,
+    JOB-TOOLS, STO, EDG, MEM and OUT errors.
     """
     files = JobFiles.of(Path(job)).with_serial(keeping.serial)
-    _require_no_store(files, keeping.db)
+    store = store_of(files.path.parent, keeping.db, files.job.store.db)
+    if store is not None:
+        require_kept_apart(files)
     cuts = read_cuts(files)
     name = f"corrected{Path(cuts[0][1].program.file_name).suffix}"
-    joint = correct_edges(cuts, name)
+    profile = cuts[0][1].profile
+
+    def known(inputs: Inputs, own: OwnContour) -> Inputs:
+        return with_memory(store, stored_inputs(inputs, profile, own), memory)
+
+    joint = correct_edges(cuts, name, None if store is None else known)
     given = options_from(PageOptions, files.job)
     options = PageOptions(language or given.language, unit or given.unit)
     folder = Path(output) if output is not None else files.path.parent / files.job.output.folder
     contents = outputs_of_edges(joint, name, options, pdf)
-    return DoneJoint(joint, name, write_all(folder, contents.items(), files.sources.files))
+    kept = None if store is None else _kept(store, joint, keeping)
+    with kept_all_the_same(kept):
+        return DoneJoint(joint, name, write_all(folder, contents.items(), files.sources.files), kept)
+
+
+def _kept(store: "Store", joint: Joint, keeping: Keeping) -> "KeptFacts":
+    """The share that each edge has of the part, as a part of its own: all of them or none."""
+    from trueloop.jobs.store.keep_correction import keep_corrections  # slow to import, and most jobs have no store
+
+    made = [
+        (one.inputs, one.correction) for one in joint.edges if one.inputs is not None and one.correction is not None
+    ]
+    return keep_corrections(store, made, keeping)
 
 
 def read_cuts(files: JobFiles) -> list[tuple[OwnContour, Inputs]]:
@@ -70,18 +100,6 @@ def read_cuts(files: JobFiles) -> list[tuple[OwnContour, Inputs]]:
     tables = {tool.called: tool for tool in files.job.tools}
     contours = contours_of(read.program, files.run, read.profile, files.edges, decided)
     return [(own, inputs_of(files.with_tool(tables[own.edge.called]), read)) for own in contours]
-
-
-def _require_no_store(files: JobFiles, db: str | None) -> None:
-    named = db or files.job.store.db
-    if named and named != NO_STORE:
-        raise TrueloopError(
-            Code.JOB_TOOLS,
-            f"the job has {len(files.job.tools)} tools, and the store {named!r} keeps cuts of one edge a part",
-            hint="leave out `store.db` and `--db`: the records of the edges are among the results",
-            place=Place(str(files.path)),
-            values={"tools": [tool.called.words for tool in files.job.tools]},
-        )
 
 
 def label_of(of: OfEdge) -> str:

@@ -4,7 +4,7 @@ The joint program is not trusted to be the sum of its parts: it is read again an
 the correction that moved it, or, outside of all of them, that of the source.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from typing import Final, TypeAlias
@@ -32,10 +32,13 @@ _Row: TypeAlias = tuple[float, ...]
 
 @dataclass(frozen=True)
 class OfEdge:
-    """One edge of a program: what it cuts, and its correction; None: nothing was measured of what it cuts."""
+    """One edge of a program: what it cuts, its correction, and what that was made from; None: nothing was measured of
+    what it cuts.
+    """
 
     contour: OwnContour
     correction: Correction | None
+    inputs: Inputs | None
 
     @property
     def tool(self) -> str:
@@ -65,19 +68,24 @@ class Joint:
         return tuple(one.correction for one in self.edges if one.correction is not None)
 
 
-def correct_edges(cuts: Sequence[tuple[OwnContour, Inputs]], name: str) -> Joint:
+def correct_edges(
+    cuts: Sequence[tuple[OwnContour, Inputs]], name: str, known: Callable[[Inputs, OwnContour], Inputs] | None = None
+) -> Joint:
     """The corrections of a program's edges, each with inputs of the whole part and its own tool; `name` is that of the
-    file that carries them. Raises what correcting one raises, and CMP-READ-BACK where the whole is not their sum.
+    file that carries them. `known` adds to the inputs of one edge what is known of it. Raises what correcting one
+    raises, and CMP-READ-BACK where the whole is not their sum.
     """
     owns = [own_inputs(inputs, own) for own, inputs in cuts]
+    if known is not None:
+        owns = [None if one is None else known(one, own) for one, (own, _) in zip(owns, cuts, strict=True)]
     made = [None if own is None else compensate(own) for own in owns]
     whole = cuts[0][1]
     joint_id = record_id(dict(whole.inputs_sha256), {"corrections": [one.record.id for one in made if one is not None]})
     with in_file(whole.program.file):
         program = _written(whole, [one for one in made if one is not None and not one.decision.by_offset], joint_id)
     edges = tuple(
-        OfEdge(own, None if one is None else _as_joint(one, program, name))
-        for (own, _), one in zip(cuts, made, strict=True)
+        OfEdge(own, None if one is None else _as_joint(one, program, name), inputs)
+        for (own, _), one, inputs in zip(cuts, made, owns, strict=True)
     )
     return Joint(
         part=whole.part.name,
