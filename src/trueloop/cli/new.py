@@ -54,12 +54,23 @@ def new(
         tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
     ] = None,
     side: OfSide = "outside",
+    outline: Annotated[
+        int | None, typer.Option("--outline", min=1, help="Which contour of the drawing, where that side has several.")
+    ] = None,
+    zero: Annotated[
+        Literal["drawing", "free-end", "chuck-end"],
+        typer.Option("--zero", help="From where z of a DXF drawing is counted."),
+    ] = "drawing",
     as_json: AsJson = False,
 ) -> None:
     """Begin a job: writes job.toml, and a file in which the places to measure stand and the values are to be filled in.
 
     What is not given is asked for at a terminal; elsewhere only the nose radius is needed.
     """
+    if drawing is None and outline is not None:
+        raise typer.BadParameter("it chooses in a drawing: give --drawing", param_hint="--outline")
+    if zero != "drawing" and (drawing is None or drawing.suffix.lower() != ".dxf"):
+        raise typer.BadParameter("it is for a DXF drawing: give --drawing", param_hint="--zero")
     person = sys.stdin.isatty() and sys.stdout.isatty() and not as_json
     radius = nose_radius_mm
     if radius is None:
@@ -73,6 +84,7 @@ def new(
         dialect = _asked_dialect(program)
     with busy(f"reading {program}"):
         from trueloop.geometry.profile import Side
+        from trueloop.jobs.turned.drawing import Chosen
         from trueloop.jobs.turned.new import Wanted, new_job
 
         made = new_job(
@@ -89,6 +101,7 @@ def new(
                 parameters=parameters_of(settings),
                 measured=how,
                 side=Side(side),
+                chosen=Chosen(outline, zero),
             )
         )
     if as_json:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.support.cli import run
+from tests.unit.formats.test_dxf_sheet import SHAFT, Sheet
 from trueloop.jobs.turned.job import read_part
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -110,3 +111,23 @@ def test_at_a_terminal_it_asks_for_what_is_missing(tmp_path: Path) -> None:
     assert said.count(b"Measured with a micrometer") == said.count(b"may be for several controls") == 2
     part = read_part(tmp_path / "my-shaft" / "job.toml")
     assert (part.name, part.nose_radius_mm) == ("my shaft", 0.8)
+
+
+def test_one_of_two_parts_of_a_sheet_is_chosen_and_z_counts_from_its_free_end(tmp_path: Path) -> None:
+    sheet = Sheet((-20.0, 40.0)).bush()
+    sheet.at = (80.0, 40.0)
+    drawing, program, job = sheet.shaft().border().saved(tmp_path), tmp_path / "shaft.nc", tmp_path / "job"
+    contour = "G42 G01 X0. Z0. F0.1\nX18.\nZ-20.\nX30.\nZ-60.\nX-2.\nG40 Z-65.\n"
+    program.write_text(f"%\nO0001\nG21 G18 G90\nT0101\nG00 X-2. Z5.\n{contour}G00 X60. Z50.\nM30\n%\n")
+    options = (program, "--nose-radius-mm", "0.8", "-d", "fanuc-lathe", "--drawing", drawing, "--folder", job)
+    assert "GEO-DXF-CHOICE" in run("new", *options, status=3)
+    run("new", *options, "--outline", "2", "--zero", "free-end")
+    profile = read_part(job / "job.toml").profile
+    ends = [profile.features[0].start_mm, *(one.end_mm for one in profile.features)]
+    np.testing.assert_allclose(ends, SHAFT, atol=1e-9)
+
+
+@pytest.mark.parametrize("wrong", [("--outline", "2"), ("--zero", "free-end")])
+def test_a_choice_needs_a_drawing_to_choose_in(tmp_path: Path, wrong: tuple[str, str]) -> None:
+    said = run("new", FINISH, *RADIUS, *wrong, "--folder", tmp_path / "job", status=2)
+    assert "--drawing" in said and not (tmp_path / "job").exists()

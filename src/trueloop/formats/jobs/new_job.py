@@ -15,8 +15,8 @@ from trueloop.geometry.profile import Profile
 class NewJob:
     """What a new job says. Paths are as they shall stand in it: relative to the job.
 
-    `profile` is spelled out where there is no `drawing`, whose format `drawing_key` names ("dxf" or "step"); `asked` is
-    what the drawing asks for.
+    `profile` is spelled out where there is no `drawing`, whose format `drawing_key` names ("dxf" or "step"); `chosen`
+    are keys that say what of it is meant, and `asked` is what it asks for.
     """
 
     name: str
@@ -30,6 +30,7 @@ class NewJob:
     asked: Sequence[Characteristic] = ()
     drawing: Path | None = None
     drawing_key: str = ""
+    chosen: Mapping[str, int | str] = field(default_factory=dict)
     tool: int | None = None
     unit: Literal["mm", "inch"] | None = None
     lines: tuple[int, int] | None = None
@@ -52,6 +53,7 @@ def _part(new: NewJob) -> str:
             "[part]",
             f"name = {quoted(new.name)}",
             f"{new.drawing_key} = {quoted(new.drawing.as_posix())}",
+            *(f"{key} = {quoted(one) if isinstance(one, str) else one}" for key, one in new.chosen.items()),
             *side_key(new.profile),
             "",
         ]

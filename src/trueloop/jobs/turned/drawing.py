@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code, Place, TrueloopError, in_file
@@ -12,6 +12,24 @@ from trueloop.nc.program.program import Unit
 
 CAD: Final = {".dxf": "dxf", ".step": "step", ".stp": "step", ".igs": "step", ".iges": "step"}
 """The key of the job by the drawing's ending."""
+
+Zero: TypeAlias = Literal["drawing", "free-end", "chuck-end"]
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What of a drawing is meant: a contour by its number (None: there is one), and from where z of a DXF counts."""
+
+    outline: int | None = None
+    zero: Zero = "drawing"
+
+    def keys(self, of: str) -> dict[str, int | str]:
+        """The same as keys of a job's table [part]; `of`: `dxf` or `step`."""
+        outline = {} if self.outline is None else {f"{of}_outline": self.outline}
+        return outline | ({} if self.zero == "drawing" else {f"{of}_zero": self.zero})
+
+
+AS_DRAWN: Final = Chosen()
 
 
 @dataclass(frozen=True)
@@ -23,18 +41,18 @@ class Drawn:
     asked: tuple[Characteristic, ...] = ()
 
 
-def read_drawing(path: Path, side: Side = Side.OUTSIDE, unit: Unit | None = None) -> Drawn:
+def read_drawing(path: Path, side: Side = Side.OUTSIDE, unit: Unit | None = None, chosen: Chosen = AS_DRAWN) -> Drawn:
     """The outside or the bore; `unit` is that of a DXF drawing that states none. Raises GEO and SRF errors."""
     if drawing_key(path) == "dxf":
         from trueloop.formats.cad.dxf import read_dxf  # ezdxf takes long to import
 
-        drawn = read_dxf(path, unit=unit, side=side)
+        drawn = read_dxf(path, unit=unit, side=side, outline=chosen.outline, zero=chosen.zero)
         with in_file(path):
             return Drawn(checked_profile(drawn.features, side=side), drawn.notes)
     from trueloop.formats.cad.step_profile import read_step_profile  # so does the kernel
     from trueloop.formats.cad.step_tolerances import fitting
 
-    solid = read_step_profile(path, side=side)
+    solid = read_step_profile(path, side=side, outline=chosen.outline)
     with in_file(path):
         profile = checked_profile(solid.features, side=side)
     asked = fitting(solid.characteristics, profile)

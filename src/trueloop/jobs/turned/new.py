@@ -17,7 +17,7 @@ from trueloop.formats.program_file import read_program
 from trueloop.geometry.feature import is_curved
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile, Side
-from trueloop.jobs.turned.drawing import Drawn, drawing_key, read_drawing
+from trueloop.jobs.turned.drawing import AS_DRAWN, Chosen, Drawn, drawing_key, read_drawing
 from trueloop.jobs.turned.gauge_sheet import GaugeSheet
 from trueloop.loops.turned.commanded import Run, commanded
 from trueloop.nc.program.program import Program, Unit
@@ -46,6 +46,7 @@ class Wanted:
     parameters: Mapping[str, float] = field(default_factory=dict)
     measured: Literal["gauge", "points"] = "gauge"
     side: Side = Side.OUTSIDE
+    chosen: Chosen = AS_DRAWN
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def _run(wanted: Wanted) -> Run:
 def _drawn(wanted: Wanted, program: Program) -> Drawn:
     """The part as it is drawn, or as the program's finish pass has it."""
     if wanted.drawing is not None:
-        return read_drawing(wanted.drawing, wanted.side)
+        return read_drawing(wanted.drawing, wanted.side, chosen=wanted.chosen)
     with in_file(wanted.program):
         contour = _run(wanted).contour(program, wanted.nose_radius_mm, wanted.side)
     return Drawn(contour.profile, tuple(contour.notes))
@@ -137,6 +138,7 @@ def _said(wanted: Wanted, program: Program, drawn: Drawn, file: str) -> NewJob:
     def beside(path: FilePath) -> Path:
         return Path(relpath(path, wanted.folder))
 
+    of = "" if wanted.drawing is None else drawing_key(wanted.drawing)
     return NewJob(
         name=wanted.name,
         profile=drawn.profile,
@@ -148,7 +150,8 @@ def _said(wanted: Wanted, program: Program, drawn: Drawn, file: str) -> NewJob:
         notes=drawn.notes,
         asked=drawn.asked,
         drawing=None if wanted.drawing is None else beside(wanted.drawing),
-        drawing_key="" if wanted.drawing is None else drawing_key(wanted.drawing),
+        drawing_key=of,
+        chosen=wanted.chosen.keys(of),
         tool=wanted.tool,
         unit=wanted.unit,
         lines=wanted.lines,
