@@ -15,6 +15,7 @@ from trueloop.jobs.store.where import store_of
 from trueloop.jobs.turned.compensate import with_memory
 from trueloop.jobs.turned.job import decided_of, inputs_of, read_files
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.new_tables import new_tables
 from trueloop.jobs.turned.of_edge import require_kept_apart, stored_inputs
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.edges import contours_of
@@ -77,10 +78,10 @@ def correct_several(
     given = options_from(PageOptions, files.job)
     options = PageOptions(language or given.language, unit or given.unit)
     folder = Path(output) if output is not None else files.path.parent / files.job.output.folder
-    contents = outputs_of_edges(joint, name, options, pdf)
+    contents = [*new_tables(files, joint), *outputs_of_edges(joint, name, options, pdf).items()]
     kept = None if store is None else _kept(store, joint, keeping)
     with kept_all_the_same(kept):
-        return DoneJoint(joint, name, write_all(folder, contents.items(), files.sources.files), kept)
+        return DoneJoint(joint, name, write_all(folder, contents, files.sources.files), kept)
 
 
 def _kept(store: "Store", joint: Joint, keeping: Keeping) -> "KeptFacts":
