@@ -16,6 +16,9 @@ from tests.support.stores import AT, cut, link, touched
 from trueloop.cli.failure import ExitStatus
 from trueloop.domain.machine import Machine
 from trueloop.domain.program import Program
+from trueloop.factory.carry_out import carry_out
+from trueloop.factory.requests import RecordTransfer
+from trueloop.factory.roles import By, Role
 from trueloop.jobs.store.codec import store_codec
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.store import keep, open_store
@@ -287,3 +290,19 @@ def test_a_store_of_this_version_is_not_migrated_and_a_newer_one_refused(folder:
         assert "STO-SCHEMA" in output_of("db", *command, status=ExitStatus.REFUSED)
     assert "STO-FILE" in output_of("db", "migrate", "--db", "none-such.db", status=ExitStatus.REFUSED)
     assert not (folder / "none-such.db").exists()
+
+
+def test_what_went_to_controls_is_found(folder: Path) -> None:
+    sha = "ab" * 32
+    store = open_store("trueloop.db", codec=store_codec())
+    for control, outcome in (("lathe", "sent"), ("mill", "refused")):
+        sent = RecordTransfer(control, sha, "O1.nc", "from", sha, sha if outcome == "sent" else "", outcome)
+        carry_out(store, sent, By("otto", Role.OPERATOR), AT)
+    store.close()
+    first, second = rows("transfer")
+    assert first["row"] == "transfer:1" and second["row"] == "transfer:2"
+    said = ("control", "program", "direction", "outcome", "sent_sha256", "read_back_sha256", "by")
+    assert [first[name] for name in said] == ["lathe", "O1.nc", "from", "sent", sha[:12], sha[:12], "otto"]
+    assert [second[name] for name in said[3:6]] == ["refused", sha[:12], ""]
+    assert rows("transfer", "--since", f"{AT + timedelta(days=1):%Y-%m-%d}") == []
+    assert "STO-UNKNOWN" in output_of("db", "find", "transfer", "--serial", "7", status=ExitStatus.REFUSED)

@@ -15,6 +15,7 @@ from trueloop.domain.correction import Correction
 from trueloop.domain.edge_names import edge_name
 from trueloop.domain.factory.route import BlockKind
 from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.inspection import CmmPoint, Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import ProgramText
@@ -90,6 +91,14 @@ def test_errors_keep_their_sign_and_unit(store: Store) -> None:
         ("seat", -31.0, "out"),
     ]
     assert shown.rms_um == pytest.approx(((12.0**2 + 31.0**2) / 2) ** 0.5)
+
+
+def test_points_of_a_measuring_machine_are_counted_as_touches_are(store: Store) -> None:
+    part = Part(PartType("SHAFT"), "8")
+    points = tuple(CmmPoint((float(k), 0.0, 0.0)) for k in range(7))
+    keep(store, [Inspection(part, "CMM points", "a" * 64, len(points), points)])
+    (row,) = part_rows(store, part_type="SHAFT").items
+    assert [one.touches for one in part_life(store, row.id).inspections] == [7]
 
 
 def test_pages_hold_every_part_once(store: Store) -> None:

@@ -2310,6 +2310,8 @@ export interface components {
         /**
          * InspectionView
          * @description One inspection: when, by what, after which stage, what it found. `rms_um`: of all its errors.
+         *
+         *     `touches` counts those of a probe, and the points of a measuring machine.
          */
         InspectionView: {
             /** At */

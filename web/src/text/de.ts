@@ -107,7 +107,7 @@ export const de: Record<Key, string> = {
   "head.values": "Werte",
   "head.source": "Gemessen mit",
   "head.stage": "Nach",
-  "head.touches": "Antastungen",
+  "head.touches": "Punkte",
   "head.rms": "RMS µm",
   "head.characteristic": "Prüfmerkmal",
   "head.nominal": "Nennmaß",

@@ -106,7 +106,7 @@ export const en = {
   "head.values": "Values",
   "head.source": "Measured by",
   "head.stage": "After",
-  "head.touches": "Touches",
+  "head.touches": "Points",
   "head.rms": "RMS µm",
   "head.characteristic": "Characteristic",
   "head.nominal": "Nominal",

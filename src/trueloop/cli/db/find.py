@@ -13,7 +13,7 @@ from trueloop.cli.terminal import AsJson, print_json, print_lines, wide_console
 if TYPE_CHECKING:
     from trueloop.jobs.db.found import Row
 
-What = Annotated[str, typer.Argument(metavar="WHAT", help="part, inspection, correction, cut, edge, edge-event, …")]
+What = Annotated[str, typer.Argument(metavar="WHAT", help="part, inspection, correction, cut, edge, transfer, …")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,11 +35,12 @@ class Wanted:
 @guarded
 def find(what: What, wanted: Wanted, db: Db = None, as_json: AsJson = False) -> None:
     """List rows of the store, oldest first: each with its name, by which `show` and `replace` take it."""
-    from trueloop.jobs.db.found import NAMES, Sought, found_rows
+    from trueloop.jobs.db.found import NAMES, TRANSFERS, Sought, found_rows
     from trueloop.jobs.store.opened import opened
 
-    if what not in NAMES:
-        raise typer.BadParameter(f"{what!r} is none of {', '.join(NAMES)}", param_hint="WHAT")
+    known = (*NAMES, TRANSFERS)
+    if what not in known:
+        raise typer.BadParameter(f"{what!r} is none of {', '.join(known)}", param_hint="WHAT")
     sought = Sought(wanted.part_type, wanted.serial, wanted.edge, wanted.since, superseded=wanted.superseded)
     rows = found_rows(opened(db), what, sought)
     if as_json:

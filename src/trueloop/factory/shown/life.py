@@ -99,7 +99,7 @@ def _inspection(found: Life, kept: Kept[Inspection]) -> InspectionView:
     rms = math.sqrt(sum(each**2 for each in errors) / len(errors)) if errors else None
     return InspectionView(
         *(kept.row, one.measured_at, one.device or one.measured, "" if cut is None else cut.stage.value, one.sha256),
-        *(len(one.touches), rms, results),
+        *(len(one.touches) + len(one.points), rms, results),
     )
 
 

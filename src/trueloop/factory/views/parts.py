@@ -62,7 +62,10 @@ class Result:
 
 @dataclass(frozen=True)
 class InspectionView:
-    """One inspection: when, by what, after which stage, what it found. `rms_um`: of all its errors."""
+    """One inspection: when, by what, after which stage, what it found. `rms_um`: of all its errors.
+
+    `touches` counts those of a probe, and the points of a measuring machine.
+    """
 
     id: int
     at: datetime | None

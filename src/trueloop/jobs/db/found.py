@@ -1,15 +1,18 @@
 """Rows of the store as people look for them: by type of part, serial number, edge and time."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Final
+
+from sqlalchemy import select
 
 from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code, TrueloopError
+from trueloop.storage.factory_tables import TRANSFER
 from trueloop.storage.kept import Kept
 from trueloop.storage.kinds import KINDS, Kind, kind_of
 from trueloop.storage.reading import Query, found
@@ -18,6 +21,8 @@ from trueloop.storage.store import find as find_values
 
 NAMES: Final = {kind.table.replace("_", "-"): kind for kind in KINDS}
 """Kinds of values as commands name them."""
+TRANSFERS: Final = "transfer"
+"""Programs sent to controls and fetched from them: facts of the factory, which nothing replaces."""
 SEPARATOR: Final = "\x1f"
 
 
@@ -36,14 +41,9 @@ class Sought:
 class Row:
     """One row: `name` is what commands call it by, `cells` what it says, by the names of columns."""
 
-    kept: Kept[Any]
+    kept_at: datetime
     name: str
     cells: dict[str, str]
-
-    @property
-    def kept_at(self) -> datetime:
-        """When it was kept."""
-        return self.kept.kept_at
 
     @property
     def as_dict(self) -> dict[str, object]:
@@ -64,6 +64,8 @@ def row_of(store: Store, of: type, row: int) -> Kept[Any] | None:
 
 def found_rows(store: Store, what: str, sought: Sought) -> list[Row]:
     """Rows of a kind, oldest first. Raises STO-UNKNOWN where such rows have nothing of what is sought."""
+    if what == TRANSFERS:
+        return list(_transfers(store, sought))
     kind = NAMES[what]
     columns = {
         name: value for name, value in (("part_type", sought.part_type), ("serial", sought.serial)) if value is not None
@@ -75,9 +77,26 @@ def found_rows(store: Store, what: str, sought: Sought) -> list[Row]:
     return [_row(kind, one, sought.superseded) for one in kept if _wanted(one, kind, sought)]
 
 
+def _transfers(store: Store, sought: Sought) -> Iterator[Row]:
+    for name, asked in (("part_type", sought.part_type), ("serial", sought.serial), ("edge", sought.edge)):
+        if asked is not None:
+            raise _no_column(TRANSFERS, name)
+    with store.reading() as connection:
+        rows = connection.execute(select(TRANSFER).order_by(TRANSFER.c.id)).all()
+    for row in rows:
+        at = datetime.fromisoformat(row.at)
+        if not _before(at, sought.since):
+            hashes = {"sent_sha256": row.sent_sha256[:12], "read_back_sha256": row.read_back_sha256[:12]}
+            said = {"control": row.control, "program": row.name, "direction": row.direction, "outcome": row.outcome}
+            yield Row(at, f"{TRANSFERS}:{row.id}", {**said, **hashes, "by": row.who})
+
+
+def _before(at: datetime, since: datetime | None) -> bool:
+    return since is not None and at < (since if since.tzinfo else since.replace(tzinfo=UTC))
+
+
 def _wanted(kept: Kept[Any], kind: Kind, sought: Sought) -> bool:
-    since = sought.since
-    if since is not None and kept.kept_at < (since if since.tzinfo else since.replace(tzinfo=UTC)):
+    if _before(kept.kept_at, sought.since):
         return False
     if sought.edge is None:
         return True
@@ -91,7 +110,7 @@ def _row(kind: Kind, kept: Kept[Any], superseded: bool) -> Row:
     cells = {**columns, **_more(kept.value)}
     if superseded:
         cells["superseded_by"] = "" if kept.superseded_by is None else row_name(kind.type, kept.superseded_by)
-    return Row(kept, row_name(kind.type, kept.row), cells)
+    return Row(kept.kept_at, row_name(kind.type, kept.row), cells)
 
 
 def _more(value: object) -> dict[str, str]:

@@ -13,6 +13,7 @@ from trueloop.controllers.linuxcnc.cell.client import Client, Pace
 from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
 from trueloop.controllers.linuxcnc.cell.decide import Patience
 from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal
+from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
 from trueloop.controllers.linuxcnc.cell.service import Offered
 from trueloop.domain.factory.states import FactKind
 from trueloop.errors import Code, TrueloopError
@@ -72,6 +73,7 @@ class Office:
     )
     away: bool = False
     told: list[Entry] = field(default_factory=list)
+    words: list[Any] = field(default_factory=list)
 
     def next(self) -> Offered | None:
         self._reached()
@@ -83,6 +85,7 @@ class Office:
 
     def heartbeat(self, said: Any) -> None:
         self._reached()
+        self.words.append(said)
 
     def _reached(self) -> None:
         if self.away:
@@ -122,6 +125,15 @@ def test_the_file_that_a_gauging_program_writes_is_gathered(tmp_path: Path, line
     client = _client(tmp_path, table, office)
     _steps(client, 3)
     assert client.known.run is not None and client.known.run.touches == "t.txt"
+
+
+def test_what_stands_in_for_no_program_is_not_told_as_one(tmp_path: Path) -> None:
+    table, office = Table(ControlNow(Doing.IDLE, EMPTY, 9.0)), Office(None)
+    client = _client(tmp_path, table, office)
+    _steps(client, 1)
+    table.state = ControlNow(Doing.IDLE, "part.ngc", 9.0)
+    _steps(client, 1)
+    assert [(one["state"], one["program"]) for one in office.words] == [("idle", ""), ("idle", "part.ngc")]
 
 
 def test_a_lost_network_stops_the_next_cut_alone(tmp_path: Path) -> None:

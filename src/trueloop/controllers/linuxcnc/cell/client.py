@@ -12,6 +12,7 @@ from trueloop.controllers.linuxcnc.cell.control import Control, ControlNow
 from trueloop.controllers.linuxcnc.cell.decide import Action, Asked, Do, Patience, decide
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.controllers.linuxcnc.cell.known import Known, RunNow, known, with_entry
+from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
 from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service, encoded
 from trueloop.controllers.linuxcnc.cell.witness import seen
 from trueloop.domain.factory.states import FactKind
@@ -209,7 +210,8 @@ class Client:
         if now < max(self._next_word, self._next_try):
             return
         self._next_word = now + self.pace.alive_s
-        said = {"state": control.doing.value, "program": control.program, "line": control.line}
+        program = "" if control.program == EMPTY else control.program
+        said = {"state": control.doing.value, "program": program, "line": control.line}
         try:
             self._reached(lambda: self.service.heartbeat(said))
         except TrueloopError as away:
