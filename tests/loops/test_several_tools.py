@@ -265,22 +265,45 @@ def test_an_edge_that_comes_again_leaves_the_moves_between_alone(tmp_path: Path)
     assert np.max(np.abs(touched(tmp_path, WORN, tmp_path / "out" / "corrected.ngc"))) < 0.15
 
 
-def test_what_lies_between_edges_is_said_to_be_unjudged(tmp_path: Path) -> None:
-    """A length from the OD tool's face to the groove's wall; the seat's diameter is the OD tool's own."""
-    asked = (
-        '[[part.characteristic]]\nname = "L1"\nquantity = "length"\nfeature = "step"\nother = "left-wall"\n'
-        'tolerance = "±0.02"\n[[part.characteristic]]\nname = "D1"\nquantity = "diameter"\nfeature = "seat"\n'
-        'tolerance = "±0.05"\n'
-    )
-    path = job(tmp_path, touched(tmp_path, SET_OFF).tolist(), "linuxcnc", asked)
+LENGTH = (
+    '[[part.characteristic]]\nname = "L1"\nquantity = "length"\nfeature = "step"\nother = "left-wall"\n'
+    'tolerance = "±0.02"\n[[part.characteristic]]\nname = "D1"\nquantity = "diameter"\nfeature = "seat"\n'
+    'tolerance = "±0.05"\n'
+)
+"""From the OD tool's face to the wall of the left corner, 20 mm; the seat's diameter is the OD tool's own."""
+
+
+def test_a_length_between_two_edges_is_judged_by_both(tmp_path: Path) -> None:
+    """By hand, half of the error taken out: the face at −20 − 0.002, the wall at −40 + 0.0045. Variances add."""
+    half = "[compensation]\nweight = 0.5\ncut_to_cut_um = 3.0\n"
+    errors_um = touched(tmp_path, SET_OFF) + np.tile([0.2, -0.2, 0.2], len(PLACES) // 3)
+    path = job(tmp_path, errors_um.tolist(), "linuxcnc", LENGTH + half)
     joint = correct_edges(read_cuts(JobFiles.of(path)), "corrected.ngc")
-    assert joint.notes == ("L1: sizes between features of several edges, which are not judged.",)
+    assert joint.notes == ()
+    (length,) = joint.characteristics
+    assert length.characteristic.name == "L1" and length.before is None
+    assert length.after.value == pytest.approx(20.0 - 0.002 - 0.0045, abs=3e-4)
+    assert 0.003 * 2**0.5 * 2**0.5 < length.after.standard_u < 0.012, "two cuts differ by √2 · 3 µm, of either edge"
+    assert length.after.verdict == "in" or length.after.probability_in > 0.8
     judged = {
         one.tool: [j.characteristic.name for j in one.correction.characteristics]
         for one in joint.edges
         if one.correction
     }
     assert judged == {"T3": ["D1"], "T5 (left corner)": [], "T15 (right corner)": []}
+    said = run("compensate", path, "-o", tmp_path / "out")
+    assert "L1" in said and "L1" in (tmp_path / "out" / "report.html").read_text()
+    (one,) = json.loads((tmp_path / "out" / "part.json").read_text())["characteristics"]
+    assert one["name"] == "L1"
+
+
+def test_a_length_of_an_edge_that_was_not_measured_is_said_to_be_unjudged(tmp_path: Path) -> None:
+    path = job(tmp_path, touched(tmp_path, SET_OFF).tolist(), "linuxcnc", LENGTH)
+    rows = (tmp_path / "touches.csv").read_text().splitlines()
+    (tmp_path / "touches.csv").write_text("\n".join(r for r in rows if ",left-" not in r and "-left" not in r) + "\n")
+    joint = correct_edges(read_cuts(JobFiles.of(path)), "corrected.ngc")
+    assert joint.notes == ("L1: sizes between features of several edges, which are not judged.",)
+    assert joint.characteristics == ()
 
 
 def test_one_table_of_tools_gives_what_one_tool_gives(tmp_path: Path) -> None:

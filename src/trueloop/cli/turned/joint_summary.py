@@ -45,6 +45,8 @@ def print_joint(joint: Joint, name: str, files: Sequence[Path]) -> None:
                 console.print(f"- {escape(f'{of.tool}: {words}')}")
             for words in characteristics_words(of.correction.characteristics):
                 console.print(escape(words))
+    for words in characteristics_words(joint.characteristics):
+        console.print(escape(words))
     console.print(f"\n[bold]{escape(to_do(joint, name))}[/] Written:")
     for path in files:
         console.print(f"  {escape(str(path))}")

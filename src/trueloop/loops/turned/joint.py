@@ -11,12 +11,14 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
+from trueloop.domain.judged import Judged
 from trueloop.domain.record import ChangedWord, marks_of_record, record_id
 from trueloop.errors import in_file
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.own_inputs import own_inputs, shared_words
 from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.loops.turned.shared_sizes import Share, shared_sizes
 from trueloop.nc.edit.changes import not_as_intended
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading
@@ -51,7 +53,7 @@ class Joint:
     """The corrections of all edges of one program, and the program that carries them.
 
     `program` is None where every correction is an offset, or nothing was measured: the given one is run. `record_id`
-    stands in it, and is of the corrections' own ids.
+    stands in it, and is of the corrections' own ids. `characteristics` are those between features of two edges.
     """
 
     part: str
@@ -61,6 +63,7 @@ class Joint:
     program: bytes | None
     record_id: str
     notes: tuple[str, ...]
+    characteristics: tuple[Judged, ...] = ()
 
     @property
     def corrections(self) -> tuple[Correction, ...]:
@@ -87,6 +90,9 @@ def correct_edges(
         OfEdge(own, None if one is None else _as_joint(one, program, name), inputs)
         for (own, _), one, inputs in zip(cuts, made, owns, strict=True)
     )
+    shares = [Share(one.contour, one.correction) for one in edges if one.correction is not None]
+    touched = np.bincount(whole.touches.feature_index, minlength=len(whole.profile.features)).astype(np.intp)
+    sizes = shared_sizes(whole.profile, whole.characteristics, touched, shares)
     return Joint(
         part=whole.part.name,
         source_name=whole.program.file_name,
@@ -94,7 +100,8 @@ def correct_edges(
         edges=edges,
         program=program,
         record_id=joint_id,
-        notes=shared_words(whole, tuple(own for own, _ in cuts)),
+        notes=shared_words(whole, tuple(own for own, _ in cuts), [one.characteristic.name for one in sizes]),
+        characteristics=sizes,
     )
 
 

@@ -3,7 +3,7 @@
 Fits, offsets, nose models and bands of two edges share nothing but the frame of the part.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import TypeVar
 
@@ -42,13 +42,14 @@ def own_inputs(inputs: Inputs, own: OwnContour) -> Inputs | None:
     )
 
 
-def shared_words(inputs: Inputs, contours: tuple[OwnContour, ...]) -> tuple[str, ...]:
-    """Measurements and characteristics that no edge has for itself: what is left out, in words."""
+def shared_words(inputs: Inputs, contours: tuple[OwnContour, ...], judged: Collection[str] = ()) -> tuple[str, ...]:
+    """Measurements and characteristics that no edge has for itself: what is left out, in words; `judged` are not."""
     owns = [set(_own_of(one)) for one in contours]
     measured = {int(i) for i in inputs.touches.feature_index}
     left = [name for i, name in enumerate(inputs.profile.names) if i in measured - set[int]().union(*owns)]
     readings = [s.name for s in inputs.touches.seen if not any(set(s.feature_index.tolist()) <= own for own in owns)]
-    asked = [one.name for one in inputs.characteristics if not any(_is_own(one, own, inputs) for own in contours)]
+    shared = [one.name for one in inputs.characteristics if not any(_is_own(one, own, inputs) for own in contours)]
+    asked = [name for name in shared if name not in judged]
     found = []
     if left:
         found.append(

@@ -9,6 +9,8 @@ from trueloop.report.markup import esc, items, section, table
 from trueloop.report.program_diff import changed_lines, program_diff
 from trueloop.report.shell import html_page
 from trueloop.report.texts.texts import ENGLISH, Texts
+from trueloop.report.turned.characteristic_table import characteristic_table
+from trueloop.report.turned.characteristics import characteristics_as_dicts
 from trueloop.report.turned.features import feature_summaries
 from trueloop.wording import all_of, wording
 
@@ -66,6 +68,7 @@ def joint_as_dict(joint: Joint, name: str) -> dict[str, object]:
         "source_sha256": sha256_of(joint.source),
         "program_sha256": sha256_of(joint.source if joint.program is None else joint.program),
         "notes": notes_of(joint),
+        "characteristics": characteristics_as_dicts(joint.characteristics),
         "edges": [_edge(one) for one in joint.edges],
     }
 
@@ -103,10 +106,18 @@ def joint_page(joint: Joint, name: str, reports: dict[str, str], say: Texts = EN
         f"<p class='verdict'><strong>{esc('; '.join(say.note(answer_of(one)) for one in joint.edges))}</strong><br>"
         f"{esc(say.note(to_do(joint, name)))}</p>"
         + section("edges", say("Errors of the features"), _features(joint, reports, say))
+        + _sizes(joint, say)
         + (section("notes", say("Decisions"), items(esc(say.note(note)) for note in notes)) if notes else "")
         + _program(joint, name, say)
     )
     return html_page(title, body, language=say.language)
+
+
+def _sizes(joint: Joint, say: Texts) -> str:
+    """The sizes between features of two edges; those of one are in its own report."""
+    if not joint.characteristics:
+        return ""
+    return section("sizes", say("Sizes between edges"), characteristic_table(joint.characteristics, say))
 
 
 def _features(joint: Joint, reports: dict[str, str], say: Texts) -> str:
