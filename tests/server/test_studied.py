@@ -1,17 +1,21 @@
 """Control charts and diagnoses over HTTP are what the commands compute, in the language that is asked for."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import pytest
 
 from tests.support.full_shop import full_shop
+from tests.support.series import inspection
 from tests.support.service import Running, problem
 from trueloop.jobs.diagnose import diagnosed
 from trueloop.jobs.diagnose.asked import Asked
 from trueloop.jobs.monitor.charts import charts_of
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.report.texts.texts import german
+from trueloop.server.studies import Studies
+from trueloop.storage.store import keep
 
 SEATS = (0.2, 1.0, -1.0, 0.5, -0.5, 0.2, 1.0, -1.0, -0.2, 27.0)
 HALF = 3 * sum(abs(a - b) for a, b in pairwise(SEATS)) / 9 / 1.128379
@@ -73,3 +77,33 @@ def test_what_is_said_is_said_in_german_too(service: Running) -> None:
 def test_what_cannot_be_worked_out_is_refused(service: Running, path: str, code: str) -> None:
     full_shop(service.store)
     assert problem(service.signed_in("viewer").get(path)) == code
+
+
+def test_nothing_is_worked_out_twice_until_a_fact_comes(service: Running) -> None:
+    """Eight who ask at once wait for one answer; a part more, and it is another; what is refused is not kept."""
+    full_shop(service.store)
+    studies, times = Studies(), list[int]()
+
+    def work_out() -> int:
+        times.append(len(times))
+        return times[-1]
+
+    with ThreadPoolExecutor(8) as pool:
+        assert set(pool.map(lambda _: studies.of(service.store, "a", work_out), range(8))) == {0}
+    assert studies.of(service.store, "b", work_out) == 1
+    keep(service.store, [inspection("510", {"seat": 1.0})])
+    assert studies.of(service.store, "a", work_out) == 2
+    with pytest.raises(ZeroDivisionError):
+        studies.of(service.store, "c", lambda: 1 // 0)
+    assert studies.of(service.store, "c", work_out) == 3
+
+
+def test_a_chart_shows_the_part_that_came_last(service: Running) -> None:
+    full_shop(service.store)
+    vera = service.signed_in("viewer")
+    before = vera.get("charts/SHAFT?characteristic=seat").json()
+    assert vera.get("charts/SHAFT?characteristic=seat").json() == before
+    keep(service.store, [inspection("510", {"seat": 1.0})])
+    after = vera.get("charts/SHAFT?characteristic=seat").json()
+    counts = [one["characteristics"][0]["segments"][-1]["stop"] for one in (before, after)]
+    assert counts == [10, 11]

@@ -31,6 +31,7 @@ from trueloop.server.routes import (
     uploads,
 )
 from trueloop.server.settings import Settings, now
+from trueloop.server.studies import Studies
 from trueloop.server.traces import Traces
 from trueloop.server.workers import start_watch, start_workers
 from trueloop.storage.store import Store
@@ -74,6 +75,7 @@ def create_app(
     )
     app.state.service = Service(store, settings, clock, secrets.token_bytes(32))
     app.state.figures, app.state.stopping, app.state.traces = figures, stopping, Traces()
+    app.state.studies = Studies()
     app.state.sign_ins = None if oidc is None else SignIns(oidc)
     problems.install(app)
     for one in ROUTERS:

@@ -1,8 +1,12 @@
-"""What is worked out of the store when it is asked for, and never kept: control charts, and what makes parts wrong."""
+"""What is worked out of the store when it is asked for: control charts, and what makes parts wrong.
 
-from typing import Annotated, Literal
+It is kept in memory until a fact comes, and said in the language of who asks.
+"""
 
-from fastapi import Query
+from collections.abc import Callable
+from typing import Annotated, Literal, TypeVar
+
+from fastapi import Query, Request
 
 from trueloop.domain.page_options import Language
 from trueloop.jobs.diagnose import diagnosed
@@ -13,16 +17,24 @@ from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosis
 from trueloop.report.monitor.chart_shapes import ChartsShape
 from trueloop.report.texts.said import said
 from trueloop.report.texts.texts import Texts
-from trueloop.server.guarded import Here, router
+from trueloop.server.guarded import Here, Service, router
 
 routes = router()
 Rule = Annotated[int, Query(ge=1, le=8)]
+T = TypeVar("T")
+
+
+def worked_out(request: Request, here: Service, asked: object, work_out: Callable[[], T]) -> T:
+    """What was worked out as of the newest facts, now or before."""
+    found: T = request.app.state.studies.of(here.store, asked, work_out)
+    return found
 
 
 @routes.get("/charts/{part_type:path}")
 def show_charts(
     part_type: str,
     here: Here,
+    request: Request,
     characteristic: Annotated[list[str] | None, Query()] = None,
     rules: Annotated[list[Rule] | None, Query()] = None,
     baseline: Annotated[int, Query(ge=1, le=100_000)] = BASELINE,
@@ -32,18 +44,27 @@ def show_charts(
 ) -> ChartsShape:
     """Control charts of a part type's characteristics: alarms with what may explain them, capability."""
     options = ChartOptions(tuple(sorted(set(rules or (1,)))), baseline, each_setting, what)
-    return said(charts_of(here.store, part_type, characteristic or (), options), Texts(language))
+    names = tuple(characteristic or ())
+    shape = worked_out(
+        *(request, here, ("charts", part_type, names, options)),
+        lambda: charts_of(here.store, part_type, names, options),
+    )
+    return said(shape, Texts(language))
 
 
 @routes.get("/diagnosis/series/{part_type:path}")
-def diagnose_series(part_type: str, here: Here, language: Language = "en") -> SeriesDiagnosisShape:
+def diagnose_series(part_type: str, here: Here, request: Request, language: Language = "en") -> SeriesDiagnosisShape:
     """What makes the parts of a type wrong: causes with probabilities, evidence, remedy, and what would decide."""
-    return said(diagnosed.series(here.store, Asked(part_type)), Texts(language))
+    asked = Asked(part_type)
+    shape = worked_out(request, here, ("series", part_type), lambda: diagnosed.series(here.store, asked))
+    return said(shape, Texts(language))
 
 
 @routes.get("/diagnosis/part/{serial:path}")
 def diagnose_part(
-    serial: str, here: Here, part_type: str | None = None, language: Language = "en"
+    serial: str, here: Here, request: Request, part_type: str | None = None, language: Language = "en"
 ) -> PartDiagnosisShape:
     """What is wrong with one part."""
-    return said(diagnosed.part(here.store, serial, Asked(part_type)), Texts(language))
+    asked = ("part", serial, part_type)
+    shape = worked_out(request, here, asked, lambda: diagnosed.part(here.store, serial, Asked(part_type)))
+    return said(shape, Texts(language))
