@@ -59,6 +59,7 @@ REFUSALS: list[tuple[Code, Callable[[], object]]] = [
     (Code.FIT_ORDER, lambda: fit(moved(2, 0.0))),
     (Code.FIT_OUTSIDE, lambda: fit(moved(0, -5.0))),
     (Code.FIT_VALUE, lambda: fit(repeatability_mm=-0.001)),
+    (Code.FIT_VALUE, lambda: fit(alike_over_mm=-1.0)),
     (Code.FIT_VALUE, lambda: fit(between_cuts=BetweenCuts(-0.001, 0.0, "stated"))),
     (Code.FIT_VALUE, lambda: fit(between_cuts=BetweenCuts(0.0, -0.002, "stated"))),
     (Code.FIT_KNOTS, lambda: fit(knot_every=1)),

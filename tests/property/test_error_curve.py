@@ -121,12 +121,14 @@ def test_uncertainty_is_the_touches_scatter_carried_through(
 ) -> None:
     """With knots given the fit is linear in the touches: its variance is σ² times the squared responses, summed.
 
-    Every feature is touched, so that all uncertainty comes from the touches; lines hand theirs on to arcs.
+    Every feature is touched, so that all uncertainty comes from the touches; lines hand theirs on to arcs. Touches have
+    nothing in common (`tests/unit/turned/test_likeness.py` has those that do).
     """
     profile, _ = case
     counts = [9] * len(profile.features)
     vectors = touched(profile, counts, noise(0.02))
-    options = FitOptions(junctions=policy, knot_every=4, bad_touches=BadTouches.KEEP)  # else it is not linear
+    kept = BadTouches.KEEP  # else it is not linear
+    options = FitOptions(junctions=policy, knot_every=4, bad_touches=kept, alike_over_mm=0.0)
     model = fit_profile(profile, vectors, options)
     at_rest = _curve_values(model)
     unit = np.eye(len(vectors.error_mm))

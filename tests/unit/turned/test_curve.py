@@ -1,6 +1,7 @@
 """What a user asks of one curve."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.turned.fit.options import FitOptions
 
 PROFILE = modbas2()
-MODEL = fit_profile(PROFILE, touched(PROFILE, [2, 2, 5, 5, 2, 3, 16], noise(0.01)), FitOptions(knot_every=4))
+OPTIONS = FitOptions(knot_every=4, alike_over_mm=0.0)
+MODEL = fit_profile(PROFILE, touched(PROFILE, [2, 2, 5, 5, 2, 3, 16], noise(0.01)), OPTIONS)
 DOME = MODEL.curves[-1]
 
 
@@ -67,7 +69,7 @@ def test_a_stated_repeatability_takes_the_place_of_the_scatter() -> None:
 
 
 def test_what_differs_from_cut_to_cut_comes_in_with_the_cut_that_was_touched_and_with_the_next() -> None:
-    options = FitOptions(knot_every=4, between_cuts=BetweenCuts(0.3, 0.4, "stated"))
+    options = replace(OPTIONS, between_cuts=BetweenCuts(0.3, 0.4, "stated"))
     curve = fit_profile(PROFILE, MODEL.vectors, options).curves[-1]
     expected = np.sqrt(curve.standard_deviation_mm(1.0) ** 2 + curve.scatter_mm**2 + 2 * (0.3**2 + 0.4**2))
     np.testing.assert_allclose(curve.prediction_standard_deviation_mm(1.0), expected)

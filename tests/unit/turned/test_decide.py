@@ -88,3 +88,13 @@ def test_the_words_say_the_offset_with_its_sign_on_the_radius() -> None:
     normals = np.tile([1.0, 0.0], (6, 1))
     found = decide(np.full(6, 0.010), normals, 0.001, np.inf, 0.0001, 1.0)
     assert found.x.words.startswith("X: a constant offset of −10.0 µm (on the radius) would leave up to 0.0 µm")
+
+
+def test_touches_that_have_all_in_common_know_an_offset_no_better_than_one() -> None:
+    """By hand: of four on a cylinder, two and two alike, the mean has the variance of two."""
+    normals = np.tile([1.0, 0.0], (4, 1))
+    pairs = np.kron(np.eye(2), np.ones((2, 2)))
+    alone, common = (decide(np.zeros(4), normals, 1.0, math.inf, 1e-4, 1.0, correlation=c) for c in (None, pairs))
+    assert alone.variance(normals) == pytest.approx(np.full(4, 0.25))
+    assert common.variance(normals) == pytest.approx(np.full(4, 0.5))
+    assert common.leverage(normals) == pytest.approx(np.full(4, 0.25))

@@ -12,14 +12,14 @@ from tests.support.profiles import facetst
 from tests.support.touched import noise, touched
 from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.turned.error_curve.fit_profile import fit_profile
-from trueloop.turned.error_curve.process_scatter import Spread, process_scatter_mm
+from trueloop.turned.error_curve.process_scatter import Spread, far_apart, process_scatter
 
 UM2 = 1e-6
 
 
 def spreads(*groups: tuple[int, float, float]) -> list[Spread]:
     """Spare touches, scatter in µm, probe's standard uncertainty in µm."""
-    return [Spread(n, n * s * s * UM2, u * u * UM2) for n, s, u in groups]
+    return [far_apart(n, n * s * s * UM2, u * u * UM2) for n, s, u in groups]
 
 
 def held_by_integrating(groups: Sequence[Spread], half_width_mm: float) -> float:
@@ -28,7 +28,7 @@ def held_by_integrating(groups: Sequence[Spread], half_width_mm: float) -> float
     def density(log_v: float) -> float:
         v = math.exp(log_v)
         likelihood = -0.5 * sum(
-            g.spare * math.log((v + g.probe_mm2) / UM2) + g.squares_mm2 / (v + g.probe_mm2) for g in groups
+            g.spare * math.log((v + g.probe_mm2) / UM2) + g.total_mm2 / (v + g.probe_mm2) for g in groups
         )
         return v / UM2 * math.exp(likelihood) * math.sqrt(sum(g.spare / ((v + g.probe_mm2) / UM2) ** 2 for g in groups))
 
@@ -52,20 +52,20 @@ def held_by_integrating(groups: Sequence[Spread], half_width_mm: float) -> float
     ],
 )
 def test_the_band_holds_95_percent_of_what_is_known_of_the_next_cut(groups: list[Spread]) -> None:
-    half_width = coverage_factor(sum(g.spare for g in groups)) * process_scatter_mm(groups)
+    half_width = coverage_factor(sum(g.spare for g in groups)) * process_scatter(groups).standard_mm
     assert held_by_integrating(groups, half_width) == pytest.approx(0.95, abs=3e-4)
 
 
 def test_without_a_probes_share_it_is_students_band() -> None:
     """Exactly with none, and in the limit of a small one."""
-    assert process_scatter_mm(spreads((7, 0.6, 0.0))) == pytest.approx(0.6e-3, rel=1e-12)
-    assert process_scatter_mm(spreads((7, 0.6, 0.003))) == pytest.approx(0.6e-3, rel=1e-3)
+    assert process_scatter(spreads((7, 0.6, 0.0))).standard_mm == pytest.approx(0.6e-3, rel=1e-12)
+    assert process_scatter(spreads((7, 0.6, 0.003))).standard_mm == pytest.approx(0.6e-3, rel=1e-3)
 
 
 @pytest.mark.parametrize("scatter_um", [0.0, 0.05, 0.2, 0.43, 0.6, 2.0])
 def test_it_stays_below_the_touches_scatter_or_the_probes_and_above_nothing(scatter_um: float) -> None:
     """Touches that scatter less than the probe should leave the process little, but never none."""
-    found = process_scatter_mm(spreads((7, scatter_um, 0.43)))
+    found = process_scatter(spreads((7, scatter_um, 0.43))).standard_mm
     assert 0.0 < found <= max(scatter_um, 0.43) * 1e-3
 
 
@@ -79,7 +79,7 @@ def test_drawn_cuts_lie_inside_as_often_as_promised(spare: int, process_um: floa
     rng = np.random.default_rng(spare)
     total = math.hypot(process_um, 0.43)
     scatter_um = total * np.sqrt(rng.chisquare(spare, 3000) / spare)
-    found = np.array([process_scatter_mm(spreads((spare, s, 0.43))) for s in scatter_um])
+    found = np.array([process_scatter(spreads((spare, s, 0.43))).standard_mm for s in scatter_um])
     cuts_mm, k = np.abs(process_um * 1e-3 * rng.standard_normal(3000)), coverage_factor(spare)
     held = float(np.mean(cuts_mm <= k * found))
     assert held > 0.94

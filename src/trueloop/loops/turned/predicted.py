@@ -35,7 +35,12 @@ def prediction_at_touches(
         process_mm=process,
         fitted_mm=gain * np.where(by_offset, constant, fitted),
         left_out_fitted_mm=gain * np.where(by_offset, without, left_out),
-        budget=joined([_budget(touches, model, shifts, leverage, i) for i in range(len(model.curves))]),
+        budget=joined(
+            [
+                _budget(touches, model, shifts, decision.variance(touches.outward_normal), i)
+                for i in range(len(model.curves))
+            ]
+        ),
         weight=weight,
     )
 
@@ -46,11 +51,11 @@ def expected_uncorrected_mm(model: ProfileErrorModel) -> Array:
     return model.as_told(np.where(model.weight == 0.0, error_mm - model.residual_mm, error_mm))
 
 
-def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, leverage: Array, index: int) -> Budget:
-    """Uncertainties at the touches of one feature."""
+def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, offset: Array, index: int) -> Budget:
+    """Uncertainties at the touches of one feature; `offset` (n,) the constant's variance per unit of a touch's."""
     rows, curve = touches.of_feature(index), model.curves[index]
     s = touches.arc_length_mm[rows]
     unasked = unasked_u_mm(shifts.unasked[index], s)
     if shifts.by_offset[index] and curve.next_cut is None:
-        return curve.budget_of(np.sqrt(leverage[rows]) * curve.scatter_mm, s).with_more(unasked)
+        return curve.budget_of(np.sqrt(offset[rows]) * curve.scatter_mm, s).with_more(unasked)
     return curve.budget(s).with_more(unasked)

@@ -161,7 +161,7 @@ def _error_model(
 def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by: str) -> Decision:
     vectors = model.vectors.chosen(np.flatnonzero(model.weight))
     floor_mm = float(np.max(vectors.standard_u_mm))
-    error_mm, outward_normal = _decided_on(model)
+    error_mm, outward_normal, correlation = _decided_on(model)
     return decide(
         error_mm,
         outward_normal,
@@ -171,23 +171,28 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
         options.weight,
         by,
         any(curve.from_memory for curve in model.curves),
+        correlation,
     )
 
 
-def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array]:
-    """Process errors (n,) and normals (n, 2): of touches with weight, and of arcs that memory corrects at places along.
+def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array, Array]:
+    """Process errors (n,), normals (n, 2) and correlation (n, n) of touches with weight, and of places along arcs that
+    memory corrects.
 
     Three touches of an arc that earlier parts tell say little of whether an offset is enough; its curve does.
     """
     from_memory = [i for i, curve in enumerate(model.curves) if curve.from_memory]
     on_others = ~np.isin(model.vectors.feature_index, from_memory)
-    touched = model.vectors.chosen(np.flatnonzero((model.weight > 0.0) & on_others))
+    used = np.flatnonzero((model.weight > 0.0) & on_others)
+    touched = model.vectors.chosen(used)
     errors, normals = [touched.error_mm], [touched.outward_normal]
     for i in from_memory:
         s, _ = angles_along(model.profile, i)
         errors.append(model.curves[i].value_mm(s[2::5]))
         normals.append(model.profile.features[i].outward_normal(s[2::5]))
-    return np.concatenate(errors), np.concatenate(normals)
+    correlation = np.eye(sum(map(len, errors)))
+    correlation[: len(used), : len(used)] = model.correlation[np.ix_(used, used)]
+    return np.concatenate(errors), np.concatenate(normals), correlation
 
 
 def _by_tool(

@@ -59,7 +59,7 @@ def feature_summaries(correction: Correction, say: Texts = ENGLISH) -> list[Feat
     ...     print(feature.feature, feature.expected)
     main-face 0.0 ± 7.9 µm
     small-cylinder 0.0 ± 7.9 µm
-    dome +2.9 ± 8.0 µm
+    dome +2.9 ± 8.1 µm
     """
     return [_summary(correction, outcome, say) for outcome in outcomes(correction)]
 

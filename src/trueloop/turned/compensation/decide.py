@@ -40,12 +40,14 @@ class Decision:
     """Both axes. `offset_is_enough` when neither needs a changed contour.
 
     `by` is what the user asked for, "contour" or "offset", or "auto": what the test says. `unit_covariance` (2, 2) is
-    that of the two offsets per unit variance of a touch; zero on an axis no touch faces.
+    that of the two offsets per unit variance of a touch; zero on an axis no touch faces. `common_covariance` (2, 2) is
+    the same with what touches that lie close have in common.
     """
 
     x: AxisDecision
     z: AxisDecision
     unit_covariance: Array
+    common_covariance: Array
     by: str = "auto"
 
     @property
@@ -64,9 +66,17 @@ class Decision:
         return self.x.offset_mm, self.z.offset_mm
 
     def leverage(self, outward_normal: Array) -> Array:
+        """By how much the offset along the normals (n, 2) of touches follows each touch's own error, (n,)."""
+        return _along(outward_normal, self.unit_covariance)
+
+    def variance(self, outward_normal: Array) -> Array:
         """Variance of the offset along normals (n, 2), per unit variance of a touch, (n,)."""
-        spread: Array = np.einsum("ij,jk,ik->i", outward_normal, self.unit_covariance, outward_normal)
-        return spread
+        return _along(outward_normal, self.common_covariance)
+
+
+def _along(outward_normal: Array, covariance: Array) -> Array:
+    spread: Array = np.einsum("ij,jk,ik->i", outward_normal, covariance, outward_normal)
+    return spread
 
 
 def decide(
@@ -78,12 +88,14 @@ def decide(
     weight: float,
     by: str = "auto",
     from_memory: bool = False,
+    correlation: Array | None = None,
 ) -> Decision:
     """Fits one offset to all touches and tests, axis by axis, what it leaves.
 
     `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
     degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`;
-    `from_memory`: some of the places were not touched, their errors are from earlier parts.
+    `from_memory`: some of the places were not touched, their errors are from earlier parts. `correlation` (n, n): of
+    the touches' scatter; None: they have nothing in common.
     """
     informs = np.abs(outward_normal) > FACES_AXIS
     inverse = np.linalg.pinv(np.where(np.any(informs, axis=0), outward_normal, 0.0), rcond=1e-9)
@@ -96,7 +108,8 @@ def decide(
         )
         for axis in range(2)
     )
-    return Decision(x, z, inverse @ inverse.T, by)
+    unit = inverse @ inverse.T
+    return Decision(x, z, unit, unit if correlation is None else inverse @ correlation @ inverse.T, by)
 
 
 def _decide_axis(

@@ -80,3 +80,10 @@ def check_options(profile: Profile, options: FitOptions) -> None:
                 f"the repeatability of the {words} is given as {value_mm} mm",
                 hint="a standard deviation is a number and not negative; leave it out to take the touches' scatter",
             )
+    alike = options.alike_over_mm
+    if alike is not None and not 0.0 <= alike < math.inf:
+        raise TrueloopError(
+            Code.FIT_VALUE,
+            f"the process is said to be alike over {alike} mm along a cut",
+            hint="a length is a number and not negative; leave it out to take what the touches say",
+        )

@@ -16,7 +16,7 @@ from trueloop.turned.error_curve.check import check_options, check_vectors
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.junctions import DisplacedJunction, displaced_junctions
 from trueloop.turned.error_curve.tangency import Tangency, tangencies
-from trueloop.turned.error_curve.uncertainty import FittedChains, finish
+from trueloop.turned.error_curve.uncertainty import FittedChains, finish, with_likeness
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, nose_on_part
 from trueloop.turned.fit.fit_chains import fit_chains
@@ -42,7 +42,8 @@ class ProfileErrorModel:
     values are over the touches with weight, NaN for features without one they could be taken from. `weight` is 1, and 0
     for touches left out as bad, whose `leave_one_out_mm` is their residual; `suspects` name those that the others
     contradict (`bad_touches`). `scatter_mm` is the largest standard deviation
-    of a touch about its curve, known with `degrees_of_freedom` spare touches. `notes` explain every decision;
+    of a touch about its curve, known with `degrees_of_freedom` spare touches. `correlation` (n, n) is that of the
+    touches' scatter, its diagonal above 1 where touches that lie close show less of it. `notes` explain every decision;
     `choices` compares own curve and nose model where a nose model was given.
     """
 
@@ -60,6 +61,7 @@ class ProfileErrorModel:
     tangency: tuple[Tangency, ...]
     scatter_mm: float
     degrees_of_freedom: int
+    correlation: Array
     notes: tuple[str, ...]
     choices: tuple[ModelChoice, ...]
 
@@ -111,7 +113,7 @@ def fit_profile(
     good = vectors if len(kept) == len(vectors.point) else vectors.chosen(kept)
     on_part, unused = _nose(profile, good, nose)
     fits, choices = fit_chains(profile, good, options, on_part, remembered=remembered)
-    fitted = finish(fits, good)
+    fitted = with_likeness(finish(fits, good), good, options.alike_over_mm)
     free = fitted
     if options.junctions == TangentPolicy.PATH:
         with_kinks = replace(options, junctions=TangentPolicy.PART)
@@ -135,6 +137,7 @@ def fit_profile(
         tangency=tangencies(profile, free, options.junctions),
         scatter_mm=max(fitted.scatter_mm.values()),
         degrees_of_freedom=fitted.degrees_of_freedom,
+        correlation=_correlation(len(vectors.point), kept, fitted),
         notes=(*unused, *(note for fit in fitted.fits.values() for note in fit.notes), *drawn_out),
         choices=choices,
     )
@@ -151,7 +154,7 @@ def _nose(profile: Profile, vectors: ErrorVectors, nose: NoseModel | None) -> tu
 
 
 def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
-    process = fitted.process_mm()
+    process = fitted.process_mm
     for i, fit in fitted.fits.items():
         scatter, within = fitted.scatter_mm[i], options.repeatability_mm
         if within is None:
@@ -175,7 +178,7 @@ def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, optio
                 degrees_of_freedom=fitted.degrees_of_freedom or None,
                 notes=fit.notes,
                 next_cut=fit.next_cut,
-                from_memory=fit.scattered_mm is not None,
+                from_memory=fit.scattered is not None,
             )
 
 
@@ -216,6 +219,16 @@ def _by_touch(
         residual[kept[fit.touches]] = fit.residual_mm
         left_out[kept[fit.touches]] = fit.leave_one_out_mm
     return residual, left_out
+
+
+def _correlation(touches: int, kept: NDArray[np.intp], fitted: FittedChains) -> Array:
+    """Of the touches' scatter, per unit variance about their curve, (n, n)."""
+    found = np.eye(touches)
+    for i, covariance_mm2 in fitted.touches_mm2.items():
+        rows = kept[fitted.fits[i].touches]
+        if fitted.scatter_mm[i] > 0.0:
+            found[np.ix_(rows, rows)] = covariance_mm2 / fitted.scatter_mm[i] ** 2
+    return found
 
 
 def _rms_of_known(values: Array) -> float:

@@ -39,11 +39,9 @@ def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Arra
         return np.zeros_like(fit.fit.spline.coefficients_mm)
     given = _conditions(fit, fits, found)
     spline = fit.fit.spline
-    start = dict(zip(fit.chain.features, fit.chain.starts_mm, strict=True))
-    starts = np.array([start[i] for i in vectors.feature_index[fit.touches].tolist()])
-    s = np.clip(starts + vectors.arc_length_mm[fit.touches], 0.0, spline.length_mm)
+    s = fit.places_mm(vectors)
     share = vectors.z_share[fit.touches]
-    if fit.scattered_mm is not None or (fit.from_model_mm is not None and not len(s)):
+    if fit.scattered is not None or (fit.from_model_mm is not None and not len(s)):
         s, share = (every := np.linspace(0.0, spline.length_mm, 8 * len(spline.coefficients_mm))), np.zeros_like(every)
     elif fit.from_model_mm is not None:
         every = np.linspace(0.0, spline.length_mm, 8 * len(spline.coefficients_mm))

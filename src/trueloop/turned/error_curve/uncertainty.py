@@ -1,12 +1,12 @@
 """From fits to curves with their uncertainty: the scatter of the touches, and what is handed from chain to chain."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.turned.error_curve.process_scatter import Spread, process_scatter_mm
+from trueloop.turned.error_curve.likeness import likeness_of
 from trueloop.turned.error_curve.reference import reference_responses
 from trueloop.turned.fit.chain_fit import ChainFit
 from trueloop.turned.fit.conditions import conditions_covariance
@@ -22,42 +22,61 @@ class FittedChains:
     to spare, pooled over `degrees_of_freedom` of them, and never less than the touches' type B uncertainty. Pooling
     assumes that lines and arcs of one cut scatter alike; a curve too stiff for its feature makes all bands wider.
     `reference` (None: z has no reference): what each chain's coefficients follow the reference touch by, per unit of
-    its own error, one and the same in all chains.
+    its own error, one and the same in all chains. `process_mm` is the process's part of the scatter, which the next cut
+    scatters by again (None: not looked for, or no touch to spare). `touches_mm2`: by chain whose touches lie close, the
+    covariance of their scatter.
     """
 
     fits: Mapping[int, ChainFit]
     splines: Mapping[int, Spline]
     scatter_mm: Mapping[int, float]
-    spreads: tuple[Spread, ...]
+    degrees_of_freedom: int
     reference: Mapping[int, Array] | None
-
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Touches to spare."""
-        return sum(one.spare for one in self.spreads)
-
-    def process_mm(self) -> float | None:
-        """The process's part of the scatter, which the next cut scatters by again; None without a touch to spare."""
-        return process_scatter_mm(self.spreads) if self.spreads else None
+    process_mm: float | None = None
+    touches_mm2: Mapping[int, Array] = field(default_factory=dict)
 
 
 def finish(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> FittedChains:
     """Puts numbers to the covariances: σ² of the touches, and that of the end values taken from neighbours."""
     reference = reference_responses(fits, vectors) if np.any(vectors.at_reference) else None
-    spreads = [_spread(fit, vectors) for fit in fits.values() if fit.spare > 0]
-    spare = sum(one.spare for one in spreads)
-    pooled = sum(one.squares_mm2 for one in spreads) / spare if spare else 0.0
+    to_spare = [fit for fit in fits.values() if fit.spare > 0]
+    spare = sum(fit.spare for fit in to_spare)
+    pooled = sum(float(np.sum(fit.scattered_mm**2)) for fit in to_spare) / spare if spare else 0.0
     scatter = {i: _at_least_type_b(fit, vectors, pooled) for i, fit in fits.items()}
+    splines = _splines(fits, scatter, reference, vectors, {})
+    return FittedChains(fits, splines, scatter, spare, reference)
+
+
+def with_likeness(fitted: FittedChains, vectors: ErrorVectors, stated_mm: float | None) -> FittedChains:
+    """The same with what touches that lie close have in common, and with the process's part of the scatter.
+
+    `stated_mm`: over which length the process is alike (None: the touches say).
+    """
+    found = likeness_of(fitted.fits, fitted.scatter_mm, vectors, stated_mm)
+    splines = fitted.splines
+    if found.roots_mm:
+        splines = _splines(fitted.fits, fitted.scatter_mm, fitted.reference, vectors, found.roots_mm)
+    return replace(fitted, splines=splines, process_mm=found.process_mm, touches_mm2=found.touches_mm2)
+
+
+def _splines(
+    fits: Mapping[int, ChainFit],
+    scatter_mm: Mapping[int, float],
+    reference: Mapping[int, Array] | None,
+    vectors: ErrorVectors,
+    roots_mm: Mapping[int, Array],
+) -> dict[int, Spline]:
+    """The chains' splines; `roots_mm` of the covariances of those whose touches are not independent."""
     splines: dict[int, Spline] = {}
     while len(splines) < len(fits):
         for i, fit in fits.items():
             givers = {source.neighbour.chain for source in fit.sources if source.neighbour is not None}
             if i not in splines and givers <= splines.keys():
-                splines[i] = _finished(fit, scatter[i], splines)
+                splines[i] = _finished(fit, scatter_mm[i], splines, roots_mm.get(i, fit.from_model_mm))
     if reference is not None:
-        own_mm = _reference_scatter_mm(fits, scatter, vectors)
+        own_mm = _reference_scatter_mm(fits, scatter_mm, vectors)
         splines = {i: spline.with_common(own_mm * reference[i]) for i, spline in splines.items()}
-    return FittedChains(fits, {i: splines[i] for i in fits}, scatter, tuple(spreads), reference)
+    return {i: splines[i] for i in fits}
 
 
 def _reference_scatter_mm(
@@ -68,13 +87,6 @@ def _reference_scatter_mm(
     return next(scatter_mm[i] for i, fit in fits.items() if k in fit.touches)
 
 
-def _spread(fit: ChainFit, vectors: ErrorVectors) -> Spread:
-    """What a chain's residuals say of the scatter, and how much of it is the probe's."""
-    probe = float(np.mean(vectors.own_u_mm[fit.touches] ** 2))
-    residual = fit.residual_mm if fit.scattered_mm is None else fit.scattered_mm
-    return Spread(fit.spare, float(np.sum(residual**2)), probe)
-
-
 def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) -> float:
     """Scatter of a chain; where it has no touch, the other touches' uncertainty stands in, unless it is stated."""
     if fit.scatter_mm is not None:
@@ -83,9 +95,9 @@ def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) ->
     return float(np.sqrt(max(pooled_mm2, float(np.mean(u**2)))))
 
 
-def _finished(fit: ChainFit, scatter_mm: float, splines: dict[int, Spline]) -> Spline:
+def _finished(fit: ChainFit, scatter_mm: float, splines: dict[int, Spline], root_mm: Array | None) -> Spline:
     from_ends = conditions_covariance(fit, splines)
-    if fit.from_model_mm is None:
+    if root_mm is None:
         return fit.fit.scaled(scatter_mm**2, from_ends)
     spline = fit.fit.scaled(0.0, from_ends)
-    return replace(spline, prescribed_mm=np.hstack([fit.from_model_mm, spline.prescribed_mm]))
+    return replace(spline, prescribed_mm=np.hstack([root_mm, spline.prescribed_mm]))

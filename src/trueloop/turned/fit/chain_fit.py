@@ -53,7 +53,7 @@ class ChainFit:
     brings the square root of its coefficients' covariance, `from_model_mm`, (coefficients, m). `unsupported`: no touch
     says anything of the chain, and it is left as programmed. `scatter_mm` of a touch about a curve that was fitted to
     readings, which are too few to show it; None: found. `next_cut` is what is remembered of the next cut; where that
-    makes the curve, `scattered_mm` are the residuals about the touches' own curve, which show how touches scatter.
+    makes the curve, `scattered` is the touches' own, about which they show how they scatter.
     """
 
     chain: Chain
@@ -69,7 +69,26 @@ class ChainFit:
     unsupported: bool = False
     scatter_mm: float | None = None
     next_cut: NextCut | None = None
-    scattered_mm: Array | None = None
+    scattered: SplineFit | None = None
+
+    @property
+    def scattered_mm(self) -> Array:
+        """Residuals about the touches' own curve, (n,)."""
+        return self.residual_mm if self.scattered is None else self.scattered.residual_mm
+
+    @property
+    def through_touches(self) -> SplineFit | None:
+        """The fit to the chain's touches alone; None where there is none."""
+        if self.scattered is not None:
+            return self.scattered
+        fitted = len(self.touches) > 0 and self.from_model_mm is None and self.scatter_mm is None
+        return self.fit if fitted else None
+
+    def places_mm(self, vectors: ErrorVectors) -> Array:
+        """Arc lengths of its touches along the chain, (n,)."""
+        start = dict(zip(self.chain.features, self.chain.starts_mm, strict=True))
+        starts = np.array([start[i] for i in vectors.feature_index[self.touches].tolist()])
+        return np.clip(starts + vectors.arc_length_mm[self.touches], 0.0, self.chain.length_mm)
 
 
 def own_fit(

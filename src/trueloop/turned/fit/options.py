@@ -26,9 +26,10 @@ class FitOptions:
     `knot_every_on`: r of single arcs, by feature name. `prescribed`: values and slopes at the ends of features, by
     name; a tangent neighbour's value stands above them, and a contradiction is refused. `repeatability_mm`: None takes
     the scatter of the touches about the curves less the probe's share (`process_scatter`), which holds when touches
-    scatter as cuts do. `between_cuts`: what comes out differently from cut to cut, which the scatter within one part
-    does not show (`between_cuts.PRIOR` where nothing is known of it). It widens what is predicted of the next cut and
-    changes no curve.
+    scatter as cuts do. `alike_over_mm`: over which length that is alike (None: the touches say, module `likeness`).
+    `between_cuts`: what comes out differently from cut to cut, which the scatter within one part does not show
+    (`between_cuts.PRIOR` where nothing is known of it). These widen what is predicted of the next cut and change no
+    curve.
     """
 
     junctions: Annotated[
@@ -67,6 +68,16 @@ class FitOptions:
             "touches' scatter about the curves less the probe's share (`repeatability_diameter_um`, "
             "`repeatability_face_um`), which holds when touches scatter as cuts do. Changes the predicted bands and no "
             "correction.",
+            least=0,
+        ),
+    ] = None
+    alike_over_mm: Annotated[
+        float | None,
+        Option(
+            "compensation.alike_over_mm",
+            "Over how many millimetres along a cut the process's scatter is alike (ℓ of exp(−d²/2ℓ²) at the distance "
+            "d), known from earlier parts; 0: touches have nothing of it in common. Left out, the touches say how "
+            "probable each length up to 2 mm is. Changes the predicted bands and no correction.",
             least=0,
         ),
     ] = None

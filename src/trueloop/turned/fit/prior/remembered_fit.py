@@ -60,7 +60,7 @@ def fit_remembered(
         fit=curve,
         residual_mm=touches.error_mm - curve.spline.of(curve.spline.value_form(touches.arc_length_mm)),
         leave_one_out_mm=np.full(len(touches.positions), np.nan),
-        scattered_mm=own.residual_mm,
+        scattered=own.fit,
         knot_every=(None,) * len(chain.features),
         from_model_mm=carried(s[once], root[once], knots, curve),
         next_cut=next_cut,
