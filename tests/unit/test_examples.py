@@ -47,7 +47,16 @@ def inputs_of(job_file: Path) -> Inputs:
 
 
 def test_these_are_the_example_jobs() -> None:
-    assert [job.parent.name for job in JOBS] == ["bush", "dxf", "facetst", "linuxcnc", "modbas2", "piecs11", "shaft"]
+    assert [job.parent.name for job in JOBS] == [
+        "bush",
+        "dxf",
+        "facetst",
+        "lens",
+        "linuxcnc",
+        "modbas2",
+        "piecs11",
+        "shaft",
+    ]
 
 
 @pytest.mark.parametrize("job_file", JOBS, ids=lambda path: path.parent.name)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from trueloop._core import NoseSweep
 from trueloop.arrays import Array
 from trueloop.geometry.feature import contact_angle_rad
 from trueloop.simulator.machine_error import REFERENCE_C, MachineError
@@ -20,7 +21,8 @@ class VirtualMachine:
     """One machine with one tool. Everything that makes its parts wrong is known.
 
     `tool_offset_mm` (x as a radius, z) is by how much the tool was set wrongly; `transfer` what the finish cut does
-    otherwise than the cuts before it.
+    otherwise than the cuts before it. `body_mm`: centres (x, z) from the nose centre of further circles of its radius
+    that cut along with it, unworn: the rest of an insert that is more than a nose.
     """
 
     nose: Nose
@@ -30,6 +32,7 @@ class VirtualMachine:
     backlash: Backlash = field(default_factory=Backlash)
     error: MachineError = field(default_factory=MachineError)
     transfer: Transfer = SAME
+    body_mm: tuple[tuple[float, float], ...] = ()
 
     def cut(
         self,
@@ -49,7 +52,12 @@ class VirtualMachine:
         actual = (
             self._actual(path, stock, cut_mm, rng, temperature_c) + transfer.displacement_mm(path) for path in paths
         )
-        return stock.cut_by([sweep(at, self.nose) for at in actual])
+        return stock.cut_by([one for at in actual for one in self._swept(at)])
+
+    def _swept(self, at: Array) -> list[NoseSweep]:
+        """What the insert passes over with its nose centre at these positions; the body first, the nose finishes."""
+        unworn = Nose(self.nose.radius_mm)
+        return [*(sweep(at + np.array(apart), unworn) for apart in self.body_mm), sweep(at, self.nose)]
 
     def _actual(
         self, path: CentrePath, stock: Stock, cut_mm: Array, rng: np.random.Generator, temperature_c: float
