@@ -93,8 +93,9 @@ def test_the_words_say_the_offset_with_its_sign_on_the_radius() -> None:
 def test_touches_that_have_all_in_common_know_an_offset_no_better_than_one() -> None:
     """By hand: of four on a cylinder, two and two alike, the mean has the variance of two."""
     normals = np.tile([1.0, 0.0], (4, 1))
-    pairs = np.kron(np.eye(2), np.ones((2, 2)))
-    alone, common = (decide(np.zeros(4), normals, 1.0, math.inf, 1e-4, 1.0, correlation=c) for c in (None, pairs))
+    pairs = np.repeat(np.repeat(np.eye(2), 2, axis=0), 2, axis=1)
+    alone = decide(np.zeros(4), normals, 1.0, math.inf, 1e-4, 1.0)
+    common = decide(np.zeros(4), normals, 1.0, math.inf, 1e-4, 1.0, correlation=pairs)
     assert alone.variance(normals) == pytest.approx(np.full(4, 0.25))
     assert common.variance(normals) == pytest.approx(np.full(4, 0.5))
     assert common.leverage(normals) == pytest.approx(np.full(4, 0.25))

@@ -13,6 +13,7 @@ from tests.support.touched import noise, touched
 from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.error_curve.process_scatter import Spread, far_apart, process_scatter
+from trueloop.turned.fit.options import FitOptions
 
 UM2 = 1e-6
 
@@ -91,8 +92,12 @@ def test_drawn_cuts_lie_inside_as_often_as_promised(spare: int, process_um: floa
 
 
 def test_a_profile_tells_process_from_probe() -> None:
-    """500 touches that scatter by s, of which the probe is known for 0.4 µm: the next cut scatters by √(s² − 0.16)."""
+    """500 touches that scatter by s, of which the probe is known for 0.4 µm: the next cut scatters by √(s² − 0.16).
+
+    They lie 0.4 mm apart, and it is said that they have nothing in common.
+    """
     profile = facetst()
-    model = fit_profile(profile, touched(profile, [125] * len(profile.features), noise(0.6e-3), standard_u_mm=0.4e-3))
+    vectors = touched(profile, [125] * len(profile.features), noise(0.6e-3), standard_u_mm=0.4e-3)
+    model = fit_profile(profile, vectors, FitOptions(alike_over_mm=0.0))
     expected_mm = math.sqrt(model.scatter_mm**2 - 0.4e-3**2)
     assert model.curves[0].repeatability_mm == pytest.approx(expected_mm, rel=0.02)
