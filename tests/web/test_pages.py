@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.axe import findings
 from tests.support.full_shop import SCRIPT
-from tests.support.served import NARROW, WIDE, Browsing
+from tests.support.served import NARROW, WIDE, Browsing, Window
 
 FINGER_PX = 48
 PAGES = (
@@ -47,10 +47,20 @@ SMALL = """() => [...document.querySelectorAll('a, button, input, select, textar
 WIDER = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
 
 
+LIFE = "async () => (await (await fetch('/api/v1/parts/1/life')).json()).corrections[0]"
+
+
+def pages_of(window: Window) -> tuple[str, ...]:
+    """All of them, with the change of a program, whose address is of hashes."""
+    window.go("/")
+    made = window.page.evaluate(LIFE)
+    return *PAGES, f"/programs/{made['source_sha256']}/diff/{made['corrected_sha256']}"
+
+
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 def test_every_page_can_be_read_touched_and_understood(web: Browsing, dark: bool) -> None:
     with web.window("admin", dark=dark) as window:
-        for path in PAGES:
+        for path in pages_of(window):
             window.go(path)
             for size in (NARROW, WIDE):  # axe looks at colours and names, which are those of either width
                 window.resize(size)
@@ -63,7 +73,7 @@ def test_every_page_can_be_read_touched_and_understood(web: Browsing, dark: bool
 @pytest.mark.parametrize("role", ["viewer", "operator", "engineer", "admin"])
 def test_every_page_opens_for_every_role(web: Browsing, role: str) -> None:
     with web.window(role) as window:
-        for path in PAGES:
+        for path in pages_of(window):
             window.go(path)
             assert window.page.locator("main h1").first.inner_text(), path
             for size in (NARROW, WIDE):
