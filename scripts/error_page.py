@@ -31,6 +31,7 @@ AREAS: Final = {
     "SRV": "The service",
     "RTC": "Real-time correction",
     "JOB": "Job files",
+    "SET": "Set-ups of one part",
     "STO": "the store of parts, tools, inspections and corrections",
     "LAB": "labels of parts and programs",
     "EDG": "cutting edges and their events",

@@ -38,6 +38,7 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[tool]": job.ToolTable,
         "[[tools]]": job.ToolsTable,
         "[feature.NAME]": job.CutByTable,
+        "[[setups]]": job.SetupTable,
         "[programs]": job.ProgramsTable,
         "[gauging]": job.GaugingTable,
         "[compensation]": job.CompensationTable,

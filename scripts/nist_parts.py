@@ -168,7 +168,7 @@ def program(part: NistPart, cut: str) -> str:
 
 def parameters(part: NistPart) -> dict[str, float]:
     """The values of the program's parameters for this part."""
-    given = dict(example_job(part.family).programs.parameters)
+    given = dict(example_job(part.family).own_programs.parameters)
     return {**given, "P46": part.size_in} if "P46" in given else given
 
 

@@ -469,7 +469,19 @@ class Code(StrEnum):
     JOB_SYNTAX = "JOB-SYNTAX", "a job that is no TOML"
     JOB_EXISTS = "JOB-EXISTS", "a new job where there is one already", ("file",)
     JOB_TOOLS = "JOB-TOOLS", "a job of several tools where one is wanted", ("tools",)
+    JOB_SETUPS = "JOB-SETUPS", "a job of several set-ups where one is wanted", ("setups",)
     JOB_KEY = "JOB-KEY", "a key of a job that is unknown, missing, or has a value that it cannot have", ("key",)
+
+    # SET: set-ups of one part
+    SET_DATUM = "SET-DATUM", "a set-up that does not say where its program's zero is on the part", ("setup",)
+    SET_MIRROR = "SET-MIRROR", "a program that fits the part with its Z the other way round", ("setup",)
+    SET_CUTS = "SET-CUTS", "a set-up whose program cuts nothing of the part", ("setup",)
+    SET_FEATURE = "SET-FEATURE", "a feature that is cut in several set-ups", ("feature", "setups")
+    SET_OFFSET = (
+        "SET-OFFSET",
+        "a correction by an offset that set-ups share, or whose sign is not known",
+        ("setup", "tool"),
+    )
 
     # STO: the store of parts, tools, inspections and corrections
     STO_FILE = "STO-FILE", "a store that is missing, or a file that is no store"

@@ -57,7 +57,7 @@ def _refusal(path: Path, before: str, after: str) -> TrueloopError:
 def test_values_and_defaults(path: Path) -> None:
     job = _read(path, JOB)
     assert job.part.feature[1].to == (0.0, 70.0)
-    assert job.programs.parameters == {"P46": 3.52}
+    assert job.own_programs.parameters == {"P46": 3.52}
     options, gauging = options_from(Options, job), options_from(Gauging, job)
     assert (options.weight, options.junctions) == (0.75, "part")
     assert (gauging.range_x_mm, gauging.range_z_mm) == (0.0015, 0.0005)

@@ -169,7 +169,7 @@ def test_examples_give_their_own_profiles() -> None:
     for part, lines in (("facetst", None), ("modbas2", None), ("piecs11", (20, 24))):
         job = read_turned_job(EXAMPLES / part / "job.toml")
         text = (EXAMPLES / part / "finish.nc").read_bytes()
-        moves = feed_moves(read_program(text, "ge2000t").run(job.programs.parameters))
+        moves = feed_moves(read_program(text, "ge2000t").run(job.own_programs.parameters))
         contour = contour_of_program(moves, NOSE_RADIUS_MM, lines=lines)
         same(contour.profile, profile_of_table(job.part), atol_mm=1.3e-4)
 

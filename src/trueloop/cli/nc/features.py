@@ -10,13 +10,20 @@ from trueloop.cli.failure import ExitStatus, as_dict, guarded, say
 from trueloop.cli.terminal import AsJson, busy, print_json, wide_console
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from trueloop.errors import TrueloopError
     from trueloop.geometry.feature import Feature
+    from trueloop.geometry.setup_frame import SetupFrame
     from trueloop.loops.turned.edges import CutFeature
     from trueloop.nc.match.contour_match import FeatureMatch, MatchedMove
     from trueloop.nc.program.program import Program
 
 SAMPLES = 65
+LEGEND = (
+    "From, to, of: mm of arc along the feature, chuck end first. Off nominal: µm, the largest over the block, "
+    "positive outwards."
+)
 
 
 @dataclass(frozen=True)
@@ -37,11 +44,27 @@ def features_of_job(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file; its touches need not exist yet.")],
     as_json: AsJson = False,
 ) -> None:
-    """Print which blocks of the finish program, and which tool, cut which feature.
+    """Print which blocks of the finish program, and which tool, cut which feature; of a job with set-ups, in each.
 
     Exit status 1 when that is not plain for one.
     """
-    from trueloop.errors import TrueloopError
+    from trueloop.jobs.turned.compensate_setups import has_setups
+
+    found = _of_setups(job) if has_setups(job) else _of_one(job)
+    refusals = [*found.doubtful, *(refusal for cut in found.cuts for refusal in cut.refused)]
+    if as_json:
+        print_json(found.as_dict())
+    else:
+        for cut in found.cuts:
+            _print_table(f"{found.part}, {cut.words}", cut.rows, cut.several)
+        wide_console().print(LEGEND, *found.uncut_words, sep="\n", markup=False)
+        for refusal in refusals:
+            say(refusal, as_json=False)
+    if refusals:
+        raise typer.Exit(ExitStatus.FINDINGS)
+
+
+def _of_one(job: Path) -> "_Found":
     from trueloop.jobs.turned.job import read_finish
     from trueloop.loops.turned.edges import cut_by_one, cut_features
 
@@ -52,19 +75,87 @@ def features_of_job(
             found = cut_features(program, run, part.profile, part.edges, finish.decided)
         else:
             found = cut_by_one(program, run, part.profile, part.nose_radius_mm)
-    file = finish.program.file or str(job)
-    rows = [_row(finish.program, one, file) for one in found]
-    refusals = [row.match for row in rows if isinstance(row.match, TrueloopError)]
-    if as_json:
-        print_json({"part": part.name, "program": file, "features": [_object(row) for row in rows]})
-    else:
-        tools = list(dict.fromkeys(row.tool for row in rows if row.tool))
-        by_one = f" with {tools[0]}" if len(tools) == 1 else ""
-        _print_table(f"{part.name}, cut by {file}{by_one}", rows, several=len(tools) > 1)
-        for refusal in refusals:
-            say(refusal, as_json=False)
-    if refusals:
-        raise typer.Exit(ExitStatus.FINDINGS)
+    return _Found(part.name, (_cut(program, found, job),))
+
+
+def _of_setups(job: Path) -> "_Found":
+    from trueloop.jobs.turned.job_files import JobFiles
+    from trueloop.jobs.turned.setups import read_setups
+
+    with busy(f"matching {job}"):
+        files = JobFiles.of(job)
+        found = read_setups(files).found
+        cuts = tuple(_cut(one.setup.program, one.cut_features, job, one.setup.frame) for one in found.setups)
+    doubtful = tuple(refusal.in_file(str(job)) for refusal in found.doubtful)
+    return _Found(files.job.part.name, cuts, found.uncut, doubtful)
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """The features that one program cuts; `setup` is its frame where there are several."""
+
+    file: str
+    rows: "tuple[_Row, ...]"
+    setup: "SetupFrame | None"
+
+    @property
+    def refused(self) -> "list[TrueloopError]":
+        """Why it is not plain of some features."""
+        from trueloop.errors import TrueloopError
+
+        return [row.match for row in self.rows if isinstance(row.match, TrueloopError)]
+
+    @property
+    def tools(self) -> list[str]:
+        """All that cut something."""
+        return list(dict.fromkeys(row.tool for row in self.rows if row.tool))
+
+    @property
+    def several(self) -> bool:
+        """Whether the table says which tool."""
+        return len(self.tools) > 1
+
+    @property
+    def words(self) -> str:
+        """`cut by finish.nc with T3`, with the set-up in front."""
+        by_one = f" with {self.tools[0]}" if len(self.tools) == 1 else ""
+        where = "" if self.setup is None else f"set-up {self.setup.name} ({self.setup.words} of the part), "
+        return f"{where}cut by {self.file}{by_one}"
+
+    def as_dict(self) -> dict[str, object]:
+        """For machines."""
+        named = {} if self.setup is None else {"name": self.setup.name, "z_of_program": self.setup.words}
+        return {**named, "program": self.file, "features": [_object(row) for row in self.rows]}
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What a job's programs cut. `uncut`, `doubtful`: features that no set-up cuts, and why others are of none."""
+
+    part: str
+    cuts: tuple[_Cut, ...]
+    uncut: tuple[str, ...] = ()
+    doubtful: "tuple[TrueloopError, ...]" = ()
+
+    @property
+    def uncut_words(self) -> list[str]:
+        """Features that no set-up cuts."""
+        return [f"Cut in no set-up: {', '.join(self.uncut)}."] if self.uncut else []
+
+    def as_dict(self) -> dict[str, object]:
+        """For machines: a program, or one by set-up."""
+        if self.cuts[0].setup is None:
+            return {"part": self.part, **self.cuts[0].as_dict()}
+        setups = [
+            {"name": cut.setup.name, "z_of_program": cut.setup.words, **cut.as_dict()} for cut in self.cuts if cut.setup
+        ]
+        doubtful = [as_dict(refusal) for refusal in self.doubtful]
+        return {"part": self.part, "setups": setups, "uncut": list(self.uncut), "doubtful": doubtful}
+
+
+def _cut(program: "Program", found: "list[CutFeature]", job: Path, setup: "SetupFrame | None" = None) -> _Cut:
+    file = program.file or str(job)
+    return _Cut(file, tuple(_row(program, one, file) for one in found), setup)
 
 
 @dataclass(frozen=True)
@@ -122,7 +213,7 @@ def _object(row: _Row) -> dict[str, object]:
     }
 
 
-def _print_table(title: str, rows: "list[_Row]", several: bool) -> None:
+def _print_table(title: str, rows: "Sequence[_Row]", several: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -153,8 +244,4 @@ def _print_table(title: str, rows: "list[_Row]", several: bool) -> None:
     console = wide_console()
     console.print(title + "\n", markup=False)
     console.print(table)
-    console.print(
-        "\nFrom, to, of: mm of arc along the feature, chuck end first. Off nominal: µm, the largest over the block, "
-        "positive outwards.",
-        markup=False,
-    )
+    console.print()

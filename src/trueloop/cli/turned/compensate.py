@@ -53,7 +53,8 @@ def compensate(
     wrong. With a store the part, what was measured, the programs and the correction are kept, and earlier parts of the
     edge take part.
 
-    A job with tables [[tools]] gets a table, a record and a report for each edge, and part.json.
+    A job with tables [[tools]] gets a table, a record and a report for each edge, and part.json; one with tables
+    [[setups]] a corrected program for each set-up too.
     """
     run_job(job, output, page, store.keeping(serial), as_json, memory)
 
@@ -62,8 +63,12 @@ def run_job(
     path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool, memory: Use | None = None
 ) -> None:
     """Corrects as the job says and prints what was done."""
+    from trueloop.jobs.turned.compensate_setups import has_setups
     from trueloop.jobs.turned.several import has_several
 
+    if has_setups(path):
+        _run_setups(path, output, page, keeping, as_json)
+        return
     if has_several(path):
         _run_several(path, output, page, keeping, as_json, memory)
         return
@@ -105,3 +110,17 @@ def _run_several(
     if done.kept is not None:
         typer.echo(done.kept.words)
         print_findings(done.kept.findings)
+
+
+def _run_setups(path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool) -> None:
+    """The same of a job of several set-ups."""
+    with busy(f"correcting as {path.parent.name}/{path.name} says"):
+        from trueloop.cli.turned.setups_summary import print_setups
+        from trueloop.jobs.turned.compensate_setups import compensate_setups
+        from trueloop.report.turned.setups import setups_as_dict
+
+        done = compensate_setups(path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf)
+    if as_json:
+        print_json({**setups_as_dict(done.corrected), "files": [str(file) for file in done.files]})
+    else:
+        print_setups(done.corrected, done.files)

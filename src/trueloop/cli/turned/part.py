@@ -39,9 +39,9 @@ def show(
         part = read_part(job)
         centre = part.centre_path
     if as_json:
-        print_json(profile_as_dict(part.name, part.profile, centre))
+        print_json(profile_as_dict(part.name, part.profile, centre, part.setups))
     else:
-        print_profile(part.name, part.profile, centre)
+        print_profile(part.name, part.profile, centre, part.setups)
 
 
 Picture = Annotated[

@@ -1,15 +1,17 @@
 """A profile in words and numbers, for `trueloop part show`."""
 
 import math
+from collections.abc import Sequence
 
 from trueloop.cli.terminal import wide_console
 from trueloop.geometry.offset import CentrePath
 from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.report.turned.profile import kind_in_words
 
 
-def print_profile(name: str, profile: Profile, centre: CentrePath) -> None:
-    """The features as a table, each with the junction that follows it."""
+def print_profile(name: str, profile: Profile, centre: CentrePath, setups: Sequence[SetupFrame] = ()) -> None:
+    """The features as a table, each with the junction that follows it; then the frames of several set-ups."""
     from rich.table import Table
 
     console = wide_console()
@@ -30,3 +32,6 @@ def print_profile(name: str, profile: Profile, centre: CentrePath) -> None:
         "Turns are positive at convex corners.",
         markup=False,
     )
+    for one in setups:
+        turned = ", turned round" if one.flipped else ", Z mirrored by the control" if one.mirrored_z else ""
+        console.print(f"Set-up {one.name}{turned}: {one.words} of the part.", markup=False)

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from trueloop.domain.limits import Limits
 from trueloop.domain.page_options import PageOptions
-from trueloop.errors import Code
+from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.curve_tables import (
     AsphereTable,
     EllipseTable,
@@ -263,17 +263,30 @@ class ToolsTable(ToolTable):
 class CutByTable(Table):
     """What is decided of a feature, where the program leaves it open."""
 
-    tool: Annotated[int, Field(ge=0, le=1_000_000, strict=True)]
+    tool: Annotated[int, Field(ge=0, le=1_000_000, strict=True)] | None = None
     """Number of the tool of [[tools]] that leaves its surface. 0: it is left alone, and nothing that was measured of it
     is used.
     """
     edge: Count = 1
     """That tool's edge: D of a Sinumerik, OG of an Okuma."""
+    setup: str | None = None
+    """Name of the set-up of [[setups]] that leaves its surface."""
 
     @property
     def called(self) -> Called | None:
-        """As the program calls it; None: the feature is left alone."""
+        """As the program calls it; None: the feature is left alone, or its tool is not decided."""
         return Called(self.tool, self.edge) if self.tool else None
+
+    @property
+    def left_alone(self) -> bool:
+        """Whether nothing is to be corrected there."""
+        return self.tool == 0
+
+    @model_validator(mode="after")
+    def _decides(self) -> "CutByTable":
+        if self.tool is None and self.setup is None:
+            raise ValueError("`tool` or `setup` is missing: which of them leaves the surface?")
+        return self
 
 
 @with_options("programs", Options)
@@ -317,6 +330,44 @@ class ProgramsTable(Table):
     """Go on although a program holds words or codes that the dialect does not know. They are left alone and taken to
     move nothing.
     """
+
+
+class SetupTable(Table):
+    """One of several set-ups in which the part is turned: a table [[setups]] each, with its program and its tools."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=40)]
+    """What it is called, in file names too: letters, digits, `-` and `_`."""
+    zero_at_z_mm: Annotated[Finite | None, In("mm")] = None
+    """z of the part's frame at which this program's Z is 0: its datum. Without it the job is refused."""
+    flipped: bool = False
+    """The part is turned round: the program's +Z points to the part's −z."""
+    mirrored_z: bool = False
+    """The control mirrors Z, as at a sub-spindle: the part is not turned round, and yet the program's +Z points to the
+    part's −z. Corrected by the contour alone: what the control makes of the sign of a tool offset is not known.
+    """
+    program_sha256: str | None = None
+    """SHA-256 of the finish program that was run before probing: another program is refused."""
+    programs: ProgramsTable
+    """Its programs: `[setups.programs]`, with the keys of `[programs]`."""
+    tools: tuple[ToolsTable, ...]
+    """Its tools: a table `[[setups.tools]]` each, with the keys of `[[tools]]`."""
+
+    @model_validator(mode="after")
+    def _one_direction(self) -> "SetupTable":
+        if self.flipped and self.mirrored_z:
+            raise ValueError(
+                "`flipped` and `mirrored_z` each point the program's +Z the other way: give the one that does"
+            )
+        if not self.tools:
+            raise ValueError("a set-up has at least one table [[setups.tools]]")
+        _require_apart(self.tools)
+        return self
+
+
+def _require_apart(tools: tuple[ToolsTable, ...]) -> None:
+    calls = [one.called for one in tools]
+    if len(set(calls)) < len(calls):
+        raise ValueError("two tables of tools have the same `number` and `table_edge`")
 
 
 @with_options("gauging", Gauging)
@@ -495,7 +546,8 @@ class Job(Table):
     tool: ToolTable | None = None
     tools: tuple[ToolsTable, ...] = ()
     feature: dict[str, CutByTable] = Field(default_factory=dict)
-    programs: ProgramsTable
+    programs: ProgramsTable | None = None
+    setups: tuple[SetupTable, ...] = ()
     gauging: GaugingTable
     compensation: CompensationTable = CompensationTable()
     machine: MachineTable | None = None
@@ -504,20 +556,66 @@ class Job(Table):
     store: StoreTable = StoreTable()
     memory: MemoryTable = MemoryTable()
 
+    @property
+    def own_programs(self) -> ProgramsTable:
+        """The table [programs]. Raises JOB-SETUPS where every set-up has its own."""
+        self.require_one_setup()
+        assert self.programs is not None
+        return self.programs
+
+    def require_one_setup(self) -> None:
+        """Raises JOB-SETUPS where the job has several set-ups."""
+        if self.setups:
+            names = [one.name for one in self.setups]
+            raise TrueloopError(
+                Code.JOB_SETUPS,
+                f"the job has {len(names)} set-ups ({', '.join(names)}): this is done for one alone",
+                hint="`trueloop compensate`, `trueloop nc features` and `trueloop part show` take set-ups",
+                values={"setups": names},
+            )
+
+    @model_validator(mode="after")
+    def _one_setup_or_several(self) -> "Job":
+        if not self.setups:
+            if self.programs is None:
+                raise ValueError("a job has a table [programs], or a table [[setups]] for each of several set-ups")
+            if any(cut.setup is not None for cut in self.feature.values()):
+                raise ValueError("`setup` of a table [feature.NAME] is none of [[setups]]: there are none")
+            return self
+        if self.programs is not None or self.tool is not None or self.tools:
+            raise ValueError("with [[setups]] programs and tools are those of each set-up: [setups.programs], "
+                             "[[setups.tools]]")  # fmt: skip
+        names = [one.name for one in self.setups]
+        if len({name.lower() for name in names}) < len(names):
+            raise ValueError("two tables [[setups]] have the same `name`")
+        for feature, cut in self.feature.items():
+            self._require_known(feature, cut)
+        if self.gauging.program_sha256 is not None:
+            raise ValueError("`gauging.program_sha256` is of one program: give `program_sha256` of a table [[setups]]")
+        return self
+
+    def _require_known(self, feature: str, cut: CutByTable) -> None:
+        """What is decided of a feature is a set-up, and a tool of it."""
+        meant = [one for one in self.setups if cut.setup in (None, one.name)]
+        if not meant:
+            raise ValueError(f"`feature.{feature}.setup` is none of [[setups]]")
+        if cut.called is not None and all(cut.called != tool.called for one in meant for tool in one.tools):
+            raise ValueError(f"`feature.{feature}.tool` is none of [[setups.tools]]")
+
     @model_validator(mode="after")
     def _one_tool_or_several(self) -> "Job":
-        if (self.tool is None) == (not self.tools):
+        several = bool(self.tools or self.setups)
+        if (self.tool is None) != several:
             raise ValueError("a job has a table [tool], or a table [[tools]] for each of several edges")
-        calls = [one.called for one in self.tools]
-        if len(set(calls)) < len(calls):
-            raise ValueError("two tables [[tools]] have the same `number` and `table_edge`")
-        strange = [name for name, cut in self.feature.items() if cut.called not in (*calls, None)]
+        _require_apart(self.tools)
+        calls = [None, *(one.called for one in self.tools)]
+        strange = [name for name, cut in self.feature.items() if not self.setups and cut.called not in calls]
         if strange:
             raise ValueError(f"`feature.{strange[0]}.tool` is none of [[tools]]")
-        if self.tools and self.compensation.nose_from:
+        if several and self.compensation.nose_from:
             raise ValueError("`compensation.nose_from` is of one edge: give `nose_from` of a table [[tools]]")
-        if self.tools and (self.machine is not None or self.part.from_program):
-            raise ValueError("with [[tools]] the profile is drawn or spelt out, and there is no table [machine]")
+        if several and (self.machine is not None or self.part.from_program):
+            raise ValueError("with several tools the profile is drawn or spelt out, and there is no table [machine]")
         return self
 
     @model_validator(mode="after")
@@ -534,7 +632,8 @@ class Job(Table):
 
     @model_validator(mode="after")
     def _machine_once(self) -> "Job":
-        if self.machine is not None and (self.programs.machine or self.programs.machine_serial):
+        stated = self.programs is not None and (self.programs.machine or self.programs.machine_serial)
+        if self.machine is not None and stated:
             raise ValueError("leave `programs.machine` and `programs.machine_serial` out: `machine.model` states them")
         return self
 

@@ -176,7 +176,7 @@ def _semifinish_cut(given: _Given, part: Part) -> Cut:
     if known:
         return known[-1]
     job, files = given.files.job, given.files
-    program = None if job.programs.semifinish is None else files.program(job.programs.semifinish)
+    program = None if job.own_programs.semifinish is None else files.program(job.own_programs.semifinish)
     edge = edge_of_job(files.tool)
     setting = None if edge is None else Setting(edge, files.tool.set_at)
     sha256 = "" if program is None else sha256_of(program.source)
@@ -223,7 +223,7 @@ def _under_conditions(given: _Given, cut: Cut) -> Cut:
     """With depth of cut and material by the job and the feed by its finish program."""
     job, files = given.files.job, given.files
     known = cut.conditions
-    allowance_mm = job.programs.semifinish_allowance_mm
+    allowance_mm = job.own_programs.semifinish_allowance_mm
     depth_mm = allowance_mm if known.depth_of_cut_mm is None else known.depth_of_cut_mm
     feed_mm = _feed_mm(files) if known.feed_mm_per_rev is None else known.feed_mm_per_rev
     material = known.material or job.part.material

@@ -51,14 +51,15 @@ def read_measuring(path: Path, angles_deg: Sequence[float] = (0.0,), *, diameter
     with in_file(path):
         given = points_of_job(path, job, part, margin_mm)
         touches = cmm_plan(part.profile, given.points, given.names, angles_deg, diameters=diameters)
-    programs = [path.parent / named for named in (job.programs.finish, job.programs.semifinish) if named is not None]
+    given_programs = (job.own_programs.finish, job.own_programs.semifinish)
+    programs = [path.parent / named for named in given_programs if named is not None]
     probe_files = [] if probe_file is None else [probe_file]
     return MeasuringJob(
         part,
         touches,
         characteristics_of(located, part.profile),
         tuple(angles_deg),
-        job.programs.semifinish_allowance_mm or 0.0,
+        job.own_programs.semifinish_allowance_mm or 0.0,
         (*part.files, *probe_files, *given.files, *programs),
     )
 

@@ -61,7 +61,7 @@ def read_probing(path: Path) -> ProbingJob:
             place=Place(str(path)),
         )
     probe_file = path.parent / job.gauging.probe
-    probe = read_probe(probe_file, job.programs.semifinish_allowance_mm or 0.0)
+    probe = read_probe(probe_file, job.own_programs.semifinish_allowance_mm or 0.0)
     obstacle = stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
     with in_file(path):
         points = points_of_job(path, job, part, CLEAR_OF_ENDS * probe.stylus.ball_radius_mm)

@@ -181,7 +181,7 @@ def tool_of_job(path: Path, book: Book) -> JobTool:
     own = [one.series.characteristic for one in book.tracked]
     named = {one.name: asked.get(one.name) or characteristic_on(profile, one) for one in own}
     given: Job = files.job
-    x_is = given.programs.offset_x_is
+    x_is = given.own_programs.offset_x_is
     return JobTool(
         profile,
         program,

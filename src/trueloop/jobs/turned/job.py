@@ -22,6 +22,7 @@ from trueloop.formats.tables.tool_tables.new_table import held_tool
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.turned.characteristics import characteristics_of, joined
 from trueloop.jobs.turned.inspection import part_errors, part_type, read_inspection, read_part_errors
 from trueloop.jobs.turned.job_files import JobFiles
@@ -65,13 +66,16 @@ class ReadJob:
 
 @dataclass(frozen=True)
 class ReadPart:
-    """A job's nominal profile and tool, and the files they were read from. `edges`: those of a job of several."""
+    """A job's nominal profile and tool, and the files they were read from. `edges`: those of a job of several;
+    `setups`: the frames of its set-ups, where it has several.
+    """
 
     name: str
     profile: Profile
     noses_mm: tuple[float, ...]
     files: tuple[Path, ...]
     edges: tuple[CuttingEdge, ...] = ()
+    setups: tuple[SetupFrame, ...] = ()
 
     @property
     def nose_radius_mm(self) -> float:
@@ -97,9 +101,9 @@ def read_part(path: FilePath) -> ReadPart:
 
 
 def _part(files: JobFiles, profile: Profile) -> ReadPart:
-    edges = files.edges
+    edges = files.edges or tuple(edge for one in files.job.setups for edge in files.with_setup(one).edges)
     noses_mm = tuple(edge.nose_radius_mm for edge in edges) or (files.nose_radius_mm,)
-    return ReadPart(files.job.part.name, profile, noses_mm, files.sources.files, edges)
+    return ReadPart(files.job.part.name, profile, noses_mm, files.sources.files, edges, files.frames)
 
 
 @dataclass(frozen=True)
@@ -134,7 +138,7 @@ def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called | None]
                     hint=f"the part's features are: {', '.join(profile.names)}",
                     values={"key": f"feature.{name}"},
                 )
-    return {name: cut.called for name, cut in files.job.feature.items()}
+    return {name: cut.called for name, cut in files.job.feature.items() if cut.tool is not None}
 
 
 def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
@@ -190,7 +194,7 @@ def read_files(files: JobFiles) -> ReadFiles:
     machine = None
     if job.machine is not None:
         machine = read_part_on_machine(sources, files.path, job.machine, options_from(Gauging, job).ball_radius_mm)
-    measured = _measured(files, profile, machine)
+    measured = read_measured(files, profile, machine)
     finish = read_part_errors(finish_touches, job, profile) if finish_touches else None
     return ReadFiles(program, profile, measured, finish, nose, machine, files)
 
@@ -209,10 +213,10 @@ def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
         options=_options(job, tool),
         made_at=datetime.now(UTC),
         made_by=user_name(),
-        semifinish=files.program(job.programs.semifinish) if job.programs.semifinish else None,
-        allowance_mm=job.programs.semifinish_allowance_mm or 0.0,
-        parameters=job.programs.parameters,
-        execute_deleted_blocks=job.programs.execute_deleted_blocks,
+        semifinish=files.program(job.own_programs.semifinish) if job.own_programs.semifinish else None,
+        allowance_mm=job.own_programs.semifinish_allowance_mm or 0.0,
+        parameters=job.own_programs.parameters,
+        execute_deleted_blocks=job.own_programs.execute_deleted_blocks,
         lines=files.run.lines,
         inspections=measured.inspections,
         program_sha256=job.gauging.program_sha256,
@@ -242,7 +246,7 @@ class Measured:
     notes: tuple[str, ...]
 
 
-def _measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None) -> Measured:
+def read_measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None = None) -> Measured:
     """Touches and readings of a job's part. Raises TCH, MSR and TOL errors."""
     job, file = files.job, None
     inspections: tuple[Inspection, ...] = ()
@@ -264,7 +268,7 @@ def _measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None) 
 
 def machine_of_job(job: Job) -> Machine | None:
     """The machine, as far as the job states it."""
-    name, serial = job.programs.machine, job.programs.machine_serial
+    name, serial = job.own_programs.machine, job.own_programs.machine_serial
     return Machine(name, serial) if name or serial else None
 
 
@@ -278,6 +282,7 @@ def _nose(files: JobFiles, nose_from: Sequence[Path]) -> NoseModel | None:
     """The nose as the jobs of other parts know it that were cut with the same edge."""
     parts = []
     for other in map(files.other, nose_from):
+        other.require_one_setup()
         if other.job.part.from_program:
             other.require_uncorrected()
         profile = other.profile()
@@ -302,7 +307,7 @@ def _options(job: Job, tool: TableOfTool) -> Options:
         prescribed={name: ends for name, fit in given.features.items() if (ends := _ends(fit)).count},
         between_cuts=_between_cuts(given),
         limits=options_from(Limits, job),
-        offset_is_diameter=None if job.programs.offset_x_is is None else job.programs.offset_x_is == "diameter",
+        offset_is_diameter=None if job.own_programs.offset_x_is is None else job.own_programs.offset_x_is == "diameter",
         tool=tool.number,
     )
 

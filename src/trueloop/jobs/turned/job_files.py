@@ -8,7 +8,7 @@ from typing import Final
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
-from trueloop.formats.jobs.job import Job, ToolsTable, locate_turned_job
+from trueloop.formats.jobs.job import CutByTable, Job, SetupTable, ToolsTable, locate_turned_job
 from trueloop.formats.jobs.job import ToolTable as TableOfTool
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.tables.tool_tables.known import read_tool_table
@@ -17,6 +17,7 @@ from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.formats.toml_tables import Located
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile, Side
+from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.sources import Sources
 from trueloop.loops.turned.commanded import Run
@@ -56,12 +57,18 @@ class JobFiles:
         return replace(self, located=replace(self.located, model=job.model_copy(update={"part": part})))
 
     def require_one_tool(self) -> None:
-        """Raises JOB-TOOLS where the job has several."""
+        """Raises JOB-TOOLS where the job has several, JOB-SETUPS where it has several set-ups."""
         assert self.tool
+
+    def require_one_setup(self) -> None:
+        """Raises JOB-SETUPS where the job has several."""
+        with in_file(self.path):
+            self.job.require_one_setup()
 
     @property
     def tool(self) -> TableOfTool:
-        """The finishing tool. Raises JOB-TOOLS where the job has several."""
+        """The finishing tool. Raises JOB-TOOLS where the job has several, JOB-SETUPS where it has several set-ups."""
+        self.require_one_setup()
         if self.job.tool is None:
             called = [tool.called.words for tool in self.job.tools]
             raise TrueloopError(
@@ -80,6 +87,24 @@ class JobFiles:
         compensation = self.job.compensation.model_copy(update=own)
         job = self.job.model_copy(update={"tool": tool, "tools": (), "compensation": compensation})
         return replace(self, located=replace(self.located, model=job))
+
+    def with_setup(self, setup: SetupTable) -> "JobFiles":
+        """The job as if that were its only set-up, the profile and what was measured still in the part's frame."""
+        decided = {name: cut for name, cut in self.job.feature.items() if _is_of(setup, cut)}
+        gauging = self.job.gauging.model_copy(update={"program_sha256": setup.program_sha256})
+        own = {"programs": setup.programs, "tools": setup.tools, "setups": (), "feature": decided, "gauging": gauging}
+        return replace(self, located=replace(self.located, model=self.job.model_copy(update=own)))
+
+    @property
+    def frames(self) -> tuple[SetupFrame, ...]:
+        """The frames of the job's set-ups. Raises SET-DATUM for one that does not say where its zero is."""
+        frames = []
+        for k, setup in enumerate(self.job.setups):
+            if setup.zero_at_z_mm is None:
+                with self.located.at("setups", k):
+                    raise _without_datum(setup)
+            frames.append(SetupFrame(setup.name, setup.zero_at_z_mm, setup.flipped, setup.mirrored_z))
+        return tuple(frames)
 
     @property
     def edges(self) -> tuple[CuttingEdge, ...]:
@@ -112,25 +137,25 @@ class JobFiles:
     @property
     def run(self) -> Run:
         """How the programs are run."""
-        given = self.job.programs
+        given = self.job.own_programs
         tool = self.job.tool
         lines = tool.finish_lines if isinstance(tool, ToolsTable) else None
         return Run(given.parameters, given.execute_deleted_blocks, lines or given.finish_lines)
 
     def require_uncorrected(self) -> None:
         """Raises CMP-TWICE for a finish program that is corrected already."""
-        finish = self.path.parent / self.job.programs.finish
+        finish = self.path.parent / self.job.own_programs.finish
         source = read_input(finish, Code.NC_FILE, hint=PROGRAM_HINT)
         with in_file(finish):
             check_uncorrected(source)
 
     def finish_program(self) -> Program:
         """Raises NC errors."""
-        return self.program(self.job.programs.finish)
+        return self.program(self.job.own_programs.finish)
 
     def program(self, name: Path) -> Program:
         """A program that the job names. Raises NC errors."""
-        file, given = self.sources.file(name), self.job.programs
+        file, given = self.sources.file(name), self.job.own_programs
         source = read_input(file, Code.NC_FILE, hint=PROGRAM_HINT)
         with in_file(self.path):
             program = read_program(source, given.dialect, str(file), given.unit, given.decimals)
@@ -153,8 +178,9 @@ class JobFiles:
 
     def _features(self, finish: Program | None) -> Sequence[Feature] | None:
         """From the file that the job names; None where the job's own table spells them out."""
-        part, programs = self.job.part, self.job.programs
+        part = self.job.part
         if part.from_program:
+            programs = self.job.own_programs
             run = Run(programs.parameters, programs.execute_deleted_blocks)
             side = Side(part.side)
             return run.contour(finish or self.finish_program(), self.nose_radius_mm, side).profile.features
@@ -186,3 +212,18 @@ class JobFiles:
                 to_z_mm=high_mm,
             ).features
         return None
+
+
+def _is_of(setup: SetupTable, cut: CutByTable) -> bool:
+    """Whether what is decided of a feature is of a set-up and one of its tools."""
+    return cut.setup in (None, setup.name) and cut.called in [None, *(tool.called for tool in setup.tools)]
+
+
+def _without_datum(setup: SetupTable) -> TrueloopError:
+    return TrueloopError(
+        Code.SET_DATUM,
+        f"set-up '{setup.name}' does not say where its program's Z is 0 on the part",
+        hint="write `zero_at_z_mm` into the set-up: z of the part's frame, in mm, at which this program's Z is 0; for "
+        "one whose zero is the end face at z = −80, zero_at_z_mm = -80.0",
+        values={"setup": setup.name},
+    )

@@ -1,6 +1,6 @@
 """From the job of a part that several edges cut to one corrected program, with a report and a record an edge."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -113,19 +113,29 @@ def outputs_of_edges(joint: Joint, name: str, options: PageOptions, pdf: bool) -
     contents: dict[str, bytes | None] = {name: joint.program}
     reports = {one.tool: f"report-{label_of(one)}.html" for one in joint.edges}
     for one in joint.edges:
-        if one.correction is not None:
-            program = one.correction.record.program
-            html = page_of(one.correction, Texts.of(options, None if program is None else program.unit))
-            label = label_of(one)
-            contents |= {
-                f"table-{label}.csv": table_to_csv(one.correction.table),
-                f"report-{label}.html": html.encode(),
-                f"report-{label}.pdf": as_pdf(html) if pdf else None,
-                f"report-{label}.json": json_text(one.correction).encode(),
-                f"record-{label}.json": one.correction.record.to_json().encode(),
-            }
-    units = [one.record.program.unit for one in joint.corrections if one.record.program is not None]
-    texts = Texts.of(options, units[0] if units else None)
-    contents["report.html"] = joint_page(joint, name, reports, texts).encode()
+        contents |= outputs_of_edge(one, label_of(one), options, pdf)
+    contents["report.html"] = joint_page(joint, name, reports, texts_of([joint], options)).encode()
     contents["part.json"] = joint_json(joint, name).encode()
     return contents
+
+
+def outputs_of_edge(of: OfEdge, label: str, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:
+    """The files of one edge, its `label` in their names; none where nothing was measured of what it cuts."""
+    if of.correction is None:
+        return {}
+    program = of.correction.record.program
+    html = page_of(of.correction, Texts.of(options, None if program is None else program.unit))
+    return {
+        f"table-{label}.csv": table_to_csv(of.correction.table),
+        f"report-{label}.html": html.encode(),
+        f"report-{label}.pdf": as_pdf(html) if pdf else None,
+        f"report-{label}.json": json_text(of.correction).encode(),
+        f"record-{label}.json": of.correction.record.to_json().encode(),
+    }
+
+
+def texts_of(joints: Sequence[Joint], options: PageOptions) -> Texts:
+    """The texts of a page of all edges, in the unit of the first program that says its own."""
+    records = [one.record for joint in joints for one in joint.corrections]
+    units = [record.program.unit for record in records if record.program is not None]
+    return Texts.of(options, units[0] if units else None)

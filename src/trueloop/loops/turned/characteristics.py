@@ -41,7 +41,7 @@ class Corrected:
         return tuple(self._judged(asked) for asked in self.inputs.characteristics)
 
     def _judged(self, asked: Characteristic) -> Judged:
-        sizes = measurand(self.inputs.profile, asked, self._touches)
+        sizes = measurand(self.inputs.profile, asked, self._touches, self.inputs.part_zero_z_mm)
         places = Places(self.model, sizes.feature_index, sizes.arc_length_mm)
         after = judged(asked, sizes, self._expected_mm(places), self._next_cut(places))
         if not self.inputs.measured_finished:

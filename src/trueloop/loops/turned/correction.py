@@ -17,6 +17,7 @@ from trueloop.domain.record import Record, sha256_of
 from trueloop.domain.tool import Edge
 from trueloop.domain.tool_offset import HeldTool
 from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.part_on_machine import PartOnMachine
@@ -48,7 +49,9 @@ class Inputs:
     names what they were read from; `file` is the job's, which states the rest; None: no file does. `held` is the
     finishing tool as the control knows it. `characteristics` are to be judged; `measured_allowance_mm` is
     what the touches were taken over. `history` are earlier parts of the edge in cutting order, and `memory` says how
-    they take part. `called` is the edge whose part this is of a job of several; None: the program's one tool.
+    they take part. `called` is the edge whose part this is of a job of several; None: the program's one tool. `setup`
+    is the frame in which all of this is, where the part has several set-ups; None: the part's. `no_offset`: why no
+    offset of the tool may be entered at the control; "": one may.
     """
 
     part: PartType
@@ -81,6 +84,13 @@ class Inputs:
     history: tuple[MadePart, ...] = ()
     memory: MemoryOptions = IN_FULL
     called: CuttingEdge | None = None
+    setup: SetupFrame | None = None
+    no_offset: str = ""
+
+    @property
+    def part_zero_z_mm(self) -> float:
+        """Where lengths count from: the part's zero."""
+        return 0.0 if self.setup is None else self.setup.z_mm(0.0)
 
     @property
     def measured_finished(self) -> bool:
@@ -126,10 +136,11 @@ class Correction:
     `unasked` what their slopes would ask for besides if the nose made the errors. `offsets_program` is None where only
     the contour can be corrected; the notes say why. Where the correction is an offset and there is no such variant, the
     program is run as given, and `wear`, which is known in every case, is entered at the control. `by_tool` is None
-    where a machine model takes part: no offset can carry the machine's error. `source_name` is the file name of the
-    given program; `characteristics` are those that the inputs ask for, judged. `memory` is what earlier parts of the
-    edge said; None: there are none, or they were not to be used. `joint_name`: the file name of the program that
-    carries the corrections of several edges; then `corrected_program` is that one. "": the program has one edge.
+    where no offset can carry the correction: a machine model takes part, or none may be entered. `source_name` is the
+    file name of the given program; `characteristics` are those that the inputs ask for, judged. `memory` is what
+    earlier parts of the edge said; None: there are none, or they were not to be used. `joint_name`: the file name of
+    the program that carries the corrections of several edges; then `corrected_program` is that one. "": the program has
+    one edge.
     """
 
     part: str

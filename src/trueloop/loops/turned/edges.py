@@ -27,12 +27,22 @@ def cutters_of(
     path = run.of(program)
     moves = feed_moves(path)
     calls = {move.index: called(program.dialect, path, move.index) for move in moves}
-    known = sorted({call for call in calls.values() if call is not None})
+    known = sorted(_known(calls))
     for edge in edges:
         if edge.called not in known:
             with in_file(program.file):
                 raise _uncalled(edge, known)
     return cutters(profile, moves, calls, edges, decided)
+
+
+def calls_of(program: Program, run: Run) -> frozenset[Called]:
+    """All tool offsets that a program cuts with. Raises NC errors of running."""
+    path = run.of(program)
+    return _known({move.index: called(program.dialect, path, move.index) for move in feed_moves(path)})
+
+
+def _known(calls: Mapping[int, Called | None]) -> frozenset[Called]:
+    return frozenset(call for call in calls.values() if call is not None)
 
 
 def contours_of(
@@ -61,7 +71,12 @@ def cut_features(
     program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called | None]
 ) -> list[CutFeature]:
     """Every feature of a job of several edges, in the profile's order. Raises NC-NO-TOOL and what running raises."""
-    path, found = run.of(program), cutters_of(program, run, profile, edges, decided)
+    return cut_as_found(program, run, profile, cutters_of(program, run, profile, edges, decided))
+
+
+def cut_as_found(program: Program, run: Run, profile: Profile, found: Cutters) -> list[CutFeature]:
+    """The same where the edges of the features are known."""
+    path = run.of(program)
     cut = {
         index: CutFeature(feature, "", one)
         for index, (feature, one) in enumerate(zip(profile.features, found.found, strict=True))

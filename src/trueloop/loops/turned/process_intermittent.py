@@ -33,7 +33,7 @@ from trueloop.turned.compensation.table import correction_table
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.fit.prior.remembered import angles_along
-from trueloop.turned.options import Options
+from trueloop.turned.options import By, Options
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.touches.plausibility import check_loop_sign
@@ -79,12 +79,12 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     surface = _surface(inputs, machine)
     tools = contour_tools(inputs.program, matched, inputs.called is not None)
     model, memory = _error_model(inputs, matched, surface, len(set(tools.cut_by)))
-    decision = _decision(model, matched, inputs.options, tools.by(inputs.options.by if machine is None else "contour"))
+    decision = _decision(model, matched, inputs.options, tools.by(_asked(inputs)))
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
     paths = corrected_paths(inputs, matched, shifts, whole_mm(decision), machine)
     programs = write_programs(inputs, writing(inputs, matched), decision, paths)
     prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight)
-    by_tool = None if machine is not None else _by_tool(inputs, model, decision, paths, programs.wear, tools)
+    by_tool = _by_tool(inputs, model, decision, paths, programs.wear, tools)
     composed = None if machine is None else _composed(machine, surface, model, prediction, inputs.nose_radius_mm)
     if machine is not None:
         u_mm = model_u_mm(machine, surface.touches, inputs.nose_radius_mm)
@@ -119,6 +119,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
             *(one.words for one in model.suspects),
             *(() if memory is None else memory.words(inputs.profile)),
             *inputs.notes,
+            *([inputs.no_offset] if inputs.no_offset else []),
             *unchecked,
             *tools.notes,
             *programs.notes,
@@ -129,6 +130,11 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         by_tool=by_tool,
         memory=memory,
     )
+
+
+def _asked(inputs: Inputs) -> By:
+    """How to correct, where that is open."""
+    return inputs.options.by if inputs.machine is None and not inputs.no_offset else "contour"
 
 
 def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
@@ -197,8 +203,12 @@ def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array, Array]:
 
 def _by_tool(
     inputs: Inputs, model: ProfileErrorModel, decision: Decision, paths: Paths, wear: WearOffset, tools: ContourTools
-) -> ByTool:
-    """What each tool gets; features cut before any T word are cut by the tool that gets the offset."""
+) -> ByTool | None:
+    """What each tool gets; features cut before any T word are cut by the tool that gets the offset. None where no
+    offset can carry the correction.
+    """
+    if inputs.machine is not None or inputs.no_offset:
+        return None
     cut_by = [number or wear.tool for number in tools.cut_by]
     weight, others = inputs.options.weight, [number for number in tools.others if number != wear.tool]
     return answer_by_tool(inputs.profile, model, decision, weight, paths.commanded, wear, cut_by, others)

@@ -54,7 +54,7 @@ def record_of(
         model=_model(model) | _memory(memory),
         decision=[
             *(decision.x.words, decision.z.words),
-            wording("As a tool offset: {wear}.", wear=programs.wear.words),
+            *(() if inputs.no_offset else (wording("As a tool offset: {wear}.", wear=programs.wear.words),)),
             *(() if memory is None else memory.words(inputs.profile)),
             *(() if by_tool is None else (f"{by_tool.words}.", by_tool.beyond_words, by_tool.moved_words)),
         ],
@@ -69,7 +69,9 @@ def record_of(
         edge_set_at=inputs.edge_set_at,
         program=recorded_program(program.file or "", program.dialect.name, sha256_of(program.source), unit),
         inspections=inputs.inspections,
-        tool_offset=None if inputs.machine is not None else _tool_offset(inputs, decision, programs),
+        tool_offset=None
+        if inputs.machine is not None or inputs.no_offset
+        else _tool_offset(inputs, decision, programs),
         characteristics=characteristics,
     )
 
@@ -83,7 +85,9 @@ def _options(inputs: Inputs) -> dict[str, object]:
     machine = {} if inputs.machine is None else {"machine": inputs.machine.as_record()}
     stated = {"weight": inputs.options.weight, **asdict(inputs.options), "parameters": dict(inputs.parameters)}
     edge = {} if inputs.called is None else {"edge": inputs.called.words, "features": list(inputs.profile.names)}
-    return {**stated, **machine, **edge, **_memory_options(inputs)}
+    frame = inputs.setup
+    setup = {} if frame is None else {"setup": asdict(frame) | {"z_of_program": frame.words}}
+    return {**stated, **machine, **edge, **setup, **_memory_options(inputs)}
 
 
 def _memory_options(inputs: Inputs) -> dict[str, object]:

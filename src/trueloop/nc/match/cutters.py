@@ -67,6 +67,14 @@ class Cutters:
             known.append(one)
         return tuple(known)
 
+    def cuts(self, feature: int) -> bool:
+        """Whether some edge runs along enough of a feature to have cut it."""
+        return self.share(feature) >= _SOME
+
+    def share(self, feature: int) -> float:
+        """Of a feature's length, the most that one edge runs along."""
+        return max((cover.share for of in self.covers if (cover := of[feature]) is not None), default=0.0)
+
     def moves(self, edge: CuttingEdge, feature: int) -> tuple[int, ...]:
         """Indices of the edge's moves along a feature."""
         cover = self.covers[self.edges.index(edge)][feature]

@@ -81,7 +81,8 @@ def joint_json(joint: Joint, name: str) -> str:
 def _edge(of: OfEdge) -> dict[str, object]:
     edge, correction = of.contour.edge, of.correction
     answer = "not measured" if correction is None else "offset" if correction.decision.by_offset else "contour"
-    offset = None if correction is None else {**correction.wear.as_dict(), "edge": edge.called.edge}
+    entered = None if correction is None or correction.by_tool is None else correction.wear
+    offset = None if entered is None else {**entered.as_dict(), "edge": edge.called.edge}
     return {
         "tool": of.tool,
         "number": edge.called.number,
@@ -108,7 +109,11 @@ def joint_page(joint: Joint, name: str, reports: dict[str, str], say: Texts = EN
         + section("edges", say("Errors of the features"), _features(joint, reports, say))
         + _sizes(joint, say)
         + (section("notes", say("Decisions"), items(esc(say.note(note)) for note in notes)) if notes else "")
-        + _program(joint, name, say)
+        + (
+            section("program", say("Changes to the program"), changed)
+            if (changed := changes_of(joint, name, say))
+            else ""
+        )
     )
     return html_page(title, body, language=say.language)
 
@@ -123,31 +128,28 @@ def _sizes(joint: Joint, say: Texts) -> str:
 def _features(joint: Joint, reports: dict[str, str], say: Texts) -> str:
     head = (say("feature"), say("tool"), say("touches"), say("before<br>worst {um}"), say("after<br>worst {um}"),
             say("largest U<br>{um}"), say("correction"))  # fmt: skip
-    rows = [row for one in joint.edges for row in _rows(one, reports, say)]
+    rows = [row for one in joint.edges for row in rows_of_edge(one, reports[one.tool], say)]
     return table(head, rows, words=(0, 1, 6), name="features", stacks=True)
 
 
-def _rows(of: OfEdge, reports: dict[str, str], say: Texts) -> Iterator[list[str]]:
+def rows_of_edge(of: OfEdge, report: str, say: Texts) -> Iterator[list[str]]:
+    """A row for every feature that an edge cuts; `report` is the file name of its own."""
     tool = esc(of.tool)
     if of.correction is None:
         for name in of.contour.profile.names:
             yield [esc(name), tool, "0", "", "", "", say("not touched: left as programmed")]
         return
-    link = f"<a href='{esc(reports[of.tool])}'>{tool}</a>"
+    link = f"<a href='{esc(report)}'>{tool}</a>"
     for one in feature_summaries(of.correction, say):
         before, after = one.figures.before_worst_um, one.expected_um
         sizes = [say.error(before), say.error(after), say.size(one.expanded_u_um)]
         yield [esc(one.feature), link, str(one.figures.touches), *sizes, esc(one.correction)]
 
 
-def _program(joint: Joint, name: str, say: Texts) -> str:
+def changes_of(joint: Joint, name: str, say: Texts) -> str:
+    """What is changed in the program; "" where it is run as given."""
     if joint.program is None:
         return ""
     gone, come = changed_lines(joint.source, joint.program)
     counted = say("{n} lines in the place of {gone}, all others as they were.", n=come, gone=gone)
-    return section(
-        "program",
-        say("Changes to the program"),
-        f"<p><code>{esc(name)}</code>: {counted}</p>",
-        program_diff(joint.source, joint.program, say),
-    )
+    return f"<p><code>{esc(name)}</code>: {counted}</p>" + program_diff(joint.source, joint.program, say)

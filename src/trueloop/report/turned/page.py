@@ -60,7 +60,7 @@ def _head(correction: Correction, say: Texts) -> str:
     offset = say("Tool offset: {offset}", offset=esc(offset_words(correction, say)))
     return (
         f'<header><p class="kicker">{kicker}</p><h1>{esc(correction.part)}</h1>'
-        f"{header_fields(header(correction.record), say)}</header>"
+        f"{header_fields(header(correction.record), say)}</header>{_setup(correction, say)}"
         f'<p class="verdict"><span class="stamp">{say("Prediction")}</span>{verdict(correction, say)}</p>'
         + section("tolerances", say("Tolerances"), characteristic_table(correction.characteristics, say))
         + section(
@@ -68,6 +68,19 @@ def _head(correction: Correction, say: Texts) -> str:
         )
         + section("errors", say("Errors of the features"), feature_table(correction, say), _legend(correction, say))
     )
+
+
+def _setup(correction: Correction, say: Texts) -> str:
+    """In which frame positions are, of a part with several set-ups."""
+    setup = correction.record.options.get("setup")
+    if not isinstance(setup, dict):
+        return ""
+    words = say(
+        "Set-up {name}: positions are those of its program, {formula} of the part.",
+        name=esc(setup["name"]),
+        formula=esc(setup["z_of_program"]),
+    )
+    return f"<p class='note' id='setup'>{words}</p>"
 
 
 def _blocks(correction: Correction) -> str:

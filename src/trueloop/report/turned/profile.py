@@ -1,20 +1,28 @@
 """A nominal profile as JSON, and its features in words."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Final
 
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.offset import CentrePath
 from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import SetupFrame
 
 STRAIGHT_MM: Final = 1e6
 """A least radius of curvature from a kilometre on is none."""
 
 
-def profile_as_dict(name: str, profile: Profile, centre: CentrePath) -> dict[str, object]:
-    """A profile and what of it a nose reaches; x is a radius, turns are positive at convex corners."""
-    return {
+def profile_as_dict(
+    name: str, profile: Profile, centre: CentrePath, setups: Sequence[SetupFrame] = ()
+) -> dict[str, object]:
+    """A profile and what of it a nose reaches; x is a radius, turns are positive at convex corners. The frames of its
+    set-ups where it has several.
+    """
+    frames = [asdict(one) | {"z_of_program": one.words} for one in setups]
+    return ({"setups": frames} if frames else {}) | {
         "part": name,
         "length_mm": profile.length_mm,
         "nose_radius_mm": centre.nose_radius_mm,

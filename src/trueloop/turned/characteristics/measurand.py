@@ -48,11 +48,14 @@ class Measurand:
     gains: Array
 
 
-def measurand(profile: Profile, asked: Characteristic, touches: NDArray[np.intp]) -> Measurand:
+def measurand(
+    profile: Profile, asked: Characteristic, touches: NDArray[np.intp], part_zero_z_mm: float = 0.0
+) -> Measurand:
     """The sizes that a characteristic asks for; `touches` counts those on every feature of the profile.
 
     A feature is looked at in as many places as it was touched in, so that what scatters from touch to touch averages
-    out as far as touches show. Raises TOL-FEATURE and TOL-PLACE for what the part does not have.
+    out as far as touches show. `part_zero_z_mm` is z of the part's zero in the frame of the profile. Raises TOL-FEATURE
+    and TOL-PLACE for what the part does not have.
     """
     index = feature_index(profile, asked)
     feature = profile.features[index]
@@ -61,7 +64,7 @@ def measurand(profile: Profile, asked: Characteristic, touches: NDArray[np.intp]
         case Quantity.DIAMETER:
             return _diameter(index, feature, asked, count)
         case Quantity.LENGTH:
-            return _length(profile, index, asked, touches)
+            return _length(profile, index, asked, touches, part_zero_z_mm)
         case Quantity.ANGLE:
             return _angle(index, feature, asked, count)
         case Quantity.RADIUS:
@@ -110,7 +113,9 @@ def _diameter(index: int, feature: Feature, asked: Characteristic, touches: int)
     return Measurand(np.full(len(s), index), s, 2.0 * feature.point_mm(s)[:, 0], np.diag(2.0 / normal_x))
 
 
-def _length(profile: Profile, index: int, asked: Characteristic, touches: NDArray[np.intp]) -> Measurand:
+def _length(
+    profile: Profile, index: int, asked: Characteristic, touches: NDArray[np.intp], part_zero_z_mm: float
+) -> Measurand:
     """From the other face, or from the part's zero; always positive."""
     faces = [index, *([feature_index(profile, asked, asked.other)] if asked.other else [])]
     if len(set(faces)) < len(faces):
@@ -125,7 +130,7 @@ def _length(profile: Profile, index: int, asked: Characteristic, touches: NDArra
         at.append(s)
         z.append(float(feature.start_mm[1]))
         gains.append(np.full(len(s), 1.0 / normal_z / len(s)))
-    length = z[0] - (z[1] if asked.other else 0.0)
+    length = z[0] - (z[1] if asked.other else part_zero_z_mm)
     if length == 0.0:
         raise no_such(asked, "its length is zero", "a length is between two places; `other` names the second face")
     signs = [math.copysign(1.0, length), -math.copysign(1.0, length)]

@@ -33,6 +33,13 @@ class EndConditions:
         return self.start_value_mm, self.start_slope, self.end_value_mm, self.end_slope
 
     @property
+    def reversed(self) -> "EndConditions":
+        """The same of a curve that is run from its end to its start: slopes change their sign."""
+        start_value, start_slope, end_value, end_slope = self.numbers
+        slopes = [None if slope is None else -slope for slope in (end_slope, start_slope)]
+        return EndConditions(end_value, slopes[0], start_value, slopes[1])
+
+    @property
     def count(self) -> int:
         """How many numbers are prescribed."""
         return sum(number is not None for number in self.numbers)

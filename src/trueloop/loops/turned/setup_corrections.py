@@ -1,0 +1,139 @@
+"""The corrections of a part's set-ups, from one inspection: each program corrected and read back by itself."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.record import record_id
+from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import SetupFrame
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.edges import calls_of
+from trueloop.loops.turned.in_setup import judged_on_part
+from trueloop.loops.turned.joint import Joint, OfEdge, correct_edges
+from trueloop.loops.turned.setups import InSetups, OfSetup, Setup
+from trueloop.nc.match.own_contour import OwnContour
+from trueloop.nc.program.called import Called
+from trueloop.wording import all_of, wording
+
+
+@dataclass(frozen=True)
+class CutsOfSetup:
+    """A set-up with the inputs of each of its edges, in its frame; `name` is that of the file that carries all."""
+
+    of: OfSetup
+    cuts: tuple[tuple[OwnContour, Inputs], ...]
+    name: str
+
+
+@dataclass(frozen=True)
+class CorrectedSetup:
+    """A set-up, the program that carries its corrections, and the name of its file."""
+
+    frame: SetupFrame
+    features: tuple[str, ...]
+    joint: Joint
+    name: str
+
+
+@dataclass(frozen=True)
+class CorrectedSetups:
+    """The corrections of all set-ups of a part; `profile` is the part's. `record_id` is of the joints' own ids."""
+
+    part: str
+    profile: Profile
+    setups: tuple[CorrectedSetup, ...]
+    uncut: tuple[str, ...]
+    record_id: str
+    notes: tuple[str, ...]
+
+
+def correct_setups(
+    profile: Profile,
+    found: InSetups,
+    cuts: Sequence[CutsOfSetup],
+    asked: Sequence[Characteristic],
+    notes: Sequence[str],
+) -> CorrectedSetups:
+    """Corrects every program: all of them, or none. `asked` are the part's characteristics.
+
+    Raises what correcting one raises, and SET-OFFSET where the job wants an offset that cannot be entered.
+    """
+    kept = [replace(one, cuts=_by_what_may_be(one, cuts)) for one in cuts]
+    done = tuple(_corrected(one, asked) for one in kept)
+    whole = kept[0].cuts[0][1]
+    return CorrectedSetups(
+        part=whole.part.name,
+        profile=profile,
+        setups=done,
+        uncut=found.uncut,
+        record_id=record_id(dict(whole.inputs_sha256), {"setups": [one.joint.record_id for one in done]}),
+        notes=(*_left(found), *_where_z_counts_from(kept), *notes),
+    )
+
+
+def _corrected(of: CutsOfSetup, asked: Sequence[Characteristic]) -> CorrectedSetup:
+    joint = correct_edges(of.cuts, of.name)
+    edges = tuple(OfEdge(e.contour, e.correction and judged_on_part(e.correction, asked)) for e in joint.edges)
+    return CorrectedSetup(of.of.setup.frame, of.of.features, replace(joint, edges=edges), of.name)
+
+
+def _left(found: InSetups) -> list[str]:
+    if not found.uncut:
+        return []
+    return [wording("{features}: cut in no set-up, left as they are.", features=all_of(found.uncut))]
+
+
+def _where_z_counts_from(cuts: Sequence[CutsOfSetup]) -> list[str]:
+    """A part stands on a face that another set-up cuts: where its own error counts, its correction moves the next."""
+    if len(cuts) < 2 or any(inputs.touches.at_reference.any() for one in cuts for _, inputs in one.cuts):
+        return []
+    return [
+        wording(
+            "z counts from no face (`gauging.z_reference`): where a correction moves the face by which the part is set "
+            "up again, all that is cut there moves with it."
+        )
+    ]
+
+
+def _by_what_may_be(of: CutsOfSetup, every: Sequence[CutsOfSetup]) -> tuple[tuple[OwnContour, Inputs], ...]:
+    """The inputs with why an edge's offset may not be entered at the control."""
+    shared = _shared_with(of.of.setup, [one.of.setup for one in every], _machines(every))
+    return tuple((own, _without_offset(own, inputs, of.of.setup.frame, shared)) for own, inputs in of.cuts)
+
+
+def _machines(every: Iterable[CutsOfSetup]) -> Mapping[str, object]:
+    """By set-up the machine that it is turned on, None where that is not stated."""
+    return {one.of.setup.frame.name: one.cuts[0][1].machine_tool for one in every}
+
+
+def _shared_with(setup: Setup, every: Sequence[Setup], machines: Mapping[str, object]) -> Mapping[Called, str]:
+    """Tool offsets of a set-up by which another one on the same machine cuts too, and the name of that one."""
+    name = setup.frame.name
+    same = [other for other in every if other is not setup and machines[other.frame.name] == machines[name]]
+    return {call: other.frame.name for other in same for call in calls_of(other.program, other.run)}
+
+
+def _without_offset(own: OwnContour, inputs: Inputs, frame: SetupFrame, shared: Mapping[Called, str]) -> Inputs:
+    tool, other = own.edge.words, shared.get(own.edge.called)
+    if frame.mirrored_z:
+        why = wording("{tool}: the control mirrors Z, so that the sign of an offset is not known.", tool=tool)
+    elif other is not None:
+        why = wording(
+            "{tool} cuts in set-up {other} too: its offset would move both, unless `programs.machine` of each names "
+            "another machine.",
+            tool=tool,
+            other=other,
+        )
+    else:
+        return inputs
+    if inputs.options.by == "offset":
+        with in_file(inputs.file):
+            raise TrueloopError(
+                Code.SET_OFFSET,
+                f"set-up '{frame.name}': {why.removesuffix('.')}",
+                hint='leave out `compensation.by = "offset"`: the contour is corrected then',
+                values={"setup": frame.name, "tool": own.edge.called.words},
+            )
+    return replace(inputs, no_offset=why)

@@ -1,0 +1,48 @@
+"""Every way in which the set-ups of a part are refused."""
+
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+
+from tests.support.two_sides import FRAMES, PLACES, job, second
+from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.turned.compensate_setups import corrected_setups
+from trueloop.jobs.turned.job import read_job
+from trueloop.jobs.turned.job_files import JobFiles
+
+OVER = second("linuxcnc").replace("G01 X54.0000 Z-29.2000\n", "G01 X53.6000 Z-29.2000\nG01 X53.6000 Z-50.5\n")
+"""The second side's program with the collar."""
+
+
+def _corrected(frame: str = FRAMES["second"], more: str = "", program: str = "") -> object:
+    frames: Mapping[str, str] = {**FRAMES, "second": frame}
+    with tempfile.TemporaryDirectory() as folder:
+        if program:
+            (Path(folder) / "second.ngc").write_text(program)
+        return corrected_setups(JobFiles.of(job(Path(folder), [5.0] * len(PLACES), more, frames=frames)))
+
+
+def _read_as_one() -> object:
+    with tempfile.TemporaryDirectory() as folder:
+        return read_job(job(Path(folder), [0.0] * len(PLACES)))
+
+
+PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.JOB_SETUPS: _read_as_one,
+    Code.SET_DATUM: lambda: _corrected("flipped = true"),
+    Code.SET_MIRROR: lambda: _corrected("zero_at_z_mm = -80.0"),
+    Code.SET_CUTS: lambda: _corrected("zero_at_z_mm = 80.0\nflipped = true"),
+    Code.SET_FEATURE: lambda: _corrected(program=OVER),
+    Code.SET_OFFSET: lambda: _corrected("zero_at_z_mm = -80.0\nmirrored_z = true", '[compensation]\nby = "offset"\n'),
+}
+
+
+@pytest.mark.parametrize("code", PRODUCERS)
+def test_refusal_names_code_values_and_hint(code: Code) -> None:
+    with pytest.raises(TrueloopError) as refusal:
+        PRODUCERS[code]()
+    assert refusal.value.code is code
+    assert refusal.value.hint
+    assert set(refusal.value.values) == set(code.values)
