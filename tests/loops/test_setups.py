@@ -141,13 +141,16 @@ def test_a_taper_leans_the_right_way_in_a_program_that_is_turned_round(tmp_path:
     along = np.array([0.5 * (-50.0 - p.z_mm) if p.feature == "back-seat" else 0.0 for p in PLACES])
     slope = np.array([14.0 * p.normal[0] if p.feature == "edge" else 0.0 for p in PLACES])
     corrected(tmp_path, along + slope, CONTOUR)
-    cuts = [
-        move for move in interpret(programs(tmp_path, "out")["second"], tools=[Tool(t, NOSE_MM[t]) for t in NOSE_MM])
-        if move.kind == "line" and abs(move.start_mm[0] - 19.8) < 0.05 and abs(move.end_mm[0] - 19.8) < 0.05
-    ]  # fmt: skip
-    assert cuts[0].start_mm[2] == pytest.approx(-2.0, abs=0.01) and cuts[-1].end_mm[2] == pytest.approx(-29.2, abs=0.01)
-    assert cuts[0].start_mm[0] == pytest.approx(19.8 - 0.014, abs=5e-4)
-    assert cuts[-1].end_mm[0] == pytest.approx(19.8 - 0.5e-3 * 0.8, abs=5e-4)
+    large, small = ends_of_back_seat(tmp_path)
+    assert (large, small) == pytest.approx((2 * (19.8 - 0.014), 2 * (19.8 - 0.5e-3 * 0.8)), abs=1e-3)
+
+
+def ends_of_back_seat(folder: Path) -> tuple[float, float]:
+    """X of the second side's corrected cut over the back seat, a diameter, at Z −2 and at Z −29.2."""
+    moves = interpret(programs(folder, "out")["second"], tools=[Tool(tool, NOSE_MM[tool]) for tool in NOSE_MM])
+    cuts = [m for m in moves if m.kind == "line" and max(abs(m.start_mm[0] - 19.8), abs(m.end_mm[0] - 19.8)) < 0.05]
+    assert cuts[0].start_mm[2] == pytest.approx(-2.0, abs=0.05) and cuts[-1].end_mm[2] == pytest.approx(-29.2, abs=0.05)
+    return 2 * cuts[0].start_mm[0], 2 * cuts[-1].end_mm[0]
 
 
 def test_measured_points_are_of_the_parts_frame(tmp_path: Path) -> None:
@@ -381,18 +384,25 @@ def test_ends_are_prescribed_as_the_part_has_them(tmp_path: Path) -> None:
     np.testing.assert_allclose(1e3 * at, [7.0 + 0.25 * 28.0, 7.0], atol=0.05)
 
 
-def test_readings_of_gauges_find_their_set_up(tmp_path: Path) -> None:
-    """A micrometer on the back seat reads 38.020: by hand T2's X goes in by 20 µm on the diameter."""
-    rows = ["characteristic,quantity,feature,nominal_mm,actual_mm,at_z_mm"]
-    rows += [f"D{k},diameter,back-seat,38.0,38.020,{z}" for k, z in enumerate((-74.0, -64.0, -54.0))]
+def test_readings_of_gauges_find_their_places_in_a_set_up(tmp_path: Path) -> None:
+    """A micrometer reads the back seat 20 µm too large in its middle, and larger by 2 µm a mm towards the back.
+
+    By hand the cut loses 20 µm of X in the middle of it, and more at Z −2, which is z −78, than at Z −29.2. How much
+    more is the fit's, which trusts seven readings less than a drawing does.
+    """
+    rows = ["feature,z_mm,diameter_mm"]
+    for z in (-76.0, -72.0, -68.0, -64.0, -60.0, -56.0, -52.0):
+        rows.append(f"back-seat,{z},{38.020 - 2e-3 * (z + 64.0):.4f}")
     (tmp_path / "readings.csv").write_text("\n".join([*rows, ""]))
-    path = job(tmp_path, [0.0] * len(PLACES))
+    path = job(tmp_path, [24.0 * p.normal[0] * (p.feature == "edge") for p in PLACES])
     rows = (tmp_path / "touches.csv").read_text().splitlines()
-    kept = [r for r in rows if ",back-seat," not in r and ",edge," not in r]
+    kept = [row for row in rows if ",back-seat," not in row]
     (tmp_path / "touches.csv").write_text("\n".join([*kept, ""]))
-    path.write_text(path.read_text() + 'readings = "readings.csv"\n')
-    wear = by_tool(corrected_setups(JobFiles.of(path)))["T2"].wear
-    assert (wear.x, wear.z) == pytest.approx((-0.020, 0.0), abs=1e-4)
+    path.write_text(path.read_text() + 'readings = "readings.csv"\nreadings_u_um = 0.5\n' + CONTOUR)
+    run("compensate", path, "-o", tmp_path / "out")
+    large, small = ends_of_back_seat(tmp_path)
+    assert (large + small) / 2 == pytest.approx(2 * 19.8 - 0.020, abs=0.010)
+    assert small - large > 0.030
 
 
 def test_a_store_and_what_is_for_one_set_up_are_refused(tmp_path: Path) -> None:
