@@ -319,6 +319,10 @@ def test_a_feature_of_two_set_ups_is_asked_for(tmp_path: Path) -> None:
         done = corrected_setups(JobFiles.of(path))
         assert [one.frame.name for one in done.setups if "collar" in one.features] == [name]
         path = job(tmp_path, errors_um)
+    path.write_text(path.read_text() + "[feature.collar]\ntool = 0\n")
+    done = corrected_setups(JobFiles.of(path))
+    assert done.uncut == ("collar",) and not [one for one in done.setups if "collar" in one.features]
+    path = job(tmp_path, errors_um)
     path.write_text(path.read_text() + '[feature.collar]\nsetup = "third"\n')
     assert "JOB-KEY" in run("compensate", path, "-o", tmp_path / "out", status=3)
 

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from trueloop.domain.characteristic import Characteristic
 from trueloop.formats.jobs.curve_of_job import fit_notes
 from trueloop.geometry.profile import Profile
@@ -44,7 +46,10 @@ def read_setups(files: JobFiles) -> ReadSetups:
         Setup(frame, one.finish_program(), one.run, one.edges, decided_of(one, profile))
         for frame, one in zip(frames, of_setups, strict=True)
     ]
-    decided = {name: cut.setup for name, cut in files.job.feature.items() if cut.setup is not None}
+    given = files.job.feature
+    decided = {
+        name: None if cut.left_alone else cut.setup for name, cut in given.items() if cut.setup or cut.left_alone
+    }
     return ReadSetups(profile, in_setups(profile, setups, decided), of_setups)
 
 
@@ -75,11 +80,10 @@ def _cuts(
     of: OfSetup, files: JobFiles, profile: Profile, measured: Measured, finish: ErrorVectors | None
 ) -> CutsOfSetup:
     frame, program = of.setup.frame, of.setup.program
-    seen = tuple(one for one in measured.vectors.seen if _features_seen(one, profile) <= {*of.features})
-    vectors = vectors_in(frame, replace(measured.vectors, seen=seen), profile)
+    vectors = vectors_in(frame, _of_features(measured.vectors, profile, {*of.features}), profile)
     asked = [one for one in measured.characteristics if _features_of(one) <= {*of.features}]
     own = replace(measured, vectors=vectors, characteristics=characteristics_in(frame, asked))
-    after = None if finish is None else vectors_in(frame, finish, profile)
+    after = None if finish is None else vectors_in(frame, _of_features(finish, profile, {*of.features}), profile)
     read = ReadFiles(program, of.profile, own, after, None, None, files)
     tables = {tool.called: tool for tool in files.job.tools}
     cuts = tuple((edge, _inputs(files.with_tool(tables[edge.edge.called]), read, frame)) for edge in of.contours)
@@ -97,6 +101,13 @@ def _inputs(files: JobFiles, read: ReadFiles, frame: SetupFrame) -> Inputs:
     return replace(inputs, setup=frame, options=options, notes=(where,))
 
 
+def _of_features(vectors: ErrorVectors, profile: Profile, features: set[str]) -> ErrorVectors:
+    """Those on some features, and the readings that are of these alone."""
+    rows = np.flatnonzero([profile.names[index] in features for index in vectors.feature_index.tolist()])
+    seen = tuple(one for one in vectors.seen if _features_seen(one, profile) <= features)
+    return replace(vectors.chosen(rows), seen=seen)
+
+
 def _features_seen(seen: Seen, profile: Profile) -> set[str]:
     return {profile.names[index] for index in seen.feature_index.tolist()}
 
@@ -106,7 +117,10 @@ def _features_of(asked: Characteristic) -> set[str]:
 
 
 def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
-    """Readings and characteristics that are of no set-up alone, and touches of what none cuts, in words."""
+    """Where z counts from, readings and sizes that are of no set-up alone, touches of what none cuts, in words.
+
+    The part of the next cut stands on a face that another set-up cuts, which a correction of its own error moves.
+    """
     owns = [set(one.features) for one in read.found.setups]
     seen = {one.name: _features_seen(one, read.profile) for one in measured.vectors.seen}
     asked = {one.name: _features_of(one) for one in measured.characteristics}
@@ -116,6 +130,13 @@ def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
     touched = {read.profile.names[index] for index in measured.vectors.feature_index.tolist()}
     unused = [name for name in read.found.uncut if name in touched]
     found: list[str] = []
+    if len(owns) > 1 and not measured.vectors.at_reference.any():
+        found.append(
+            wording(
+                "z counts from no face (`gauging.z_reference`): where a correction moves the face by which the part is "
+                "set up again, all that is cut there moves with it."
+            )
+        )
     if readings:
         found.append(
             wording("{names}: seen of features of no single set-up, and used for none.", names=all_of(readings))

@@ -69,7 +69,7 @@ def correct_setups(
         setups=done,
         uncut=found.uncut,
         record_id=record_id(dict(whole.inputs_sha256), {"setups": [one.joint.record_id for one in done]}),
-        notes=(*_left(found), *_where_z_counts_from(kept), *notes),
+        notes=(*_left(found), *notes),
     )
 
 
@@ -83,18 +83,6 @@ def _left(found: InSetups) -> list[str]:
     if not found.uncut:
         return []
     return [wording("{features}: cut in no set-up, left as they are.", features=all_of(found.uncut))]
-
-
-def _where_z_counts_from(cuts: Sequence[CutsOfSetup]) -> list[str]:
-    """A part stands on a face that another set-up cuts: where its own error counts, its correction moves the next."""
-    if len(cuts) < 2 or any(inputs.touches.at_reference.any() for one in cuts for _, inputs in one.cuts):
-        return []
-    return [
-        wording(
-            "z counts from no face (`gauging.z_reference`): where a correction moves the face by which the part is set "
-            "up again, all that is cut there moves with it."
-        )
-    ]
 
 
 def _by_what_may_be(of: CutsOfSetup, every: Sequence[CutsOfSetup]) -> tuple[tuple[OwnContour, Inputs], ...]:

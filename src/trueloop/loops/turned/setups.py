@@ -29,7 +29,7 @@ class Setup:
     program: Program
     run: Run
     edges: tuple[CuttingEdge, ...]
-    decided: Mapping[str, Called]
+    decided: Mapping[str, Called | None]
 
 
 @dataclass(frozen=True)
@@ -45,17 +45,14 @@ class OfSetup:
     def contours(self) -> tuple[OwnContour, ...]:
         """Those of its edges that cut something. Raises NC errors where the edge of a feature is not known."""
         with in_file(self.setup.program.file):
-            for name, one in zip(self.profile.names, self.found.found, strict=True):
-                if name in self.features and isinstance(one, TrueloopError):
-                    raise one
-        cutting = set(self.found.found)
+            cutting = set(self.found.edge_of)
         return tuple(own_contour(self.profile, self.found, edge) for edge in self.setup.edges if edge in cutting)
 
     @property
     def cut_features(self) -> list[CutFeature]:
         """Its features with the moves that cut them, in the frame's order."""
         found = cut_as_found(self.setup.program, self.setup.run, self.profile, self.found)
-        return [one for one in found if set(one.feature.name.split(" + ")) & set(self.features)]
+        return [one for one in found if one.match is not None]
 
 
 @dataclass(frozen=True)
@@ -74,8 +71,9 @@ class InSetups:
             raise refusal
 
 
-def in_setups(profile: Profile, setups: Sequence[Setup], decided: Mapping[str, str]) -> InSetups:
-    """Finds them. `decided`: by feature the name of the set-up that leaves its surface, where the job says it.
+def in_setups(profile: Profile, setups: Sequence[Setup], decided: Mapping[str, str | None]) -> InSetups:
+    """Finds them. `decided`: by feature the name of the set-up that leaves its surface, where the job says it; None: it
+    is to be left alone.
 
     Raises SET-CUTS for a set-up that cuts nothing of the part, SET-MIRROR for one whose program fits it with Z the
     other way round, NC-NO-TOOL, and NC errors of running.
@@ -83,7 +81,7 @@ def in_setups(profile: Profile, setups: Sequence[Setup], decided: Mapping[str, s
     found = [_found(profile, setup) for setup in setups]
     for setup, placed, cutters in found:
         _require_direction(profile, setup, placed, cutters)
-    cut_in = {name: _cut_in(name, found, decided.get(name)) for name in profile.names}
+    cut_in = {name: _decided(decided[name]) if name in decided else _cut_in(name, found) for name in profile.names}
     of_setups = tuple(
         _of_setup(setup, placed, cutters, tuple(name for name in profile.names if cut_in[name] == [setup.frame.name]))
         for setup, placed, cutters in found
@@ -107,28 +105,18 @@ def _found(profile: Profile, setup: Setup) -> _Found:
     return setup, placed, cutters_of(setup.program, setup.run, placed, setup.edges, setup.decided)
 
 
-def _cut_in(feature: str, found: Sequence[_Found], decided: str | None) -> list[str]:
-    if decided is not None:
-        return [decided]
+def _decided(setup: str | None) -> list[str]:
+    return [] if setup is None else [setup]
+
+
+def _cut_in(feature: str, found: Sequence[_Found]) -> list[str]:
     return [setup.frame.name for setup, placed, cutters in found if cutters.cuts(placed.names.index(feature))]
 
 
 def _of_setup(setup: Setup, placed: Profile, found: Cutters, features: tuple[str, ...]) -> OfSetup:
-    """With what other set-ups cut left to them."""
-    own = tuple(
-        one if name in features else _elsewhere(name, setup)
-        for name, one in zip(placed.names, found.found, strict=True)
-    )
+    """What other set-ups cut, or none, is left alone."""
+    own = tuple(one if name in features else None for name, one in zip(placed.names, found.found, strict=True))
     return OfSetup(setup, placed, features, replace(found, found=own))
-
-
-def _elsewhere(feature: str, setup: Setup) -> TrueloopError:
-    return TrueloopError(
-        Code.NC_NO_MATCH,
-        f"set-up '{setup.frame.name}' does not cut '{feature}'",
-        hint="another set-up cuts it, or none",
-        values={"feature": feature},
-    )
 
 
 def _along_mm(profile: Profile, found: Cutters) -> float:
