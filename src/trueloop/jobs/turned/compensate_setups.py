@@ -10,7 +10,7 @@ from trueloop.formats.input_file import FilePath
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.store.keeping import Keeping
-from trueloop.jobs.store.where import NO_STORE
+from trueloop.jobs.store.where import place_of_store
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.setups import read_cuts_of_setups
 from trueloop.jobs.turned.several import label_of, outputs_of_edge, texts_of
@@ -48,7 +48,7 @@ def compensate_setups(
 ) -> DoneSetups:
     """Corrects and writes: the files of all set-ups, or none.
 
-    Raises what correcting an edge refuses, SET errors, JOB-SETUPS where a store is named, and OUT errors.
+    Raises what correcting an edge refuses, SET errors, JOB-SETUPS where there is a store, and OUT errors.
     """
     files = JobFiles.of(Path(job)).with_serial(keeping.serial)
     _require_no_store(files, keeping.db)
@@ -61,12 +61,12 @@ def compensate_setups(
 
 
 def _require_no_store(files: JobFiles, db: str | None) -> None:
-    named = db or files.job.store.db
-    if named and named != NO_STORE:
+    place = place_of_store(files.path.parent, db, files.job.store.db)
+    if place is not None:
         raise TrueloopError(
             Code.JOB_SETUPS,
-            f"the job has {len(files.job.setups)} set-ups, and the store {named!r} keeps cuts of one a part",
-            hint="leave out `store.db` and `--db`: the records of the edges are among the results",
+            f"the job has {len(files.job.setups)} set-ups, and the store {place!r} keeps programs of one a part",
+            hint="`--db none` corrects without keeping: the records of the edges are among the results",
             place=Place(str(files.path)),
             values={"setups": [one.name for one in files.job.setups]},
         )

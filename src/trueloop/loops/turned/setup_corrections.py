@@ -11,7 +11,7 @@ from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.edges import calls_of
 from trueloop.loops.turned.in_setup import judged_on_part
-from trueloop.loops.turned.joint import Joint, OfEdge, correct_edges
+from trueloop.loops.turned.joint import Joint, correct_edges
 from trueloop.loops.turned.setups import InSetups, OfSetup, Setup
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import Called
@@ -75,7 +75,7 @@ def correct_setups(
 
 def _corrected(of: CutsOfSetup, asked: Sequence[Characteristic]) -> CorrectedSetup:
     joint = correct_edges(of.cuts, of.name)
-    edges = tuple(OfEdge(e.contour, e.correction and judged_on_part(e.correction, asked)) for e in joint.edges)
+    edges = tuple(replace(e, correction=e.correction and judged_on_part(e.correction, asked)) for e in joint.edges)
     return CorrectedSetup(of.of.setup.frame, of.of.features, replace(joint, edges=edges), of.name)
 
 
