@@ -42,6 +42,26 @@ def test_a_linked_person_signs_in_at_the_provider_and_comes_back_to_today(web: B
     store.close()
 
 
+def test_a_stranger_is_told_so_where_one_signs_in(web: Browsing, tmp_path: Path) -> None:
+    store = open_store(str(tmp_path / "trueloop.db"), create=True, codec=store_codec())
+    with identity_provider(Key("k"), datetime.now(UTC).timestamp()) as provider:
+        provider.person = OTTO
+        with (
+            served(store, Oidc(provider.issuer, CLIENT, SECRET, label=BUTTON)) as address,
+            Browsing(web.browser, address).window(size=NARROW) as window,
+        ):
+            window.page.goto(address)
+            window.page.get_by_role("link", name=BUTTON).click()
+            window.page.get_by_role("link", name="Agree").click()
+            expect(window.page.get_by_role("alert")).to_contain_text("did not sign you in")
+            expect(window.page.get_by_role("alert")).to_contain_text("SRV-OIDC")
+            assert "code=" not in window.page.url and findings(window) == []
+            window.page.goto(f"{address}/?refused=<script>")
+            expect(window.page.get_by_role("button", name="Sign in")).to_be_visible()
+            assert window.page.get_by_role("alert").count() == 0
+    store.close()
+
+
 def test_without_a_provider_there_is_no_button(web: Browsing) -> None:
     with web.window() as window:
         with window.page.expect_response("**/session/ways"):

@@ -3,9 +3,15 @@ import { useMutation } from "@tanstack/react-query";
 import { useState, type FormEvent } from "react";
 
 import { nowIs, useShown } from "../api/asking";
-import { ask, type Problem, type Shape } from "../api/client";
+import { ask, Problem, type Shape } from "../api/client";
 import { Refused } from "../show/parts";
 import { useText } from "../text/text";
+
+/** Why one comes back from an identity provider without having been signed in; the service says it by a code. */
+function refusedByProvider(): Problem | null {
+  const code = new URLSearchParams(window.location.search).get("refused") ?? "";
+  return /^SRV-[A-Z]+$/.test(code) ? new Problem(code, "problem.provider", "problem.provider.hint", 401) : null;
+}
 
 /** Name and password, or by an identity provider where there is one. */
 export function SignIn() {
@@ -42,7 +48,7 @@ export function SignIn() {
             value={password}
             onChange={(event) => setPassword(event.currentTarget.value)}
           />
-          <Refused problem={signing.error} />
+          <Refused problem={signing.error ?? refusedByProvider()} />
           <Button type="submit" loading={signing.isPending} disabled={!name || !password}>
             {text("sign.in")}
           </Button>

@@ -31,13 +31,14 @@ export default function Programs() {
               rows={programs.map((one) => ({
                 key: one.sha256,
                 cells: [
-                  name(one),
+                  <>
+                    {name(one)}
+                    {one.corrected && (
+                      <To href={`/programs/${one.corrected.source_sha256}/diff/${one.sha256}`}>{text("head.diff")}</To>
+                    )}
+                  </>,
                   <code className="number">{hash(one.sha256)}</code>,
-                  one.corrected ? (
-                    <To href={`/programs/${one.corrected.source_sha256}/diff/${one.sha256}`}>{text("head.diff")}</To>
-                  ) : (
-                    `${one.dialect} ${one.unit}`
-                  ),
+                  `${one.dialect} ${one.unit}`,
                   <Age at={one.kept_at} />,
                   <Opens href={`programs/${one.sha256}`}>{text("program.open")}</Opens>,
                   one.released ? <State kind="state" name="released" /> : <Release sha256={one.sha256} />,

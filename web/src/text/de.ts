@@ -14,6 +14,8 @@ export const de: Record<Key, string> = {
   "age.never": "nie gehört",
   "contact.live": "live {at}",
   "contact.lost": "seit {age} kein Kontakt; Werte von {at}",
+  "problem.provider": "Der Identitätsanbieter hat Sie nicht angemeldet.",
+  "problem.provider.hint": "Ihr Konto muss mit ihm verknüpft und darf nicht gesperrt sein: Fragen Sie einen Administrator. Oder melden Sie sich mit Name und Passwort an.",
   "problem.silent": "Der Dienst antwortet nicht.",
   "problem.silent.hint": "Gezeigt wird, was zuletzt bekannt war. Netz prüfen, dann noch einmal versuchen.",
   "act.role": "braucht die Rolle {needed}; Sie sind {role}",

@@ -13,6 +13,8 @@ export const en = {
   "age.never": "never heard of",
   "contact.live": "live {at}",
   "contact.lost": "no contact for {age}; values of {at}",
+  "problem.provider": "The identity provider did not sign you in.",
+  "problem.provider.hint": "Your account has to be linked with it, and not be disabled: ask an administrator. Or sign in by name and password.",
   "problem.silent": "The service does not answer.",
   "problem.silent.hint": "What is shown is what was known last. Check the network; then try again.",
   "act.role": "needs the role {needed}; you are {role}",

@@ -1,10 +1,14 @@
 """Signing in by an identity provider: where the browser is sent, and where it comes back."""
 
 from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
 
 from fastapi import Request, Response
 from fastapi.responses import RedirectResponse
+from sqlalchemy import Row
 
+from trueloop.errors import TrueloopError
 from trueloop.server import problems
 from trueloop.server.guarded import Here, Service, router
 from trueloop.server.identity import linked, sessions
@@ -40,11 +44,17 @@ def begin(here: Here, request: Request) -> Response:
 
 @routes.get("/oidc/callback", status_code=303, response_class=RedirectResponse)
 def end(here: Here, request: Request) -> Response:
-    """Where it comes back: begins a new session of the account that is linked, and ends the one that was open."""
+    """Where it comes back: begins a new session of the account that is linked, and ends the one that was open.
+
+    A browser that is refused comes to the page where one signs in, which says so.
+    """
     now = here.clock()
-    sign_ins = _sign_ins(request)
-    claims = sign_ins.claims(dict(request.query_params), request.cookies.get(_cookie(here), ""), now)
-    account = linked.account_of(here.store, sign_ins.oidc, claims, now)
+    try:
+        account = _account(here, request, now)
+    except TrueloopError as refused:
+        if "text/html" not in request.headers.get("accept", ""):
+            raise
+        return RedirectResponse(f"/?refused={refused.code.value}", 303)
     old = request.cookies.get(here.settings.cookie)
     if old:
         sessions.end_of_cookie(here.store, old, now)
@@ -54,6 +64,12 @@ def end(here: Here, request: Request) -> Response:
     answer.delete_cookie(_cookie(here), **_kept(here))  # type: ignore[arg-type]
     set_cookie(here, answer, begun.id)
     return answer
+
+
+def _account(here: Service, request: Request, now: datetime) -> Row[Any]:
+    sign_ins = _sign_ins(request)
+    claims = sign_ins.claims(dict(request.query_params), request.cookies.get(_cookie(here), ""), now)
+    return linked.account_of(here.store, sign_ins.oidc, claims, now)
 
 
 def _sign_ins(request: Request) -> SignIns:
