@@ -140,8 +140,8 @@ def slope_of(done: Array, kib: Array) -> tuple[float, float]:
 def _say(done: Array, kib: Array, spent_s: float, took_s: float) -> None:
     slope, error = slope_of(done, kib)
     print(f"{done[-1]:.0f} requests in {took_s:.0f} s, {1e3 * spent_s / done[-1]:.2f} ms of processor time each")
-    print(f"resident: {kib[0] / 1024:.1f} MiB at first, {kib[len(kib) // 5] / 1024:.1f} after a fifth, ", end="")
-    print(f"{kib[-1] / 1024:.1f} at the end")
+    tenths = [f"{kib[k * (len(kib) - 1) // 10] / 1024:.1f}" for k in range(11)]
+    print(f"resident at each tenth, MiB: {', '.join(tenths)}")
     print(
         f"slope after a fifth: {slope * 1e6 / 1024:+.2f} ± {error * 1e6 / 1024:.2f} MiB per 1,000,000 requests (1 s.e.)"
     )
