@@ -1018,6 +1018,8 @@ export interface paths {
         /**
          * End
          * @description Where it comes back: begins a new session of the account that is linked, and ends the one that was open.
+         *
+         *     A browser that is refused comes to the page where one signs in, which says so.
          */
         get: operations["end_api_v1_session_oidc_callback_get"];
         put?: never;

@@ -41,14 +41,14 @@ class Decision:
 
     `by` is what the user asked for, "contour" or "offset", or "auto": what the test says. `unit_covariance` (2, 2) is
     that of the two offsets per unit variance of a touch; zero on an axis no touch faces. `common_covariance` (2, 2) is
-    the same with what touches that lie close have in common.
+    the same with what touches that lie close have in common; None: nothing, or they were not asked.
     """
 
     x: AxisDecision
     z: AxisDecision
     unit_covariance: Array
-    common_covariance: Array
     by: str = "auto"
+    common_covariance: Array | None = None
 
     @property
     def by_offset(self) -> bool:
@@ -71,7 +71,8 @@ class Decision:
 
     def variance(self, outward_normal: Array) -> Array:
         """Variance of the offset along normals (n, 2), per unit variance of a touch, (n,)."""
-        return _along(outward_normal, self.common_covariance)
+        common = self.unit_covariance if self.common_covariance is None else self.common_covariance
+        return _along(outward_normal, common)
 
 
 def _along(outward_normal: Array, covariance: Array) -> Array:
@@ -108,8 +109,8 @@ def decide(
         )
         for axis in range(2)
     )
-    unit = inverse @ inverse.T
-    return Decision(x, z, unit, unit if correlation is None else inverse @ correlation @ inverse.T, by)
+    common = None if correlation is None else inverse @ correlation @ inverse.T
+    return Decision(x, z, inverse @ inverse.T, by, common)
 
 
 def _decide_axis(
