@@ -50,11 +50,19 @@ EXTRA: Final = re.compile(
 
 
 class Machine(Protocol):
-    """A machine and its cell. `texts`: programs of its blocks; `executed.jsonl` in `folder` says what was executed."""
+    """A machine and its cell; `executed.jsonl` in its folder says what was executed."""
 
-    folder: Path
-    texts: Mapping[BlockKind, bytes]
-    longest_s: float
+    @property
+    def folder(self) -> Path:
+        """Its own."""
+
+    @property
+    def texts(self) -> Mapping[BlockKind, bytes]:
+        """Programs of its blocks."""
+
+    @property
+    def longest_s(self) -> float:
+        """How long a series may take."""
 
     def on(self) -> None:
         """Switches it on, again."""
@@ -260,4 +268,6 @@ def _as_accepted(run: Run, text: bytes, work: Work) -> bool:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], *map(int, sys.argv[2:4]), *sys.argv[4:]))
+    usual = ("", "100", "100", "stand-in", "")
+    place, kills, steps, machine, url = (*sys.argv[1:], *usual[len(sys.argv) - 1 :])
+    sys.exit(main(place, int(kills), int(steps), machine, url))

@@ -148,4 +148,4 @@ def _say(done: Array, kib: Array, spent_s: float, took_s: float) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:2]), *sys.argv[2:3])
+    main(int(sys.argv[1]) if sys.argv[1:] else 1_000_000, *sys.argv[2:3])
