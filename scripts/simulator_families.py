@@ -172,8 +172,9 @@ def groove(repeatability: Repeatability) -> Callable[[int], Made]:
 
 
 def lens(every: int, repeatability: Repeatability) -> Callable[[int], Made]:
-    """The asphere of examples/lens, by a macro loop, and so many of its touches, which are 0.9 mm apart; none nearer the
-    axis than the ball is wide, since the virtual stock ends there.
+    """The asphere of examples/lens, by a macro loop, and every so many of its touches, which are 0.9 mm apart.
+
+    None is nearer the axis than the ball is wide, since the virtual stock ends there.
     """
     inputs = read_job(ROOT / "examples" / "lens" / "job.toml").inputs
     touches = inputs.touches.chosen(np.flatnonzero(inputs.touches.nominal_mm[:, 0] > CLEAR_OF_AXIS_MM)[::every])

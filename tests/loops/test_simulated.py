@@ -10,10 +10,11 @@ import pytest
 from tests.support.probing import EXAMPLES, example
 from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import contact_angle_rad
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.simulated.simulated import Trial, calibrated, simulate, trial_of
 from trueloop.loops.simulated.study import Study, study
 from trueloop.simulator.machine_error import ErrorTerm, MachineError
-from trueloop.simulator.presets import Workshop, nist
+from trueloop.simulator.presets import Workshop, boring, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.simulator.transfer import SAME
 from trueloop.turned.fit.between_cuts import NONE
@@ -194,3 +195,13 @@ def test_tangent_paths_and_touches_one_by_one_leave_more(studies: dict[tuple[str
     for (_, sigma_mm), made in studies.items():
         if sigma_mm > SIGMAS_MM[0]:
             assert made.rms_mm("raw_mm") > 1.05 * made.rms_mm("loop_mm")
+
+
+def test_moves_that_leave_the_path_between_the_places_they_were_chosen_by_are_made_finer() -> None:
+    """A part of the study: on an edge of 0.8 mm the first moves were 0.50 µm off where 0.50 µm is allowed."""
+    inputs = read_job(EXAMPLES / "bush" / "job.toml").inputs
+    limits = replace(inputs.options.limits, slope=0.2)
+    options = replace(inputs.options, between_cuts=NONE, errors_follow="nose", limits=limits)
+    bush = trial_of(replace(inputs, options=options))
+    made = simulate(bush, boring(Repeatability(0.003, 1.0), SAME), 400_024)
+    assert b"(trueloop corrected" in made.correction.corrected_program

@@ -44,13 +44,19 @@ FOR_CHORDS = 0.5
 """Share of the chord tolerance for the moves themselves, where the control keeps the nose off them: its joins where a
 contour turns by some milliradians take the rest (0.1 to 0.2 µm at 15 mrad and a nose of 0.8 mm)."""
 
+FINER = 0.5
+"""Share of it for a second try, where moves are seen to leave the path between the places by which they were chosen."""
+
 ROUNDING_STEPS = 2.0
 """How many steps of the control's resolution rounding may add: half a step on either axis, at both ends of a move."""
 
 
 @dataclass(frozen=True)
 class Writing:
-    """What is written into: the finish program as run and matched, and the marks that the result carries."""
+    """What is written into: the finish program as run and matched, and the marks that the result carries.
+
+    `chords`: the share of the chord tolerance that moves may take.
+    """
 
     program: Program
     matched: Commanded
@@ -59,6 +65,7 @@ class Writing:
     fitting: Fitting
     composed: str = ""
     roughing_stays: bool = False
+    chords: float = 1.0
 
     @property
     def mark(self) -> Edit:
@@ -83,11 +90,22 @@ class Writing:
 def write_contour(
     writing: Writing, profile: Profile, touches: ErrorVectors, paths: Paths
 ) -> tuple[bytes, list[ChangedWord], list[str]]:
-    """The program with its contour displaced, what changed, and what to know of it.
+    """The program with its contour displaced, what changed, and what to know of it; by finer moves if it has to be.
 
     Raises CMP errors if reading it back says so; where the control compensates for the nose, also if compensating it as
     the control does says so.
     """
+    try:
+        return _contour_written(writing, profile, touches, paths)
+    except TrueloopError as refused:
+        if refused.code is not Code.CMP_READ_BACK:
+            raise
+    return _contour_written(replace(writing, chords=FINER), profile, touches, paths)
+
+
+def _contour_written(
+    writing: Writing, profile: Profile, touches: ErrorVectors, paths: Paths
+) -> tuple[bytes, list[ChangedWord], list[str]]:
     matched, (before, after) = writing.matched, paths.written
     own = WrittenOut(writing.program, matched.path, ())
     if writing.roughing_stays:
@@ -204,9 +222,8 @@ def _targets(
     start, shifts = end_shifts(cuts, before, after)
     is_arc = np.flatnonzero(matched.path.motion == Motion.ARC)
     touched = [touches.arc_length_mm[touches.of_feature(i)] for i in range(len(profile.features))]
-    fitting = writing.fitting
-    if matched.match.features[0].moves[0].move.on_contour:
-        fitting = replace(fitting, tolerance_mm=FOR_CHORDS * fitting.tolerance_mm)
+    share = writing.chords * (FOR_CHORDS if matched.match.features[0].moves[0].move.on_contour else 1.0)
+    fitting = replace(writing.fitting, tolerance_mm=share * writing.fitting.tolerance_mm)
     bent = bent_lines(cuts, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
     arcs = replaced_arcs(cuts, [*is_arc, *bent], after, touched, fitting)
     run_out = [move.index for move in matched.match.run_out]
