@@ -146,11 +146,10 @@ def _workshop(world: World, seed: int) -> Workshop:
 
 def _trial(name: str, world: World) -> Trial:
     inputs = read_job(ROOT / "examples" / name / "job.toml").inputs
-    assert inputs.inspection is not None
     options = replace(inputs.options, errors_follow="nose", between_cuts=world.assumed)
     asked = tuple(limited for _, one, wider in ASKED[name] for limited in _limits(one, wider, inputs.profile))
     inputs = replace(inputs, options=options, characteristics=asked)
-    return trial_of(inputs, inputs.inspection.z_reference)
+    return trial_of(inputs, inputs.inspections[0].z_reference)
 
 
 def _limits(asked: Characteristic, wider: float, profile: Profile) -> Iterator[Characteristic]:
