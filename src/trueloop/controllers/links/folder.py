@@ -14,7 +14,7 @@ from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, Listed, n
 class Folder:
     """Programs in `folder`. `asked` says what the control is busy with, where anything does.
 
-    `tell` has the control read a file that is in its place now, where a control does not by itself. Links of the file
+    `tell` makes a control load a file that was replaced, where it does not load it by itself. Links of the file
     system that lead elsewhere are neither listed nor read.
     """
 

@@ -50,11 +50,11 @@ def _busy(status: Any, nc: Any) -> Busy:
 
 
 def linuxcnc_reads(ini: Path, module: Callable[[], Any], name: str) -> Callable[[Path], None]:
-    """Has the LinuxCNC of that configuration read its tool table of this name anew, and asks it for its X and Z.
+    """Makes the LinuxCNC of that configuration load its tool table of this name, and compares its X and Z offsets.
 
-    Other files are none of its business. One that does not run reads it as it starts. An offset that is active stays
-    until the program calls G43 again. The call raises CTL-LINUXCNC for a file that is not this LinuxCNC's tool table,
-    or one that it has not taken.
+    Other files are not loaded. A LinuxCNC that does not run loads the table when it starts. An active offset does not
+    change before the program calls G43 again. The call raises CTL-LINUXCNC for a file that is not this LinuxCNC's tool
+    table, or whose offsets LinuxCNC does not have afterwards.
     """
 
     def read(table: Path) -> None:
@@ -73,7 +73,7 @@ def linuxcnc_reads(ini: Path, module: Callable[[], Any], name: str) -> Callable[
 
 
 def _not_taken(nc: Any, wanted: Offsets) -> list[int]:
-    """Tools whose offsets LinuxCNC holds otherwise, or does not hold, after it was told to read them."""
+    """Tools whose offsets in LinuxCNC, after it has read the table, are missing or differ from it."""
     command, status = nc.command(), nc.stat()
     command.load_tool_table()
     until = time.monotonic() + TAKEN_S

@@ -1,11 +1,9 @@
 """The inspection files that are known, and a file read by whichever of them recognises it."""
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
+from trueloop.collector import put_off
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
 from trueloop.formats.inspections import calypso, plate, serial_gauge, touches
@@ -39,13 +37,9 @@ KNOWN: Final[tuple[Format, ...]] = (
 HEAD: Final = 65_536
 
 
+@put_off()
 def read_measured_file(path: Path, stated: Stated) -> MeasuredFile:
     """A file's inspections. Raises MSR errors with their places; MSR-FORMAT where no format is recognised."""
-    with _uncollected():
-        return _read(path, stated)
-
-
-def _read(path: Path, stated: Stated) -> MeasuredFile:
     with readable(path, Code.MSR_FILE, hint=HINT), path.open("rb") as file:
         head = file.read(HEAD)
     if not head.strip():
@@ -64,15 +58,3 @@ def _read(path: Path, stated: Stated) -> MeasuredFile:
         place=Place(str(path)),
         values={"file": path.name},
     )
-
-
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Without the collector of cycles: readers make values by the 100 000 and no cycles, and it costs half the time."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()

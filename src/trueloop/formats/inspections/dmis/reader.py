@@ -1,9 +1,6 @@
 """DMIS result files: inspections of the parts and runs that a file reports."""
 
-import gc
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Final
@@ -49,22 +46,7 @@ def read_dmis(path: Path, stated: Stated) -> MeasuredFile:
     """The inspections of a file. Raises MSR errors with the lines of what cannot be read."""
     with readable(path, Code.MSR_FILE, hint=HINT):
         content = path.read_bytes()
-    with _uncollected():
-        return _read(content, path, stated)
-
-
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Python's search for circles of garbage stands still: among a hundred thousand new values it takes a third of the
-    time, and there are none.
-    """
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
+    return _read(content, path, stated)
 
 
 def _read(content: bytes, path: Path, stated: Stated) -> MeasuredFile:
