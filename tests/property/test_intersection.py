@@ -1,9 +1,10 @@
 """Where lines and circles meet, and where chains cross, against dense polygons."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from tests.support.profiles import turned_on, wild_chains
@@ -11,6 +12,8 @@ from trueloop.arrays import Array
 from trueloop.geometry.feature import Arc, Feature, Line, least_radius_mm
 from trueloop.geometry.intersection import crossings, intersections
 
+ROUNDING_MM2 = 1e-10
+"""Of edges of some millimetres at some hundred millimetres from zero."""
 FEATURES = st.builds(
     turned_on,
     st.builds(lambda x, z: Line("", (0.0, 0.0), (x, z)), st.floats(20, 60), st.floats(-30, 30)),
@@ -43,19 +46,29 @@ def polygon(feature: Feature, edges: int = 120) -> Array:
 
 
 def polygons_cross(first: Array, second: Array) -> bool:
-    """Whether any edge of one crosses any edge of the other: ends on different sides, both ways."""
+    """Whether any edge of one crosses any edge of the other: ends on different sides, both ways.
+
+    On one line with the other's edge there is no side, whatever rounding says.
+    """
 
     def side(a: Array, b: Array, p: Array) -> Array:
         ab, ap = (b - a)[:, None], p[None] - a[:, None]
-        return np.asarray(np.sign(ab[..., 0] * ap[..., 1] - ab[..., 1] * ap[..., 0]))
+        twice_area = ab[..., 0] * ap[..., 1] - ab[..., 1] * ap[..., 0]
+        return np.asarray(np.sign(np.where(np.abs(twice_area) < ROUNDING_MM2, 0.0, twice_area)))
 
     of_second = side(first[:-1], first[1:], second)
     of_first = side(second[:-1], second[1:], first)
     return bool(np.any((of_second[:, :-1] != of_second[:, 1:]) & (of_first[:, :-1] != of_first[:, 1:]).T))
 
 
+ON_ONE_LINE = [(150.0, -78.0), (167.27665110968795, -85.9067898943957), (168.18594853651362, -86.32293673094284)]
+ON_ONE_LINE += [(185.46259964620157, -94.22972662533854)]
+"""Three lines, one after the other, straight on but for rounding."""
+
+
 @settings(max_examples=300)
 @given(wild_chains())
+@example([Line(f"f{k}", a, b) for k, (a, b) in enumerate(pairwise(ON_ONE_LINE))])
 def test_crossings_of_features_that_are_no_neighbours(chain: list[Feature]) -> None:
     pairs = [(i, j) for i in range(len(chain)) for j in range(i + 2, len(chain))]
     assume(all(_clear_cut(chain[i], chain[j]) for i, j in pairs))
