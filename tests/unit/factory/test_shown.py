@@ -6,6 +6,7 @@ from datetime import timedelta
 from hashlib import sha256
 
 import pytest
+from sqlalchemy import insert
 
 from tests.support.correction import example_correction
 from tests.support.factory import BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, Shop
@@ -45,6 +46,7 @@ from trueloop.factory.shown.tools import tool_rows
 from trueloop.factory.views.orders import CorrectedFrom
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.storage.factory_tables import TEMPERATURE, stamp
 from trueloop.storage.store import Store, keep, open_store
 
 
@@ -337,3 +339,20 @@ def test_a_capability_is_of_the_parts_since_the_tool_was_set(shop: Shop) -> None
     cuts = [inspection(str(k), {"journal": 5.0}).part for k in (19, 20)]
     keep(shop.store, [Cut(cuts[0], Stage.FINISH, early, order=19), Cut(cuts[1], Stage.FINISH, anew, order=20)])
     assert series_view(shop.store, "SHAFT", "journal").ppk is None
+
+
+def test_of_many_temperatures_every_so_manyth_is_shown_and_the_last(shop: Shop) -> None:
+    """1,201 of one sensor: every third, counted back from the last; one of another, all that there is."""
+    start = shop.now
+    rows = [
+        {"machine": "lathe", "run": "", "signal": "bed", "at": stamp(start + timedelta(seconds=10 * k)), "celsius": k}
+        for k in range(1201)
+    ]
+    with shop.store.writing() as connection:
+        connection.execute(insert(TEMPERATURE), rows)
+    shop.now = start + timedelta(seconds=12_000)
+    heard(shop.store, "lathe", {"state": "idle"}, CELL, shop.now)
+    shown = {one.signal: one for one in machine_view(shop.store, "lathe", shop.now).temperatures}
+    assert shown["bed"].celsius == tuple(map(float, range(0, 1201, 3)))
+    assert shown["bed"].at[-1] == shop.now and not shown["bed"].stale
+    assert len(shown["spindle"].celsius) == 1

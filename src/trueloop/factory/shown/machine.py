@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from datetime import datetime, timedelta
 from typing import Any, Final
 
-from sqlalchemy import func, select
+from sqlalchemy import ColumnElement, Select, func, select
 
 from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.factory.known import unknown
@@ -76,10 +76,19 @@ def _temperatures(known: Known, name: str, now: datetime) -> Iterator[Temperatur
     lasts = known.connection.scalars(select(*ids).where(of_machine).group_by(TEMPERATURE.c.signal)).all()
     chosen = of_machine & ((TEMPERATURE.c.at >= stamp(now - HOURS)) | TEMPERATURE.c.id.in_(lasts))
     by_signal: dict[str, list[Any]] = {}
-    for row in known.rows(select(TEMPERATURE).where(chosen).order_by(TEMPERATURE.c.at, TEMPERATURE.c.id)):
+    for row in known.rows(_thinned(chosen)):
         by_signal.setdefault(row.signal, []).append(row)
     for signal, rows in sorted(by_signal.items()):
-        step = -(-len(rows) // POINTS)
-        shown = rows[(len(rows) - 1) % step :: step]  # the last one is among them
-        at = tuple(time(row.at) for row in shown)
-        yield TemperatureView(signal, at, tuple(row.celsius for row in shown), now - at[-1] > COLD)
+        at = tuple(time(row.at) for row in rows)
+        yield TemperatureView(signal, at, tuple(row.celsius for row in rows), now - at[-1] > COLD)
+
+
+def _thinned(chosen: ColumnElement[bool]) -> Select[Any]:
+    """At most `POINTS` of each sensor, oldest first, the last one among them: a shift may have 30,000."""
+    signal, latest_first = TEMPERATURE.c.signal, (TEMPERATURE.c.at.desc(), TEMPERATURE.c.id.desc())
+    after = func.row_number().over(partition_by=signal, order_by=latest_first) - 1
+    of = func.count().over(partition_by=signal)
+    every: Select[Any] = select(TEMPERATURE, after.label("after"), of.label("of")).where(chosen)
+    found = every.subquery()
+    step = (found.c.of + (POINTS - 1)) // POINTS
+    return select(found).where(found.c.after % step == 0).order_by(found.c.at, found.c.id)
