@@ -7,7 +7,6 @@ from pathlib import Path
 from trueloop.domain.page_options import Language, LengthUnit, PageOptions
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
-from trueloop.formats.option_tables import options_from
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.where import place_of_store
@@ -53,9 +52,8 @@ def compensate_setups(
     files = JobFiles.of(Path(job)).with_serial(keeping.serial)
     _require_no_store(files, keeping.db)
     corrected = corrected_setups(files)
-    given = options_from(PageOptions, files.job)
-    options = PageOptions(language or given.language, unit or given.unit)
-    folder = Path(output) if output is not None else files.path.parent / files.job.output.folder
+    options = files.page_options(language, unit)
+    folder = files.output_folder if output is None else Path(output)
     contents = outputs_of_setups(corrected, options, pdf)
     return DoneSetups(corrected, write_all(folder, contents.items(), files.sources.files))
 
@@ -65,7 +63,7 @@ def _require_no_store(files: JobFiles, db: str | None) -> None:
     if place is not None:
         raise TrueloopError(
             Code.JOB_SETUPS,
-            f"the job has {len(files.job.setups)} set-ups, and the store {place!r} keeps programs of one a part",
+            f"the job has {len(files.job.setups)} set-ups, and the store {place!r} keeps one finish program of a part",
             hint="`--db none` corrects without keeping: the records of the edges are among the results",
             place=Place(str(files.path)),
             values={"setups": [one.name for one in files.job.setups]},

@@ -175,12 +175,12 @@ class ReadFiles:
 
     def with_inputs(self, inputs: Inputs) -> ReadJob:
         """The job of one tool."""
-        files, job, folder = self.files, self.files.job, self.files.path.parent
+        files, job = self.files, self.files.job
         tool, after = files.tool, job.gauging.after_record
         table = files.tool_table(tool.table) if tool.table is not None else None
-        made_with = "" if after is None else read_record(folder / after).id
-        page = options_from(PageOptions, job)
-        return ReadJob(inputs, files.sources.files, folder / job.output.folder, table, page, job.store.db, made_with)
+        made_with = "" if after is None else read_record(files.path.parent / after).id
+        page = files.page_options()
+        return ReadJob(inputs, files.sources.files, files.output_folder, table, page, job.store.db, made_with)
 
 
 def read_files(files: JobFiles) -> ReadFiles:

@@ -5,12 +5,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from trueloop.domain.page_options import Language, LengthUnit, PageOptions
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.jobs.job import CutByTable, Job, SetupTable, ToolsTable, locate_turned_job
 from trueloop.formats.jobs.job import ToolTable as TableOfTool
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
+from trueloop.formats.option_tables import options_from
 from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
@@ -55,6 +57,16 @@ class JobFiles:
         job = self.job
         part = job.part.model_copy(update={"serial": serial})
         return replace(self, located=replace(self.located, model=job.model_copy(update={"part": part})))
+
+    @property
+    def output_folder(self) -> Path:
+        """Where the outputs go, unless the caller says otherwise."""
+        return self.path.parent / self.job.output.folder
+
+    def page_options(self, language: Language | None = None, unit: LengthUnit | None = None) -> PageOptions:
+        """Language and unit of the pages: those asked for, else the job's."""
+        given = options_from(PageOptions, self.job)
+        return PageOptions(language or given.language, unit or given.unit)
 
     def require_one_tool(self) -> None:
         """Raises JOB-TOOLS where the job has several, JOB-SETUPS where it has several set-ups."""

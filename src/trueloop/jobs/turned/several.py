@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from trueloop.domain.page_options import Language, LengthUnit, PageOptions
 from trueloop.formats.input_file import FilePath
-from trueloop.formats.option_tables import options_from
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.table_csv import table_to_csv
 from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
@@ -75,9 +74,8 @@ def correct_several(
         return with_memory(store, stored_inputs(inputs, profile, own), memory)
 
     joint = correct_edges(cuts, name, None if store is None else known)
-    given = options_from(PageOptions, files.job)
-    options = PageOptions(language or given.language, unit or given.unit)
-    folder = Path(output) if output is not None else files.path.parent / files.job.output.folder
+    options = files.page_options(language, unit)
+    folder = files.output_folder if output is None else Path(output)
     contents = [*new_tables(files, joint), *outputs_of_edges(joint, name, options, pdf).items()]
     kept = None if store is None else _kept(store, joint, keeping)
     with kept_all_the_same(kept):
