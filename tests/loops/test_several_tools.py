@@ -297,6 +297,21 @@ def test_a_length_between_two_edges_is_judged_by_both(tmp_path: Path) -> None:
     assert one["name"] == "L1"
 
 
+def test_what_a_program_itself_is_off_by_stays_in_a_length_where_an_offset_corrects(tmp_path: Path) -> None:
+    """By hand: the left corner is sent 10 µm past −40 towards the free end, and an offset does not change that."""
+    off_um = np.array([10.0 * (p.feature == "left-wall") for p in PLACES])
+    errors_um = touched(tmp_path, SET_OFF) + np.tile([0.2, -0.2, 0.2], len(PLACES) // 3) + off_um
+    path = job(tmp_path, errors_um.tolist(), "linuxcnc", LENGTH)
+    program = (tmp_path / "finish.ngc").read_text()
+    assert program.count("Z-39.8000") == 2
+    (tmp_path / "finish.ngc").write_text(program.replace("Z-39.8000", "Z-39.7900"))
+    joint = correct_edges(read_cuts(JobFiles.of(path)), "corrected.ngc")
+    (left,) = [one.correction for one in joint.edges if one.tool == "T5 (left corner)"]
+    assert left is not None and left.decision.by_offset
+    (length,) = joint.characteristics
+    assert length.after.value == pytest.approx(20.0 - 0.010, abs=6e-4)
+
+
 def test_a_length_of_an_edge_that_was_not_measured_is_said_to_be_unjudged(tmp_path: Path) -> None:
     path = job(tmp_path, touched(tmp_path, SET_OFF).tolist(), "linuxcnc", LENGTH)
     rows = (tmp_path / "touches.csv").read_text().splitlines()
