@@ -1,6 +1,5 @@
 """Every way in which the service refuses."""
 
-import asyncio
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -8,6 +7,7 @@ from unittest.mock import patch
 
 from starlette.requests import Request
 
+from tests.support.awaited import awaited
 from trueloop.errors import Code
 from trueloop.server import cursors, etags, manual, once, problems
 from trueloop.server.access import ADMIN, require
@@ -81,7 +81,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRV_UNKNOWN: lambda: _raise(problems.nothing("part", "12")),
     Code.SRV_METHOD: lambda: _raise(problems.of_status(405, "PUT")),
     Code.SRV_LARGE: lambda: _raise(too_large(1024, "2048 bytes are declared")),
-    Code.SRV_ONCE: lambda: asyncio.run(asked_of(_request())),
+    Code.SRV_ONCE: lambda: awaited(asked_of(_request())),
     Code.SRV_REUSED: _twice,
     Code.SRV_STALE: lambda: etags.require_same(_request(if_match='"1"'), "2"),
     Code.SRV_MATCH: lambda: etags.require_same(_request(), "2"),

@@ -4,6 +4,7 @@ import asyncio
 import socket
 from contextlib import closing
 
+from tests.support.awaited import awaited
 from trueloop.server.run import Listening, listen
 
 
@@ -25,4 +26,4 @@ async def _sends_at_once() -> list[int]:
 
 def test_an_answer_in_two_pieces_does_not_wait_for_the_client() -> None:
     """Else each answer takes the 40 ms after which Linux acknowledges what it has nothing to say to."""
-    assert asyncio.run(_sends_at_once()) == [1]
+    assert awaited(_sends_at_once()) == [1]
