@@ -16,7 +16,15 @@ from pydantic.fields import FieldInfo
 
 from trueloop.domain.option import unit_of
 from trueloop.formats import cell_toml
-from trueloop.formats.jobs import curve_tables, job, probe_toml, surface_job
+from trueloop.formats.jobs import (
+    correction_tables,
+    curve_tables,
+    job,
+    part_tables,
+    probe_toml,
+    surface_job,
+    tool_tables,
+)
 from trueloop.formats.toml_tables import In
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, PartDiagnosisShape, SeriesDiagnosisShape
@@ -27,23 +35,23 @@ from trueloop.report.turned.shapes import CorrectionShape
 DOCS: Final = Path(__file__).parents[1] / "docs"
 TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
     "job-file.md": {
-        "[part]": job.PartTable,
-        "[[part.feature]]": job.FeatureTable,
+        "[part]": part_tables.PartTable,
+        "[[part.feature]]": part_tables.FeatureTable,
         "[part.feature.asphere]": curve_tables.AsphereTable,
         "[part.feature.ellipse]": curve_tables.EllipseTable,
         "[part.feature.polynomial]": curve_tables.PolynomialTable,
         "[part.feature.spline]": curve_tables.SplineTable,
         "[part.feature.points]": curve_tables.PointsTable,
-        "[[part.characteristic]]": job.CharacteristicTable,
-        "[tool]": job.ToolTable,
-        "[[tools]]": job.ToolsTable,
-        "[feature.NAME]": job.CutByTable,
-        "[[setups]]": job.SetupTable,
-        "[programs]": job.ProgramsTable,
-        "[gauging]": job.GaugingTable,
-        "[compensation]": job.CompensationTable,
-        "[compensation.features.NAME]": job.FeatureFitTable,
-        "[machine]": job.MachineTable,
+        "[[part.characteristic]]": part_tables.CharacteristicTable,
+        "[tool]": tool_tables.ToolTable,
+        "[[tools]]": tool_tables.ToolsTable,
+        "[feature.NAME]": tool_tables.CutByTable,
+        "[[setups]]": tool_tables.SetupTable,
+        "[programs]": tool_tables.ProgramsTable,
+        "[gauging]": correction_tables.GaugingTable,
+        "[compensation]": correction_tables.CompensationTable,
+        "[compensation.features.NAME]": correction_tables.FeatureFitTable,
+        "[machine]": correction_tables.MachineTable,
         "[output]": job.OutputTable,
         "[report]": job.ReportTable,
         "[store]": job.StoreTable,

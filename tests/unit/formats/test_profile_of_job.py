@@ -10,7 +10,7 @@ from hypothesis import given
 
 from tests.support.profiles import modbas2, piecs11, profiles, turned_on
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.jobs.job import PartTable
+from trueloop.formats.jobs.part_tables import PartTable
 from trueloop.formats.jobs.profile_of_job import part_table_toml, profile_of_table
 from trueloop.geometry.feature import Arc
 from trueloop.geometry.profile import TANGENT_WITHIN_RAD, JunctionKind, Profile

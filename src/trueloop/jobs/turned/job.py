@@ -13,9 +13,11 @@ from trueloop.domain.page_options import PageOptions
 from trueloop.domain.tool import Edge, Tool
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
+from trueloop.formats.jobs.correction_tables import CompensationTable, FeatureFitTable
 from trueloop.formats.jobs.curve_of_job import fit_notes
-from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job, ToolsTable
-from trueloop.formats.jobs.job import ToolTable as TableOfTool
+from trueloop.formats.jobs.job import Job
+from trueloop.formats.jobs.tool_tables import ToolsTable
+from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.tool_tables.new_table import held_tool

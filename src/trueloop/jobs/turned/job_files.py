@@ -9,9 +9,10 @@ from trueloop.domain.page_options import Language, LengthUnit, PageOptions
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
-from trueloop.formats.jobs.job import CutByTable, Job, SetupTable, ToolsTable, locate_turned_job
-from trueloop.formats.jobs.job import ToolTable as TableOfTool
+from trueloop.formats.jobs.job import Job, locate_turned_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
+from trueloop.formats.jobs.tool_tables import CutByTable, SetupTable, ToolsTable
+from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from trueloop.formats.jobs.job import ToolsTable
+from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.tables.tool_tables.known import tool_table_of
 from trueloop.formats.tables.tool_tables.new_table import new_table
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable

@@ -11,7 +11,7 @@ from typing import Literal
 from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.domain.part import PartType
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.jobs.job import ToolsTable
+from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.job import decided_of

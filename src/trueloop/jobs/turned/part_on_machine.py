@@ -4,7 +4,7 @@ from pathlib import Path
 
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
-from trueloop.formats.jobs.job import MachineTable
+from trueloop.formats.jobs.correction_tables import MachineTable
 from trueloop.formats.measurements.history_csv import read_history
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.sources import Sources

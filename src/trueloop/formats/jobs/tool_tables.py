@@ -1,0 +1,199 @@
+"""The tables of a job that state what cuts the part: tools, programs, set-ups."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from trueloop.formats.option_tables import with_options
+from trueloop.formats.toml_tables import (
+    Count,
+    Finite,
+    In,
+    Moment,
+    NotNegative,
+    Table,
+)
+from trueloop.nc.match.cutting_edge import Corner
+from trueloop.nc.program.called import Called
+from trueloop.turned.options import Options
+
+
+class ToolTable(Table):
+    """The finishing tool."""
+
+    nose_radius_mm: NotNegative | None = None
+    """Nose radius; 0 is a pointed tool."""
+    nose_radius_in: NotNegative | None = None
+    """The same in inches."""
+    number: Annotated[int, Field(ge=0, le=1_000_000, strict=True)] | None = None
+    """Number of its offset at the control; left out, that of the finish pass' T word (12 of `T0312`), or 1 where there
+    is none.
+    """
+    name: str = ""
+    """What the tool or its holder is called. This key and the next three are for the report and the record."""
+    insert: str = ""
+    """The insert: its designation, or the number on it."""
+    corner: str = ""
+    """Which corner of the insert cuts."""
+    set_at: Moment | None = None
+    """Date and time when this edge was mounted and measured."""
+    table: Path | None = None
+    """The control's tool table as it is in force ([offsets.md](offsets.md)): the nose radius comes from it, and a
+    correction by offset is written into a copy, `new-NAME`. Needs `number`.
+    """
+    table_unit: Literal["mm", "inch"] | None = None
+    """`"mm"` or `"inch"`: unit of a table that does not say its own: that of the machine."""
+    table_name: str = ""
+    """The tool's name in the table: a table that has another name under the number is refused."""
+    table_edge: Count = 1
+    """The tool's edge in the table: D of a Sinumerik, OG of an Okuma."""
+
+    @model_validator(mode="after")
+    def _one_nose(self) -> "ToolTable":
+        given = (self.nose_radius_mm is not None) + (self.nose_radius_in is not None)
+        if given > 1 or (given == 0 and self.table is None):
+            raise ValueError("give the nose radius once: `nose_radius_mm` or `nose_radius_in`")
+        if self.table is not None and self.number is None:
+            raise ValueError("`number` is needed with `table`: it names the tool's row")
+        return self
+
+
+class ToolsTable(ToolTable):
+    """One of several edges that cut the part, each with an offset of its own: a table [[tools]] an edge."""
+
+    groove_corner: Corner | None = None
+    """Which corner of a plunge or groove insert it is: `"left"` (at the chuck), `"right"`; of a face groover `"outer"`,
+    `"inner"`. The two corners are two edges: T0303 and T0313, or T3 D1 and D2, each with its own tables [[tools]].
+    """
+    finish_lines: tuple[Count, Count] | None = None
+    """`[from, to]`, lines of the finish program: which of several passes of this edge is its finish pass."""
+    nose_from: tuple[Path, ...] = ()
+    """Job files of other parts cut with this edge, as `compensation.nose_from` of a job of one tool."""
+    cut_to_cut_um: NotNegative | None = None
+    """`compensation.cut_to_cut_um` of this edge; left out, that of the job."""
+    cut_to_cut_along_um: NotNegative | None = None
+    """The same of `compensation.cut_to_cut_along_um`."""
+
+    @model_validator(mode="after")
+    def _numbered(self) -> "ToolsTable":
+        if self.number is None:
+            raise ValueError("`number` is needed: by the number of its offset the program calls the edge")
+        return self
+
+    @property
+    def called(self) -> Called:
+        """As the program calls it."""
+        assert self.number is not None
+        return Called(self.number, self.table_edge)
+
+
+class CutByTable(Table):
+    """What is decided of a feature, where the program leaves it open."""
+
+    tool: Annotated[int, Field(ge=0, le=1_000_000, strict=True)] | None = None
+    """Number of the tool of [[tools]] that leaves its surface. 0: it is left alone, and nothing that was measured of it
+    is used.
+    """
+    edge: Count = 1
+    """That tool's edge: D of a Sinumerik, OG of an Okuma."""
+    setup: str | None = None
+    """Name of the set-up of [[setups]] that leaves its surface."""
+
+    @property
+    def called(self) -> Called | None:
+        """As the program calls it; None: the feature is left alone, or its tool is not decided."""
+        return Called(self.tool, self.edge) if self.tool else None
+
+    @property
+    def left_alone(self) -> bool:
+        """Whether nothing is to be corrected there."""
+        return self.tool == 0
+
+    @model_validator(mode="after")
+    def _decides(self) -> "CutByTable":
+        if self.tool is None and self.setup is None:
+            raise ValueError("`tool` or `setup` is missing: which of them leaves the surface?")
+        return self
+
+
+@with_options("programs", Options)
+class ProgramsTable(Table):
+    """The finish program, and the semi-finish program that the measured surface was cut with."""
+
+    dialect: str
+    """One of those in [dialects.md](dialects.md): `"ge2000t"`, `"linuxcnc"`, `"fanuc-lathe"`, `"siemens"` …"""
+    finish: Path
+    """The finish program, to be corrected. It is read, never changed: the corrected one is a new file."""
+    finish_lines: tuple[Count, Count] | None = None
+    """`[from, to]`, lines of the finish program: which of several passes is the finish pass, where more than one fits
+    the profile.
+    """
+    semifinish: Path | None = None
+    """The program that cut the surface that was touched. What it commands off the profile is no error of the process;
+    left out, the finish program's own deviation is taken.
+    """
+    semifinish_allowance_mm: NotNegative | None = None
+    """What the semi-finish program leaves on, along the normal."""
+    parameters: Annotated[dict[str, Finite], In("program's")] = Field(default_factory=dict)
+    """Values of the programs' parameters, `{ P46 = 3.52 }`, in the programs' own unit."""
+    unit: Literal["mm", "inch"] | None = None
+    """`"mm"` or `"inch"`: the unit in force at the start of programs that do not state their own; see
+    [cli.md](cli.md#the-unit-of-a-program).
+    """
+    decimals: Annotated[int, Field(ge=0, le=9, strict=True)] = 0
+    """Decimals of new coordinates, 0 to 9; never fewer than those of the control's resolution and of the program's own
+    coordinates.
+    """
+    offset_x_is: Literal["radius", "diameter"] | None = None
+    """How the control reads a tool offset on X: as a `"radius"` or a `"diameter"`; left out, as the program's X words.
+    """
+    execute_deleted_blocks: bool = False
+    """Whether blocks that begin with `/` are run, as with the control's block-delete switch off."""
+    machine: str = ""
+    """The machine that runs them, as the shop calls it, for report and record; `machine.model` states it too."""
+    machine_serial: str = ""
+    """The machine's serial number."""
+    accept_unknown_words: bool = False
+    """Go on although a program holds words or codes that the dialect does not know. They are left alone and taken to
+    move nothing.
+    """
+
+
+class SetupTable(Table):
+    """One of several set-ups in which the part is turned: a table [[setups]] each, with its program and its tools."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=40)]
+    """What it is called, in file names too: letters, digits, `-` and `_`."""
+    zero_at_z_mm: Annotated[Finite | None, In("mm")] = None
+    """z of the part's frame at which this program's Z is 0: its datum. Without it the job is refused."""
+    flipped: bool = False
+    """The part is turned round: the program's +Z points to the part's −z."""
+    mirrored_z: bool = False
+    """The control mirrors Z, as at a sub-spindle: the part is not turned round, and yet the program's +Z points to the
+    part's −z. Corrected by the contour alone: what the control makes of the sign of a tool offset is not known.
+    """
+    program_sha256: str | None = None
+    """SHA-256 of the finish program that was run before probing: another program is refused."""
+    programs: ProgramsTable
+    """Its programs: `[setups.programs]`, with the keys of `[programs]`."""
+    tools: tuple[ToolsTable, ...]
+    """Its tools: a table `[[setups.tools]]` each, with the keys of `[[tools]]`."""
+
+    @model_validator(mode="after")
+    def _one_direction(self) -> "SetupTable":
+        if self.flipped and self.mirrored_z:
+            raise ValueError(
+                "`flipped` and `mirrored_z` each point the program's +Z the other way: give the one that does"
+            )
+        if not self.tools:
+            raise ValueError("a set-up has at least one table [[setups.tools]]")
+        require_apart(self.tools)
+        return self
+
+
+def require_apart(tools: tuple[ToolsTable, ...]) -> None:
+    """Raises ValueError where two edges would be called the same."""
+    calls = [one.called for one in tools]
+    if len(set(calls)) < len(calls):
+        raise ValueError("two tables of tools have the same `number` and `table_edge`")
