@@ -199,11 +199,12 @@ def centres_mm(programs: Mapping[str, Path], tools: Mapping[str, Sequence[int]])
         for move in interpret(file, tools=[Tool(tool, NOSE_MM[tool]) for tool in NOSE_MM]):
             if move.kind in ("line", "arc"):
                 tool = tools[setup][sum(line < move.line for line in calls) - 1]
-                found.setdefault(tool, []).append(_along(move))
+                found.setdefault(tool, []).append(along(move))
     return {tool: np.concatenate(pieces) for tool, pieces in found.items()}
 
 
-def _along(move: Move) -> Array:
+def along(move: Move) -> Array:
+    """Points of a move, (n, 2) as (x, Z)."""
     start, end = np.array(move.start_mm)[[0, 2]], np.array(move.end_mm)[[0, 2]]
     sweep_rad = move.sweep_rad
     if move.centre_mm is None or sweep_rad is None:

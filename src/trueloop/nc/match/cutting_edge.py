@@ -18,9 +18,17 @@ FACING: Final[dict[Corner, tuple[float, float]]] = {
     "outer": (-1.0, 0.0),
     "inner": (1.0, 0.0),
 }
-"""(x, z): what the wall looks towards that a corner of a plunge or groove tool cuts. The left corner is the one at the
-chuck; the wall that it cuts looks towards the free end. The outer corner of a face groover cuts the outer wall, which
-looks towards the axis."""
+"""(x, z): what the wall looks towards that a corner of a plunge or groove tool cuts. The left corner is the one at
+lower Z of the program, at the chuck; the wall that it cuts looks towards the free end. The outer corner of a face
+groover cuts the outer wall, which looks towards the axis."""
+
+_OTHER: Final[dict[Corner, Corner]] = {"left": "right", "right": "left", "outer": "inner", "inner": "outer"}
+_SAID: Final[dict[Corner, str]] = {
+    "left": '"left" is the corner at lower Z of this program',
+    "right": '"right" is the corner at higher Z of this program',
+    "outer": '"outer" is the corner farther from the axis',
+    "inner": '"inner" is the corner nearer to the axis',
+}
 
 RELIEF_RAD: Final = math.radians(2.0)
 """Flanks of groove inserts are relieved by so little: a wall that leans more under the corner is out of its reach."""
@@ -51,11 +59,12 @@ class CuttingEdge:
 
 def _out_of_reach(edge: CuttingEdge, feature: Feature, lowest: float, line: int | None) -> TrueloopError:
     angle_deg = math.degrees(math.asin(min(-lowest, 1.0)))
-    other = {"left": "right", "right": "left", "outer": "inner", "inner": "outer"}[edge.corner or "left"]
+    other = _OTHER[edge.corner or "left"]
     return TrueloopError(
         Code.NC_EDGE,
         f"{edge.words} cuts '{feature.name}', which leans {angle_deg:.1f}° under that corner: it cannot touch it",
-        hint=f"the {other} corner cuts it: call that one's offset there, or mend `groove_corner` in [[tools]]",
+        hint=f"the {other} corner cuts it: call that one's offset there, or mend `groove_corner` of the tool: "
+        f"{_SAID[other]}",
         place=Place(line=line),
         values={"feature": feature.name, "tool": edge.called.words},
     )
