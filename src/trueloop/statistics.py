@@ -1,8 +1,13 @@
-"""One value for many."""
+"""One value for many, and what holds them."""
+
+from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
+
+NORMAL_95: Final = 1.96
+"""Standard deviations to either side of the mean that hold 95 % of a normal distribution."""
 
 
 def rms(values: Array) -> float:

@@ -1,13 +1,11 @@
 """Whether neighbours of a series are alike: then limits from moving ranges are too narrow."""
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
-
-SURE: Final = 1.96
+from trueloop.statistics import NORMAL_95
 
 
 @dataclass(frozen=True)
@@ -33,4 +31,4 @@ def correlation(values: Array) -> Correlation:
     """Of values (n,) in the order in which they came, n ≥ 3; without its bias of −1/n [Box, Jenkins 1976]."""
     about, n = values - values.mean(), len(values)
     lag_1 = float(about[1:] @ about[:-1] / (about @ about)) + 1.0 / n if np.any(about) else 0.0
-    return Correlation(lag_1, SURE / float(np.sqrt(n)), n)
+    return Correlation(lag_1, NORMAL_95 / float(np.sqrt(n)), n)

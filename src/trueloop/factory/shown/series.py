@@ -13,9 +13,10 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, part_types, read_book
 from trueloop.factory.views.series import SeriesPoint, SeriesRow, SeriesView, WeightMove
 from trueloop.loops.post_process.options import SeriesOptions
-from trueloop.loops.post_process.tracked import COVERAGE, Tracked, TrackedPart, capability
+from trueloop.loops.post_process.tracked import Tracked, TrackedPart, capability
 from trueloop.report.series.page import MOVED
 from trueloop.report.texts.texts import Texts
+from trueloop.statistics import NORMAL_95
 from trueloop.storage.store import Store, find
 from trueloop.units import UM_PER_MM
 
@@ -107,4 +108,4 @@ def _points(one: Tracked, inspections: dict[Identity, Inspection], edges: Edges)
 
 
 def _band(part: TrackedPart) -> float | None:
-    return None if part.expected_u_mm is None else COVERAGE * part.expected_u_mm * UM_PER_MM
+    return None if part.expected_u_mm is None else NORMAL_95 * part.expected_u_mm * UM_PER_MM

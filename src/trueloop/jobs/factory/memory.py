@@ -20,11 +20,10 @@ from trueloop.memory.edge.learnt import Learned, Learnt, learnt
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.report.texts.texts import Texts
+from trueloop.statistics import NORMAL_95
 from trueloop.storage.store import Store, find
 from trueloop.units import UM_PER_MM
 
-COVERAGE: Final = 1.96
-"""Of a 95 % band."""
 OPTIONS: Final = MemoryOptions()
 
 
@@ -62,14 +61,14 @@ def _view(
         tuple(_points(found)),
         *(found.parts, found.inspected),
         tuple((UM_PER_MM * found.setting_mm).tolist()),
-        tuple((COVERAGE * UM_PER_MM * found.setting_u_mm).tolist()),
+        tuple((NORMAL_95 * UM_PER_MM * found.setting_u_mm).tolist()),
         tuple(_next(history, name, say) for name in types),
         events,
     )
 
 
 def _curve(name: str, term: Learned) -> MemoryCurve:
-    error, band = UM_PER_MM * term.mean_mm, COVERAGE * UM_PER_MM * term.u_mm
+    error, band = UM_PER_MM * term.mean_mm, NORMAL_95 * UM_PER_MM * term.u_mm
     return MemoryCurve(name, tuple(error.tolist()), tuple(band.tolist()))
 
 

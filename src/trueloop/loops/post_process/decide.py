@@ -9,6 +9,7 @@ from trueloop.domain.proposal import Proposal, ProposalClass, ProposalDecision
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked
+from trueloop.statistics import NORMAL_95
 from trueloop.units import UM_PER_MM
 
 SAME_MM: Final = 1e-9
@@ -130,7 +131,7 @@ def _alarm(proposal: Proposal, series: Mapping[Identity, Tracked]) -> Iterator[T
             Code.SER_ALARM,
             f"{effect.characteristic!r} is under alarm since part {alarm.made.serial!r}: "
             f"{alarm.made.error_mm * UM_PER_MM:+.1f} µm found, {(alarm.expected_mm or 0.0) * UM_PER_MM:+.1f} ± "
-            f"{1.96 * (alarm.expected_u_mm or 0.0) * UM_PER_MM:.1f} µm expected",
+            f"{NORMAL_95 * (alarm.expected_u_mm or 0.0) * UM_PER_MM:.1f} µm expected",
             hint="find the cause; then accept the proposal that begins memory anew from that part, or inspect two more",
             override=_override(Code.SER_ALARM),
             values={"characteristic": effect.characteristic},

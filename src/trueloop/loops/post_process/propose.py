@@ -17,6 +17,7 @@ from trueloop.domain.tool_offset import ToolOffset
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked
 from trueloop.memory.level.whitening import LEAST, REDUCED, monitor
+from trueloop.statistics import NORMAL_95
 from trueloop.tolerances.conformance import probability_between
 from trueloop.wording import Um
 
@@ -81,7 +82,7 @@ def restart_of(one: Tracked, made: Made) -> list[Proposal]:
     alarm = one.open_alarm
     if alarm is None:
         return []
-    expected, band = Um(alarm.expected_mm or 0.0, "+.1f"), Um(1.96 * (alarm.expected_u_mm or 0.0))
+    expected, band = Um(alarm.expected_mm or 0.0, "+.1f"), Um(NORMAL_95 * (alarm.expected_u_mm or 0.0))
     why = (
         f"part {alarm.made.serial} was expected at {expected} ± {band} and found at {Um(alarm.made.error_mm, '+.1f')}: "
         "another edge, another offset, or a wrong value"

@@ -13,10 +13,10 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.loops.post_process.series import Made, Series
-from trueloop.loops.post_process.tracked import COVERAGE, alarming
+from trueloop.loops.post_process.tracked import alarming
 from trueloop.memory.level.kalman import steps_as_they_come
 from trueloop.memory.level.step import TURNING, LevelPrior, PartReading, Step
-from trueloop.statistics import rms
+from trueloop.statistics import NORMAL_95, rms
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Replayed:
     @property
     def inside(self) -> bool:
         """Whether what would have been left is inside its 95 % band."""
-        return abs(self.left_mm - self.expected_mm) <= COVERAGE * self.expected_u_mm
+        return abs(self.left_mm - self.expected_mm) <= NORMAL_95 * self.expected_u_mm
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,8 @@ from trueloop.loops.post_process.series import Made, Series
 from trueloop.memory.level.kalman import steps
 from trueloop.memory.level.step import TURNING, LevelPrior, Step
 from trueloop.monitoring.capability import nearer_limit
+from trueloop.statistics import NORMAL_95
 
-COVERAGE: Final = 1.96
-"""Of a 95 % band."""
 CAPABLE_FROM: Final = 20
 """Parts from which on a capability index says something; below, it may be off by a factor of 1.5 and more."""
 
@@ -36,7 +35,7 @@ class TrackedPart:
         """Whether the error was inside the 95 % band; None where there was none."""
         if self.expected_mm is None or self.expected_u_mm is None:
             return None
-        return abs(self.made.error_mm - self.expected_mm) <= COVERAGE * self.expected_u_mm
+        return abs(self.made.error_mm - self.expected_mm) <= NORMAL_95 * self.expected_u_mm
 
 
 @dataclass(frozen=True)

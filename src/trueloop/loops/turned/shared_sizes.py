@@ -6,7 +6,6 @@ are taken to err together, which is on the safe side.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -17,11 +16,9 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.nc.match.own_contour import OwnContour
+from trueloop.statistics import NORMAL_95
 from trueloop.tolerances.conformance import judge
 from trueloop.turned.characteristics.measurand import measurand
-
-COVERAGE: Final = 1.96
-"""Of ±U (95 %), in which the few touches of an edge have their part."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +37,7 @@ class Share:
         points = profile.features[feature].point_mm(arc_length_mm)
         s = np.array([float(self.contour.profile.features[own].locate(point)[0]) for point in points])
         kept = made.commanded[own].shifted.off_nominal_mm(s) if made.by_offset[own] else np.zeros(len(s))
-        return expected_mm(made, own, s) + kept, made.next_cut(own, s).expanded_u_mm / COVERAGE
+        return expected_mm(made, own, s) + kept, made.next_cut(own, s).expanded_u_mm / NORMAL_95
 
 
 def shared_sizes(

@@ -6,6 +6,7 @@ from trueloop.domain.proposal import Proposal, ProposalClass, ProposalDecision
 from trueloop.loops.post_process.stages import stage_of
 from trueloop.report.series.shapes import CharacteristicSeriesShape, SeriesShape
 from trueloop.report.style import plain, signed
+from trueloop.statistics import NORMAL_95
 from trueloop.units import UM_PER_MM
 
 HEAD = (
@@ -70,7 +71,7 @@ def proposal_lines(proposal: Proposal, decision: ProposalDecision | None) -> Ite
         change, before, after = (
             signed(mm * UM_PER_MM) for mm in (effect.size_change_mm, effect.error_before_mm, effect.error_after_mm)
         )
-        band = plain(1.96 * effect.standard_u_mm * UM_PER_MM)
+        band = plain(NORMAL_95 * effect.standard_u_mm * UM_PER_MM)
         share = ""
         if effect.probability_in_before is not None and effect.probability_in_after is not None:
             share = (

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import Final
 
 from trueloop.domain.proposal import Effect
-from trueloop.loops.post_process.tracked import COVERAGE
 from trueloop.report import style
 from trueloop.report.style import Figure, Trace
 from trueloop.report.texts.texts import ENGLISH, Texts
+from trueloop.statistics import NORMAL_95
 from trueloop.units import UM_PER_MM
 
 WIDTH: Final = 480
@@ -25,7 +25,7 @@ def proposal_figure(effects: Sequence[Effect], say: Texts = ENGLISH) -> Figure:
     Bars hold 95 % of parts. Errors are actual less nominal size.
     """
     before, after = ([one.error_before_mm for one in effects], [one.error_after_mm for one in effects])
-    u = [COVERAGE * one.standard_u_mm for one in effects]
+    u = [NORMAL_95 * one.standard_u_mm for one in effects]
     seen = [UM_PER_MM * (e + sign * w) for e, w in zip(before + after, u + u, strict=True) for sign in (-1, 1)]
     low, high = style.padded(seen)
     colours = [style.colour_of(UM_PER_MM * one) for one in before]

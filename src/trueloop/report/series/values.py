@@ -8,7 +8,7 @@ from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import effect_of
 from trueloop.loops.post_process.replay import Replay, Replayed
 from trueloop.loops.post_process.series import Series
-from trueloop.loops.post_process.tracked import COVERAGE, Tracked, TrackedPart, capability
+from trueloop.loops.post_process.tracked import Tracked, TrackedPart, capability
 from trueloop.report.series.shapes import (
     CapabilityShape,
     CharacteristicSeriesShape,
@@ -17,6 +17,7 @@ from trueloop.report.series.shapes import (
     PartShape,
     SeriesShape,
 )
+from trueloop.statistics import NORMAL_95
 from trueloop.units import UM_PER_MM
 
 
@@ -59,7 +60,7 @@ def _sure(value_mm: float) -> float:
 
 
 def _band(u_mm: float | None) -> float | None:
-    return None if u_mm is None else _sure(COVERAGE * u_mm)
+    return None if u_mm is None else _sure(NORMAL_95 * u_mm)
 
 
 def _tracked(one: Tracked, options: SeriesOptions) -> CharacteristicSeriesShape:
@@ -97,7 +98,7 @@ def _next(one: Tracked, options: SeriesOptions) -> NextShape | None:
     return NextShape(
         size_change_um=_sure(effect.size_change_mm),
         expected_um=_sure(effect.error_after_mm),
-        band_um=_sure(COVERAGE * effect.standard_u_mm),
+        band_um=_sure(NORMAL_95 * effect.standard_u_mm),
         probability_before=effect.probability_in_before,
         probability_after=effect.probability_in_after,
     )
@@ -146,7 +147,7 @@ def _replayed(one: Replayed) -> PartShape:
         after_um=_sure(one.left_mm),
         correction_um=_sure(one.correction_mm),
         expected_um=_sure(one.expected_mm),
-        band_um=_sure(COVERAGE * one.expected_u_mm),
+        band_um=_sure(NORMAL_95 * one.expected_u_mm),
         inside=one.inside,
         weight=one.weight,
         reason=one.reason,

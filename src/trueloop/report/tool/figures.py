@@ -29,10 +29,10 @@ from trueloop.report.style import (
     signed,
 )
 from trueloop.report.tool.shown import ShownEdge, angles_deg, unseen
+from trueloop.statistics import NORMAL_95
 from trueloop.units import UM_PER_MM
 
 COLOURS: Final = (INK, TAKEN, AFTER, LEFT_ON, "#b26a00", "#6a1b9a", "#5d4037", "#00838f")
-COVERAGE: Final = 1.96
 WIDTH: Final = 760
 HEIGHT: Final = 380
 
@@ -82,7 +82,7 @@ def _figure(
     at, behind = angles_deg(found).tolist(), found.behind
     seen = ~unseen(shown, found)
     ends = [
-        UM_PER_MM * (term.mean_mm + sign * COVERAGE * term.u_mm)[seen] for term in terms.values() for sign in (1, -1)
+        UM_PER_MM * (term.mean_mm + sign * NORMAL_95 * term.u_mm)[seen] for term in terms.values() for sign in (1, -1)
     ]
     low, high = padded(np.concatenate([*ends, UM_PER_MM * at_mm[of]]).tolist())
     colour = dict(zip(found.by_type, _colours(found), strict=True))
@@ -108,7 +108,7 @@ def _figure(
 
 
 def _band(term: Learned) -> list[float]:
-    mean, half = UM_PER_MM * term.mean_mm, UM_PER_MM * COVERAGE * term.u_mm
+    mean, half = UM_PER_MM * term.mean_mm, UM_PER_MM * NORMAL_95 * term.u_mm
     return [*(mean + half).tolist(), *(mean - half).tolist()[::-1]]
 
 

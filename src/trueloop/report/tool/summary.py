@@ -11,11 +11,11 @@ from trueloop.domain.life import EdgeEvent
 from trueloop.memory.edge.learnt import Learned, Learnt
 from trueloop.report.style import plain, signed
 from trueloop.report.tool.shown import ShownEdge, angles_deg, unseen
+from trueloop.statistics import NORMAL_95
 from trueloop.units import UM_PER_MM
 
 STEP_DEG: Final = 10
 """Between the rows of the table in the terminal."""
-COVERAGE: Final = 1.96
 
 
 def event_line(event: EdgeEvent) -> str:
@@ -92,7 +92,7 @@ def cut_words(shown: ShownEdge) -> str:
 
 def setting_words(found: Learnt) -> str:
     """Where the tip lies off its setting, with what is not known of it."""
-    (x, z), (ux, uz) = UM_PER_MM * found.setting_mm, UM_PER_MM * COVERAGE * found.setting_u_mm
+    (x, z), (ux, uz) = UM_PER_MM * found.setting_mm, UM_PER_MM * NORMAL_95 * found.setting_u_mm
     return f"setting: x {signed(float(x))} ± {ux:.1f} µm (of the radius), z {signed(float(z))} ± {uz:.1f} µm (95 %)"
 
 
@@ -125,7 +125,7 @@ def _learnt_lines(shown: ShownEdge, found: Learnt) -> Iterator[str]:
 
 
 def _value(term: Learned, k: int) -> str:
-    half = plain(COVERAGE * UM_PER_MM * float(term.u_mm[k]))
+    half = plain(NORMAL_95 * UM_PER_MM * float(term.u_mm[k]))
     return f"{signed(UM_PER_MM * float(term.mean_mm[k]))} ± {half}"
 
 
