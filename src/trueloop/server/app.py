@@ -16,6 +16,7 @@ from trueloop.server.access import Access, require
 from trueloop.server.figures import Figures
 from trueloop.server.gates import Gates
 from trueloop.server.guarded import Service
+from trueloop.server.heap import start_giving_back
 from trueloop.server.identity.oidc import SignIns
 from trueloop.server.identity.trusted import Oidc
 from trueloop.server.routes import (
@@ -62,6 +63,7 @@ def create_app(
         start_workers(store, clock, stopping, settings.workers)
         if settings.workers:
             start_watch(store, clock, stopping, settings.silent_s)
+            start_giving_back(stopping)
         yield
         stopping.set()
 
