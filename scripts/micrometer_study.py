@@ -171,7 +171,8 @@ def held(correction: Correction, semifinished: Stock, finished: Stock) -> Held:
         expected, u = expected_mm(correction, index, s), correction.next_cut(index, s).expanded_u_mm
         rows.append(np.column_stack([np.full(PLACES, index), finished.height_mm(at, normal), expected, u, before]))
     table = np.concatenate(rows)
-    return Held(table[:, 0], *(UM_PER_MM * table[:, k] for k in range(1, 5)), correction.decision.by_offset)
+    left_um, expected_um, u_um, before_um = UM_PER_MM * table[:, 1:].T
+    return Held(table[:, 0], left_um, expected_um, u_um, before_um, correction.decision.by_offset)
 
 
 def shaft() -> tuple[Inputs, tuple[Reading, ...]]:

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -33,7 +34,7 @@ OFF_MM: Final = 0.003
 """Part errors go up and down by so much."""
 
 
-def main(points: int = 1_000_000, files: int = 20, url: str = "") -> None:
+def main(points: int = 1_000_000, files: int = 20, *, url: str = "") -> None:
     """Writes the files, then times."""
     with tempfile.TemporaryDirectory() as name:
         part = read_part_of_job(JOB)
@@ -42,11 +43,11 @@ def main(points: int = 1_000_000, files: int = 20, url: str = "") -> None:
         store = open_store(url or str(Path(name) / "trueloop.db"), create=True)
         clock = _Clock()
         for path in paths:
-            found = clock.took("read, matched, judged", lambda at=path: read_measured(at, Stated(None), part))
+            found = clock.took("read, matched, judged", partial(read_measured, path, Stated(None), part))
             assert not [one for each in found.on_part for one in each.findings if one.severity is Severity.ERROR]
             (one,) = found.on_part
             assert one.matches is not None and len(one.matches.touches) == points // files, "each point is of the part"
-            clock.took("kept", lambda inspection=one.inspection: keep(store, [*_facts(inspection)]))
+            clock.took("kept", partial(keep, store, [*_facts(one.inspection)]))
         wrong = clock.took("checked: every hash of the store", lambda: list(damage(store)))
         assert not wrong, wrong
         clock.say(points, store.engine.dialect.name)
@@ -102,4 +103,4 @@ class _Clock:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:3]), *sys.argv[3:4])
+    main(*map(int, sys.argv[1:3]), url="".join(sys.argv[3:4]))

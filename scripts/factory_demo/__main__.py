@@ -83,4 +83,4 @@ def _tell(words: str) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(*map(Path, sys.argv[1:2]), *map(int, sys.argv[2:3])))
+    sys.exit(main(Path(sys.argv[1]) if sys.argv[1:] else FOLDER, int(sys.argv[2]) if sys.argv[2:] else 10))

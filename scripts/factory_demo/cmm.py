@@ -28,10 +28,17 @@ def measure(metal: Metal, serial: str, folder: Path, seed: int) -> dict[str, flo
     found = MACHINE.measure(metal.stock, at, normal, np.random.default_rng([11, seed]))
     z_mm = _from_face(found, feature, normal)
     points = at + (found - normal[:, 1] * z_mm)[:, None] * normal
-    values = (*_diameters(kind, feature, found), *(CmmPoint((float(x), 0.0, float(z))) for x, z in points))
+    values: tuple[Reading | CmmPoint, ...] = (
+        *_diameters(kind, feature, found),
+        *(CmmPoint((float(x), 0.0, float(z))) for x, z in points),
+    )
     part = Part(PartType(kind.name), serial)
     one = Inspection(
-        *(part, "readings and CMM points", "", len(values), values),
+        part,
+        "readings and CMM points",
+        "",
+        len(values),
+        values,
         device="CMM 1",
         operator="night shift",
         measured_at=datetime.now(UTC),
