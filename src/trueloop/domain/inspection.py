@@ -3,16 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, TypeVar, cast
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.part import Part
 from trueloop.geometry.feature import Point
 
+T = TypeVar("T")
 Vector: TypeAlias = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Touch:
     """One gauging point as it was reported: nominal (x, z) in mm with x a radius, and a measured point or an error.
 
@@ -100,19 +101,27 @@ class Inspection:
     @property
     def touches(self) -> tuple[Touch, ...]:
         """The values that are touches."""
-        return tuple(one for one in self.values if isinstance(one, Touch))
+        return _of(Touch, self.values)
 
     @property
     def readings(self) -> tuple[Reading, ...]:
         """The values that are readings."""
-        return tuple(one for one in self.values if isinstance(one, Reading))
+        return _of(Reading, self.values)
 
     @property
     def points(self) -> tuple[CmmPoint, ...]:
         """The values that are points of a measuring machine."""
-        return tuple(one for one in self.values if isinstance(one, CmmPoint))
+        return _of(CmmPoint, self.values)
 
     @property
     def identity(self) -> tuple[str, ...]:
         """The hash of its file, with part and time, of which a file may hold several: read twice, it is the same."""
         return self.sha256, *self.part.identity, "" if self.measured_at is None else self.measured_at.isoformat()
+
+
+def _of(kind: type[T], values: Values) -> tuple[T, ...]:
+    """The values of one type; where there may be millions, mostly all of them."""
+    kinds = set(map(type, values))
+    if kinds <= {kind}:
+        return cast(tuple[T, ...], values)
+    return tuple(one for one in values if isinstance(one, kind)) if kind in kinds else ()

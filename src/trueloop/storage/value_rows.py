@@ -32,11 +32,11 @@ _NO_TEXT: Final = re.compile(r"\\u0000|\\ud[89a-f]")
 
 
 class Cells(NamedTuple):
-    """A column: its name, the type of what is in it, and how to get that from a value."""
+    """A column: its name, the type of what is in it, and how to get that from values."""
 
     name: str
     of: type
-    get: Callable[[Any], Cell]
+    get: Callable[[Sequence[Any]], list[Cell]]
 
 
 class Piece(NamedTuple):
@@ -62,8 +62,7 @@ class RowForm:
 
     def pieces(self, values: Values) -> Iterator[Piece]:
         """The rows of the values of this type."""
-        kind = self.of
-        numbered = [k for k, one in enumerate(values) if type(one) is kind]
+        numbered = _numbered(values, self.of)
         for start in range(0, len(numbered), PIECE):
             yield self._piece(numbered[start : start + PIECE], values)
 
@@ -78,7 +77,7 @@ class RowForm:
 
     def _piece(self, positions: list[int], values: Values) -> Piece:
         chosen = [values[k] for k in positions]
-        columns: list[Sequence[Cell]] = [_stored(list(map(cell.get, chosen)), cell.of) for cell in self.cells]
+        columns: list[Sequence[Cell]] = [_stored(cell.get(chosen), cell.of) for cell in self.cells]
         exact: list[Cell] = [None] * len(chosen)
         if not all(_plain(column, cell.of) for column, cell in zip(columns, self.cells, strict=True)):
             for k, row in enumerate(zip(*columns, strict=True)):
@@ -88,9 +87,22 @@ class RowForm:
         return Piece(every, self.hashed(every))
 
 
+def nothing_in(column: Sequence[Cell]) -> bool:
+    """Whether no cell of a column is stated."""
+    return column.count(None) == len(column)
+
+
+def _numbered(values: Values, kind: type) -> list[int]:
+    """The positions of the values of one type."""
+    kinds = set(map(type, values))
+    if kinds <= {kind}:
+        return list(range(len(values)))
+    return [k for k, one in enumerate(values) if type(one) is kind] if kind in kinds else []
+
+
 def _stored(column: list[Cell], of: type) -> Sequence[Cell]:
     """Whole numbers among lengths become floats, as the database gives them back."""
-    if of is not float:
+    if of is not float or nothing_in(column):
         return column
     if None not in column:
         whole: list[Cell] = np.array(column, dtype=float).tolist()
@@ -100,6 +112,8 @@ def _stored(column: list[Cell], of: type) -> Sequence[Cell]:
 
 def _plain(column: Sequence[Cell], of: type) -> bool:
     """Whether a database holds every cell of a column as it is."""
+    if nothing_in(column):
+        return True
     if of is str:
         return not _NO_TEXT.search(json.dumps(column))
     if of is int:
@@ -111,7 +125,8 @@ def _plain(column: Sequence[Cell], of: type) -> bool:
 
 def _hashed(column: Sequence[Cell], of: type) -> bytes:
     if of is float:
-        return np.array(column, dtype="<f8").tobytes()
+        numbers = np.full(len(column), np.nan, "<f8") if nothing_in(column) else np.array(column, dtype="<f8")
+        return numbers.tobytes()
     return json.dumps(column, separators=(",", ":")).encode()
 
 
@@ -125,15 +140,23 @@ def _fits(cell: Cell) -> bool:
 
 def _same(of: type, *names: str) -> tuple[Cells, ...]:
     """Columns that are fields of the value."""
-    return tuple(Cells(name, of, attrgetter(name)) for name in names)
+    return tuple(_each(name, of, attrgetter(name)) for name in names)
+
+
+def _each(name: str, of: type, get: Callable[[Any], Cell]) -> Cells:
+    """A column whose cells come of one value each."""
+    return Cells(name, of, lambda values: list(map(get, values)))
 
 
 def _axis(name: str, field: str, k: int) -> Cells:
     """One coordinate of a place, which may not be stated or have fewer."""
+    place_of = attrgetter(field)
 
-    def get(value: Any) -> Cell:
-        place: Sequence[float] | None = getattr(value, field)
-        return None if place is None or len(place) <= k else place[k]
+    def get(values: Sequence[Any]) -> list[Cell]:
+        places: list[Sequence[float] | None] = list(map(place_of, values))
+        if not any(places):
+            return [None] * len(places)
+        return [None if place is None or len(place) <= k else place[k] for place in places]
 
     return Cells(name, float, get)
 
@@ -192,14 +215,14 @@ FORMS: Final = (
         Reading,
         (
             *_same(str, "characteristic"),
-            Cells("quantity", str, lambda one: str(one.quantity)),
+            _each("quantity", str, lambda one: str(one.quantity)),
             *_same(float, "actual", "nominal", "lower_limit", "upper_limit"),
             *_same(str, "feature", "other", "axis"),
-            Cells("place_count", int, _place_count),
+            _each("place_count", int, _place_count),
             *_axes("place_mm", "place_1_mm", "place_2_mm", "place_3_mm"),
             *_same(int, "repeat"),
             *_same(float, "standard_u"),
-            Cells("measured_at", str, _measured_at),
+            _each("measured_at", str, _measured_at),
             *_same(float, "temperature_c"),
             *_same(int, "line"),
             *_same(str, "side"),

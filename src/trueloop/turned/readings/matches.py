@@ -10,7 +10,7 @@ Axis: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
 """The axis of an inspection's frame that runs along the spindle; minus: towards the chuck."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class MatchedTouch:
     """A touch of the part's plane (x, z) with the feature it is on, by its index.
 
