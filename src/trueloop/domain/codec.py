@@ -27,6 +27,7 @@ ARRAYS: Final = re.compile(r"bool|u?int(8|16|32|64)|float(32|64)")
 WHOLE: Final = "the document"
 HINT: Final = "take the file as trueloop wrote it; one of a later version is read by that version"
 
+_AS_IT_IS: Final = frozenset({str, int, float, bool, type(None)})
 Plain: TypeAlias = Any
 """What `json` reads and writes: None, bool, int, float, str, list, dict with keys of str."""
 
@@ -130,7 +131,9 @@ class Codec:
         return self._registered(registered, inner, where)
 
     def _registered(self, kind: Any, inner: dict[str, Plain], where: str) -> Any:
-        values = {key: self._value(one, f"{where}.{key}") for key, one in inner.items()}
+        values = {
+            key: one if type(one) in _AS_IT_IS else self._value(one, f"{where}.{key}") for key, one in inner.items()
+        }
         if issubclass(kind, Enum):
             if set(values) != {"value"} or values["value"] not in _worths(kind):
                 raise _refused(f"{values} is no {kind.__name__}", where)

@@ -52,9 +52,9 @@ class Known:
         """The value of an identity; None: there is none."""
         return next(iter(self.values(kind, identity=joined(identity))), None)
 
-    def rows(self, query: Any) -> list[Any]:
-        """Of a query."""
-        return list(self.connection.execute(query))
+    def rows(self, query: Any, **wanted: Any) -> list[Any]:
+        """Of a query, with what its parameters are."""
+        return list(self.connection.execute(query, wanted))
 
 
 def order_of(known: Known, order_id: str) -> OrderNow:

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from sqlalchemy import Connection, Select, select
+from sqlalchemy import Connection, Select, bindparam, select
 
+from trueloop.domain.codec import Codec
 from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, InspectionLink
@@ -45,41 +46,42 @@ class Life:
 def life(store: Store, part: Part) -> Life:
     """Everything about one part; empty where the store knows nothing of it."""
     with store.reading() as connection:
-        own = {"part_type": part.part_type.name, "serial": part.serial}
-        every = {
-            kind: [
-                one
-                for one in found(connection, store.codec, Query(kind_of(kind), own))
-                if one.value.part.identity == part.identity
-            ]
-            for kind in (Cut, Inspection)
-        }
-        links = _links(connection, store, [joined(one.value.identity) for one in every[Cut]])
-        named = {str(one.value.correction) for one in every[Cut]} - {""}
-        return Life(
-            *(part, tuple(every[Cut]), tuple(every[Inspection])),
-            *(links, tuple(_records(connection, store, part, named))),
-        )
+        return life_in(connection, store.codec, part)
 
 
-def _links(connection: Connection, store: Store, cuts: list[str]) -> tuple[Kept[InspectionLink], ...]:
+def life_in(connection: Connection, codec: Codec, part: Part) -> Life:
+    """The same within a transaction."""
+    own = {"part_type": part.part_type.name, "serial": part.serial}
+    every = {
+        kind: [
+            one
+            for one in found(connection, codec, Query(kind_of(kind), own))
+            if one.value.part.identity == part.identity
+        ]
+        for kind in (Cut, Inspection)
+    }
+    links = _links(connection, codec, [joined(one.value.identity) for one in every[Cut]])
+    named = {str(one.value.correction) for one in every[Cut]} - {""}
+    return Life(
+        *(part, tuple(every[Cut]), tuple(every[Inspection])),
+        *(links, tuple(_records(connection, codec, part, named))),
+    )
+
+
+def _links(connection: Connection, codec: Codec, cuts: list[str]) -> tuple[Kept[InspectionLink], ...]:
     kind = kind_of(InspectionLink)
-    each = (one for cut in cuts for one in found(connection, store.codec, Query(kind, {"cut": cut})))
+    each = (one for cut in cuts for one in found(connection, codec, Query(kind, {"cut": cut})))
     return tuple(sorted(each, key=lambda one: one.row))
 
 
-def _records(connection: Connection, store: Store, part: Part, named: set[str]) -> list[Kept[Record]]:
+def _records(connection: Connection, codec: Codec, part: Part, named: set[str]) -> list[Kept[Record]]:
     """By the ids that cuts name, and by the part whose inspections they were made from."""
-    table = TABLES["correction"]
-    rows = {
-        row.id: row
-        for condition in (
-            table.c.identity.in_([searchable(joined((one,))) for one in sorted(named)[:_SEVERAL]]),
-            (table.c.serial == searchable(part.serial)) & (table.c.part_type == searchable(part.part_type.name)),
-        )
-        for row in connection.execute(_standing().where(condition))
-    }
-    records = [kept(rows[number], _record(store, rows[number].document)) for number in sorted(rows)]
+    identities = [searchable(joined((one,))) for one in sorted(named)[:_SEVERAL]]
+    own = {"the_serial": searchable(part.serial), "the_type": searchable(part.part_type.name)}
+    rows = {row.id: row for row in connection.execute(_of_part(), own)}
+    if identities:
+        rows |= {row.id: row for row in connection.execute(_of_ids(), {"ids": identities})}
+    records = [kept(rows[number], _record(codec, rows[number].document)) for number in sorted(rows)]
     return [one for one in records if one.value.id in named or _is_of(one.value, part)]
 
 
@@ -93,8 +95,19 @@ def _standing() -> Select[Any]:
     return select(*columns, later.c.id.label("superseded_by")).select_from(joined_up).where(later.c.id.is_(None))
 
 
-def _record(store: Store, document: str) -> Record:
-    correction: Correction[None] = store.codec.from_json(document, Correction)
+@cache
+def _of_ids() -> Select[Any]:
+    return _standing().where(TABLES["correction"].c.identity.in_(bindparam("ids", expanding=True)))
+
+
+@cache
+def _of_part() -> Select[Any]:
+    table = TABLES["correction"]
+    return _standing().where(table.c.serial == bindparam("the_serial"), table.c.part_type == bindparam("the_type"))
+
+
+def _record(codec: Codec, document: str) -> Record:
+    correction: Correction[None] = codec.from_json(document, Correction)
     return correction.record
 
 

@@ -8,7 +8,7 @@ from functools import cache
 from operator import itemgetter
 from typing import Any
 
-from sqlalchemy import Connection, Select, select
+from sqlalchemy import Connection, Select, bindparam, select
 from sqlalchemy import Row as Result
 
 from trueloop.domain.codec import Codec
@@ -32,17 +32,31 @@ class Query:
     row: int | None = None
 
     def select(self) -> Select[Any]:
-        """All columns, and the row by which it is superseded."""
-        table = TABLES[self.kind.table]
-        query = _all_of(self.kind.table, self.superseded)
-        for name, value in self.columns.items():
-            query = query.where(table.c[name] == searchable(value))
-        return query if self.row is None else query.where(table.c.id == self.row)
+        """All columns, and the row by which it is superseded; to be given `parameters`."""
+        columns = tuple((name, value is None) for name, value in self.columns.items())
+        return _asked(self.kind.table, self.superseded, columns, self.row is not None)
+
+    @property
+    def parameters(self) -> dict[str, str | int | None]:
+        """What is looked for."""
+        wanted: dict[str, str | int | None] = {
+            f"the_{name}": searchable(value) for name, value in self.columns.items() if value is not None
+        }
+        return wanted if self.row is None else {**wanted, "the_row": self.row}
+
+
+@cache
+def _asked(name: str, superseded: bool, columns: tuple[tuple[str, bool], ...], by_row: bool) -> Select[Any]:
+    """Made once, for it takes longer than the database; a column with True is to be NULL."""
+    table, query = TABLES[name], _all_of(name, superseded)
+    for column, absent in columns:
+        query = query.where(table.c[column].is_(None) if absent else table.c[column] == bindparam(f"the_{column}"))
+    return query.where(table.c.id == bindparam("the_row")) if by_row else query
 
 
 @cache
 def _all_of(name: str, superseded: bool) -> Select[Any]:
-    """Every row of a table; made once, since an alias makes its columns anew and takes longer than the database."""
+    """Every row of a table."""
     table = TABLES[name]
     later = table.alias("later")
     joined_up = table.outerjoin(later, later.c.supersedes == table.c.id)
@@ -52,7 +66,7 @@ def _all_of(name: str, superseded: bool) -> Select[Any]:
 
 def found(connection: Connection, codec: Codec, query: Query) -> Iterator[Kept[Any]]:
     """The values, oldest first."""
-    for piece in connection.execute(query.select()).partitions(AT_ONCE):
+    for piece in connection.execute(query.select(), query.parameters).partitions(AT_ONCE):
         apart = values_of(connection, [row.id for row in piece]) if query.kind.aside == "values" else {}
         for row in piece:
             yield kept(row, decoded(codec, query.kind, row, apart.get(row.id, ())))

@@ -1,10 +1,10 @@
 """All that is known of one part: `part_life`."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
 
-from sqlalchemy import select
+from sqlalchemy import Select, bindparam, select
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.factory.run import Run, RunFact
@@ -12,7 +12,7 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.record import Product, Record
 from trueloop.factory.load import Known, step_now
 from trueloop.factory.shown.paging import known_of
-from trueloop.factory.shown.parts import part_row, part_value
+from trueloop.factory.shown.parts import part_of
 from trueloop.factory.shown.records import certificate_rows_of, event_view
 from trueloop.factory.views.parts import (
     CorrectionView,
@@ -26,7 +26,7 @@ from trueloop.factory.views.parts import (
 from trueloop.storage.factory_tables import EVENT, ORDER_STATE, STEP
 from trueloop.storage.kept import Kept
 from trueloop.storage.kinds import joined, kind_of, searchable
-from trueloop.storage.life import Life, life
+from trueloop.storage.life import Life, life_in
 from trueloop.storage.reading import decoded
 from trueloop.storage.store import Store
 from trueloop.storage.tables import TABLES
@@ -35,15 +35,26 @@ from trueloop.units import UM_PER_MM
 MOST_EVENTS = 500
 
 
+def _of_runs(kind: type, column: str) -> Select[Any]:
+    table = TABLES[kind_of(kind).table]
+    return select(table).where(table.c[column].in_(bindparam("wanted", expanding=True))).order_by(table.c.id)
+
+
+# made once: to make a query takes longer than the database
+_VERSION = select(ORDER_STATE.c.version).where(ORDER_STATE.c.order == bindparam("order"))
+_EVENTS = select(EVENT).where(EVENT.c.subject == bindparam("subject")).order_by(EVENT.c.id.desc()).limit(MOST_EVENTS)
+_STEPS = select(STEP).where(STEP.c.part == bindparam("part")).order_by(STEP.c.no)
+_OF_RUNS: Final[Mapping[type, Select[Any]]] = {Run: _of_runs(Run, "identity"), RunFact: _of_runs(RunFact, "run")}
+
+
 def part_life(store: Store, number: int) -> PartLife:
-    """One part's life. Its `etag` is that of its order. Raises FAC-UNKNOWN."""
+    """One part's life, all of it of one moment. Its `etag` is that of its order. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
-        row = part_row(known, number)
-        part = part_value(known, number)
-        version = known.connection.scalar(select(ORDER_STATE.c.version).where(ORDER_STATE.c.order == row.order))
+        row, part = part_of(known, number)
+        version = known.connection.scalar(_VERSION, {"order": row.order}) if row.order else None
         steps, events = tuple(_steps(known, number)), tuple(events_of(known, f"part:{number}"))
         certificates = certificate_rows_of(known, number)
-    found = life(store, part)
+        found = life_in(known.connection, known.codec, part)
     cut_with = {one.values.get("correction", ""): one.values for one in events if one.what == "corrected"}
     return PartLife(
         *(row, str(version or 0), part.serial, _tool(found), steps),
@@ -55,16 +66,15 @@ def part_life(store: Store, number: int) -> PartLife:
 
 def events_of(known: Known, subject: str) -> Iterator[EventView]:
     """The latest events of a subject, oldest first."""
-    query = select(EVENT).where(EVENT.c.subject == subject).order_by(EVENT.c.id.desc()).limit(MOST_EVENTS)
-    yield from (event_view(one) for one in reversed(known.rows(query)))
+    yield from (event_view(one) for one in reversed(known.rows(_EVENTS, subject=subject)))
 
 
 def _steps(known: Known, number: int) -> Iterator[StepView]:
-    steps = [step_now(one) for one in known.rows(select(STEP).where(STEP.c.part == number).order_by(STEP.c.no))]
+    steps = [step_now(one) for one in known.rows(_STEPS, part=number)]
     keys = [one.run for one in steps if one.run]
-    runs = {one.key: one for one in _values(known, Run, "identity", [joined((key,)) for key in keys])}
+    runs = {one.key: one for one in _values(known, Run, [joined((key,)) for key in keys])}
     facts: dict[str, list[RunFact]] = {}
-    for one in _values(known, RunFact, "run", keys):
+    for one in _values(known, RunFact, keys):
         facts.setdefault(one.run, []).append(one)
     for step in steps:
         told = sorted(facts.get(step.run, []), key=lambda one: one.at)
@@ -75,14 +85,10 @@ def _steps(known: Known, number: int) -> Iterator[StepView]:
         )
 
 
-def _values(known: Known, kind: type, column: str, wanted: Sequence[str]) -> list[Any]:
-    """Values whose column is one of several texts, in one query."""
-    of = kind_of(kind)
-    table = TABLES[of.table]
-    rows = known.rows(
-        select(table).where(table.c[column].in_([searchable(one) for one in wanted])).order_by(table.c.id)
-    )
-    return [decoded(known.codec, of, row) for row in rows]
+def _values(known: Known, kind: type[Run | RunFact], wanted: list[str]) -> list[Any]:
+    """Runs of these identities, or facts of these runs, in one query."""
+    rows = known.rows(_OF_RUNS[kind], wanted=[searchable(one) for one in wanted]) if wanted else []
+    return [decoded(known.codec, kind_of(kind), row) for row in rows]
 
 
 def _tool(found: Life) -> str:

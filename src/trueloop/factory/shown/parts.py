@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import bindparam, select
 
 from trueloop.domain.factory.states import PartState
 from trueloop.domain.part import Part
@@ -20,6 +20,11 @@ _PART = TABLES["part"]
 _COLUMNS = (
     *(_PART.c.id, _PART.c.document, _PART.c.kept_at),
     *(PART_STATE.c.state, PART_STATE.c.order, PART_STATE.c.machine, PART_STATE.c.changed_at, PART_STATE.c.held_why),
+)
+_ONE = (
+    select(*_COLUMNS)
+    .select_from(_PART.join(PART_STATE, PART_STATE.c.part == _PART.c.id, isouter=True))
+    .where(_PART.c.id == bindparam("number"))
 )
 
 
@@ -48,25 +53,21 @@ def part_rows(
         return page_of(rows, limit, lambda row: int(row.id), lambda row: row_of(known, row))
 
 
-def part_row(known: Known, number: int) -> PartRow:
-    """One part. Raises FAC-UNKNOWN."""
-    joined = _PART.join(PART_STATE, PART_STATE.c.part == _PART.c.id, isouter=True)
-    row = known.connection.execute(select(*_COLUMNS).select_from(joined).where(_PART.c.id == number)).one_or_none()
+def part_of(known: Known, number: int) -> tuple[PartRow, Part]:
+    """One part, and its value. Raises FAC-UNKNOWN."""
+    row = known.connection.execute(_ONE, {"number": number}).one_or_none()
     if row is None:
         raise unknown("part", str(number), "the store has no such row")
-    return row_of(known, row)
-
-
-def part_value(known: Known, number: int) -> Part:
-    """The part of a row that is there."""
-    return known.codec.from_json(
-        str(known.connection.scalar(select(_PART.c.document).where(_PART.c.id == number))), Part
-    )
+    part = known.codec.from_json(row.document, Part)
+    return _row(part, row), part
 
 
 def row_of(known: Known, row: Any) -> PartRow:
     """A part of its row, with what its order has made of it."""
-    part = known.codec.from_json(row.document, Part)
+    return _row(known.codec.from_json(row.document, Part), row)
+
+
+def _row(part: Part, row: Any) -> PartRow:
     return PartRow(
         *(row.id, part.part_type.name, part.part_type.revision, part.serial),
         None if row.state is None else PartState(row.state),

@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from sqlalchemy import Select, select
+from sqlalchemy import Select, bindparam, select
 
 from trueloop.domain.part import Part
 from trueloop.factory.known import unknown
@@ -21,6 +21,7 @@ _CERTIFICATES = select(
     *(CERTIFICATE.c.id, CERTIFICATE.c.at, CERTIFICATE.c.who, CERTIFICATE.c.verdict, CERTIFICATE.c.sha256),
     TABLES["part"].c.document,
 ).join(TABLES["part"], TABLES["part"].c.id == CERTIFICATE.c.part)
+_OF_PART = _CERTIFICATES.where(CERTIFICATE.c.part == bindparam("number")).order_by(CERTIFICATE.c.id)
 
 
 def event_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = None) -> Page[EventView]:
@@ -93,8 +94,7 @@ def certificate_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = N
 
 def certificate_rows_of(known: Known, part: int) -> tuple[CertificateRow, ...]:
     """Those of a part, oldest first."""
-    rows = known.rows(_CERTIFICATES.where(CERTIFICATE.c.part == part).order_by(CERTIFICATE.c.id))
-    return tuple(_certificate(known, row) for row in rows)
+    return tuple(_certificate(known, row) for row in known.rows(_OF_PART, number=part))
 
 
 def certificate_row(store: Store, part: int, sha256: str) -> CertificateRow:
