@@ -12,6 +12,7 @@ from typing import Any, Final
 import uvicorn
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.server import heap
 from trueloop.server.app import create_app
 from trueloop.server.identity.trusted import Oidc
 from trueloop.server.log import log
@@ -57,6 +58,7 @@ def serve(
 ) -> None:
     """Serves until SIGINT or SIGTERM; `ready` gets the address once connections are taken. Raises SRV-ADDRESS."""
     require_safe(where)
+    heap.share_one()
     app = create_app(store, settings, oidc=oidc)
     listening = listen(where)
     config = uvicorn.Config(
