@@ -477,6 +477,7 @@ class Code(StrEnum):
     SET_MIRROR = "SET-MIRROR", "a program that fits the part with its Z the other way round", ("setup",)
     SET_CUTS = "SET-CUTS", "a set-up whose program cuts nothing of the part", ("setup",)
     SET_FEATURE = "SET-FEATURE", "a feature that is cut in several set-ups", ("feature", "setups")
+    SET_EDGE = "SET-EDGE", "an edge of two set-ups that its number alone names", ("setups", "tool")
     SET_OFFSET = (
         "SET-OFFSET",
         "a correction by an offset that set-ups share, or whose sign is not known",

@@ -8,7 +8,9 @@ import pytest
 
 from tests.support.two_sides import FRAMES, PLACES, job, second
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.turned.compensate_setups import corrected_setups
+from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.store.opened import made
+from trueloop.jobs.turned.compensate_setups import compensate_setups, corrected_setups
 from trueloop.jobs.turned.job import read_job
 from trueloop.jobs.turned.job_files import JobFiles
 
@@ -29,12 +31,25 @@ def _read_as_one() -> object:
         return read_job(job(Path(folder), [0.0] * len(PLACES)))
 
 
+def _kept_by_number() -> object:
+    """T1, whose insert alone is stated, cuts both sides."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "second.ngc").write_text(second("linuxcnc", tool=1))
+        path = job(folder, [5.0] * len(PLACES))
+        text = path.read_text().replace("number = 2\n", "number = 1\n")
+        path.write_text(text.replace("number = 1\n", 'number = 1\ninsert = "CNMG"\n'))
+        made(str(folder / "trueloop.db")).close()
+        return compensate_setups(path, folder / "out", Keeping(serial="P1"))
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.JOB_SETUPS: _read_as_one,
     Code.SET_DATUM: lambda: _corrected("flipped = true"),
     Code.SET_MIRROR: lambda: _corrected("zero_at_z_mm = -80.0"),
     Code.SET_CUTS: lambda: _corrected("zero_at_z_mm = 80.0\nflipped = true"),
     Code.SET_FEATURE: lambda: _corrected(program=OVER),
+    Code.SET_EDGE: _kept_by_number,
     Code.SET_OFFSET: lambda: _corrected("zero_at_z_mm = -80.0\nmirrored_z = true", '[compensation]\nby = "offset"\n'),
 }
 

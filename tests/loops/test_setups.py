@@ -409,14 +409,9 @@ def test_readings_of_gauges_find_their_places_in_a_set_up(tmp_path: Path) -> Non
     assert small - large > 0.030
 
 
-def test_a_store_and_what_is_for_one_set_up_are_refused(tmp_path: Path) -> None:
+def test_what_is_for_one_set_up_is_refused(tmp_path: Path) -> None:
     path = job(tmp_path, touched(tmp_path, SET_OFF).tolist())
-    assert "JOB-SETUPS" in run("compensate", path, "--db", tmp_path / "x.db", "-o", tmp_path / "out", status=3)
-    (tmp_path / "trueloop.db").write_bytes(b"")
-    assert "JOB-SETUPS" in run("compensate", path, "-o", tmp_path / "out", status=3)
-    assert not (tmp_path / "out").exists()
     assert "JOB-SETUPS" in run("measure", "plan", path, "-o", tmp_path / "plan.dmi", status=3)
-    run("compensate", path, "--db", "none", "-o", tmp_path / "out")
     other = tmp_path / "other"
     other.mkdir()
     grooved = job(other, [0.0] * len(PLACES))

@@ -67,7 +67,7 @@ def run_job(
     from trueloop.jobs.turned.several import has_several
 
     if has_setups(path):
-        _run_setups(path, output, page, keeping, as_json)
+        _run_setups(path, output, page, keeping, as_json, memory)
         return
     if has_several(path):
         _run_several(path, output, page, keeping, as_json, memory)
@@ -112,15 +112,23 @@ def _run_several(
         print_findings(done.kept.findings)
 
 
-def _run_setups(path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool) -> None:
+def _run_setups(
+    path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool, memory: Use | None
+) -> None:
     """The same of a job of several set-ups."""
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli.turned.setups_summary import print_setups
         from trueloop.jobs.turned.compensate_setups import compensate_setups
         from trueloop.report.turned.setups import setups_as_dict
 
-        done = compensate_setups(path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf)
+        done = compensate_setups(
+            path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf, memory=memory
+        )
     if as_json:
-        print_json({**setups_as_dict(done.corrected), "files": [str(file) for file in done.files]})
-    else:
-        print_setups(done.corrected, done.files)
+        files = {"files": [str(file) for file in done.files]}
+        print_json({**setups_as_dict(done.corrected), **files, **kept_as_dict(done.kept)})
+        return
+    print_setups(done.corrected, done.files)
+    if done.kept is not None:
+        typer.echo(done.kept.words)
+        print_findings(done.kept.findings)

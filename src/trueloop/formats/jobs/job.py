@@ -88,7 +88,7 @@ class Job(Table):
             raise TrueloopError(
                 Code.JOB_SETUPS,
                 f"the job has {len(names)} set-ups ({', '.join(names)}): this is done for one alone",
-                hint="`trueloop compensate`, `trueloop nc features` and `trueloop part show` take set-ups",
+                hint="`trueloop compensate`, `measure read`, `nc features` and `part show` take set-ups",
                 values={"setups": names},
             )
 

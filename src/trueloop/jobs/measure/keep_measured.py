@@ -17,7 +17,7 @@ from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.option_tables import options_from
-from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of, finish_cut, is_changed
+from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of, finish_cut, is_changed, said_of_each
 from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, touched_at
 from trueloop.jobs.store.in_doubt import order_in_doubt
 from trueloop.jobs.store.judged import judged_parts
@@ -36,7 +36,8 @@ from trueloop.jobs.store.where import store_of
 from trueloop.jobs.turned.inspection import part_type
 from trueloop.jobs.turned.job import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.of_edge import files_of_edges, inspection_of_edge, require_kept_apart
+from trueloop.jobs.turned.of_edge import inspection_of_edge, require_kept_apart
+from trueloop.jobs.turned.shares import shares_of
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.tool_path import PER_REVOLUTION
 from trueloop.report.measured import FileOnPart
@@ -109,28 +110,36 @@ def keep_in(
     names: Mapping[str, str] = MappingProxyType({}),
 ) -> KeptFacts:
     """The same in a store that is open."""
-    shares = _shares(files, inspections, names) if files.job.tools else [(files, inspections, names)]
+    several = files.job.tools or files.job.setups
+    shares = _shares(files, inspections, names) if several else [_Share(files, inspections, names)]
+    said = said_of_each(store, [one.files.job.part.name for one in shares], shown.cut) if several else [shown.cut]
     values, findings, finished = list[Any](), list[Finding](), list[LivedPart]()
-    for share, measured, named in shares:
-        given = _Given(store, share, shown, keeping, findings)
-        for file, one in measured:
-            values += _facts(given, _of_part(one, share.job, shown, named, file))
+    for share, cut in zip(shares, said, strict=True):
+        given = _Given(store, share.files, replace(shown, cut=cut), keeping, findings)
+        for file, one in share.inspections:
+            values += _facts(given, _of_part(one, share.files.job, shown, share.names, file))
         finished += given.finished.values()
     judged = judged_parts(store, finished, keeping.accept)
     kept = keep_facts(store, [*values, *judged.words], [*findings, *judged.findings], supersede=keeping.supersede)
     return replace(kept, obtained=judged.obtained)
 
 
-def _shares(
-    files: JobFiles, inspections: Sequence[tuple[str, Inspection]], names: Mapping[str, str]
-) -> list[tuple[JobFiles, Sequence[tuple[str, Inspection]], Mapping[str, str]]]:
+@dataclass(frozen=True)
+class _Share:
+    """What is kept as a part of its own: the job of it, and what was measured, by the names of files."""
+
+    files: JobFiles
+    inspections: Sequence[tuple[str, Inspection]]
+    names: Mapping[str, str]
+
+
+def _shares(files: JobFiles, inspections: Sequence[tuple[str, Inspection]], names: Mapping[str, str]) -> list[_Share]:
     """What several edges have of a part, each as a job of its own: what was measured of the features that it cuts."""
     require_kept_apart(files)
-    profile, none = files.profile(), MappingProxyType[str, str]({})
-    found: list[tuple[JobFiles, Sequence[tuple[str, Inspection]], Mapping[str, str]]] = []
-    for share, own in files_of_edges(files):
-        mine = [(file, inspection_of_edge(one, profile, own, names)) for file, one in inspections]
-        found.append((share, [(file, one) for file, one in mine if one.values], none))
+    profile, found = files.profile(), list[_Share]()
+    for share in shares_of(files):
+        mine = [(file, inspection_of_edge(one, profile, share.own, names, share.setup)) for file, one in inspections]
+        found.append(_Share(share.files, [(file, one) for file, one in mine if one.values], {}))
     return found
 
 

@@ -1,6 +1,6 @@
 """The finish cut that an inspection shows: with which correction, by which of its programs, under which conditions."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -46,6 +46,25 @@ def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turne
         own = [one for one in marked if any(i.part.identity == part.identity for i in one.record.inspections)]
         return _whole(store, part, own or marked, "whose program this is")
     return _whole(store, part, of_part, "of its own")
+
+
+def said_of_each(store: Store, part_types: Sequence[str], said: SaidOfCut) -> list[SaidOfCut]:
+    """What is said of the cuts of several edges or set-ups, by the names of their part types: a record and a program
+    are of those that have a correction which it is. Where none has, it is said of all, and refused there.
+    """
+    known = [_knows(store, one, said) for one in part_types]
+    if not any(known):
+        return [said] * len(known)
+    return [said if its else replace(said, record=None, program=None) for its in known]
+
+
+def _knows(store: Store, part_type: str, said: SaidOfCut) -> bool:
+    kept: list[Kept[Correction[Any]]] = find(store, Correction, part_type=part_type)
+    return any(
+        (said.record is None or one.value.record.id == said.record)
+        and (said.program is None or _is_of(one.value, said.program))
+        for one in kept
+    )
 
 
 def finish_cut(store: Store, part: Part, correction: Correction[turned.Correction], said: SaidOfCut) -> Cut:

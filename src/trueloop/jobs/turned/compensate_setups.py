@@ -3,26 +3,37 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from trueloop.domain.page_options import Language, LengthUnit, PageOptions
-from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
-from trueloop.jobs.store.keeping import Keeping
-from trueloop.jobs.store.where import place_of_store
+from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
+from trueloop.jobs.store.where import store_of
+from trueloop.jobs.turned.compensate import with_memory
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.of_edge import require_kept_apart, stored_inputs
 from trueloop.jobs.turned.setups import read_cuts_of_setups
-from trueloop.jobs.turned.several import label_of, outputs_of_edge, texts_of
+from trueloop.jobs.turned.several import keep_edges, label_of, outputs_of_edge, texts_of
+from trueloop.jobs.turned.shared_edges import require_edges_named
+from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.setup_corrections import CorrectedSetups, correct_setups
+from trueloop.memory.edge.options import Use
+from trueloop.nc.match.own_contour import OwnContour
 from trueloop.report.turned.setups import setups_json, setups_page
+
+if TYPE_CHECKING:
+    from trueloop.jobs.store.keep_facts import KeptFacts
+    from trueloop.storage.store import Store
 
 
 @dataclass(frozen=True)
 class DoneSetups:
-    """The corrections of a part's set-ups, and the files written."""
+    """The corrections of a part's set-ups, the files written, and what its store kept; None: it has none."""
 
     corrected: CorrectedSetups
     files: list[Path]
+    kept: "KeptFacts | None" = None
 
 
 def has_setups(job: FilePath) -> bool:
@@ -30,10 +41,19 @@ def has_setups(job: FilePath) -> bool:
     return bool(JobFiles.of(Path(job)).job.setups)
 
 
-def corrected_setups(files: JobFiles) -> CorrectedSetups:
-    """The corrections of a job's set-ups, nothing written. Raises what reading and correcting refuse."""
+def corrected_setups(files: JobFiles, store: "Store | None" = None, memory: Use | None = None) -> CorrectedSetups:
+    """The corrections of a job's set-ups with what a store knows of each edge, nothing written and nothing kept.
+
+    Raises what reading and correcting refuse.
+    """
     cuts = read_cuts_of_setups(files)
-    return correct_setups(cuts.read.profile, cuts.read.found, cuts.cuts, cuts.measured.characteristics, cuts.notes)
+    profile = cuts.read.profile
+
+    def known(inputs: Inputs, own: OwnContour) -> Inputs:
+        return with_memory(store, stored_inputs(inputs, profile, own), memory)
+
+    asked, found = cuts.measured.characteristics, cuts.read.found
+    return correct_setups(profile, found, cuts.cuts, asked, cuts.notes, None if store is None else known)
 
 
 def compensate_setups(
@@ -44,30 +64,29 @@ def compensate_setups(
     language: Language | None = None,
     unit: LengthUnit | None = None,
     pdf: bool = False,
+    memory: Use | None = None,
 ) -> DoneSetups:
-    """Corrects and writes: the files of all set-ups, or none.
+    """Corrects, keeps and writes: all set-ups, or none.
 
-    Raises what correcting an edge refuses, SET errors, JOB-SETUPS where there is a store, and OUT errors.
+    Raises what correcting an edge refuses, SET errors, JOB-SETUPS, STO, EDG, MEM and OUT errors.
     """
     files = JobFiles.of(Path(job)).with_serial(keeping.serial)
-    _require_no_store(files, keeping.db)
-    corrected = corrected_setups(files)
+    store = store_of(files.path.parent, keeping.db, files.job.store.db)
+    if store is not None:
+        require_kept_apart(files)
+    corrected = corrected_setups(files, store, memory)
     options = files.page_options(language, unit)
     folder = files.output_folder if output is None else Path(output)
     contents = outputs_of_setups(corrected, options, pdf)
-    return DoneSetups(corrected, write_all(folder, contents.items(), files.sources.files))
+    kept = None if store is None else _kept(store, files, corrected, keeping)
+    with kept_all_the_same(kept):
+        return DoneSetups(corrected, write_all(folder, contents.items(), files.sources.files), kept)
 
 
-def _require_no_store(files: JobFiles, db: str | None) -> None:
-    place = place_of_store(files.path.parent, db, files.job.store.db)
-    if place is not None:
-        raise TrueloopError(
-            Code.JOB_SETUPS,
-            f"the job has {len(files.job.setups)} set-ups, and the store {place!r} keeps one finish program of a part",
-            hint="`--db none` corrects without keeping: the records of the edges are among the results",
-            place=Place(str(files.path)),
-            values={"setups": [one.name for one in files.job.setups]},
-        )
+def _kept(store: "Store", files: JobFiles, corrected: CorrectedSetups, keeping: Keeping) -> "KeptFacts":
+    """The share that each edge of each set-up has of the part: all of them or none."""
+    require_edges_named(files, corrected)
+    return keep_edges(store, [edge for one in corrected.setups for edge in one.joint.edges], keeping)
 
 
 def outputs_of_setups(corrected: CorrectedSetups, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:

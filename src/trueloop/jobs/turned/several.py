@@ -77,18 +77,16 @@ def correct_several(
     options = files.page_options(language, unit)
     folder = files.output_folder if output is None else Path(output)
     contents = [*new_tables(files, joint), *outputs_of_edges(joint, name, options, pdf).items()]
-    kept = None if store is None else _kept(store, joint, keeping)
+    kept = None if store is None else keep_edges(store, joint.edges, keeping)
     with kept_all_the_same(kept):
         return DoneJoint(joint, name, write_all(folder, contents, files.sources.files), kept)
 
 
-def _kept(store: "Store", joint: Joint, keeping: Keeping) -> "KeptFacts":
+def keep_edges(store: "Store", edges: Sequence[OfEdge], keeping: Keeping) -> "KeptFacts":
     """The share that each edge has of the part, as a part of its own: all of them or none."""
     from trueloop.jobs.store.keep_correction import keep_corrections  # slow to import, and most jobs have no store
 
-    made = [
-        (one.inputs, one.correction) for one in joint.edges if one.inputs is not None and one.correction is not None
-    ]
+    made = [(one.inputs, one.correction) for one in edges if one.inputs is not None and one.correction is not None]
     return keep_corrections(store, made, keeping)
 
 

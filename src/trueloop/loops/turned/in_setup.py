@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array, Integers
-from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.inspection import Reading, Touch
 from trueloop.domain.judged import Judged
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
@@ -45,6 +46,28 @@ def _places(frame: SetupFrame, index: Integers, along_mm: Array, profile: Profil
         return index.astype(np.intp), along_mm
     lengths_mm = np.array([feature.length_mm for feature in profile.features])
     return (len(lengths_mm) - 1 - index).astype(np.intp), lengths_mm[index] - along_mm
+
+
+def index_in(frame: SetupFrame, index: int, features: int) -> int:
+    """Where one of the part's features stands in the program's frame, of so many `features`."""
+    return features - 1 - index if frame.backwards else index
+
+
+def touch_in(frame: SetupFrame, touch: Touch) -> Touch:
+    """A touch where the program has it; its error along the normal is the same."""
+    measured = None if touch.measured_mm is None else frame.point(touch.measured_mm)
+    return replace(touch, nominal_mm=frame.point(touch.nominal_mm), measured_mm=measured)
+
+
+def reading_in(frame: SetupFrame, reading: Reading, other: str) -> Reading | None:
+    """A reading of named features with its place as the program has it; `other` names the feature it counts from.
+
+    None for a length that counts from the part's zero, where that is not the program's.
+    """
+    if reading.quantity is Quantity.LENGTH and not other and frame.zero_at_z_mm != 0.0:
+        return None
+    *across, along_mm = reading.place_mm or (0.0,)
+    return replace(reading, place_mm=(*across, frame.z_mm(along_mm)) if reading.place_mm else ())
 
 
 def ends_in(frame: SetupFrame, prescribed: Mapping[str, EndConditions]) -> dict[str, EndConditions]:

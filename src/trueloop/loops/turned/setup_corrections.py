@@ -1,6 +1,6 @@
 """The corrections of a part's set-ups, from one inspection: each program corrected and read back by itself."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from trueloop.domain.characteristic import Characteristic
@@ -55,13 +55,15 @@ def correct_setups(
     cuts: Sequence[CutsOfSetup],
     asked: Sequence[Characteristic],
     notes: Sequence[str],
+    known: Callable[[Inputs, OwnContour], Inputs] | None = None,
 ) -> CorrectedSetups:
-    """Corrects every program: all of them, or none. `asked` are the part's characteristics.
+    """Corrects every program: all of them, or none. `asked` are the part's characteristics. `known` adds to the inputs
+    of one edge what is known of it.
 
     Raises what correcting one raises, and SET-OFFSET where the job wants an offset that cannot be entered.
     """
     kept = [replace(one, cuts=_by_what_may_be(one, cuts)) for one in cuts]
-    done = tuple(_corrected(one, asked) for one in kept)
+    done = tuple(_corrected(one, asked, known) for one in kept)
     whole = kept[0].cuts[0][1]
     return CorrectedSetups(
         part=whole.part.name,
@@ -73,8 +75,10 @@ def correct_setups(
     )
 
 
-def _corrected(of: CutsOfSetup, asked: Sequence[Characteristic]) -> CorrectedSetup:
-    joint = correct_edges(of.cuts, of.name)
+def _corrected(
+    of: CutsOfSetup, asked: Sequence[Characteristic], known: Callable[[Inputs, OwnContour], Inputs] | None
+) -> CorrectedSetup:
+    joint = correct_edges(of.cuts, of.name, known)
     edges = tuple(replace(e, correction=e.correction and judged_on_part(e.correction, asked)) for e in joint.edges)
     return CorrectedSetup(of.of.setup.frame, of.of.features, replace(joint, edges=edges), of.name)
 

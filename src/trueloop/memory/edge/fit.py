@@ -59,7 +59,10 @@ def best(observed: Observations, gain_sd: float) -> tuple[Hyperparameters, float
 
     bounds = [(float(m - BOUND * sd), float(m + BOUND * sd)) for m, sd in zip(MEDIAN, LOG_SD, strict=True)]
     options: Any = {"maxiter": 60, "ftol": 1e-6}
-    badness, start = Badness(observed, gain_sd), np.array(MEDIAN, dtype=np.float64).reshape(len(NAMES))
+    start = np.array(MEDIAN, dtype=np.float64).reshape(len(NAMES))
+    if not len(observed.error_mm):  # of an edge that cuts no arc nothing is known but the priors
+        return Hyperparameters(start, gain_sd), log_prior(start)[0]
+    badness = Badness(observed, gain_sd)
     found = minimize(badness.of, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
     return Hyperparameters(np.asarray(found.x, dtype=np.float64), gain_sd), -float(found.fun)
 
