@@ -33,7 +33,9 @@ def test_the_corrector_is_drawn_as_it_works(web: Browsing) -> None:
         over.hover(position={"x": 0.02 * box["width"], "y": 9})
         # at its begin x is 20 mm: 0.3 µm/mm in force, of it 0.2 by the model and 0.1 by the table
         expect(window.page.locator(".pointed").first).to_have_text(
-            re.compile(r"^0\.[01] s: in force 6\.\d\d, asked for by the model 4\.\d\d, asked for by the table 2\.\d\d$")
+            re.compile(
+                r"^0\.[01] s: in force 6\.\d\d µm, asked for by the model 4\.\d\d µm, .* by the table 2\.\d\d µm$"
+            )
         )
         assert window.complaints == []
 

@@ -15,6 +15,8 @@ from trueloop.report.style import Figure, Trace
 DASHES: Final = {"solid": "", "dash": "7 5", "dot": "2 4", "dashdot": "9 4 2 4"}
 SAID: Final = 60
 """Places along a line that say its value."""
+TITLE: Final = 54
+"""From an upright axis to the middle of its title, px: beyond five digits of its ticks."""
 ANCHORS: Final = {"left": "start", "center": "middle", "right": "end"}
 
 
@@ -109,8 +111,8 @@ def _axes(panel: Panel, decimal: str) -> list[str]:
     if shows_x:
         parts.append(_text((panel.left + right) / 2, bottom + 38, panel.xaxis["title"]["text"], "middle"))
     middle = (panel.top + bottom) / 2
-    turned = f' transform="rotate(-90 {panel.left - 46:.1f} {middle:.1f})"'
-    return [*parts, _text(panel.left - 46, middle, panel.yaxis["title"]["text"], "middle", turned)]
+    turned = f' transform="rotate(-90 {panel.left - TITLE:.1f} {middle:.1f})"'
+    return [*parts, _text(panel.left - TITLE, middle, panel.yaxis["title"]["text"], "middle", turned)]
 
 
 def _ticks(axis: dict[str, Any], decimal: str) -> list[tuple[float, str]]:

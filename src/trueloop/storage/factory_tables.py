@@ -122,9 +122,11 @@ ACCOUNT: Final = _table(
     "account",
     *(_id(), *_text("name", "display", "argon2id"), *_maybe("oidc_subject"), *_text("role", "language", "created_at")),
     *_count("disabled", "version"),
+    Column("unit", Text, nullable=False, server_default="mm"),
     UniqueConstraint("name", name="account_once"),
     UniqueConstraint("oidc_subject", name="account_once_of_subject"),
 )
+"""`unit`: of the lengths that the pages show to its holder, mm or inch."""
 SESSION: Final = _table(
     "session",
     Column("id_sha256", Text, primary_key=True),

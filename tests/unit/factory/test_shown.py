@@ -46,6 +46,7 @@ from trueloop.factory.shown.tools import tool_rows
 from trueloop.factory.views.orders import CorrectedFrom
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.report.texts.texts import Texts
 from trueloop.storage.factory_tables import TEMPERATURE, stamp
 from trueloop.storage.store import Store, keep, open_store
 
@@ -322,7 +323,7 @@ def test_a_series_says_which_edge_cut_where_it_was_set_and_why_the_weight_moved(
     assert {(one.edge, one.tool) for one in view.points} == {(tool_rows(shop.store)[0].id, edge_name(EDGE))}
     moves = {one.serial: one for one in view.moves}
     assert moves["6"].after > moves["6"].before and 0 < view.weight <= 1
-    german = series_view(shop.store, "SHAFT", "journal", language="de")
+    german = series_view(shop.store, "SHAFT", "journal", say=Texts("de"))
     assert [one.serial for one in german.moves] == list(moves)
     assert all(one.why and one.why != moves[one.serial].why for one in german.moves)
 

@@ -200,3 +200,22 @@ def test_a_store_of_the_first_schema_takes_what_a_diagnosis_keeps(place: str) ->
         with pytest.raises(Exception, match="append-only"), store.writing() as connection:
             connection.exec_driver_sql(f"DELETE FROM {table}")
     store.close()
+
+
+def test_an_account_of_the_third_schema_is_shown_millimetres(place: str) -> None:
+    first_schema(place).dispose()
+    engine = create_engine(
+        place.replace("postgresql:", "postgresql+psycopg:") if "://" in place else f"sqlite:///{place}"
+    )
+    with engine.begin() as connection:
+        schema.migrate_to("0003", connection)
+        connection.exec_driver_sql(
+            "INSERT INTO account (name, display, argon2id, role, language, created_at, disabled, version) "
+            "VALUES ('ana', 'Ana', '', 'viewer', 'de', '2026-01-02T08:00:00.000000+00:00', 0, 3)"
+        )
+    engine.dispose()
+    store = open_store(place, create="://" in place)
+    with store.reading() as connection:
+        (account,) = connection.exec_driver_sql("SELECT name, language, version, unit FROM account").all()
+    assert tuple(account) == ("ana", "de", 3, "mm")
+    store.close()

@@ -575,7 +575,7 @@ export interface paths {
         head?: never;
         /**
          * Change Me
-         * @description Changes the language or password of one's own account; guessing the present one costs what signing in does.
+         * @description Changes language, unit or password of one's own account; guessing the present one costs what signing in does.
          */
         patch: operations["change_me_api_v1_me_patch"];
         trace?: never;
@@ -1640,6 +1640,8 @@ export interface components {
             role?: ("viewer" | "operator" | "engineer" | "admin" | "cell" | "metrics") | null;
             /** Subject */
             subject?: string | null;
+            /** Unit */
+            unit?: ("mm" | "inch") | null;
         };
         /**
          * CharacteristicChartShape
@@ -2512,7 +2514,7 @@ export interface components {
         };
         /**
          * Me
-         * @description Who is signed in.
+         * @description Who is signed in. `unit`: of the lengths that pages show to him; all answers are in mm and µm.
          */
         Me: {
             /** Display */
@@ -2528,6 +2530,11 @@ export interface components {
              * @enum {string}
              */
             role: "viewer" | "operator" | "engineer" | "admin" | "cell" | "metrics";
+            /**
+             * Unit
+             * @enum {string}
+             */
+            unit: "mm" | "inch";
         };
         /**
          * MeanShape
@@ -2617,6 +2624,8 @@ export interface components {
             password?: string | null;
             /** Present Password */
             present_password?: string | null;
+            /** Unit */
+            unit?: ("mm" | "inch") | null;
         };
         /**
          * NewAccount
@@ -4417,6 +4426,7 @@ export interface operations {
                 each_setting?: boolean;
                 what?: "value" | "residual";
                 language?: "en" | "de";
+                unit?: "mm" | "inch";
             };
             header?: never;
             path: {
@@ -4450,6 +4460,7 @@ export interface operations {
         parameters: {
             query?: {
                 language?: "en" | "de";
+                unit?: "mm" | "inch";
             };
             header?: never;
             path: {
@@ -4482,9 +4493,10 @@ export interface operations {
     show_curve_api_v1_corrections__id__curves__number__get: {
         parameters: {
             query?: {
-                language?: "en" | "de";
                 narrow?: boolean;
                 dark?: boolean;
+                language?: "en" | "de";
+                unit?: "mm" | "inch";
             };
             header?: never;
             path: {
@@ -4551,6 +4563,7 @@ export interface operations {
             query?: {
                 part_type?: string | null;
                 language?: "en" | "de";
+                unit?: "mm" | "inch";
             };
             header?: never;
             path: {
@@ -4584,6 +4597,7 @@ export interface operations {
         parameters: {
             query?: {
                 language?: "en" | "de";
+                unit?: "mm" | "inch";
             };
             header?: never;
             path: {
@@ -5489,8 +5503,9 @@ export interface operations {
     show_effects_api_v1_proposals__id__picture_get: {
         parameters: {
             query?: {
-                language?: "en" | "de";
                 dark?: boolean;
+                language?: "en" | "de";
+                unit?: "mm" | "inch";
             };
             header?: never;
             path: {
@@ -5591,6 +5606,7 @@ export interface operations {
             query?: {
                 revision?: string | null;
                 language?: "en" | "de";
+                unit?: "mm" | "inch";
             };
             header?: never;
             path: {
@@ -5803,6 +5819,7 @@ export interface operations {
         parameters: {
             query?: {
                 language?: "en" | "de";
+                unit?: "mm" | "inch";
             };
             header?: never;
             path: {

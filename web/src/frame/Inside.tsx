@@ -5,6 +5,7 @@ import { useLocation } from "wouter";
 import { client, nowIs, useMe } from "../api/asking";
 import { useContactKept } from "../live/contact";
 import { listen } from "../live/news";
+import { UnitContext } from "../show/lengths";
 import { MeContext } from "../show/roles";
 import { Refused } from "../show/parts";
 import { speak, useText } from "../text/text";
@@ -30,13 +31,15 @@ export function Inside() {
   if (me.data === null) return <SignIn />;
   return (
     <MeContext value={me.data}>
-      {place === "/wall" ? (
-        <Pages />
-      ) : (
-        <Shell>
+      <UnitContext value={me.data.unit}>
+        {place === "/wall" ? (
           <Pages />
-        </Shell>
-      )}
+        ) : (
+          <Shell>
+            <Pages />
+          </Shell>
+        )}
+      </UnitContext>
     </MeContext>
   );
 }

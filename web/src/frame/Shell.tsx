@@ -9,7 +9,7 @@ import { useContact } from "../live/contact";
 import { ago, moment } from "../show/format";
 import { useUser } from "../show/roles";
 import { useName, useText } from "../text/text";
-import { useLanguageSet } from "./language";
+import { useLanguageSet, useUnitSet } from "./choices";
 import { PAGES } from "./routes";
 
 /** The frame around every page: where one is, who one is, and whether what is seen is live. */
@@ -83,6 +83,8 @@ function Mine() {
   const dark = useComputedColorScheme("light") === "dark";
   const german = document.documentElement.lang === "de";
   const setLanguage = useLanguageSet();
+  const setUnit = useUnitSet();
+  const other = me.unit === "mm" ? "inch" : "mm";
 
   async function leave() {
     try {
@@ -104,6 +106,9 @@ function Mine() {
       </Button>
       <Button variant="default" fullWidth onClick={() => void setLanguage(german ? "en" : "de")} lang={german ? "en" : "de"}>
         {text("frame.language")}
+      </Button>
+      <Button variant="default" fullWidth onClick={() => void setUnit(other)}>
+        {text(`frame.${other}`)}
       </Button>
       <Button variant="default" fullWidth onClick={() => void leave()}>
         {text("sign.out")}

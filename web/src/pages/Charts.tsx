@@ -5,7 +5,8 @@ import { useShown } from "../api/asking";
 import { piece, type Shape } from "../api/client";
 import { Chart } from "../show/chart/Chart";
 import type { Plot } from "../show/chart/plot";
-import { number, signed } from "../show/format";
+import { number } from "../show/format";
+import { useLengths, useReader } from "../show/lengths";
 import { Head, Rows, Section, Shown, To } from "../show/parts";
 import { useName, useText } from "../text/text";
 import { seriesAt } from "./Series";
@@ -22,9 +23,9 @@ export default function ChartsPage({ id, of }: { id: string; of: string }) {
   const [rules, judge] = useState<keyof typeof RULES>("one");
   const [each, begin] = useState("false");
   const asked = RULES[rules].split(" ").map((one) => `&rules=${one}`).join("");
-  const language = document.documentElement.lang;
+  const reader = useReader();
   const found = useShown<Charts>(
-    `charts/${piece(of)}?characteristic=${piece(id)}&what=${what}&each_setting=${each}${asked}&language=${language}`,
+    `charts/${piece(of)}?characteristic=${piece(id)}&what=${what}&each_setting=${each}${asked}&${reader}`,
   );
   return (
     <>
@@ -42,7 +43,7 @@ export default function ChartsPage({ id, of }: { id: string; of: string }) {
         {(shown) => (
           <>
             {shown.characteristics.map((one) => (
-              <Whole key={one.characteristic} one={one} unit={shown.unit === "um" ? "µm" : "σ"} />
+              <Whole key={one.characteristic} one={one} unit={shown.unit === "um" ? "um" : "σ"} />
             ))}
             <Findings findings={shown.findings} />
           </>
@@ -100,6 +101,7 @@ function Whole({ one, unit }: { one: Charted; unit: string }) {
 function Picture({ one, name, unit }: { one: Charted; name: string; unit: string }) {
   const text = useText();
   const word = useName();
+  const { name: named, signed } = useLengths();
   const of = (take: (segment: Segment, k: number) => number | null | undefined) =>
     one.parts.map((_, k) => {
       const segment = one.segments.find(({ first, stop }) => first <= k && k < stop);
@@ -124,7 +126,8 @@ function Picture({ one, name, unit }: { one: Charted; name: string; unit: string
     }),
     uprights: one.parts.flatMap((part, k) => (part.tool_set ? [{ at: k - 0.5, name: text("series.tool") }] : [])),
     xName: text("series.part"),
-    yName: unit,
+    yName: unit === "um" ? "" : unit,
+    ...(unit === "um" ? { yIn: unit } : {}),
     xText: (at) => one.parts[at]?.serial ?? "",
     whole: true,
   };
@@ -132,7 +135,7 @@ function Picture({ one, name, unit }: { one: Charted; name: string; unit: string
     <Chart
       plot={plot}
       label={text("chart.picture", { chart: word("chart.name", name), name: one.characteristic, parts: one.parts.length })}
-      at={(k) => `${one.parts[k]?.serial}: ${signed(plotted[k], 2)} ${unit}`}
+      at={(k) => `${one.parts[k]?.serial}: ${signed(unit, plotted[k], 2)} ${named(unit)}`}
       keys={[
         { name: word("chart.name", name), colour: "after", sign: "●" },
         { name: text("chart.centre"), colour: "soft", sign: "┄" },
@@ -146,6 +149,7 @@ function Picture({ one, name, unit }: { one: Charted; name: string; unit: string
 function Alarms({ one, unit }: { one: Charted; unit: string }) {
   const text = useText();
   const word = useName();
+  const { name, plain, signed } = useLengths();
   return (
     <Rows
       label={text("chart.alarms")}
@@ -164,7 +168,7 @@ function Alarms({ one, unit }: { one: Charted; unit: string }) {
           </ul>,
           <ul className="remarks">
             {episode.causes.map((cause, k) => (
-              <li key={k}>{`${number(100 * cause.probability, 0)} % ${cause.words} (${signed(cause.size)} ± ${number(cause.size_u)} ${unit})`}</li>
+              <li key={k}>{`${number(100 * cause.probability, 0)} % ${cause.words} (${signed(unit, cause.size, 1)} ± ${plain(unit, cause.size_u, 1)} ${name(unit)})`}</li>
             ))}
             <li>{`${number(100 * episode.unknown, 0)} % ${text("chart.unknown")}`}</li>
             <li>{`${number(100 * episode.chance, 0)} % ${text("chart.chance")}`}</li>
@@ -175,16 +179,18 @@ function Alarms({ one, unit }: { one: Charted; unit: string }) {
   );
 }
 
+/** Of residuals there is none: it is of errors in µm. */
 function Capability({ found }: { found: Shape<"CapabilityShape"> }) {
   const text = useText();
+  const { plain, signed } = useLengths();
   return (
     <>
       <p>
         {text("chart.spread", {
           count: found.count,
-          mean: signed(found.mean),
-          sigma: number(found.sigma),
-          short: number(found.short_sigma),
+          mean: signed("um", found.mean),
+          sigma: plain("um", found.sigma),
+          short: plain("um", found.short_sigma),
         })}
       </p>
       <Rows

@@ -1,5 +1,6 @@
 import { useShown } from "../api/asking";
 import { piece, type Shape } from "../api/client";
+import { useLengths } from "../show/lengths";
 import { Age, Head, Rows, Section, Shown, State, To } from "../show/parts";
 import { useName, useText } from "../text/text";
 import { Certified } from "./part/Certified";
@@ -112,9 +113,10 @@ function Events({ life }: { life: Life }) {
 
 /** Names with their values; long hashes break over lines. */
 function Values({ of }: { of: Record<string, string> }) {
+  const { named } = useLengths();
   return (
     <>
-      {Object.entries(of).map(([name, value]) => (
+      {Object.entries(of).map((one) => named(...one)).map(([name, value]) => (
         <div key={name}>
           <span className="soft">{name}</span> {value}
         </div>

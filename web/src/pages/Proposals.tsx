@@ -4,9 +4,9 @@ import { useState } from "react";
 import { useChange, useShown } from "../api/asking";
 import type { Shape } from "../api/client";
 import { Curves } from "../show/Curves";
-import { number, signed } from "../show/format";
+import { useLengths } from "../show/lengths";
 import { Picture } from "../show/Picture";
-import { Act, Age, Deviation, Head, Legend, Refused, Rows, Section, Shown, State, To, useWhyNot } from "../show/parts";
+import { Act, Age, Deviation, Head, Legend, Length, Refused, Rows, Section, Shown, State, To, useWhyNot } from "../show/parts";
 import { useText } from "../text/text";
 
 type Proposal = Shape<"ProposalView">;
@@ -51,6 +51,7 @@ function All() {
 
 function One({ id }: { id: string }) {
   const text = useText();
+  const { name, signed } = useLengths();
   const found = useShown<Proposal>(`proposals/${encodeURIComponent(id)}`);
   return (
     <>
@@ -62,7 +63,7 @@ function One({ id }: { id: string }) {
           <>
             <p className="soft">
               {one.made_by} <Age at={one.made_at} /> {one.why}
-              {one.tool && ` · ${one.tool}: X ${signed(one.dx_mm, 4)} mm, Z ${signed(one.dz_mm, 4)} mm`}
+              {one.tool && ` · ${one.tool}: X ${signed("mm", one.dx_mm)} ${name("mm")}, Z ${signed("mm", one.dz_mm)} ${name("mm")}`}
             </p>
             <Section title={text("proposal.effects")}>
               <figure className="curve">
@@ -93,6 +94,7 @@ function One({ id }: { id: string }) {
 
 function Effects({ one }: { one: Proposal }) {
   const text = useText();
+  const { signed } = useLengths();
   const heads = ["characteristic", "change", "before", "after", "u"] as const;
   return (
     <Rows
@@ -103,10 +105,10 @@ function Effects({ one }: { one: Proposal }) {
         key: effect.characteristic,
         cells: [
           effect.characteristic,
-          <span className="number">{signed(effect.size_change_um)}</span>,
+          <span className="number">{signed("um", effect.size_change_um)}</span>,
           <Deviation um={effect.error_before_um} />,
           <Deviation um={effect.error_after_um} />,
-          <span className="number">{number(effect.standard_u_um)}</span>,
+          <Length of="um" value={effect.standard_u_um} />,
         ],
       }))}
     />

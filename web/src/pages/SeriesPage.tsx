@@ -5,7 +5,8 @@ import { useShown } from "../api/asking";
 import { piece, type Shape } from "../api/client";
 import { Chart } from "../show/chart/Chart";
 import type { Plot } from "../show/chart/plot";
-import { number, signed } from "../show/format";
+import { number } from "../show/format";
+import { useLengths, useReader, type Lengths } from "../show/lengths";
 import { Age, Deviation, Head, Rows, Section, Shown, To } from "../show/parts";
 import { useText } from "../text/text";
 
@@ -18,7 +19,7 @@ const HEADS = ["serial", "at", "deviation", "without", "expected", "tool", "flag
 /** One characteristic over the parts: as made, as it had been without correction, what was expected, what follows. */
 export default function SeriesPage({ id, of }: { id: string; of: string }) {
   const text = useText();
-  const found = useShown<View>(`series/${piece(of)}/${piece(id)}?language=${document.documentElement.lang}`);
+  const found = useShown<View>(`series/${piece(of)}/${piece(id)}?${useReader()}`);
   return (
     <>
       <Head title={`${id}, ${of}`}>
@@ -78,6 +79,7 @@ function Whole({ view }: { view: View }) {
 function Picture({ view, points }: { view: View; points: Point[] }) {
   const text = useText();
   const flags = useFlags();
+  const lengths = useLengths();
   const plot: Plot = {
     x: points.map((_, k) => k),
     lines: [
@@ -105,14 +107,15 @@ function Picture({ view, points }: { view: View; points: Point[] }) {
     uprights: points.flatMap((one, k) => (one.tool_changed ? [{ at: k - 0.5, name: text("series.tool") }] : [])),
     xName: text("series.part"),
     yName: text("series.deviation"),
+    yIn: "um",
     xText: (at) => points[at]?.serial ?? "",
     whole: true,
   };
   const said = (k: number) => {
     const one = points[k];
     if (!one) return "";
-    const band = one.expected_um === null ? "" : `, ${expected(one, text)}`;
-    return `${one.serial}: ${signed(one.deviation_um)} µm${band} ${flags(one)}`;
+    const band = one.expected_um === null ? "" : `, ${expected(one, text, lengths)}`;
+    return `${one.serial}: ${lengths.signed("um", one.deviation_um)} ${lengths.name("um")}${band} ${flags(one)}`;
   };
   return (
     <Chart
@@ -132,17 +135,16 @@ function Picture({ view, points }: { view: View; points: Point[] }) {
 
 function Facts({ view }: { view: View }) {
   const text = useText();
-  const digits = view.unit === "mm" ? 4 : 3;
-  const limit = (um: number | null) => (um === null ? "–" : signed(um));
+  const { name, plain, signed } = useLengths();
   return (
     <dl className="facts">
       <dt>{text("head.nominal")}</dt>
       <dd className="number">
-        {number(view.nominal, digits)} {view.unit}
+        {plain(view.unit, view.nominal)} {name(view.unit)}
       </dd>
       <dt>{text("head.limits")}</dt>
       <dd className="number">
-        {limit(view.lower_um)} … {limit(view.upper_um)} µm
+        {signed("um", view.lower_um)} … {signed("um", view.upper_um)} {name("um")}
       </dd>
       <dt>Ppk</dt>
       <dd>{view.ppk === null ? text("series.ppk.none") : text("series.ppk", { ppk: number(view.ppk, 2), lower: number(view.ppk_lower, 2) })}</dd>
@@ -156,6 +158,7 @@ function Facts({ view }: { view: View }) {
 
 function Listed({ points }: { points: Point[] }) {
   const text = useText();
+  const { plain, signed } = useLengths();
   const flags = useFlags();
   return (
     <Rows
@@ -170,7 +173,7 @@ function Listed({ points }: { points: Point[] }) {
           <Age at={one.at} />,
           <Deviation um={one.deviation_um} />,
           <Deviation um={one.without_correction_um} />,
-          one.expected_um === null ? "" : <span className="number">{`${signed(one.expected_um)} ± ${number(one.band_um)}`}</span>,
+          one.expected_um === null ? "" : <span className="number">{`${signed("um", one.expected_um)} ± ${plain("um", one.band_um)}`}</span>,
           one.edge === null ? one.tool : <To href={`/tools/${one.edge}`}>{one.tool}</To>,
           flags(one),
         ],
@@ -192,6 +195,6 @@ function useFlags() {
       .join(", ");
 }
 
-function expected(one: Point, text: ReturnType<typeof useText>): string {
-  return text("series.expected", { expected: signed(one.expected_um), band: number(one.band_um) });
+function expected(one: Point, text: ReturnType<typeof useText>, { plain, signed }: Lengths): string {
+  return text("series.expected", { expected: signed("um", one.expected_um), band: plain("um", one.band_um) });
 }

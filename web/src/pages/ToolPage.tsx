@@ -5,8 +5,9 @@ import { useShown } from "../api/asking";
 import type { Shape } from "../api/client";
 import { Chart } from "../show/chart/Chart";
 import type { Plot } from "../show/chart/plot";
-import { number, signed } from "../show/format";
-import { Age, Head, Rows, Section, Shown } from "../show/parts";
+import { number } from "../show/format";
+import { useLengths, useReader } from "../show/lengths";
+import { Age, Head, Length, Rows, Section, Shown } from "../show/parts";
 import { useName, useText } from "../text/text";
 
 type Memory = Shape<"ToolMemory">;
@@ -14,7 +15,7 @@ type Memory = Shape<"ToolMemory">;
 /** What one edge remembers: its error over the contact angle, and what a next part would need. */
 export default function ToolPage({ id }: { id: string }) {
   const text = useText();
-  const found = useShown<Memory>(`tools/${encodeURIComponent(id)}/memory?language=${document.documentElement.lang}`);
+  const found = useShown<Memory>(`tools/${encodeURIComponent(id)}/memory?${useReader()}`);
   return (
     <>
       <Head title={found.data ? `${found.data.tool.tool} ${found.data.tool.edge}` : text("page.tools")}>
@@ -43,6 +44,7 @@ export default function ToolPage({ id }: { id: string }) {
 
 function Curves({ memory }: { memory: Memory }) {
   const text = useText();
+  const { name: unit, plain, signed } = useLengths();
   const [chosen, choose] = useState(memory.curves.at(-1)?.part_type ?? "");
   const curve = memory.curves.find((one) => one.part_type === chosen) ?? memory.curves[0];
   if (!curve) return null;
@@ -56,6 +58,7 @@ function Curves({ memory }: { memory: Memory }) {
     unseen: unseen(angles, memory.seen),
     xName: text("tool.angle"),
     yName: text("tool.error"),
+    yIn: "um",
   };
   const [x, z] = memory.setting_um;
   const [ux, uz] = memory.setting_band_um;
@@ -63,7 +66,7 @@ function Curves({ memory }: { memory: Memory }) {
     <>
       <p>
         {text("tool.parts", { parts: memory.parts, inspected: memory.inspected })}{" "}
-        {text("tool.setting", { x: signed(x), ux: number(ux), z: signed(z), uz: number(uz) })}
+        {text("tool.setting", { x: signed("um", x), ux: plain("um", ux), z: signed("um", z), uz: plain("um", uz) })}
       </p>
       <NativeSelect
         label={text("tool.curve")}
@@ -73,7 +76,7 @@ function Curves({ memory }: { memory: Memory }) {
       />
       <Chart
         plot={plot}
-        at={(k) => `${number(angles[k], 0)}°: ${signed(curve.error_um[k])} ± ${number(curve.band_um[k])} µm`}
+        at={(k) => `${number(angles[k], 0)}°: ${signed("um", curve.error_um[k])} ± ${plain("um", curve.band_um[k])} ${unit("um")}`}
         label={text("tool.picture", {
           curve: name(curve.part_type),
           low: number(angles[0], 0),
@@ -114,7 +117,7 @@ function Next({ memory }: { memory: Memory }) {
         cells: [
           one.part_type,
           text("tool.enough", { touches: one.touches, of: one.of }),
-          <span className="number">{number(one.left_um)}</span>,
+          <Length of="um" value={one.left_um} />,
           one.refusal || one.notes.join(" "),
         ],
       }))}
@@ -124,6 +127,7 @@ function Next({ memory }: { memory: Memory }) {
 
 function Events({ memory }: { memory: Memory }) {
   const text = useText();
+  const { named } = useLengths();
   const word = useName();
   return (
     <Rows
@@ -136,7 +140,7 @@ function Events({ memory }: { memory: Memory }) {
           <Age at={one.at} />,
           word("edge", one.kind),
           Object.entries(one.values)
-            .map(([name, value]) => `${name} ${value}`)
+            .map((one) => named(...one).join(" "))
             .join(", "),
           one.by,
         ],

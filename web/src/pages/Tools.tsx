@@ -1,7 +1,6 @@
 import { useShown } from "../api/asking";
 import type { Shape } from "../api/client";
-import { number } from "../show/format";
-import { Age, Head, Rows, Section, Shown, To } from "../show/parts";
+import { Age, Head, Length, Rows, Section, Shown, To } from "../show/parts";
 import { useText } from "../text/text";
 
 const HEADS = ["tool", "edge", "nose", "set", "parts"] as const;
@@ -25,7 +24,7 @@ export default function Tools() {
                 cells: [
                   <To href={`/tools/${one.id}`}>{one.tool}</To>,
                   one.edge,
-                  <span className="number">{number(one.nose_radius_mm, 3)}</span>,
+                  <Length of="mm" value={one.nose_radius_mm} digits={3} />,
                   <Age at={one.set_at} />,
                   one.parts,
                 ],

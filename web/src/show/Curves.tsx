@@ -1,6 +1,7 @@
 import { useShown } from "../api/asking";
 import { piece, type Shape } from "../api/client";
 import { useText } from "../text/text";
+import { useReader } from "./lengths";
 import { Legend, Section, Shown } from "./parts";
 import { Picture } from "./Picture";
 
@@ -8,7 +9,7 @@ import { Picture } from "./Picture";
 export function Curves({ correction, title }: { correction: string; title: string }) {
   const text = useText();
   const path = `corrections/${piece(correction)}/curves`;
-  const found = useShown<{ items: Shape<"CurvePicture">[] }>(`${path}?language=${document.documentElement.lang}`);
+  const found = useShown<{ items: Shape<"CurvePicture">[] }>(`${path}?${useReader()}`);
   if (found.data?.items.length === 0) return null;
   return (
     <Section title={title}>

@@ -5,7 +5,9 @@ import { Link } from "wouter";
 import { Problem } from "../api/client";
 import { useContact } from "../live/contact";
 import { useName, useText, type Key } from "../text/text";
-import { ago, moment, signed } from "./format";
+import { ago, moment } from "./format";
+import type { Given } from "./length";
+import { useLengths } from "./lengths";
 import { may, useUser, type Role } from "./roles";
 
 /** Why something was refused: what, the code to look it up by, and what to do. */
@@ -48,11 +50,16 @@ export function State({ kind, name }: { kind: string; name: string | null | unde
   return <span className={`state ${look}`}>{word(kind, name)}</span>;
 }
 
-/** A deviation, µm: red where material is left on, blue where too much was taken. */
+/** A deviation, given in µm: red where material is left on, blue where too much was taken. */
 export function Deviation({ um, digits = 1 }: { um: number | null | undefined; digits?: number }) {
-  const shown = signed(um, digits);
+  const shown = useLengths().signed("um", um, digits);
   const look = shown.startsWith("+") ? "left-on" : shown.startsWith("−") ? "taken" : "";
   return <span className={`number ${look}`}>{shown}</span>;
+}
+
+/** A length without a sign, of a column whose head names the unit. */
+export function Length({ of, value, digits }: { of: Given; value: number | null | undefined; digits?: number }) {
+  return <span className="number">{useLengths().plain(of, value, digits)}</span>;
 }
 
 /** What the colours of deviations mean. */

@@ -1,8 +1,10 @@
 import { i18n } from "@lingui/core";
 import { compileMessage } from "@lingui/message-utils/compileMessage";
 import { useLingui } from "@lingui/react";
-import { useCallback } from "react";
+import { useCallback, useContext } from "react";
 
+import { nameOf } from "../show/length";
+import { UnitContext } from "../show/lengths";
 import { de } from "./de";
 import { en, type Key } from "./en";
 
@@ -20,10 +22,14 @@ export function speak(language: string): void {
   document.documentElement.lang = known;
 }
 
-/** The words of a text by its key. */
+/** The words of a text by its key; `{um}` and `{mm}` in it are the units that the reader's lengths are shown in. */
 export function useText() {
   const { i18n: words } = useLingui();
-  return useCallback((key: Key, values?: Values) => words._(key, values), [words, words.locale]);
+  const unit = useContext(UnitContext);
+  return useCallback(
+    (key: Key, values?: Values) => words._(key, { um: nameOf(unit, "um"), mm: nameOf(unit, "mm"), ...values }),
+    [words, words.locale, unit],
+  );
 }
 
 /** The words for a name that the service uses; the name itself where there are none. */

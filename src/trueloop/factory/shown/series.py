@@ -7,7 +7,6 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.edge_names import edge_name
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, Stage
-from trueloop.domain.page_options import Language
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, part_types, read_book
@@ -15,7 +14,7 @@ from trueloop.factory.views.series import SeriesPoint, SeriesRow, SeriesView, We
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked, TrackedPart, capability
 from trueloop.report.series.page import MOVED
-from trueloop.report.texts.texts import Texts
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.statistics import NORMAL_95
 from trueloop.storage.store import Store, find
 from trueloop.units import UM_PER_MM
@@ -32,7 +31,7 @@ def series_rows(store: Store, part_type: str | None = None) -> tuple[SeriesRow, 
 
 
 def series_view(
-    store: Store, part_type: str, characteristic: str, revision: str | None = None, language: Language = "en"
+    store: Store, part_type: str, characteristic: str, revision: str | None = None, say: Texts = ENGLISH
 ) -> SeriesView:
     """One series with its parts; without a revision the latest nominal and limits. Raises SER-UNKNOWN."""
     book = read_book(store, part_type, SeriesOptions()).named((characteristic,))
@@ -45,7 +44,7 @@ def series_view(
             hint="see the list of series for those that there are",
             values={"characteristic": characteristic},
         )
-    return _view(latest[-1], book, _edges(store, part_type), Texts(language))
+    return _view(latest[-1], book, _edges(store, part_type), say)
 
 
 def _edges(store: Store, part_type: str) -> Edges:

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.domain.page_options import Language
 from trueloop.domain.tool import Edge
 from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
@@ -19,7 +18,7 @@ from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.learnt import Learned, Learnt, learnt
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.made_part import MadePart
-from trueloop.report.texts.texts import Texts
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.statistics import NORMAL_95
 from trueloop.storage.store import Store, find
 from trueloop.units import UM_PER_MM
@@ -27,7 +26,7 @@ from trueloop.units import UM_PER_MM
 OPTIONS: Final = MemoryOptions()
 
 
-def tool_memory(store: Store, row: int, language: Language = "en") -> ToolMemory:
+def tool_memory(store: Store, row: int, say: Texts = ENGLISH) -> ToolMemory:
     """The errors of an edge over the contact angle, by the number of its row, and what a next part would need.
 
     Raises FAC-UNKNOWN, and what the store's records refuse.
@@ -38,7 +37,7 @@ def tool_memory(store: Store, row: int, language: Language = "en") -> ToolMemory
         raise unknown("tool", str(row), "the store has no edge in that row")
     history = history_of(store, edge)
     found = learnt(history, np.radians(angles_deg(history))) if history else None
-    return _view(tool, history, found, _events(store, edge), Texts(language))
+    return _view(tool, history, found, _events(store, edge), say)
 
 
 def _events(store: Store, edge: Edge) -> tuple[ToolEvent, ...]:

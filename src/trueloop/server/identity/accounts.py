@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Row, func, insert, select, update
 
+from trueloop.domain.page_options import LengthUnit
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity.noted import note
 from trueloop.server.identity.passwords import hashed
@@ -50,6 +51,8 @@ class Change:
     disabled: bool | None = None
     password: str | None = None
     language: str | None = None
+    unit: LengthUnit | None = None
+    """Of the lengths on the pages."""
     subject: str | None = None
     """Of an identity provider, as `subject_of` writes it; empty: of none any more."""
 
@@ -104,6 +107,8 @@ def change_account(
     ends = bool(values)
     if change.language is not None:
         values["language"] = change.language
+    if change.unit is not None:
+        values["unit"] = change.unit
     with store.writing() as connection:
         found = _wanted(connection, name)
         if etag is not None and etag != str(found.version):

@@ -114,6 +114,7 @@ def _who(account: Row[Any], id_sha256: str, expires_at: datetime) -> Who:
         account.role,
         account.display,
         account.language,
+        account.unit,
         account=getattr(account, "account", None) or account.id,
         session=id_sha256,
         expires_at=expires_at,

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
+from trueloop.domain.page_options import LengthUnit
+
 Role = Literal["viewer", "operator", "engineer", "admin", "cell", "metrics"]
 ROLES: tuple[Role, ...] = ("viewer", "operator", "engineer", "admin")
 """Of persons, each may do what those before it may."""
@@ -20,6 +22,7 @@ class Who:
     role: Role
     display: str = ""
     language: str = "en"
+    unit: LengthUnit = "mm"
     account: int = 0
     session: str = ""
     machine: str = ""

@@ -1,12 +1,12 @@
 """Signing in and out, and who one is."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import Literal
 
 from fastapi import Request, Response
 from starlette.concurrency import run_in_threadpool
 
+from trueloop.domain.page_options import Language, LengthUnit
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.guarded import By, Here, Service, router
 from trueloop.server.identity import accounts, attempts, sessions
@@ -26,12 +26,13 @@ class SignIn:
 
 @dataclass(frozen=True)
 class Me:
-    """Who is signed in."""
+    """Who is signed in. `unit`: of the lengths that pages show to him; all answers are in mm and µm."""
 
     name: str
     display: str
     role: Role
     language: str
+    unit: LengthUnit
     expires_at: datetime | None
 
 
@@ -39,14 +40,15 @@ class Me:
 class Mine:
     """What everybody may change of his own account. A new password needs the present one, and ends all sessions."""
 
-    language: Literal["en", "de"] | None = None
+    language: Language | None = None
+    unit: LengthUnit | None = None
     password: str | None = None
     present_password: str | None = None
 
 
 def me_of(who: Who) -> Me:
     """As the pages want it."""
-    return Me(who.name, who.display, who.role, who.language, who.expires_at)
+    return Me(who.name, who.display, who.role, who.language, who.unit, who.expires_at)
 
 
 def set_cookie(here: Service, response: Response, value: str) -> None:
@@ -87,7 +89,7 @@ def me(who: By) -> Me:
 
 @routes.patch("/me")
 async def change_me(given: Mine, here: Here, who: By, request: Request, response: Response) -> Me:
-    """Changes the language or password of one's own account; guessing the present one costs what signing in does."""
+    """Changes language, unit or password of one's own account; guessing the present one costs what signing in does."""
     address = request.client.host if request.client else ""
 
     def change() -> None:
@@ -99,10 +101,10 @@ async def change_me(given: Mine, here: Here, who: By, request: Request, response
                     Code.SRV_LOGIN, "the present password is not right", hint="type the password that holds now"
                 )
             attempts.succeeded(here.store, attempt)
-        wanted = accounts.Change(password=given.password, language=given.language)
+        wanted = accounts.Change(password=given.password, language=given.language, unit=given.unit)
         accounts.change_account(here.store, who.name, wanted, here.clock())
 
     await run_in_threadpool(change)
     if given.password is not None:
         set_cookie_gone(here, response)
-    return Me(who.name, who.display, who.role, given.language or who.language, who.expires_at)
+    return me_of(replace(who, language=given.language or who.language, unit=given.unit or who.unit))

@@ -18,11 +18,11 @@ from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, Se
 from trueloop.factory.views.today import Today
 from trueloop.jobs.factory.correction_page import correction_curves, correction_page, curve_picture
 from trueloop.jobs.factory.memory import tool_memory
-from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.curve_pictures import CurvePicture
 from trueloop.server import etags, pages
 from trueloop.server.cursors import Cursor, Limit, cursor_of, place_of
 from trueloop.server.guarded import Here, Service, router
+from trueloop.server.reader import Say
 from trueloop.server.routes.task_view import TaskView, task_view
 
 T = TypeVar("T")
@@ -82,17 +82,15 @@ def show_correction(id: str, here: Here, language: Language = "en") -> Response:
 
 
 @routes.get("/corrections/{id}/curves")
-def list_curves(id: str, here: Here, language: Language = "en") -> Page[CurvePicture]:
+def list_curves(id: str, here: Here, say: Say) -> Page[CurvePicture]:
     """The error curves of a correction that have a picture, each in words."""
-    return Page(correction_curves(here.store, id, Texts(language)))
+    return Page(correction_curves(here.store, id, say))
 
 
 @routes.get("/corrections/{id}/curves/{number}", response_class=Svg)
-def show_curve(
-    id: str, number: Row, here: Here, language: Language = "en", narrow: bool = False, dark: bool = False
-) -> Response:
+def show_curve(id: str, number: Row, here: Here, say: Say, narrow: bool = False, dark: bool = False) -> Response:
     """The picture of one error curve: red is material left on, blue too much taken; touches with ±U, 95 % band."""
-    return pages.picture(curve_picture(here.store, id, number, Texts(language), narrow=narrow, dark=dark))
+    return pages.picture(curve_picture(here.store, id, number, say, narrow=narrow, dark=dark))
 
 
 @routes.get("/series")
@@ -102,11 +100,9 @@ def list_series(here: Here, part_type: str | None = None) -> Page[SeriesRow]:
 
 
 @routes.get("/series/{part_type}/{characteristic:path}")
-def show_series(
-    part_type: str, characteristic: str, here: Here, revision: str | None = None, language: Language = "en"
-) -> SeriesView:
+def show_series(part_type: str, characteristic: str, here: Here, say: Say, revision: str | None = None) -> SeriesView:
     """One series."""
-    return series.series_view(here.store, part_type, characteristic, revision, language)
+    return series.series_view(here.store, part_type, characteristic, revision, say)
 
 
 @routes.get("/tools")
@@ -116,9 +112,9 @@ def list_tools(here: Here) -> Page[ToolRow]:
 
 
 @routes.get("/tools/{id}/memory")
-def show_memory(id: int, here: Here, language: Language = "en") -> ToolMemory:
+def show_memory(id: int, here: Here, say: Say) -> ToolMemory:
     """What an edge remembers."""
-    return tool_memory(here.store, id, language)
+    return tool_memory(here.store, id, say)
 
 
 @routes.get("/orders")
@@ -155,9 +151,9 @@ def show_proposal(id: str, here: Here, response: Response) -> ProposalView:
 
 
 @routes.get("/proposals/{id}/picture", response_class=Svg)
-def show_effects(id: str, here: Here, language: Language = "en", dark: bool = False) -> Response:
+def show_effects(id: str, here: Here, say: Say, dark: bool = False) -> Response:
     """The picture of what a proposal does to the next part."""
-    return pages.picture(proposals.proposal_picture(here.store, id, Texts(language), dark=dark))
+    return pages.picture(proposals.proposal_picture(here.store, id, say, dark=dark))
 
 
 @routes.get("/alarms")

@@ -1,6 +1,6 @@
 """What is worked out of the store when it is asked for: control charts, and what makes parts wrong.
 
-It is kept in memory until a fact comes, and said in the language of who asks.
+It is kept in memory until a fact comes, and said in the language and unit of who asks.
 """
 
 from collections.abc import Callable
@@ -8,7 +8,6 @@ from typing import Annotated, Literal, TypeVar
 
 from fastapi import Query, Request
 
-from trueloop.domain.page_options import Language
 from trueloop.jobs.diagnose import diagnosed
 from trueloop.jobs.diagnose.asked import Asked
 from trueloop.jobs.monitor.charts import charts_of
@@ -16,8 +15,8 @@ from trueloop.loops.monitor.options import BASELINE, ChartOptions
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
 from trueloop.report.monitor.chart_shapes import ChartsShape
 from trueloop.report.texts.said import said
-from trueloop.report.texts.texts import Texts
 from trueloop.server.guarded import Here, Service, router
+from trueloop.server.reader import Say
 
 routes = router()
 Rule = Annotated[int, Query(ge=1, le=8)]
@@ -35,12 +34,12 @@ def show_charts(
     part_type: str,
     here: Here,
     request: Request,
+    say: Say,
     characteristic: Annotated[list[str] | None, Query()] = None,
     rules: Annotated[list[Rule] | None, Query()] = None,
     baseline: Annotated[int, Query(ge=1, le=100_000)] = BASELINE,
     each_setting: bool = False,
     what: Literal["value", "residual"] = "value",
-    language: Language = "en",
 ) -> ChartsShape:
     """Control charts of a part type's characteristics: alarms with what may explain them, capability."""
     options = ChartOptions(tuple(sorted(set(rules or (1,)))), baseline, each_setting, what)
@@ -49,22 +48,22 @@ def show_charts(
         *(request, here, ("charts", part_type, names, options)),
         lambda: charts_of(here.store, part_type, names, options),
     )
-    return said(shape, Texts(language))
+    return said(shape, say)
 
 
 @routes.get("/diagnosis/series/{part_type:path}")
-def diagnose_series(part_type: str, here: Here, request: Request, language: Language = "en") -> SeriesDiagnosisShape:
+def diagnose_series(part_type: str, here: Here, request: Request, say: Say) -> SeriesDiagnosisShape:
     """What makes the parts of a type wrong: causes with probabilities, evidence, remedy, and what would decide."""
     asked = Asked(part_type)
     shape = worked_out(request, here, ("series", part_type), lambda: diagnosed.series(here.store, asked))
-    return said(shape, Texts(language))
+    return said(shape, say)
 
 
 @routes.get("/diagnosis/part/{serial:path}")
 def diagnose_part(
-    serial: str, here: Here, request: Request, part_type: str | None = None, language: Language = "en"
+    serial: str, here: Here, request: Request, say: Say, part_type: str | None = None
 ) -> PartDiagnosisShape:
     """What is wrong with one part."""
     asked = ("part", serial, part_type)
     shape = worked_out(request, here, asked, lambda: diagnosed.part(here.store, serial, Asked(part_type)))
-    return said(shape, Texts(language))
+    return said(shape, say)

@@ -1,5 +1,6 @@
 import type { Shape } from "../../api/client";
-import { number, signed } from "../../show/format";
+import { number } from "../../show/format";
+import { useLengths } from "../../show/lengths";
 import { Section } from "../../show/parts";
 import { useText } from "../../text/text";
 
@@ -37,6 +38,7 @@ export function Causes({ causes }: { causes: Shape<"CausesShape"> | null }) {
 
 function Facts({ one }: { one: Candidate }) {
   const text = useText();
+  const { name, plain, signed } = useLengths();
   return (
     <>
       <div className="probability" aria-hidden>
@@ -44,7 +46,7 @@ function Facts({ one }: { one: Candidate }) {
       </div>
       <dl className="facts">
         <dt>{text("diagnosis.size")}</dt>
-        <dd className="number">{`${signed(one.size_um)} ± ${number(one.standard_u_um)} µm`}</dd>
+        <dd className="number">{`${signed("um", one.size_um)} ± ${plain("um", one.standard_u_um)} ${name("um")}`}</dd>
         <dt>{text("diagnosis.features")}</dt>
         <dd>{one.features.join(", ") || "–"}</dd>
         <dt>{text("diagnosis.supports")}</dt>

@@ -1,7 +1,7 @@
 import { useShown } from "../../api/asking";
 import { piece, type Shape } from "../../api/client";
-import { Age, Deviation, Head, Rows, Section, Shown, To } from "../../show/parts";
-import { number } from "../../show/format";
+import { useLengths, useReader } from "../../show/lengths";
+import { Age, Deviation, Head, Length, Rows, Section, Shown, To } from "../../show/parts";
 import { useName, useText } from "../../text/text";
 import { Findings } from "../Charts";
 import { Causes } from "./Causes";
@@ -11,7 +11,7 @@ type View = Shape<"PartDiagnosisShape">;
 /** What is wrong with one part, as far as it tells. */
 export default function OfPart({ id, of }: { id: string; of: string }) {
   const text = useText();
-  const asked = `part_type=${piece(of)}&language=${document.documentElement.lang}`;
+  const asked = `part_type=${piece(of)}&${useReader()}`;
   const found = useShown<View>(`diagnosis/part/${piece(id)}?${asked}`);
   return (
     <>
@@ -43,13 +43,14 @@ export default function OfPart({ id, of }: { id: string; of: string }) {
 
 function Errors({ view }: { view: View }) {
   const text = useText();
+  const { name } = useLengths();
   const word = useName();
   const rows = Object.entries(view.part.errors).flatMap(([device, errors]) => errors.map((one) => ({ device, one })));
   return (
     <Rows
       label={text("diagnosis.errors")}
       none={text("diagnosis.errors.none")}
-      head={[text("head.feature"), text("diagnosis.error"), text("head.source"), "µm", text("head.u")]}
+      head={[text("head.feature"), text("diagnosis.error"), text("head.source"), name("um"), text("head.u")]}
       rows={rows.map(({ device, one }) => ({
         key: `${device} ${one.feature} ${one.kind} ${one.other}`,
         cells: [
@@ -57,20 +58,23 @@ function Errors({ view }: { view: View }) {
           word("error", one.kind),
           word("device", device),
           <Deviation um={one.value_um} />,
-          <span className="number">{number(one.standard_u_um)}</span>,
+          <Length of="um" value={one.standard_u_um} />,
         ],
       }))}
     />
   );
 }
 
+const POINT = ["ERROR_PP", "ERROR_MTG", "ERROR_PROC", "RESID_MTG", "RESID_PROC"];
+
 function Points({ view }: { view: View }) {
   const text = useText();
+  const { name } = useLengths();
   return (
     <Rows
       label={text("diagnosis.points")}
       none=""
-      head={[text("head.name"), "ERROR_PP µm", "ERROR_MTG µm", "ERROR_PROC µm", "RESID_MTG µm", "RESID_PROC µm"]}
+      head={[text("head.name"), ...POINT.map((one) => `${one} ${name("um")}`)]}
       rows={view.points.map((one) => ({
         key: one.name,
         cells: [

@@ -1,6 +1,6 @@
 import { useShown } from "../../api/asking";
 import { piece, type Shape } from "../../api/client";
-import { number, signed } from "../../show/format";
+import { useLengths, useReader } from "../../show/lengths";
 import { Head, Rows, Section, Shown, To } from "../../show/parts";
 import { useName, useText } from "../../text/text";
 import { Findings } from "../Charts";
@@ -12,7 +12,7 @@ type Mean = Shape<"MeanShape"> | null;
 /** What makes the parts of a type wrong. */
 export default function OfSeries({ id }: { id: string }) {
   const text = useText();
-  const found = useShown<View>(`diagnosis/series/${piece(id)}?language=${document.documentElement.lang}`);
+  const found = useShown<View>(`diagnosis/series/${piece(id)}?${useReader()}`);
   return (
     <>
       <Head title={`${text("page.diagnosis")}: ${id}`} />
@@ -44,11 +44,12 @@ export default function OfSeries({ id }: { id: string }) {
 function Means({ view }: { view: View }) {
   const text = useText();
   const word = useName();
+  const { plain, signed } = useLengths();
   const odd = new Set(view.unexplained.map((one) => `${one.feature} ${one.kind} ${one.other}`));
   const mean = (one: Mean) =>
     one && (
       <span className="number">
-        {signed(one.mean_um)} ± {number(one.standard_u_um)}
+        {signed("um", one.mean_um)} ± {plain("um", one.standard_u_um)}
       </span>
     );
   return (

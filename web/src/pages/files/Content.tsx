@@ -1,5 +1,5 @@
 import type { Shape } from "../../api/client";
-import { number } from "../../show/format";
+import { useLengths } from "../../show/lengths";
 import { Rows } from "../../show/parts";
 import { useText } from "../../text/text";
 
@@ -57,6 +57,7 @@ const HEAD = ["characteristic", "feature", "nominal", "actual", "difference", "u
 
 function Values({ inspection }: { inspection: Inspection }) {
   const text = useText();
+  const { name, plain } = useLengths();
   const { run, serial, measured_at, count, values, remarks } = inspection;
   return (
     <>
@@ -74,10 +75,10 @@ function Values({ inspection }: { inspection: Inspection }) {
           cells: [
             `${one.characteristic} ${one.quantity}`,
             one.feature || one.reason,
-            <span className="number">{number(one.nominal, 4)}</span>,
-            <span className="number">{number(one.actual, 4)}</span>,
-            <span className="number">{number(one.deviation, 4)}</span>,
-            one.unit,
+            <span className="number">{plain(one.unit, one.nominal)}</span>,
+            <span className="number">{plain(one.unit, one.actual)}</span>,
+            <span className="number">{plain(one.unit, one.deviation)}</span>,
+            name(one.unit),
           ],
         }))}
       />

@@ -1,5 +1,6 @@
 import { useChange } from "../../api/asking";
 import { piece, type Shape } from "../../api/client";
+import { useLengths } from "../../show/lengths";
 import { Act, Age, Refused, Rows, Section, useWhyNot } from "../../show/parts";
 import { useText } from "../../text/text";
 
@@ -7,6 +8,7 @@ import { useText } from "../../text/text";
 export function Calibrations({ machine }: { machine: Shape<"MachineView"> }) {
   const text = useText();
   const whyNot = useWhyNot();
+  const { named } = useLengths();
   const change = useChange();
   return (
     <Section title={text("machine.calibrations")}>
@@ -19,7 +21,7 @@ export function Calibrations({ machine }: { machine: Shape<"MachineView"> }) {
           cells: [
             <Age at={one.at} />,
             Object.entries(one.values)
-              .map(([name, value]) => `${name} ${value}`)
+              .map((one) => named(...one).join(" "))
               .join(", "),
             one.who,
           ],

@@ -3,6 +3,8 @@ import { useContact } from "../../live/contact";
 import { Chart } from "../../show/chart/Chart";
 import type { Colour, Line, Plot } from "../../show/chart/plot";
 import { number } from "../../show/format";
+import type { Given } from "../../show/length";
+import { useLengths } from "../../show/lengths";
 import { Age, Section } from "../../show/parts";
 import { useName, useText } from "../../text/text";
 
@@ -61,28 +63,39 @@ function Pictures({ trace, last }: { trace: Stretch[]; last: Stretch }) {
   return (
     <>
       {axes.map((axis) => (
-        <Picture key={axis} trace={trace} lines={ofAxis(axis)} name={text("machine.correction", { axis: axis.toUpperCase() })} />
+        <Picture key={axis} trace={trace} lines={ofAxis(axis)} name={text("machine.correction", { axis: axis.toUpperCase() })} of="um" />
       ))}
-      <Picture trace={trace} lines={command} name={text("machine.command")} digits={3} />
+      <Picture trace={trace} lines={command} name={text("machine.command")} of="mm" digits={3} />
       {signals.length > 0 && <Picture trace={trace} lines={signals} name={text("machine.signals")} digits={2} />}
     </>
   );
 }
 
-function Picture({ trace, lines, name, digits = 2 }: { trace: Stretch[]; lines: Line[]; name: string; digits?: number }) {
+interface Drawn {
+  trace: Stretch[];
+  lines: Line[];
+  name: string;
+  /** What the values are lengths of; signals are none. */
+  of?: Given;
+  digits?: number;
+}
+
+function Picture({ trace, lines, name, of, digits = 2 }: Drawn) {
   const text = useText();
+  const { name: unit, plain } = useLengths();
   const plot: Plot = {
     x: trace.map((one) => (one.from + one.to) / 2),
     lines,
     shaded: trace.filter((one) => one.alarm).map((one) => [one.from, one.to]),
     xName: text("machine.time"),
     yName: name,
+    ...(of ? { yIn: of } : {}),
   };
-  const said = (k: number) => lines.map((one) => `${one.name} ${number(one.values[k], digits)}`).join(", ");
+  const said = (k: number) => lines.map((one) => `${one.name} ${plain(of ?? "", one.values[k], digits)} ${unit(of ?? "")}`.trim()).join(", ");
   return (
     <Chart
       plot={plot}
-      label={text("machine.picture", { name })}
+      label={text("machine.picture", { name: `${name} ${unit(of ?? "")}`.trim() })}
       at={(k) => `${number(plot.x[k], 1)} s: ${said(k)}`}
       keys={lines.map((one) => ({ name: one.name, colour: one.colour, sign: "━" }))}
     />

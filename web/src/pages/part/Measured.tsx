@@ -1,6 +1,7 @@
 import type { Shape } from "../../api/client";
-import { hash, number } from "../../show/format";
-import { Age, Deviation, Legend, Opens, Rows, State, To } from "../../show/parts";
+import { hash } from "../../show/format";
+import { useLengths } from "../../show/lengths";
+import { Age, Deviation, Legend, Length, Opens, Rows, State, To } from "../../show/parts";
 import { useProgramName } from "../../show/program";
 import { useName, useText } from "../../text/text";
 
@@ -25,7 +26,7 @@ export function Inspections({ life }: { life: Life }) {
             word("kind", one.stage),
             <Age at={one.at} />,
             one.touches,
-            <span className="number">{number(one.rms_um)}</span>,
+            <Length of="um" value={one.rms_um} />,
           ],
         }))}
       />
@@ -36,6 +37,7 @@ export function Inspections({ life }: { life: Life }) {
 
 function Results({ results }: { results: (Result & { key: string })[] }) {
   const text = useText();
+  const { name, plain } = useLengths();
   const heads = ["characteristic", "nominal", "limits", "actual", "deviation", "verdict"] as const;
   return (
     <>
@@ -49,12 +51,14 @@ function Results({ results }: { results: (Result & { key: string })[] }) {
           cells: [
             one.characteristic,
             <span className="number">
-              {number(one.nominal, 4)} {one.unit}
+              {plain(one.unit, one.nominal)} {name(one.unit)}
             </span>,
             <span className="number">
-              {number(one.lower_limit, 4)} … {number(one.upper_limit, 4)}
+              {plain(one.unit, one.lower_limit)} … {plain(one.unit, one.upper_limit)} {name(one.unit)}
             </span>,
-            <span className="number">{number(one.actual, 4)}</span>,
+            <span className="number">
+              {plain(one.unit, one.actual)} {name(one.unit)}
+            </span>,
             <Deviation um={one.deviation_um} />,
             <State kind="verdict" name={one.verdict} />,
           ],

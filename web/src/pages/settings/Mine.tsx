@@ -3,15 +3,19 @@ import { useState, type FormEvent } from "react";
 
 import { nowIs, useChange } from "../../api/asking";
 import type { Shape } from "../../api/client";
-import { useLanguageSet } from "../../frame/language";
+import { useLanguageSet, useUnitSet } from "../../frame/choices";
 import { Act, Refused, Section } from "../../show/parts";
 import { useUser } from "../../show/roles";
 import { LANGUAGES, useText } from "../../text/text";
 
-/** What everybody may change of himself: language and password. */
+const UNITS = ["mm", "inch"] as const;
+
+/** What everybody may change of himself: language, unit of lengths, and password. */
 export function Mine() {
   const text = useText();
+  const me = useUser();
   const setLanguage = useLanguageSet();
+  const setUnit = useUnitSet();
   return (
     <Section title={text("settings.mine")}>
       <div className="fields">
@@ -20,6 +24,13 @@ export function Mine() {
           value={document.documentElement.lang}
           onChange={(event) => void setLanguage(event.currentTarget.value)}
           data={LANGUAGES.map((value) => ({ value, label: text(`language.${value}`) }))}
+        />
+        <NativeSelect
+          label={text("settings.unit")}
+          description={text("settings.unit.hint")}
+          value={me.unit}
+          onChange={(event) => void setUnit(event.currentTarget.value as Shape<"Me">["unit"])}
+          data={UNITS.map((value) => ({ value, label: text(`unit.${value}`) }))}
         />
       </div>
       <Password />

@@ -1,9 +1,10 @@
 import { Loader, useComputedColorScheme } from "@mantine/core";
-import { useEffect, useRef, useState } from "react";
+import { useEffect, useMemo, useRef, useState } from "react";
 import type uPlot from "uplot";
 
 import { useText } from "../../text/text";
-import type { Colour, Plot } from "./plot";
+import { useLengths } from "../lengths";
+import { inUnit, type Colour, type Plot } from "./plot";
 
 const HEIGHT_PX = 340;
 
@@ -15,7 +16,9 @@ interface Key {
 
 /** A picture over parts, angles or time. What it shows stands in a table too: `label` says what the picture is of, `at`
  * what stands at a place of it, for whoever points there. */
-export function Chart({ plot, label, at, keys = [] }: { plot: Plot; label: string; at?: (k: number) => string; keys?: Key[] }) {
+export function Chart({ plot: given, label, at, keys = [] }: { plot: Plot; label: string; at?: (k: number) => string; keys?: Key[] }) {
+  const { unit } = useLengths();
+  const plot = useMemo(() => inUnit(given, unit), [given, unit]);
   const place = useRef<HTMLDivElement>(null);
   const made = useRef<{ set: (plot: Plot) => void } | null>(null);
   const now = useRef(plot);

@@ -5,6 +5,7 @@ import { heightOf, type Colour, type Line, type Plot } from "./plot";
 
 const DOT_PX = 4;
 const SIXTH = "2a"; // opacity, after a colour of six hexadecimal digits
+const WIDTH_PX = 7.5; // of a digit
 const FONT = "13px system-ui, sans-serif";
 
 /** The colour of a meaning as it is now, dark or light. */
@@ -76,7 +77,7 @@ function widened(low: number, high: number): [number, number] {
 
 function axisOf(name: string, say?: (at: number) => string, whole = false): uPlot.Axis {
   const grid = { stroke: ink("line"), width: 1 };
-  const digits = (step: number) => Math.max(0, Math.min(4, -Math.floor(Math.log10(step))));
+  const digits = (step: number) => Math.max(0, Math.min(7, -Math.floor(Math.log10(step))));
   return {
     label: name,
     labelFont: FONT,
@@ -85,7 +86,7 @@ function axisOf(name: string, say?: (at: number) => string, whole = false): uPlo
     grid,
     ticks: grid,
     ...(whole ? { incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000] } : {}),
-    ...(say ? { space: 70 } : { size: 56 }),
+    ...(say ? { space: 70 } : { size: (_, said) => Math.max(56, 24 + WIDTH_PX * Math.max(0, ...(said ?? []).map((one) => one.length))) }),
     values: (_, places, __, ___, step) => places.map((at) => (say ? say(at) : number(at, digits(step)))),
   };
 }

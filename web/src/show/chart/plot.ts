@@ -1,3 +1,5 @@
+import { nameOf, shownIn, type Given, type LengthUnit } from "../length";
+
 /** Colours by what they mean: variables of look.css. */
 export type Colour = "after" | "left-on" | "taken" | "soft" | "bad" | "busy" | "good" | "line" | "warm";
 
@@ -36,11 +38,28 @@ export interface Plot {
   shaded?: [number, number][];
   xName: string;
   yName: string;
+  /** What the values are lengths of: the picture is then in the reader's unit, which its axis names. */
+  yIn?: Given;
   xText?: (at: number) => string;
   /** Places that a tick of x may stand at: whole numbers of parts, or of an angle. */
   whole?: boolean;
   /** Places are times, s since 1970. */
   time?: boolean;
+}
+
+/** The same picture in a reader's unit. */
+export function inUnit(plot: Plot, unit: LengthUnit): Plot {
+  const { yIn, lines, marks = [], levels = [] } = plot;
+  if (!yIn) return plot;
+  const to = (value: number) => shownIn(unit, yIn, value);
+  const each = (values: (number | null)[]) => values.map((value) => (value === null ? null : to(value)));
+  return {
+    ...plot,
+    lines: lines.map((one) => ({ ...one, values: each(one.values), ...(one.band ? { band: each(one.band) } : {}) })),
+    marks: marks.map((one) => ({ ...one, y: to(one.y) })),
+    levels: levels.map((one) => ({ ...one, at: to(one.at) })),
+    yName: `${plot.yName} ${nameOf(unit, yIn)}`.trim(),
+  };
 }
 
 /** From the least to the largest of all that is shown, with air. */
