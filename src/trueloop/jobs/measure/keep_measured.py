@@ -16,6 +16,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.formats.jobs.job import Job
+from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.option_tables import options_from
 from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of, finish_cut, is_changed, said_of_each
 from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, touched_at
@@ -33,6 +34,7 @@ from trueloop.jobs.store.of_this_part import (
 )
 from trueloop.jobs.store.plausible import other_points, require_size
 from trueloop.jobs.store.where import store_of
+from trueloop.jobs.tools.edge import apart
 from trueloop.jobs.turned.inspection import part_type
 from trueloop.jobs.turned.job import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles
@@ -186,8 +188,9 @@ def _semifinish_cut(given: _Given, part: Part) -> Cut:
         return known[-1]
     job, files = given.files.job, given.files
     program = None if job.own_programs.semifinish is None else files.program(job.own_programs.semifinish)
-    edge = edge_of_job(files.tool)
-    setting = None if edge is None else Setting(edge, files.tool.set_at)
+    tool, edge = files.tool, edge_of_job(files.tool)
+    corner = tool.groove_corner if isinstance(tool, ToolsTable) else None
+    setting = None if edge is None else Setting(apart(edge, corner), tool.set_at)
     sha256 = "" if program is None else sha256_of(program.source)
     return Cut(part, Stage.SEMIFINISH, setting, machine_of_job(job), sha256)
 

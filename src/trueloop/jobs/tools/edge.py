@@ -1,6 +1,7 @@
 """Which edge cuts: as the job states it and as the store knows what is mounted."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime
 
 from trueloop.domain.edge_life import EdgeLife, in_pockets, life_of, lives
@@ -27,13 +28,14 @@ def edge_of(
     *,
     set_at: datetime | None = None,
     machine: Machine | None = None,
+    groove_corner: str | None = None,
 ) -> Setting | None:
     """The edge that cuts with tool `number` at that time, and when it was set.
 
     Where the tool is mounted in the store, a job may state its number alone; what it states besides has to agree.
-    Where the store has no event of the tool, the job's word counts, `set_at` with it. None where neither says which
-    edge cuts. Raises EDG-OTHER for a job that contradicts the store, EDG-ENDED for an edge that was turned away or
-    removed before, EDG-POCKET for a number in several machines.
+    Where the store has no event of the tool, the job's word counts, `set_at` and `groove_corner` with it. None where
+    neither says which edge cuts. Raises EDG-OTHER for a job that contradicts the store, EDG-ENDED for an edge that was
+    turned away or removed before, EDG-POCKET for a number in several machines.
     """
     known = lives_in(store)
     mounted = _mounted(known, stated, number, at, machine)
@@ -42,10 +44,18 @@ def edge_of(
         return mounted.setting
     if stated is None:
         return None
+    stated = apart(stated, groove_corner)
     life = life_of(known, stated, at)
     if life is not None and (then := life.before(at)) is not None and then.ended is not None:
         raise ended(then, at)
     return Setting(stated, set_at)
+
+
+def apart(edge: Edge, groove_corner: str | None) -> Edge:
+    """An edge as a job states it, by its corner of a groove insert where it names none: the two corners are two edges,
+    whose forms must not be taken for each other's.
+    """
+    return edge if edge.corner or groove_corner is None else replace(edge, corner=groove_corner)
 
 
 def require_touches_since(setting: Setting, measured_at: datetime | None) -> None:

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from typing import Final
 
 from trueloop.domain.edge_life import EdgeLife, in_pockets
-from trueloop.domain.edge_names import tool_name
+from trueloop.domain.edge_names import tool_name, where
 from trueloop.domain.machine import Machine
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.tools.edge import several
@@ -28,14 +28,18 @@ def mounted_as(known: Sequence[EdgeLife], tool: str, at: datetime, machine: Mach
     if not found:
         raise _unknown(tool, mounted, "is mounted")
     if len(found) > 1:
-        raise several(found)
+        raise several(found) if number_of(tool) is not None else _named_alike(found, tool)
     return found[0]
 
 
 def edges_of(
     known: Sequence[EdgeLife], tool: str, corner: str | None = None, machine: Machine | None = None
 ) -> tuple[EdgeLife, ...]:
-    """All lives of a tool's edges, of one corner where it is named. Raises EDG-UNKNOWN with those that there are."""
+    """All lives of a tool's edges, of one corner where it is named.
+
+    Raises EDG-UNKNOWN with those that there are, EDG-POCKET for a name by which several mounted tools go, as both
+    corners of a groove insert.
+    """
     own = [life for life in known if _called(life, tool) and (machine is None or life.of_machine(machine))]
     if not own:
         raise _unknown(tool, known, "is in the store")
@@ -48,7 +52,19 @@ def edges_of(
             hint=f"its corners there are {', '.join(map(repr, corners))}",
             values={"tool": tool, "known": corners},
         )
+    mounted = [life for life in found if life.ended is None and life.until is None]
+    if len({life.edge.tool.number for life in mounted}) > 1:
+        raise _named_alike(mounted, tool)
     return found
+
+
+def _named_alike(mounted: Sequence[EdgeLife], tool: str) -> TrueloopError:
+    return TrueloopError(
+        Code.EDG_POCKET,
+        f"{len(mounted)} mounted edges go by {tool!r}: {'; '.join(map(where, mounted))}",
+        hint=f"name one by its number: {' or '.join(tool_name(life.edge) for life in mounted)}",
+        values={"tool": tool, "held": [where(life) for life in mounted]},
+    )
 
 
 def _called(life: EdgeLife, tool: str) -> bool:

@@ -20,7 +20,10 @@ def with_edge(store: Store, inputs: Inputs) -> Inputs:
     measured = [one.measured_at for one in inputs.inspections if one.measured_at is not None]
     finished = inputs.measured_finished
     at: datetime = min(measured) if finished and measured else inputs.made_at
-    setting = edge_of(store, stated, number, at, set_at=inputs.edge_set_at, machine=inputs.machine_tool)
+    corner = None if inputs.called is None else inputs.called.corner
+    setting = edge_of(
+        store, stated, number, at, set_at=inputs.edge_set_at, machine=inputs.machine_tool, groove_corner=corner
+    )
     if setting is None:
         return inputs
     if not finished and inputs.edge_set_at is None:

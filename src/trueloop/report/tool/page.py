@@ -5,7 +5,7 @@ from trueloop.report.markup import esc, fields, items, section, table
 from trueloop.report.shell import figure_block, html_page
 from trueloop.report.tool.figures import error_figure, form_figure, transfer_figure, types_figure
 from trueloop.report.tool.shown import ShownEdge
-from trueloop.report.tool.summary import cut_words, event_line, heads_of, rows_of, setting_words
+from trueloop.report.tool.summary import NOTHING, cut_words, event_line, heads_of, rows_of, setting_words
 
 ERROR = (
     "Finish error of a next part of each type in the present setting, had nothing been corrected, with its 95 % band; "
@@ -51,7 +51,7 @@ def edge_page(shown: ShownEdge) -> str:
 def _learnt(shown: ShownEdge) -> str:
     found = shown.learnt
     if found is None:
-        return section("learnt", "Learnt", "<p>Nothing yet: no part of this edge was touched or inspected.</p>")
+        return section("learnt", "Learnt", "<p>Nothing yet: " + NOTHING + ".</p>")
     said = f"<p>From {found.parts} parts, {found.inspected} of them inspected after the finish cut.</p>"
     figures = [figure_block("error", error_figure(shown, found), ERROR)]
     figures.append(figure_block("form", form_figure(shown, found), FORM))

@@ -16,6 +16,9 @@ from trueloop.units import UM_PER_MM
 
 STEP_DEG: Final = 10
 """Between the rows of the table in the terminal."""
+NOTHING: Final = (
+    "no part of this edge was touched or inspected on an arc or a curve, along which the contact angle turns"
+)
 
 
 def event_line(event: EdgeEvent) -> str:
@@ -66,7 +69,7 @@ def edge_lines(shown: ShownEdge) -> Iterator[str]:
     yield from (f"  {event_line(event)}" for event in shown.life.events)
     yield cut_words(shown)
     if shown.learnt is None:
-        yield "nothing learnt yet: no part of this edge was touched or inspected"
+        yield f"nothing learnt yet: {NOTHING}"
     else:
         yield from _learnt_lines(shown, shown.learnt)
     yield from map(str, shown.findings)
