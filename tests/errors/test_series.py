@@ -16,7 +16,8 @@ from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.factory.book import Book, inspected_again
 from trueloop.jobs.series.added import Adding, add_files
-from trueloop.jobs.series.proposed import proposal_named, tool_of_job
+from trueloop.jobs.series.proposed import proposal_named
+from trueloop.jobs.series.tools_of_job import tools_of_job
 from trueloop.loops.post_process.by_tool import tool_proposals
 from trueloop.loops.post_process.decide import OVERRIDES, decide
 from trueloop.loops.post_process.flags import few_findings, usable
@@ -78,7 +79,7 @@ def _elsewhere() -> object:
     book = replace(
         book, tracked=(replace(book.tracked[0], series=replace(book.tracked[0].series, characteristic=named)),)
     )
-    return tool_proposals(book.tracked, tool_of_job(SHAFT_JOB, book), SeriesOptions(), MADE_BY)
+    return tool_proposals(book.tracked, tools_of_job(SHAFT_JOB, book), SeriesOptions(), MADE_BY)
 
 
 PRODUCERS: dict[Code, Callable[[], object]] = {

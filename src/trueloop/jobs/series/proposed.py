@@ -10,19 +10,16 @@ from trueloop.domain.proposal import Proposal, ProposalClass, ProposalDecision
 from trueloop.domain.tool_offset import ToolOffset
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, read_book
-from trueloop.formats.jobs.job import Job
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import new_table
 from trueloop.formats.tables.tool_tables.tool_table import Unit, XIs
-from trueloop.jobs.turned.characteristics import characteristics_of
-from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.series.tools_of_job import tools_of_job
 from trueloop.jobs.user import user_name
-from trueloop.loops.post_process.by_tool import JobTool, characteristic_on, tool_proposals
+from trueloop.loops.post_process.by_tool import tool_proposals
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of
-from trueloop.loops.turned.commanded import commanded
 from trueloop.storage.store import Store, find, keep
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.program.wear_words import CONTROLS, Control, counted, offset_program
@@ -50,7 +47,7 @@ def propose(store: Store, book: Book, options: SeriesOptions, job: Path | None =
     found = list(proposals_of(book.tracked, options, made))
     if job is not None:
         found = [one for one in found if one.changes is not ProposalClass.TOOL_OFFSET]
-        found += tool_proposals(book.tracked, tool_of_job(job, book), options, made)
+        found += tool_proposals(book.tracked, tools_of_job(job, book), options, made)
     known = {one.id: one for one in book.proposals}
     kept = keep(store, [one for one in found if one.id not in known])
     proposals = tuple(known.get(one.id, one) for one in found)
@@ -169,25 +166,3 @@ def _offset_of(proposal: Proposal) -> ToolOffset:
             hint="`trueloop series propose --job JOB.toml` proposes the offset of the job's tool",
         )
     return proposal.tool_offset
-
-
-def tool_of_job(path: Path, book: Book) -> JobTool:
-    """The job's part, its finish program matched with it, and which series are sizes of it. Touches need not exist."""
-    files = JobFiles.of(path)
-    program = files.finish_program()
-    profile = files.profile(program)
-    matched = commanded(program, None, profile, files.nose_radius_mm, 0.0, files.run)
-    asked = {one.name: one for one in characteristics_of(files.located, profile)}
-    own = [one.series.characteristic for one in book.tracked]
-    named = {one.name: asked.get(one.name) or characteristic_on(profile, one) for one in own}
-    given: Job = files.job
-    x_is = given.own_programs.offset_x_is
-    return JobTool(
-        profile,
-        program,
-        matched,
-        {name: one for name, one in named.items() if one is not None},
-        files.tool.number,
-        None if x_is is None else x_is == "diameter",
-        files.tool.table_edge,
-    )

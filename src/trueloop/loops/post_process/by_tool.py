@@ -36,7 +36,8 @@ LEAST_U_MM: Final = 1e-4
 
 @dataclass(frozen=True)
 class JobTool:
-    """What a job says of its part and tool. `asked`: the characteristics of its features, by name.
+    """What a job says of its part and tool, or of one of its tools and what that cuts. `asked`: the characteristics of
+    its features, by name.
 
     `tool` is the number of the offset that the job names, `x_is_diameter` how the control counts offsets on X.
     """
@@ -68,19 +69,14 @@ def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple
     return float(x), float(z)
 
 
-def tool_proposals(series: Sequence[Tracked], job: JobTool, options: SeriesOptions, made: Made) -> tuple[Proposal, ...]:
+def tool_proposals(
+    series: Sequence[Tracked], jobs: Sequence[JobTool], options: SeriesOptions, made: Made
+) -> tuple[Proposal, ...]:
     """A proposal for each tool of the finish pass whose offset is to change, in its control's step.
 
     Raises SER-TOOL where no characteristic of the series is a size of the job's part.
     """
-    by_tool: dict[int, list[tuple[Tracked, Array]]] = {}
-    tools = contour_tools(job.program, job.matched)
-    for one in series:
-        asked = job.asked.get(one.series.name)
-        if not one.series.latest or asked is None:
-            continue
-        number = tools.cut_by[job.profile.names.index(asked.feature)]
-        by_tool.setdefault(number or job.tool or 1, []).append((one, moved_by_offset(job.profile, asked)))
+    by_tool = [(job, number, of_it) for job in jobs for number, of_it in sorted(_by_tool(series, job).items())]
     if not by_tool:
         names = ", ".join(sorted(repr(one.series.name) for one in series)[:6])
         raise TrueloopError(
@@ -88,8 +84,20 @@ def tool_proposals(series: Sequence[Tracked], job: JobTool, options: SeriesOptio
             f"none of {len(series)} series ({names}) is a size of the job's features",
             hint="name them in `[[part.characteristic]]` of the job as the inspections do, each with its feature",
         )
-    found = [_of_one(job, number, of_it, options, made) for number, of_it in sorted(by_tool.items())]
+    found = [_of_one(job, number, of_it, options, made) for job, number, of_it in by_tool]
     return tuple(one for one in found if one is not None)
+
+
+def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[int, list[tuple[Tracked, Array]]]:
+    """By the number of its offset the series that a tool's offset moves, each with its g."""
+    found: dict[int, list[tuple[Tracked, Array]]] = {}
+    tools = contour_tools(job.program, job.matched, alone=True)
+    for one in series:
+        asked = job.asked.get(one.series.name)
+        if one.series.latest and asked is not None:
+            number = tools.cut_by[job.profile.names.index(asked.feature)]
+            found.setdefault(number or job.tool or 1, []).append((one, moved_by_offset(job.profile, asked)))
+    return found
 
 
 def _of_one(
