@@ -87,7 +87,8 @@ class JobFiles:
             raise TrueloopError(
                 Code.JOB_TOOLS,
                 f"the job has {len(called)} tools ({', '.join(called)}): this is done for one tool alone",
-                hint="`trueloop compensate` and `trueloop nc features` take several; else give one table [tool]",
+                hint="`trueloop compensate` (in Python `compensate_part`) and `trueloop nc features` take several; "
+                "else give one table [tool]",
                 place=Place(str(self.path)),
                 values={"tools": called},
             )
