@@ -106,6 +106,17 @@ def test_two_edges_of_one_tool_number_are_two_offsets(tmp_path: Path) -> None:
         assert offset.z_mm * SET_OFF[tool].off_mm[1] < 0.0
 
 
+def test_moves_of_another_edge_are_none_of_an_edges_own(tmp_path: Path) -> None:
+    """The right corner passes over the left half of the floor too, which the job decides to be the left one's."""
+    ten_parts(tmp_path)
+    path = job(tmp_path, [0.0] * len(PLACES), "linuxcnc", LAND + f"[feature.floor-left]\ntool = {LEFT}\n")
+    before, after = (tmp_path / "finish.ngc").read_text().rsplit("G01 X40.4000 Z-37.0000", 1)
+    (tmp_path / "finish.ngc").write_text(f"{before}G01 X40.4000 Z-39.8000{after}")
+    said = run("series", "propose", "--job", path, "--db", tmp_path / "x.db")
+    left = said[: said.index("tool 5: wear")].rpartition("\n\n")[2]
+    assert "floor-left: size" in left and "left-wall: size" in left and "right" not in left
+
+
 def test_a_part_with_set_ups_is_refused(tmp_path: Path) -> None:
     root = Path(__file__).parents[2]
     ten_parts(tmp_path)
