@@ -144,7 +144,7 @@ class Codec:
         if missing := _needed(kind) - values.keys():
             raise _refused(f"{kind.__name__} lacks {sorted(missing)}", where)
         for key, one in values.items():
-            if not fits(one, hints[key]):
+            if type(one) is not hints[key] and not fits(one, hints[key]):
                 raise _refused(f"{kind.__name__}.{key} cannot be {_shown(one)}", where)
         return kind(**values)
 

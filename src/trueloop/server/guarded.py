@@ -52,8 +52,17 @@ def factory_by(who: Who) -> FactoryBy:
     return FactoryBy(who.name, Role(who.role), who.machine, who.once)
 
 
-Here = Annotated[Service, Depends(service_of)]
-By = Annotated[Who, Depends(who_of)]
+async def _here(request: Request) -> Service:
+    """Not awaiting anything: a plain function is given a thread for each request, which takes longer than this."""
+    return service_of(request)
+
+
+async def _by(request: Request) -> Who:
+    return who_of(request)
+
+
+Here = Annotated[Service, Depends(_here)]
+By = Annotated[Who, Depends(_by)]
 Handler = Callable[[Request], Coroutine[Any, Any, Response]]
 
 

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from hashlib import sha256
 from typing import Any, Final
 
-from sqlalchemy import Row, insert, select, update
+from sqlalchemy import Row, bindparam, insert, select, update
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity import attempts
@@ -19,6 +19,12 @@ from trueloop.storage.store import Store
 SEEN: Final = timedelta(minutes=1)
 """So often at most a session's last use is noted."""
 _BYTES: Final = 32
+_OPEN: Final = (
+    select(SESSION, ACCOUNT)
+    .join(ACCOUNT, ACCOUNT.c.id == SESSION.c.account)
+    .where(SESSION.c.id_sha256 == bindparam("id_sha256"))
+)
+"""Made once: every request asks for it."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +79,8 @@ def of_cookie(store: Store, settings: Settings, cookie: str, now: datetime, *, s
 
 def still_open(store: Store, settings: Settings, id_sha256: str, now: datetime, *, seen: bool = True) -> Who | None:
     """Whose session that is, None where it has ended; `seen`: notes that it was used."""
-    wanted = select(SESSION, ACCOUNT).join(ACCOUNT, ACCOUNT.c.id == SESSION.c.account)
     with store.reading() as connection:
-        row = connection.execute(wanted.where(SESSION.c.id_sha256 == id_sha256)).one_or_none()
+        row = connection.execute(_OPEN, {"id_sha256": id_sha256}).one_or_none()
     if row is None or row.ended_at is not None or row.disabled:
         return None
     last, expires = datetime.fromisoformat(row.seen_at), datetime.fromisoformat(row.expires_at)
