@@ -78,7 +78,7 @@ PROGRAM_RELEASE: Final = _table(
 TEMPERATURE: Final = _table(
     "temperature",
     *(_id(), *_text("machine", "run", "signal", "at"), Column("celsius", Double, nullable=False)),
-    indexed=(("run",), ("machine", "at")),
+    indexed=(("run",), ("machine", "signal", "at")),
 )
 RUN_TOUCHES: Final = _table(
     "run_touches",

@@ -22,8 +22,8 @@ LATEST: Final = 20
 """Of transfers and of calibrations."""
 HOURS: Final = timedelta(hours=8)
 """Of temperatures: a shift."""
-POINTS: Final = 500
-"""Of one sensor in a picture; of more, evenly chosen ones."""
+MINUTE: Final = len("2026-01-02T03:04")
+"""Characters of a stored time that say the minute."""
 COLD: Final = timedelta(minutes=5)
 """A temperature that is older is grey."""
 
@@ -71,24 +71,23 @@ def _calibration(row: Any) -> CalibrationView:
 
 def _temperatures(known: Known, name: str, now: datetime) -> Iterator[TemperatureView]:
     """By sensor: of the latest hours, or its last value where that is older."""
-    of_machine = TEMPERATURE.c.machine == name
-    ids = [func.max(TEMPERATURE.c.id)]
-    lasts = known.connection.scalars(select(*ids).where(of_machine).group_by(TEMPERATURE.c.signal)).all()
-    chosen = of_machine & ((TEMPERATURE.c.at >= stamp(now - HOURS)) | TEMPERATURE.c.id.in_(lasts))
-    by_signal: dict[str, list[Any]] = {}
-    for row in known.rows(_thinned(chosen)):
-        by_signal.setdefault(row.signal, []).append(row)
-    for signal, rows in sorted(by_signal.items()):
+    for signal in _signals(known, name):
+        of_signal = (TEMPERATURE.c.machine == name) & (TEMPERATURE.c.signal == signal)
+        rows = known.rows(_last_of_minutes(of_signal & (TEMPERATURE.c.at >= stamp(now - HOURS))))
+        rows = rows or known.rows(select(TEMPERATURE).where(of_signal).order_by(TEMPERATURE.c.at.desc()).limit(1))
         at = tuple(time(row.at) for row in rows)
         yield TemperatureView(signal, at, tuple(row.celsius for row in rows), now - at[-1] > COLD)
 
 
-def _thinned(chosen: ColumnElement[bool]) -> Select[Any]:
-    """At most `POINTS` of each sensor, oldest first, the last one among them: a shift may have 30,000."""
-    signal, latest_first = TEMPERATURE.c.signal, (TEMPERATURE.c.at.desc(), TEMPERATURE.c.id.desc())
-    after = func.row_number().over(partition_by=signal, order_by=latest_first) - 1
-    of = func.count().over(partition_by=signal)
-    every: Select[Any] = select(TEMPERATURE, after.label("after"), of.label("of")).where(chosen)
-    found = every.subquery()
-    step = (found.c.of + (POINTS - 1)) // POINTS
-    return select(found).where(found.c.after % step == 0).order_by(found.c.at, found.c.id)
+def _signals(known: Known, name: str) -> Iterator[str]:
+    """Each by a look into the index: a machine may have millions of temperatures, and a handful of sensors."""
+    signal, first = "", select(func.min(TEMPERATURE.c.signal)).where(TEMPERATURE.c.machine == name)
+    while (found := known.connection.scalar(first.where(TEMPERATURE.c.signal > signal))) is not None:
+        yield (signal := found)
+
+
+def _last_of_minutes(chosen: ColumnElement[bool]) -> Select[Any]:
+    """Oldest first, one a minute: a shift may have 30,000, and a picture shows no more than these 480."""
+    last = func.max(TEMPERATURE.c.id)
+    of_minutes = select(last).where(chosen).group_by(func.substr(TEMPERATURE.c.at, 1, MINUTE))
+    return select(TEMPERATURE).where(TEMPERATURE.c.id.in_(of_minutes)).order_by(TEMPERATURE.c.at, TEMPERATURE.c.id)
