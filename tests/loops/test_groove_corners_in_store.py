@@ -64,6 +64,12 @@ def test_corners_that_a_job_names_alike_are_two_edges(tmp_path: Path) -> None:
         "grooved, T5 (left corner)": {("grooving", "", "left")},
         "grooved, T15 (right corner)": {("grooving", "", "right")},
     }
+    db = ("--db", tmp_path / "trueloop.db")
+    said = " ".join(run("tool", "show", "T15", *db, status=3).split())
+    assert "EDG-UNKNOWN" in said and "cuts by T15 grooving corner right are kept, never mounted" in said
+    run("tool", "mount", "T15", "--holder", "grooving", "--corner", "right", "--nose-radius-mm", "0.2", *db,
+        "--at", "2026-03-01T08:00")  # fmt: skip
+    assert "4 cuts kept" in run("tool", "show", "T15", *db)
 
 
 def test_a_finish_cut_without_a_correction_is_of_its_corner_too(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from trueloop.arrays import Array
 from trueloop.domain.edge_life import EdgeLife, time_of
 from trueloop.domain.life import Cut
 from trueloop.domain.machine import Machine
+from trueloop.domain.tool import Edge
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.tools.edge import lives_in
 from trueloop.jobs.tools.find import edges_of
@@ -17,7 +18,7 @@ from trueloop.memory.edge.learnt import learnt
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.report.tool.shown import ShownEdge
-from trueloop.storage.store import Store
+from trueloop.storage.store import Store, find
 
 BEYOND_DEG: Final = 20
 """So far beyond the angles seen, what was learnt is shown too, in grey."""
@@ -25,13 +26,19 @@ BEYOND_DEG: Final = 20
 
 def shown_edge(store: Store, tool: str, corner: str | None = None, machine: Machine | None = None) -> ShownEdge:
     """The edge of a tool that was mounted last, or its `corner`. Raises EDG-UNKNOWN with those that there are."""
-    life = latest(edges_of(lives_in(store), tool, corner, machine))
+    life = latest(edges_of(lives_in(store), tool, corner, machine, lambda: edges_that_cut(store)))
     every = cuts_of(store, life.edge)
     cuts = tuple(cut for cut in every if (at := time_of(cut)) is None or life.holds(at))
     history = history_of(store, life.edge)
     found = learnt(history, np.radians(angles_deg(history))) if history else None
     findings = tuple(cuts_after_end(life, cuts))
     return ShownEdge(life, cuts, found, findings, minutes_in_cut(life, cuts), MemoryOptions().unseen_rad)
+
+
+def edges_that_cut(store: Store) -> list[Edge]:
+    """The edges that kept cuts are by, whether they were ever mounted or not."""
+    settings = [kept.value.setting for kept in find(store, Cut)]
+    return list(dict.fromkeys(setting.edge for setting in settings if setting is not None))
 
 
 def listed(store: Store, machine: Machine | None, *, every: bool) -> tuple[EdgeLife, ...]:
