@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from pathlib import Path
 from time import monotonic
 from typing import Any
 
@@ -31,11 +32,14 @@ FLAGS = ("--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--disable-
 
 
 @contextmanager
-def served(store: Store, oidc: Oidc | None = None) -> Iterator[str]:
-    """The service on a store, at an address of this machine; accounts of every role, named as the role."""
+def served(store: Store, oidc: Oidc | None = None, links: Path | None = None) -> Iterator[str]:
+    """The service on a store, at an address of this machine; accounts of every role, named as the role.
+
+    `links`: the settings of links to controls that it is told of.
+    """
     for role in ROLES:
         add_account(store, NewAccount(role, role, PASSWORD), datetime.now(UTC))
-    app = create_app(store, Settings(poll_s=0.05, workers=0), oidc=oidc)
+    app = create_app(store, Settings(poll_s=0.05, workers=0, links=links), oidc=oidc)
     with listen(Listening(port=0)) as socket:
         server = uvicorn.Server(uvicorn.Config(app, log_level="error", ws="none", timeout_graceful_shutdown=1))
         thread = threading.Thread(target=server.run, args=([socket],), daemon=True)

@@ -6,8 +6,13 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.served import Browsing, Window, served, sign_in
+from tests.support.factory import OPERATOR, SHA, Shop
+from tests.support.served import WIDE, Browsing, Window, served, sign_in
 from tests.support.service import PASSWORD
+from tests.web.test_files import usable
+from trueloop.factory import requests as ask
+from trueloop.factory.roles import By, Role
+from trueloop.factory.shown.machines import heard
 from trueloop.jobs.store.codec import store_codec
 from trueloop.server.identity.keys import keys, of_bearer
 from trueloop.server.settings import now
@@ -131,3 +136,71 @@ def test_a_key_is_shown_once_serves_its_machine_and_ends(own: Browsing, store: S
         expect(page.get_by_role("row").filter(has_text="cell1")).to_contain_text("ended")
         assert keys(store)[0].ended_at is not None
         assert window.complaints == []
+
+
+LINKS = """[ftp.mill]
+host = "192.168.0.20"
+user = "op"
+folder = "nc"
+[serial.old]
+port = "/dev/ttyUSB0"
+"""
+
+
+def test_links_are_shown_with_kind_address_and_what_came_of_the_last_transfer(
+    web: Browsing, shown: Store, tmp_path: Path
+) -> None:
+    (tmp_path / "links.toml").write_text(LINKS, encoding="utf-8")
+    with (
+        served(shown, links=tmp_path / "links.toml") as address,
+        Browsing(web.browser, address).window("engineer") as window,
+    ):
+        window.go("/settings")
+        table = window.page.get_by_role("table", name="Links to controls")
+        mill, old = (table.get_by_role("row").filter(has_text=name) for name in ("mill", "old"))
+        expect(mill).to_contain_text("ftp://op@192.168.0.20:21/nc")
+        expect(mill.locator(".why")).to_have_text("LNK-DIFFERS: 'O2' came back")
+        expect(mill.locator(".age")).to_have_count(1)
+        expect(mill.get_by_role("link", name="mill")).to_have_attribute("href", "/machines/mill")
+        expect(old).to_contain_text("serial line")
+        expect(table.get_by_role("row").filter(has_text="lathe").locator(".state.good")).to_have_text(
+            "read back, the same"
+        )
+        usable(window)
+        window.resize(WIDE)
+        window.page.get_by_role("button", name="Deutsch").click()
+        table = window.page.get_by_role("table", name="Verbindungen zu Steuerungen")
+        expect(table).to_contain_text("zurückgelesen, gleich")
+        (tmp_path / "links.toml").write_text("[ftp.mill]\nhots = 1\n", encoding="utf-8")
+        window.page.reload()
+        expect(window.page.get_by_role("alert")).to_contain_text("LNK-FILE")
+
+
+def test_without_settings_of_links_it_says_so_and_lists_the_controls_that_are_known(
+    web: Browsing, shown: Store
+) -> None:
+    with served(shown) as address:
+        own = Browsing(web.browser, address)
+        with own.window("admin") as window:
+            window.go("/settings")
+            links = window.page.get_by_role("region", name="Links to controls")
+            expect(links).to_contain_text("trueloop serve --links links.toml")
+            expect(links.get_by_role("row")).to_have_count(3)
+            expect(links.get_by_role("row").filter(has_text="mill")).to_contain_text("LNK-DIFFERS")
+            assert window.complaints == []
+        with own.window("operator") as window:
+            window.go("/settings")
+            expect(window.page.get_by_role("heading", name="Transfers")).to_be_visible()
+            assert window.page.get_by_role("heading", name="Links to controls").count() == 0
+            assert window.complaints == []
+
+
+@pytest.fixture
+def shown(store: Store) -> Store:
+    """Transfers to two controls, the last of one refused."""
+    shop = Shop(store).set_up()
+    told = (("lathe", "read back"), ("mill", "there already"), ("mill", "LNK-DIFFERS: 'O2' came back"))
+    for control, outcome in told:
+        shop.do(ask.RecordTransfer(control, SHA["finish"], "O2", "to", SHA["finish"], "", outcome), OPERATOR)
+    heard(store, "mill", {"state": "idle"}, By("cell", Role.CELL, "mill"), now())
+    return store

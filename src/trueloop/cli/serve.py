@@ -107,8 +107,16 @@ def _role(given: str) -> "tuple[str, Role]":
     return value, role
 
 
+Links = Annotated[
+    Path | None,
+    typer.Option(
+        "--links", metavar="LINKS.toml", help="Settings of links to controls, to be shown.  [default: no settings]"
+    ),
+]
+
+
 @guarded
-def serve(where: Where, sign_on: SignOn, db: Db = None) -> None:
+def serve(where: Where, sign_on: SignOn, links: Links = None, db: Db = None) -> None:
     """Serve the store's pages and interface, until Ctrl-C or SIGTERM."""
     from trueloop.server.packages import require_packages
 
@@ -121,17 +129,21 @@ def serve(where: Where, sign_on: SignOn, db: Db = None) -> None:
     listening = where.listening()
     require_safe(listening)
     oidc = sign_on.trusted()
+    if links is not None:
+        from trueloop.formats.links_toml import read_links
+
+        read_links(links)  # what is wrong with it is said now, and again where it is changed
     store = opened(db, held_open=HELD_OPEN)
     if not accounts(store):
         typer.echo("note: there is no account yet: trueloop user add NAME --role admin", err=True)
-    run(store, _settings(where), listening, lambda at: typer.echo(f"serving {store.where} at {at}"), oidc)
+    run(store, _settings(where, links), listening, lambda at: typer.echo(f"serving {store.where} at {at}"), oidc)
     store.close()
 
 
-def _settings(where: Where) -> "Settings":
+def _settings(where: Where, links: Path | None) -> "Settings":
     from trueloop.server.settings import LOOPBACK_NAMES, Settings
 
     host = f"[{where.host}]" if ":" in where.host else where.host
     given = (*LOOPBACK_NAMES, host, *(where.name or ()))
     names = tuple(dict.fromkeys(one.casefold() for one in given))
-    return Settings(tls=where.tls_cert is not None, names=names)
+    return Settings(tls=where.tls_cert is not None, names=names, links=links)

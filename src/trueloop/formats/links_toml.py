@@ -141,18 +141,24 @@ class LinksFile(Table):
     serial: dict[str, SerialTable] = Field(default_factory=dict)
 
     @property
-    def tables(self) -> tuple[Mapping[str, AnyLink], ...]:
-        """By kind."""
-        return (self.folder, self.linuxcnc, self.ftp, self.focas, self.serial)
+    def by_kind(self) -> Mapping[str, Mapping[str, AnyLink]]:
+        """Those of each kind, by name."""
+        kinds: tuple[Mapping[str, AnyLink], ...] = (self.folder, self.linuxcnc, self.ftp, self.focas, self.serial)
+        return dict(zip(("folder", "linuxcnc", "ftp", "focas", "serial"), kinds, strict=True))
+
+
+def read_links(path: Path) -> LinksFile:
+    """The settings of all controls. Raises LNK-FILE, with the line, for a key that is wrong."""
+    return read_tables(path, LinksFile, Code.LNK_FILE, hint=HINT)
 
 
 def read_link(path: Path, name: str) -> AnyLink:
     """The settings of one control. Raises LNK-FILE, with the line, for a key that is wrong, and for an unknown name."""
-    links = read_tables(path, LinksFile, Code.LNK_FILE, hint=HINT)
-    found = [table[name] for table in links.tables if name in table]
+    tables = read_links(path).by_kind.values()
+    found = [table[name] for table in tables if name in table]
     if len(found) == 1:
         return found[0]
-    names = sorted({name for table in links.tables for name in table})
+    names = sorted({name for table in tables for name in table})
     near = difflib.get_close_matches(name, names, 1)
     raise TrueloopError(
         Code.LNK_FILE,

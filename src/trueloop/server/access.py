@@ -85,6 +85,7 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("GET", "/programs/{a}/diff/{b}"): READ,
     ("POST", "/programs/{sha}/release"): ENGINEER,
     ("GET", "/transfers"): READ,
+    ("GET", "/links"): ENGINEER,
     ("GET", "/certificates"): READ,
     ("GET", "/certificates/{id}"): READ,
     ("POST", "/certificates"): ENGINEER,

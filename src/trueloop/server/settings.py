@@ -38,12 +38,14 @@ class Limits:
 @dataclass(frozen=True)
 class Settings:
     """`names`: host names by which it may be asked, besides those of this machine for itself. `tls`: whether it
-    answers over TLS; without, only this machine reaches it. `pages`: the folder of the built pages.
+    answers over TLS; without, only this machine reaches it. `pages`: the folder of the built pages;
+    `links`: the file with the settings of links to controls.
     """
 
     tls: bool = False
     names: tuple[str, ...] = LOOPBACK_NAMES
     pages: Path | None = None
+    links: Path | None = None
     limits: Limits = Limits()
     idle_s: float = 3600.0
     session_s: float = 12 * 3600.0

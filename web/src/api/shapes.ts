@@ -456,6 +456,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/links": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Links
+         * @description Links to controls: those of the settings that the service reads, and those that transfers were recorded of.
+         */
+        get: operations["list_links_api_v1_links_get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/machines": {
         parameters: {
             query?: never;
@@ -2402,6 +2422,33 @@ export interface components {
         KnownRuns: {
             /** Known */
             known: string[];
+        };
+        /**
+         * LinkView
+         * @description The link to a control: its name, what it is (empty: the service reads no settings of it) and where it points.
+         *
+         *     `machine`: whether a machine of that name is known; `last`: the latest transfer that was recorded.
+         */
+        LinkView: {
+            /** Control */
+            control: string;
+            /** Kind */
+            kind: string;
+            last: components["schemas"]["TransferView"] | null;
+            /** Machine */
+            machine: boolean;
+            /** Where */
+            where: string;
+        };
+        /**
+         * LinksView
+         * @description All of them, by name. `settings`: whether the service was told of a file with their settings.
+         */
+        LinksView: {
+            /** Items */
+            items: components["schemas"]["LinkView"][];
+            /** Settings */
+            settings: boolean;
         };
         /**
          * Machine
@@ -4766,6 +4813,26 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    list_links_api_v1_links_get: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LinksView"];
                 };
             };
         };

@@ -3,7 +3,7 @@ import { Progress } from "@mantine/core";
 import { useShown } from "../api/asking";
 import { piece, type Shape } from "../api/client";
 import { hash, number } from "../show/format";
-import { Age, Head, Rows, Section, Shown, State, To } from "../show/parts";
+import { Age, Head, Outcome, Rows, Section, Shown, State, To } from "../show/parts";
 import { useName, useText } from "../text/text";
 import { Calibrations } from "./machine/Calibrations";
 import { Corrector } from "./machine/Corrector";
@@ -82,7 +82,7 @@ function Transfers({ machine }: { machine: View }) {
           one.program,
           <Age at={one.at} />,
           word("direction", one.direction),
-          <State kind="outcome" name={one.outcome} />,
+          <Outcome said={one.outcome} />,
           one.who,
         ],
       }))}

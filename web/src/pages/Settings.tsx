@@ -1,23 +1,26 @@
 import { usePages } from "../api/asking";
 import type { Shape } from "../api/client";
 import { hash } from "../show/format";
-import { Age, Head, More, Rows, Section, Shown, State } from "../show/parts";
+import { Age, Head, More, Outcome, Rows, Section, Shown } from "../show/parts";
 import { may, useUser } from "../show/roles";
 import { useName, useText } from "../text/text";
 import { Accounts } from "./settings/Accounts";
 import { Keys } from "./settings/Keys";
+import { Links } from "./settings/Links";
 import { Mine } from "./settings/Mine";
 
-/** One's own account; for administrators the accounts and keys of all; and what went to and came from controls. */
+/** One's own account; for administrators the accounts and keys of all; links to controls, and what went over them. */
 export default function Settings() {
   const text = useText();
-  const admin = may(useUser().role, "admin");
+  const { role } = useUser();
+  const admin = may(role, "admin");
   return (
     <>
       <Head title={text("page.settings")} />
       <Mine />
       {admin && <Accounts />}
       {admin && <Keys />}
+      {may(role, "engineer") && <Links />}
       <Section title={text("settings.transfers")}>
         <Transfers />
       </Section>
@@ -45,7 +48,7 @@ function Transfers() {
                 <Age at={one.at} />,
                 one.program,
                 word("direction", one.direction),
-                <State kind="outcome" name={one.outcome} />,
+                <Outcome said={one.outcome} />,
                 <code className="number">{hash(one.sent_sha256)}</code>,
                 one.who,
               ],

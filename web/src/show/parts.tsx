@@ -50,6 +50,15 @@ export function State({ kind, name }: { kind: string; name: string | null | unde
   return <span className={`state ${look}`}>{word(kind, name)}</span>;
 }
 
+const SAME = ["read back", "there already", "fetched", "the same"];
+
+/** What came of a transfer: as it should in green, refused or different in red with what the record says of it. */
+export function Outcome({ said }: { said: string }) {
+  const word = useName();
+  if (SAME.includes(said)) return <span className="state good">{word("outcome", said)}</span>;
+  return /^(differs|[A-Z]{3}-[A-Z]+):/.test(said) ? <span className="why">{said}</span> : <>{said}</>;
+}
+
 /** A deviation, given in µm: red where material is left on, blue where too much was taken. */
 export function Deviation({ um, digits = 1 }: { um: number | null | undefined; digits?: number }) {
   const shown = useLengths().signed("um", um, digits);

@@ -1,9 +1,10 @@
 """Events, alarms, transfers, certificates and temperatures as they are shown."""
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
-from sqlalchemy import Select, bindparam, select
+from sqlalchemy import Select, bindparam, func, select
 
 from trueloop.domain.part import Part
 from trueloop.factory.known import unknown
@@ -75,6 +76,13 @@ def transfer_rows(
     with known_of(store) as known:
         rows = known.rows(before(query, TRANSFER.c.id, limit, cursor))
     return page_of(rows, limit, _id, transfer_view)
+
+
+def last_transfers(known: Known) -> Mapping[str, TransferView]:
+    """The latest of each control, by its name."""
+    latest = select(func.max(TRANSFER.c.id)).group_by(TRANSFER.c.control)
+    rows = known.rows(select(TRANSFER).where(TRANSFER.c.id.in_(latest)))
+    return {row.control: transfer_view(row) for row in rows}
 
 
 def transfer_view(row: Any) -> TransferView:

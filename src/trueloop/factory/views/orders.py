@@ -114,3 +114,25 @@ class TransferView:
     sent_sha256: str
     read_back_sha256: str
     outcome: str
+
+
+@dataclass(frozen=True)
+class LinkView:
+    """The link to a control: its name, what it is (empty: the service reads no settings of it) and where it points.
+
+    `machine`: whether a machine of that name is known; `last`: the latest transfer that was recorded.
+    """
+
+    control: str
+    kind: str
+    where: str
+    machine: bool
+    last: TransferView | None
+
+
+@dataclass(frozen=True)
+class LinksView:
+    """All of them, by name. `settings`: whether the service was told of a file with their settings."""
+
+    settings: bool
+    items: tuple[LinkView, ...]

@@ -59,11 +59,12 @@ def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Op
     """The link. Connects to nothing yet. `tell` says what a person has to do at the control. Raises LNK-FILE."""
     table = read_link(settings, name)
     passes = frozenset(Change(one) for one in table.passes)
-    link, replaced = _link(table, settings.parent, tell), settings.parent / table.replaced
+    link, replaced = link_of(table, settings.parent, tell), settings.parent / table.replaced
     return Opened(name, link, passes, replaced, table.tool_table, table.table_unit, table.dialect)
 
 
-def _link(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | Line:
+def link_of(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | Line:
+    """The link of a table; relative names count from `beside`. Connects to nothing."""
     if isinstance(table, FolderTable):
         return Folder(beside / table.folder, named_in(beside / table.running_file) if table.running_file else None)
     if isinstance(table, LinuxCncTable):

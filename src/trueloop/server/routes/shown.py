@@ -12,12 +12,13 @@ from trueloop.domain.page_options import Language
 from trueloop.factory.shown import life, orders, parts, programs, proposals, records, series, tools
 from trueloop.factory.shown.today import today
 from trueloop.factory.tasks import task_of
-from trueloop.factory.views.orders import OrderRow, OrderView, ProgramDiff, ProgramRow, TransferView
+from trueloop.factory.views.orders import LinksView, OrderRow, OrderView, ProgramDiff, ProgramRow, TransferView
 from trueloop.factory.views.page import Page
 from trueloop.factory.views.parts import CertificateRow, EventView, PartLife, PartRow
 from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, SeriesView, ToolMemory, ToolRow
 from trueloop.factory.views.today import Today
 from trueloop.jobs.factory.correction_page import correction_curves, correction_page, curve_picture
+from trueloop.jobs.factory.links import links_view
 from trueloop.jobs.factory.memory import tool_memory
 from trueloop.report.turned.curve_pictures import CurvePicture
 from trueloop.server import etags, pages
@@ -201,6 +202,12 @@ def list_transfers(
         cursor,
         lambda place: records.transfer_rows(here.store, control=control, limit=limit, cursor=place),
     )
+
+
+@routes.get("/links")
+def list_links(here: Here) -> LinksView:
+    """Links to controls: those of the settings that the service reads, and those that transfers were recorded of."""
+    return links_view(here.store, here.settings.links, here.clock())
 
 
 @routes.get("/certificates")

@@ -53,9 +53,12 @@ function Results({ results }: { results: (Result & { key: string })[] }) {
             <span className="number">
               {plain(one.unit, one.nominal)} {name(one.unit)}
             </span>,
-            <span className="number">
-              {plain(one.unit, one.lower_limit)} … {plain(one.unit, one.upper_limit)} {name(one.unit)}
-            </span>,
+            <>
+              <span className="number">{plain(one.unit, one.lower_limit)} …</span>{" "}
+              <span className="number">
+                {plain(one.unit, one.upper_limit)} {name(one.unit)}
+              </span>
+            </>,
             <span className="number">
               {plain(one.unit, one.actual)} {name(one.unit)}
             </span>,

@@ -1,0 +1,32 @@
+"""Links to controls as the service shows them: what a file of settings says of each, and its last transfer."""
+
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+
+from trueloop.factory.shown.machines import all_machines
+from trueloop.factory.shown.paging import known_of
+from trueloop.factory.shown.records import last_transfers
+from trueloop.factory.views.orders import LinksView, LinkView
+from trueloop.formats.links_toml import read_links
+from trueloop.jobs.links.opened import link_of
+from trueloop.storage.store import Store
+
+
+def links_view(store: Store, settings: Path | None, now: datetime) -> LinksView:
+    """All that the file names, and all that transfers were recorded of; no control is asked. Raises LNK-FILE."""
+    told = [] if settings is None else list(_told(settings))
+    with known_of(store) as known:
+        last = last_transfers(known)
+        machines = {one.name for one in all_machines(known, now)}
+    named = {name for name, *_ in told}
+    every = [*told, *((name, "", "") for name in last if name not in named)]
+    items = (LinkView(name, kind, where, name in machines, last.get(name)) for name, kind, where in sorted(every))
+    return LinksView(settings is not None, tuple(items))
+
+
+def _told(settings: Path) -> Iterator[tuple[str, str, str]]:
+    """Name, kind and address of each; passwords stand in the environment, not in the file."""
+    for kind, tables in read_links(settings).by_kind.items():
+        for name, table in tables.items():
+            yield name, kind, link_of(table, settings.parent, lambda _: None).where
