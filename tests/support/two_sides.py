@@ -226,6 +226,18 @@ def measured_um(programs: Mapping[str, Path], cuttings: Mapping[int, Cutting], *
     return 1e3 * np.array(found)
 
 
+def standing_um(errors_um: Array, stop_mm: float = 0.0) -> Array:
+    """Errors of the same part where it stood on its front in the second set-up, at a stop that is off by `stop_mm`
+    along z of the part.
+
+    A front that is proud by e lies at z = e, where the program takes z = 0 to be: all that is cut there lies higher by
+    e, and by what the stop is off. Along a normal that is n_z times as much.
+    """
+    front_um = np.mean([e for e, p in zip(errors_um, PLACES, strict=True) if p.feature == "front"])
+    higher_um = [0.0 if p.tool == FIRST else p.normal[1] * (front_um + 1e3 * stop_mm) for p in PLACES]
+    return np.asarray(errors_um + np.array(higher_um))
+
+
 def tools_toml(tools: Mapping[int, int]) -> str:
     """Tables [[setups.tools]]: by the number that the program calls, whose nose it has."""
     return "".join(f"[[setups.tools]]\nnumber = {n}\nnose_radius_mm = {NOSE_MM[of]}\n" for n, of in tools.items())

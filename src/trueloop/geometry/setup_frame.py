@@ -5,6 +5,7 @@ the same in all set-ups. A profile seen so runs the other way: mirrored alone, i
 """
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -90,3 +91,7 @@ class SetupFrame:
         if not self.backwards:
             return replace(profile, features=features)
         return replace(profile, features=features[::-1], junctions=profile.junctions[::-1])
+
+
+PART: Final = SetupFrame("")
+"""That of a part with one set-up: the part's."""

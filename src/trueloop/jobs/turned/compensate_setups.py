@@ -52,8 +52,9 @@ def corrected_setups(files: JobFiles, store: "Store | None" = None, memory: Use 
     def known(inputs: Inputs, own: OwnContour) -> Inputs:
         return with_memory(store, stored_inputs(inputs, profile, own), memory)
 
-    asked, found = cuts.measured.characteristics, cuts.read.found
-    return correct_setups(profile, found, cuts.cuts, asked, cuts.notes, None if store is None else known)
+    asked, vectors = cuts.measured.characteristics, cuts.measured.vectors
+    adds = None if store is None else known
+    return correct_setups(profile, cuts.read.found, cuts.cuts, asked, vectors, cuts.notes, adds)
 
 
 def compensate_setups(

@@ -14,7 +14,7 @@ from trueloop.domain.part import PartType
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.profile import Profile
-from trueloop.geometry.setup_frame import SetupFrame
+from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_setup import index_in, reading_in, touch_in
@@ -22,9 +22,6 @@ from trueloop.nc.match.own_contour import OwnContour
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matched import MatchedReading
 from trueloop.turned.touches.touches import Gauging
-
-PLAIN = SetupFrame("")
-"""That of a part with one set-up: the part's."""
 
 
 def name_of_share(part: str, own: OwnContour, setup: SetupFrame | None) -> str:
@@ -45,7 +42,7 @@ def inspection_of_edge(
     contour, None: the part's. What lies on no feature, a length between features of two edges, and one that counts from
     a zero which is not the program's, is none of it.
     """
-    frame = setup or PLAIN
+    frame = setup or PART
     matched = match_inspection(profile, one, names)
     mine = {
         index: own.profile.names[own.index_of(there)]

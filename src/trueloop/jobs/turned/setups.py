@@ -117,16 +117,13 @@ def _features_of(asked: Characteristic) -> set[str]:
 
 
 def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
-    """Where z counts from, readings and sizes that are of no set-up alone, touches of what none cuts, in words.
+    """Where z counts from, readings that are of no set-up alone, touches of what none cuts, in words.
 
     The part of the next cut stands on a face that another set-up cuts, which a correction of its own error moves.
     """
     owns = [set(one.features) for one in read.found.setups]
     seen = {one.name: _features_seen(one, read.profile) for one in measured.vectors.seen}
-    asked = {one.name: _features_of(one) for one in measured.characteristics}
-    readings, sizes = (
-        [name for name, of in some.items() if not any(of <= own for own in owns)] for some in (seen, asked)
-    )
+    readings = [name for name, of in seen.items() if not any(of <= own for own in owns)]
     touched = {read.profile.names[index] for index in measured.vectors.feature_index.tolist()}
     unused = [name for name in read.found.uncut if name in touched]
     found: list[str] = []
@@ -141,8 +138,6 @@ def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
         found.append(
             wording("{names}: seen of features of no single set-up, and used for none.", names=all_of(readings))
         )
-    if sizes:
-        found.append(wording("{names}: sizes of no single set-up, which are not judged.", names=all_of(sizes)))
     if unused:
         found.append(wording("{features}: touched, which corrects nothing.", features=all_of(unused)))
     return found

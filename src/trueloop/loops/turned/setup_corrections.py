@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.judged import Judged
 from trueloop.domain.record import record_id
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.geometry.profile import Profile
@@ -12,9 +13,12 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.edges import calls_of
 from trueloop.loops.turned.in_setup import judged_on_part
 from trueloop.loops.turned.joint import Joint, correct_edges
+from trueloop.loops.turned.setup_sizes import setup_sizes
 from trueloop.loops.turned.setups import InSetups, OfSetup, Setup
+from trueloop.loops.turned.shared_sizes import Share
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import Called
+from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import all_of, wording
 
 
@@ -39,7 +43,9 @@ class CorrectedSetup:
 
 @dataclass(frozen=True)
 class CorrectedSetups:
-    """The corrections of all set-ups of a part; `profile` is the part's. `record_id` is of the joints' own ids."""
+    """The corrections of all set-ups of a part; `profile` is the part's. `record_id` is of the joints' own ids.
+    `characteristics` are those between faces of two set-ups.
+    """
 
     part: str
     profile: Profile
@@ -47,6 +53,7 @@ class CorrectedSetups:
     uncut: tuple[str, ...]
     record_id: str
     notes: tuple[str, ...]
+    characteristics: tuple[Judged, ...] = ()
 
 
 def correct_setups(
@@ -54,25 +61,56 @@ def correct_setups(
     found: InSetups,
     cuts: Sequence[CutsOfSetup],
     asked: Sequence[Characteristic],
+    vectors: ErrorVectors,
     notes: Sequence[str],
     known: Callable[[Inputs, OwnContour], Inputs] | None = None,
 ) -> CorrectedSetups:
-    """Corrects every program: all of them, or none. `asked` are the part's characteristics. `known` adds to the inputs
-    of one edge what is known of it.
+    """Corrects every program: all of them, or none. `asked` are the part's characteristics, `vectors` what was measured
+    of it, in its frame. `known` adds to the inputs of one edge what is known of it.
 
     Raises what correcting one raises, and SET-OFFSET where the job wants an offset that cannot be entered.
     """
     kept = [replace(one, cuts=_by_what_may_be(one, cuts)) for one in cuts]
     done = tuple(_corrected(one, asked, known) for one in kept)
     whole = kept[0].cuts[0][1]
+    allowed = any(of.allowance_mm or of.measured_allowance_mm for one in kept for _, of in one.cuts)
+    sizes = () if allowed else setup_sizes(profile, asked, vectors, [_shares(one) for one in done])
     return CorrectedSetups(
         part=whole.part.name,
         profile=profile,
         setups=done,
         uncut=found.uncut,
         record_id=record_id(dict(whole.inputs_sha256), {"setups": [one.joint.record_id for one in done]}),
-        notes=(*_left(found), *notes),
+        notes=(*_left(found), *notes, *_unjudged(done, asked, sizes, bool(vectors.at_reference.any()))),
+        characteristics=sizes,
     )
+
+
+def _shares(of: CorrectedSetup) -> list[Share]:
+    return [Share(one.contour, one.correction, of.frame) for one in of.joint.edges if one.correction is not None]
+
+
+def _unjudged(
+    done: Sequence[CorrectedSetup], asked: Sequence[Characteristic], sizes: Sequence[Judged], from_face: bool
+) -> list[str]:
+    """The sizes that are of no set-up alone and not judged, in words, and why."""
+    judged = {one.characteristic.name for one in sizes}
+    names = [one.name for one in asked if one.name not in judged and not _of_one(one, done)]
+    if not names:
+        return []
+    if from_face:
+        return [wording("{names}: sizes of no single set-up, which are not judged.", names=all_of(names))]
+    return [
+        wording(
+            "{names}: sizes of no single set-up, which are not judged: z counts from no face, and on which face the "
+            "part stands is not known.",
+            names=all_of(names),
+        )
+    ]
+
+
+def _of_one(asked: Characteristic, done: Sequence[CorrectedSetup]) -> bool:
+    return any({asked.feature, asked.other} - {""} <= {*one.features} for one in done)
 
 
 def _corrected(

@@ -13,7 +13,9 @@ from trueloop.arrays import Array, Integers
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.judged import Judged
 from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.in_setup import index_in
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.statistics import NORMAL_95
@@ -23,18 +25,24 @@ from trueloop.turned.characteristics.measurand import measurand
 
 @dataclass(frozen=True)
 class Share:
-    """What one edge cuts, and its correction."""
+    """What one edge cuts, and its correction; `frame` is that of the contour."""
 
     contour: OwnContour
     correction: Correction
+    frame: SetupFrame = PART
+
+    def cuts(self, profile: Profile, feature: int) -> bool:
+        """Whether one of the part's features is cut by this edge."""
+        placed = index_in(self.frame, feature, len(profile.features))
+        return any(placed in parts for parts in self.contour.parts)
 
     def at(self, profile: Profile, feature: int, arc_length_mm: Array) -> tuple[Array, Array]:
         """Expected errors after the next cut and their standard uncertainties at places of one of the part's features.
 
         By an offset the program's own deviation stays; by the contour no more of it than the control resolves.
         """
-        own, made = self.contour.index_of(feature), self.correction
-        points = profile.features[feature].point_mm(arc_length_mm)
+        own, made = self.contour.index_of(index_in(self.frame, feature, len(profile.features))), self.correction
+        points = self.frame.points(profile.features[feature].point_mm(arc_length_mm))
         s = np.array([float(self.contour.profile.features[own].locate(point)[0]) for point in points])
         kept = made.commanded[own].shifted.off_nominal_mm(s) if made.by_offset[own] else np.zeros(len(s))
         return expected_mm(made, own, s) + kept, made.next_cut(own, s).expanded_u_mm / NORMAL_95
@@ -56,7 +64,7 @@ def _judged(profile: Profile, asked: Characteristic, touched: Integers, shares: 
     gains, error_mm, variance = sizes.gains[0], np.zeros(len(sizes.feature_index)), 0.0
     cutting = []
     for feature in np.unique(sizes.feature_index):
-        share = next((one for one in shares if any(feature in parts for parts in one.contour.parts)), None)
+        share = next((one for one in shares if one.cuts(profile, int(feature))), None)
         if share is None:
             return None
         cutting.append(share)

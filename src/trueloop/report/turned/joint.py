@@ -1,8 +1,9 @@
 """What several edges are corrected by, in one program: the answer by tool, as text, as JSON and as a page."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+from trueloop.domain.judged import Judged
 from trueloop.domain.record import sha256_of
 from trueloop.loops.turned.joint import Joint, OfEdge
 from trueloop.report.markup import esc, items, section, table
@@ -107,7 +108,7 @@ def joint_page(joint: Joint, name: str, reports: dict[str, str], say: Texts = EN
         f"<p class='verdict'><strong>{esc('; '.join(say.note(answer_of(one)) for one in joint.edges))}</strong><br>"
         f"{esc(say.note(to_do(joint, name)))}</p>"
         + section("edges", say("Errors of the features"), _features(joint, reports, say))
-        + _sizes(joint, say)
+        + sizes_section(joint.characteristics, say)
         + (section("notes", say("Decisions"), items(esc(say.note(note)) for note in notes)) if notes else "")
         + (
             section("program", say("Changes to the program"), changed)
@@ -118,11 +119,9 @@ def joint_page(joint: Joint, name: str, reports: dict[str, str], say: Texts = EN
     return html_page(title, body, language=say.language)
 
 
-def _sizes(joint: Joint, say: Texts) -> str:
+def sizes_section(sizes: Sequence[Judged], say: Texts) -> str:
     """The sizes between features of two edges; those of one are in its own report."""
-    if not joint.characteristics:
-        return ""
-    return section("sizes", say("Sizes between edges"), characteristic_table(joint.characteristics, say))
+    return section("sizes", say("Sizes between edges"), characteristic_table(tuple(sizes), say)) if sizes else ""
 
 
 def _features(joint: Joint, reports: dict[str, str], say: Texts) -> str:

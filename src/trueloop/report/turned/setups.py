@@ -7,7 +7,16 @@ from trueloop.loops.turned.setup_corrections import CorrectedSetup, CorrectedSet
 from trueloop.report.markup import esc, items, section, table
 from trueloop.report.shell import html_page
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.report.turned.joint import answer_words, changes_of, joint_as_dict, notes_of, rows_of_edge, to_do
+from trueloop.report.turned.characteristics import characteristics_as_dicts
+from trueloop.report.turned.joint import (
+    answer_words,
+    changes_of,
+    joint_as_dict,
+    notes_of,
+    rows_of_edge,
+    sizes_section,
+    to_do,
+)
 from trueloop.report.turned.setups_drawing import drawing
 from trueloop.wording import wording
 
@@ -47,6 +56,7 @@ def setups_as_dict(corrected: CorrectedSetups) -> dict[str, object]:
         "to_do": all_to_do(corrected),
         "uncut": list(corrected.uncut),
         "notes": all_notes(corrected),
+        "characteristics": characteristics_as_dicts(corrected.characteristics),
         "setups": [_setup(one) for one in corrected.setups],
     }
 
@@ -73,6 +83,7 @@ def setups_page(corrected: CorrectedSetups, reports: Mapping[tuple[str, str], st
     """The page of a part with several set-ups; `reports`: file name of each edge's own report, by set-up and tool."""
     title = say("{part} – correction {record}", part=esc(corrected.part), record=esc(corrected.record_id))
     notes = all_notes(corrected)
+    sizes = [*corrected.characteristics, *(size for one in corrected.setups for size in one.joint.characteristics)]
     verdict = "<br>".join(
         f"<strong>{esc(say.note(answer))}</strong><br>{esc(say.note(run))}"
         for answer, run in zip(answers(corrected), all_to_do(corrected), strict=True)
@@ -81,6 +92,7 @@ def setups_page(corrected: CorrectedSetups, reports: Mapping[tuple[str, str], st
         f"<header><h1>{esc(corrected.part)}</h1></header><p class='verdict'>{verdict}</p>"
         + section("setups", say("Set-ups"), _frames(corrected, say), drawing(corrected))
         + section("edges", say("Errors of the features"), _features(corrected, reports, say))
+        + sizes_section(sizes, say)
         + (section("notes", say("Decisions"), items(esc(say.note(note)) for note in notes)) if notes else "")
         + section(
             "program", say("Changes to the program"), *(changes_of(o.joint, o.name, say) for o in corrected.setups)
