@@ -63,7 +63,7 @@ class ToolsTable(ToolTable):
     """One of several edges that cut the part, each with an offset of its own: a table [[tools]] an edge."""
 
     groove_corner: Corner | None = None
-    """Which corner of a plunge or groove insert it is: `"left"` (at lower Z of the program, where the chuck is),
+    """Which corner of a plunge or groove insert it is: `"left"` (at lower Z of the program),
     `"right"`; of a face groover `"outer"`, `"inner"`. The two corners are two edges: T0303 and T0313, or T3 D1 and D2,
     each with its own tables [[tools]].
     """
