@@ -310,7 +310,10 @@ def test_a_mounted_tool_is_not_that_of_both_set_ups_by_its_number(tmp_path: Path
     run("tool", "mount", "1", "--holder", "turning", "--insert", "CNMG", "--corner", "1", "--nose-radius-mm", "0.8",
         "--db", path.parent / "trueloop.db")  # fmt: skip
     assert "SET-EDGE" in run("compensate", path, "--serial", "P1", "-o", path.parent / "out", status=3)
-    path.write_text(path.read_text().replace("number = 1\n", 'number = 1\nname = "turning"\n'))
+    bare = path.read_text()
+    path.write_text(bare.replace("number = 1\n", 'number = 1\nname = "turning"\n', 1))
+    assert "SET-EDGE" in run("compensate", path, "--serial", "P1", "-o", path.parent / "out", status=3)
+    path.write_text(bare.replace("number = 1\n", 'number = 1\nname = "turning"\n'))
     run("compensate", path, "--serial", "P1", "-o", path.parent / "out")
 
 
