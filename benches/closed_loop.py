@@ -1,7 +1,6 @@
 """Clients that ask a service without a pause, as cheaply as Python can: one thread, a bare socket each, no library.
 
-Eight threads with an HTTP library wait for each other's interpreter and take a third of the processor time that the
-service itself takes; these take some hundredths of it, so that what they wait is the service's.
+Eight threads with an HTTP library wait for each other's interpreter; what these wait is the service's.
 """
 
 import selectors
