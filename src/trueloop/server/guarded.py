@@ -18,6 +18,7 @@ from trueloop.server.access import access_of, require
 from trueloop.server.identity import keys, sessions
 from trueloop.server.identity.who import Who
 from trueloop.server.settings import Settings
+from trueloop.server.turns import turn
 from trueloop.storage.store import Store
 
 _SAFE: Final = ("GET", "HEAD", "OPTIONS")
@@ -75,6 +76,10 @@ class Guarded(APIRoute):
         method = next(iter(self.methods or ()))
         access = access_of(method, self.path)
 
+        async def in_turn(request: Request) -> Response:
+            async with turn():
+                return await handle(request)
+
         async def handle(request: Request) -> Response:
             here = service_of(request)
             if not access.open:
@@ -87,7 +92,7 @@ class Guarded(APIRoute):
                 return await inner(request)
             return await _done_once(here, request, inner)
 
-        return handle
+        return in_turn if access.quick else handle
 
 
 def router(prefix: str = "") -> APIRouter:
