@@ -29,7 +29,7 @@ from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.understood import require_understood
 from trueloop.units import MM_PER_INCH
 
-PROGRAM_HINT: Final = "the job's table [programs] names it, relative to the job file"
+PROGRAM_HINT: Final = "the job's table [programs] or [setups.programs] names it, relative to the job file"
 
 
 @dataclass(frozen=True)
