@@ -1,11 +1,22 @@
 """How many quick requests are worked on at a time."""
 
 import asyncio
+import urllib.error
+import urllib.request
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier, Event
 from typing import Final
 
+import pytest
+from starlette.requests import Request
+
 from tests.support.awaited import awaited
+from tests.support.served import served
+from trueloop.server import guarded
 from trueloop.server.access import ACCESS
+from trueloop.server.identity.who import Who
 from trueloop.server.turns import AT_ONCE, turn
+from trueloop.storage.store import Store
 
 REQUESTS: Final = 7
 
@@ -50,3 +61,33 @@ def test_what_changes_streams_or_draws_does_not_queue_with_them() -> None:
     assert quick >= {"/parts", "/parts/{id}/life", "/orders", "/today"}
     slow = ("/events", "/machines/{name:path}/trace", "/machines/{name:path}/corrector", "/proposals/{id}/picture")
     assert quick.isdisjoint((*slow, "/charts/{part_type:path}", "/diagnosis/part/{serial:path}"))
+
+
+def test_requests_whose_sender_is_looked_up_hold_nobody_up(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Noting that somebody was there may wait for whoever writes; as many as are worked on at once do so here."""
+    look_up, free, waiting = guarded.known, Event(), Barrier(AT_ONCE + 1)
+
+    def known(here: guarded.Service, request: Request) -> Who:
+        if "x-waits" in request.headers:
+            waiting.wait(30)
+            free.wait(30)
+        return look_up(here, request)
+
+    monkeypatch.setattr(guarded, "known", known)
+    with served(store) as address, ThreadPoolExecutor(AT_ONCE) as pool:
+        try:
+            held = [pool.submit(_status, address, {"X-Waits": "1"}) for _ in range(AT_ONCE)]
+            waiting.wait(30)
+            assert _status(address, {}) == 401
+        finally:
+            free.set()
+        assert [one.result(30) for one in held] == [401] * AT_ONCE
+
+
+def _status(address: str, headers: dict[str, str]) -> int:
+    try:
+        with urllib.request.urlopen(urllib.request.Request(f"{address}/api/v1/parts", headers=headers), timeout=20):
+            return 200
+    except urllib.error.HTTPError as refused:
+        refused.close()
+        return refused.code

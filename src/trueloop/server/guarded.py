@@ -76,10 +76,6 @@ class Guarded(APIRoute):
         method = next(iter(self.methods or ()))
         access = access_of(method, self.path)
 
-        async def in_turn(request: Request) -> Response:
-            async with turn():
-                return await handle(request)
-
         async def handle(request: Request) -> Response:
             here = service_of(request)
             if not access.open:
@@ -88,11 +84,14 @@ class Guarded(APIRoute):
             if method not in _SAFE:
                 require_origin(here.settings, request)
                 await request.body()  # here: the framework would take a body that is too large for a malformed one
+            if access.quick:  # who asks is known: noting that he was there may have waited for who writes
+                async with turn():
+                    return await inner(request)
             if method != "POST" or not access.once:
                 return await inner(request)
             return await _done_once(here, request, inner)
 
-        return in_turn if access.quick else handle
+        return handle
 
 
 def router(prefix: str = "") -> APIRouter:

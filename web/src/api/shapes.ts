@@ -2442,7 +2442,7 @@ export interface components {
         };
         /**
          * LinksView
-         * @description All of them, by name. `settings`: whether the service was told of a file with their settings.
+         * @description All of them, by name. `settings`: whether the service has a file of their settings (`trueloop serve --links`).
          */
         LinksView: {
             /** Items */

@@ -132,7 +132,7 @@ class LinkView:
 
 @dataclass(frozen=True)
 class LinksView:
-    """All of them, by name. `settings`: whether the service was told of a file with their settings."""
+    """All of them, by name. `settings`: whether the service has a file of their settings (`trueloop serve --links`)."""
 
     settings: bool
     items: tuple[LinkView, ...]

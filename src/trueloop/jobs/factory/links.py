@@ -15,17 +15,17 @@ from trueloop.storage.store import Store
 
 def links_view(store: Store, settings: Path | None, now: datetime) -> LinksView:
     """All that the file names, and all that transfers were recorded of; no control is asked. Raises LNK-FILE."""
-    told = [] if settings is None else list(_told(settings))
+    stated = [] if settings is None else list(_stated(settings))
     with known_of(store) as known:
         last = last_transfers(known)
         machines = {one.name for one in all_machines(known, now)}
-    named = {name for name, *_ in told}
-    every = [*told, *((name, "", "") for name in last if name not in named)]
+    named = {name for name, *_ in stated}
+    every = [*stated, *((name, "", "") for name in last if name not in named)]
     items = (LinkView(name, kind, where, name in machines, last.get(name)) for name, kind, where in sorted(every))
     return LinksView(settings is not None, tuple(items))
 
 
-def _told(settings: Path) -> Iterator[tuple[str, str, str]]:
+def _stated(settings: Path) -> Iterator[tuple[str, str, str]]:
     """Name, kind and address of each; passwords stand in the environment, not in the file."""
     for kind, tables in read_links(settings).by_kind.items():
         for name, table in tables.items():

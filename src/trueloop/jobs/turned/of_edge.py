@@ -85,7 +85,7 @@ def _of_type(one: Inspection, part: PartType) -> Inspection:
 
 def require_kept_apart(files: JobFiles) -> None:
     """Raises JOB-TOOLS, of several set-ups JOB-SETUPS, for a part whose z is taken from a touch: it is of one edge, and
-    the others' z hang on it.
+    the z of all others depends on it.
     """
     reference = options_from(Gauging, files.job).z_reference
     if reference is None:
