@@ -10,10 +10,14 @@ RUN := $(VENV)/bin/
 PLACE := $(VENV)/.place
 SETUP := $(VENV)/.ready
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
-WEB_SOURCES := $(shell find web -path web/node_modules -prune -o -type f -print)
+PYTHON_SOURCES := $(shell find src/trueloop -path src/trueloop/manual -prune -o -name '*.py*' -not -name '*.pyc' -print)
+SHAPES := web/src/api/shapes.ts
+WEB_SOURCES := $(filter-out $(SHAPES),$(shell find web -path web/node_modules -prune -o -type f -print))
+NODE_PACKAGES := web/node_modules/.package-lock.json
+SHAPES_CHECKED := web/node_modules/.shapes
 PAGES := src/trueloop/pages/index.html
 MANUAL := src/trueloop/manual/index.html
-MANUAL_SOURCES := $(wildcard docs/* docs/*/* scripts/manual/* scripts/manual/*/*) ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md
+MANUAL_SOURCES := $(wildcard docs/* docs/*/* scripts/*.py scripts/manual/* scripts/manual/*/*) ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md
 PART ?= modbas2
 
 # One more than there are cores: tests that wait for LinuxCNC or a browser leave theirs to another.
@@ -48,17 +52,27 @@ $(SETUP): $(PLACE) pyproject.toml uv.lock $(RUST_SOURCES)
 
 setup: $(SETUP) ## the environment and the Rust core
 
-$(PAGES): $(WEB_SOURCES)
+$(NODE_PACKAGES): web/package.json web/package-lock.json
 	@scripts/require-node.sh
+	@cd web && npm ci --silent
+	@touch $@
+
+# The shapes follow from the service's code. They keep their time where they come out equal: nothing is built anew.
+$(SHAPES_CHECKED): $(SETUP) $(NODE_PACKAGES) $(PYTHON_SOURCES) scripts/web_shapes.py
+	@$(RUN)python -m scripts.web_shapes
+	@touch $@
+$(SHAPES): $(SHAPES_CHECKED) ;
+
+$(PAGES): $(SHAPES) $(WEB_SOURCES)
 	@echo "building the pages of the service"
-	@cd web && npm ci --silent && npm run --silent build -- --logLevel warn
+	@cd web && npm run --silent build -- --logLevel warn
 
 web: $(PAGES) ## the pages of the service, built with Node into src/trueloop/pages
 
-$(MANUAL): $(SETUP) $(MANUAL_SOURCES)
+$(MANUAL): $(SETUP) $(MANUAL_SOURCES) $(PYTHON_SOURCES)
 	@$(RUN)python -m scripts.manual
 
-docs: $(MANUAL) ## the manual as a site that `trueloop docs` shows, built into src/trueloop/manual
+docs: $(MANUAL) ## the manual as a site that `trueloop docs` shows, in src/trueloop/manual, with the pages that follow from the code
 
 demo: $(SETUP) ## the main job: touches of a semi-finished part to a corrected finish program, in out/
 	@$(RUN)trueloop demo $(PART)

@@ -1,12 +1,10 @@
-"""Writes docs/errors.md, the page of all error codes, from the catalogue: python -m scripts.error_page."""
+"""Makes docs/errors.md, the page of all error codes, from the catalogue."""
 
 from itertools import groupby
-from pathlib import Path
 from typing import Final
 
 from trueloop.errors import Code
 
-PAGE: Final = Path(__file__).parents[1] / "docs" / "errors.md"
 AREAS: Final = {
     "GEO": "Nominal profiles and drawings",
     "NC": "NC programs",
@@ -51,7 +49,7 @@ statuses. The letters of a code name its area.
 
 
 def page() -> str:
-    """The page as it has to be: a table an area, in the catalogue's order."""
+    """Returns the page: a table an area, in the catalogue's order."""
     parts = [HEAD]
     for area, codes in groupby(Code, key=lambda code: code.split("-")[0]):
         rows = "".join(f"| `{code}` | {code.meaning} | {_names(code)} |\n" for code in codes)
@@ -61,7 +59,3 @@ def page() -> str:
 
 def _names(code: Code) -> str:
     return ", ".join(f"`{name}`" for name in code.values)
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -1,7 +1,6 @@
-"""Writes docs/file-keys.md, every key of every TOML file, from the code: python -m scripts.file_keys_page."""
+"""Makes docs/file-keys.md, every key of every TOML file, from the code."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Final, get_args, get_origin
 
 from pydantic import BaseModel
@@ -9,7 +8,6 @@ from pydantic import BaseModel
 from scripts.key_tables import HEAD, row
 from tests.support.toml_files import KINDS
 
-PAGE: Final = Path(__file__).parents[1] / "docs" / "file-keys.md"
 ELSEWHERE: Final = {
     "job": ("Job of a turned part", "job-file.md"),
     "probe": ("Probe", "probing.md#the-probe-file"),
@@ -36,7 +34,7 @@ refused with the one that is nearest. Units stand in the names.
 
 
 def page() -> str:
-    """The page as it has to be."""
+    """Returns the page: links to the files that have a page of their own, then a section a file."""
     parts = [START]
     parts += [f"- {title}: [{link.partition('#')[0]}]({link})\n" for title, link in ELSEWHERE.values()]
     for kind, title in TITLES.items():
@@ -66,7 +64,3 @@ def inner(annotation: object, kind: str = "") -> list[tuple[str, type[BaseModel]
     kinds: dict[object, str] = {dict: "dict", tuple: "tuple"}
     kind = kinds.get(origin, kind) if isinstance(origin, type) else kind
     return [found for one in get_args(annotation) for found in inner(one, kind)]
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -1,12 +1,10 @@
-"""Writes docs/http-api.md, every address and shape of the service, by its OpenAPI: python -m scripts.http_page."""
+"""Makes docs/http-api.md, every address and shape of the service, by its OpenAPI."""
 
 from itertools import groupby
-from pathlib import Path
 from typing import Any, Final
 
 from scripts.web_shapes import openapi
 
-PAGE: Final = Path(__file__).parents[1] / "docs" / "http-api.md"
 HEAD: Final = """# The HTTP interface
 
 Every address of `trueloop serve`, below `/api/v1`, with what it takes and gives. [service.md](service.md#for-programs)
@@ -19,7 +17,7 @@ Node = dict[str, Any]
 
 
 def page() -> str:
-    """The page as it has to be: a section a kind of thing, a table an address, and all shapes."""
+    """Returns the page: a section a kind of thing, a table an address, and all shapes."""
     document = openapi()
     parts = [HEAD]
     by_kind = sorted(document["paths"].items(), key=lambda item: _kind(item[0]))
@@ -93,7 +91,3 @@ def _default(schema: Node) -> str:
 
 def _cell(text: str) -> str:
     return " ".join(text.split()).replace("|", "\\|")
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -1,6 +1,4 @@
-"""What the documentation says of keys of TOML files and of JSON, written from the code: tables of keys, schemas.
-
-    python -m scripts.key_tables
+"""Writes the tables of keys into the pages that explain TOML files: `python -m scripts.key_tables`. Makes JSON schemas.
 
 A page has a heading for each table of a file, and below it the table of its keys.
 """
@@ -137,13 +135,6 @@ def _toml(value: Any) -> str:
     return json.dumps(plain, ensure_ascii=False)  # of such values TOML's spelling is JSON's
 
 
-def main() -> None:
-    """Writes the pages and the schemas."""
-    for name in TABLES:
-        (DOCS / name).write_text(page(name), encoding="utf-8")
-    for name in SCHEMAS:
-        (DOCS / name).write_text(schema(name), encoding="utf-8")
-
-
 if __name__ == "__main__":
-    main()
+    for table_page in TABLES:
+        (DOCS / table_page).write_text(page(table_page), encoding="utf-8")

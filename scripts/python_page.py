@@ -1,4 +1,4 @@
-"""Writes docs/python-reference.md, every stable name with its docstring: python -m scripts.python_page."""
+"""Makes docs/python-reference.md, every stable name with its docstring."""
 
 import inspect
 import re
@@ -8,7 +8,6 @@ from typing import Any, Final
 
 import trueloop
 
-PAGE: Final = Path(__file__).parents[1] / "docs" / "python-reference.md"
 STUB: Final = Path(trueloop.__file__).with_suffix(".pyi")
 NAME: Final = re.compile(r"^from ([\w.]+) import (\w+) as \w+$")
 HEAD: Final = """# Every stable name of the Python API
@@ -20,7 +19,7 @@ angles radians, x is a radius, a part error is positive where material is left o
 
 
 def page() -> str:
-    """The page as it has to be: a section a group of the stub, an entry a name."""
+    """Returns the page: a section a group of the stub, an entry a name."""
     parts = [HEAD]
     for line in STUB.read_text(encoding="utf-8").splitlines():
         if line.startswith("# ") and line.endswith((".", ",")) and line != "# In the order of use.":
@@ -71,7 +70,3 @@ def _fenced(prose: str) -> str:
         else:
             out.append(lines.pop(0))
     return "\n".join(out)
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")

@@ -1,11 +1,10 @@
-"""The shapes of the service's answers for its pages, in TypeScript: python -m scripts.web_shapes [FILE].
+"""Writes web/src/api/shapes.ts, the shapes of the service's answers in TypeScript: python -m scripts.web_shapes.
 
-They are made by openapi-typescript from what the service says of itself, and kept beside the pages; a test compares.
+openapi-typescript makes them from the service's OpenAPI document; `make web` runs it before it builds the pages.
 """
 
 import json
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any, Final, cast
@@ -19,18 +18,21 @@ SHAPES: Final = WEB / "src" / "api" / "shapes.ts"
 
 
 def openapi() -> dict[str, Any]:
-    """What the service says of itself; no store is opened for it."""
+    """Returns the OpenAPI document of the service; no store is opened for it."""
     return create_app(cast(Store, None), Settings()).openapi()
 
 
-def write(to: Path) -> None:
-    """Writes the shapes to a file. The tool is the one that `make web` installs."""
+def write() -> None:
+    """Writes the shapes; a file that is equal already keeps its time, so that nothing is built anew."""
     with tempfile.TemporaryDirectory() as folder:
         document = Path(folder) / "openapi.json"
         document.write_text(json.dumps(openapi(), sort_keys=True), encoding="utf-8")
         tool = WEB / "node_modules" / ".bin" / "openapi-typescript"
-        subprocess.run([tool, document, "-o", to], check=True, stdout=subprocess.DEVNULL, cwd=WEB, timeout=120)
+        made = Path(folder) / "shapes.ts"
+        subprocess.run([tool, document, "-o", made], check=True, stdout=subprocess.DEVNULL, cwd=WEB, timeout=120)
+        if not SHAPES.exists() or SHAPES.read_bytes() != made.read_bytes():
+            SHAPES.write_bytes(made.read_bytes())
 
 
 if __name__ == "__main__":
-    write(Path(sys.argv[1]) if len(sys.argv) > 1 else SHAPES)
+    write()

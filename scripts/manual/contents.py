@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from scripts import reference
+
 ROOT: Final = Path(__file__).parents[2]
 INDEX: Final = ROOT / "docs" / "index.md"
 GROUP: Final = re.compile(r"^## (.+)$")
@@ -22,6 +24,11 @@ class Page:
     def address(self) -> str:
         """Its file in the site; all stand in one folder."""
         return f"{self.source.stem.lower()}.html"
+
+    @property
+    def text(self) -> str:
+        """Its Markdown, made from the code or read."""
+        return reference.text_of(self.source)
 
 
 @dataclass(frozen=True)

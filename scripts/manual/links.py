@@ -8,6 +8,7 @@ from urllib.parse import unquote
 
 from markdown_it.token import Token
 
+from scripts import reference
 from scripts.manual.contents import ROOT, Page
 
 OUTSIDE: Final = ("https://", "http://", "mailto:")
@@ -32,7 +33,7 @@ class Files:
         file = (source.parent / path).resolve()
         if page := self.pages.get(file):
             return page.address + hash_ + anchor
-        if not file.is_file() or file.suffix == ".md":
+        if not (file.is_file() or reference.is_generated(file)) or file.suffix == ".md":
             raise DeadLinkError(f"{source.name}: no page of the manual and no file: {link}")
         name = f"files/{file.relative_to(ROOT).as_posix()}"
         self.copied[name] = file

@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 from typing import Final
 
+from scripts import reference
 from scripts.manual import layout
 from scripts.manual.contents import ROOT, groups, pages
 from scripts.manual.links import Files, redirect
@@ -22,7 +23,7 @@ def site() -> dict[str, bytes]:
     lists, files = groups(), Files({one.source: one for one in pages()})
     made, places = {}, []
     for one in pages():
-        tokens = tokens_of(one.source.read_text(encoding="utf-8"))
+        tokens = tokens_of(one.text)
         redirect(tokens, one.source, files)
         places += list(entries(one.title, one.address, tokens))
         made[one.address] = layout.page(one, html_of(tokens), headings(tokens), lists).encode()
@@ -31,7 +32,11 @@ def site() -> dict[str, bytes]:
     rows = [place.as_list() for place in places if place.text]
     made["search-index.js"] = f"const PLACES = {json.dumps(rows, ensure_ascii=False)};\n".encode()
     copied = files.copied | {file.name: file for file in ASSETS.iterdir()}
-    return made | {name: file.read_bytes() for name, file in copied.items()}
+    return made | {name: _bytes_of(file) for name, file in copied.items()}
+
+
+def _bytes_of(file: Path) -> bytes:
+    return reference.text_of(file).encode() if reference.is_generated(file) else file.read_bytes()
 
 
 def write(folder: Path = PLACE) -> int:

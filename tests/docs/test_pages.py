@@ -18,7 +18,7 @@ from trueloop.errors import Code
 
 LANGUAGES = {"console", "sh", "python", "pycon", "toml", "csv", "text", "hal", "ini", "nc"}
 RUN = {"console", "python", "pycon"}
-PAGES = {page.source: list(snippets(page.source.read_text(encoding="utf-8"))) for page in pages()}
+PAGES = {page.source: list(snippets(page.text)) for page in pages()}
 RUN_ELSEWHERE = "python-reference.md"
 """Its examples are those of docstrings, which tests/unit/test_api.py runs."""
 OTHERS = {"apt-get", "cargo", "cd", "cp", "createdb", "curl", "docker", "git", "pip", "/usr/bin/python3"}
@@ -96,7 +96,7 @@ def test_every_code_that_a_page_names_is_one() -> None:
     named = {
         (page.source.name, found)
         for page in pages()
-        for found in re.findall(r"`([A-Z]{2,3}-[A-Z-]+)`", page.source.read_text(encoding="utf-8"))
+        for found in re.findall(r"`([A-Z]{2,3}-[A-Z-]+)`", page.text)
         if found.split("-")[0] in areas
     }
     assert len(named) > 400 and [(page, code) for page, code in named if code not in set(Code)] == []

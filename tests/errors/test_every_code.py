@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from scripts.error_page import PAGE, page
+from scripts.error_page import page
 from tests.errors.expected import kept, words
 from trueloop.cli.failure import as_dict
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
@@ -153,5 +153,5 @@ def test_every_code_has_a_meaning_of_its_own() -> None:
     assert len(set(meanings)) == len(meanings)
 
 
-def test_the_page_of_errors_is_the_catalogue() -> None:
-    assert PAGE.read_text(encoding="utf-8") == page(), "run `python -m scripts.error_page`"
+def test_the_page_of_errors_has_every_code_once_in_its_order() -> None:
+    assert re.findall(r"^\| `([A-Z-]+)` \|", page(), re.M) == [str(code) for code in Code]
