@@ -1,0 +1,149 @@
+"""The terms of a turned part's error, with the priors of their sizes.
+
+Columns of a place: `edge`, `part_type`, `part`, `group` (labels; a group of features that meet tangentially), `number`
+(of the part, counted over the edge's parts: the clock of wear), `number_of_type`, `contact_angle_rad` (of the outward
+normal from +z to +x), `z_mm` (from the middle of the part), `share` (along the group, 0 to 1), `finish` (1 of the
+finish cut, 0 of the cut before).
+
+The two cuts of one part share nose, setting, clamping, form; what the finish cut does otherwise is terms of its own, so
+that inspections of finished parts teach it. Medians are from turning in general (`source`); none was fitted to the
+tables of NISTIR 6811. That short waves are terms of their own (`short`, `short_part`, `finish_short`), and that one
+feature of a part may be off (`TAIL`), was chosen with these in sight.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.estimate.places import Places
+from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
+from trueloop.estimate.waves import Waves
+
+_SETTING: Final = "a touch-off or a presetter places an edge within some hundredths of a millimetre"
+_CLAMPING: Final = "a part clamped again, a turret indexed, minutes of heat: ISO 230-2 and 13041-8, 2 µm in all"
+_NOSE: Final = "a worn nose departs from its circle by some micrometres to tens of them"
+_STRAIGHT: Final = "deflection and tailstock: some tens of micrometres over 100 mm; from part to part a third"
+_GROUP: Final = "speed, chip thickness and stiffness differ from feature to feature: some micrometres"
+_CUTS: Final = "cuts of different depth differ by some micrometres, from part to part by less"
+_SCATTER: Final = "surface and ball of some tenths of a micrometre to some micrometres in place"
+
+PRIORS: Final = {
+    "setting": Prior(0.020, 0.7, _SETTING),
+    "walk": Prior(0.0015, 0.7, _CLAMPING),
+    "clamping": Prior(0.002, 0.7, _CLAMPING),
+    "nose": Prior(0.008, 1.0, _NOSE),
+    "nose_length": Prior(0.35, 0.5, _NOSE),
+    "wear": Prior(0.0005, 1.0, _NOSE),
+    "form": Prior(0.0015, 0.7, _NOSE),
+    "form_length": Prior(0.44, 0.5, _NOSE),
+    "short": Prior(0.0015, 0.7, _NOSE),
+    "short_part": Prior(0.0015, 0.7, _NOSE),
+    "short_length": Prior(0.1, 0.5, _NOSE),
+    "taper": Prior(4.0e-5, 0.7, _STRAIGHT),
+    "taper_part": Prior(1.5e-5, 0.7, _STRAIGHT),
+    "along": Prior(0.006, 1.0, _STRAIGHT),
+    "along_length": Prior(0.35, 0.5, _STRAIGHT),
+    "group": Prior(0.004, 0.7, _GROUP),
+    "group_part": Prior(0.0015, 0.7, _GROUP),
+    "tilt_part": Prior(0.002, 0.7, _GROUP),
+    "finish_level": Prior(0.003, 0.7, _CUTS),
+    "finish": Prior(0.003, 0.7, _CUTS),
+    "finish_length": Prior(0.52, 0.5, _CUTS),
+    "finish_short": Prior(0.0015, 0.7, _CUTS),
+    "finish_clamping": Prior(0.0015, 0.7, _CLAMPING),
+    "finish_form": Prior(0.001, 0.7, _CUTS),
+    "finish_form_length": Prior(0.44, 0.5, _CUTS),
+    "finish_group": Prior(0.0015, 0.7, _GROUP),
+    "repeatability": Prior(0.001, 0.3, _SCATTER),
+    "finish_repeatability": Prior(0.001, 0.3, _SCATTER),
+}
+"""Standard deviations in mm, of a taper in mm per mm; lengths in rad, of `along_length` as a share of the group."""
+
+TAIL: Final = 3.0
+"""Degrees of freedom of what one feature of one part is off by: a chip or a burr under a face, a feature recut."""
+
+
+def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi) -> Catalogue:
+    """The terms for parts whose contact angles lie within [lowest, highest]."""
+    angles = Waves(lowest_rad, highest_rad, 0.35)
+    short = Waves(lowest_rad, highest_rad, 0.1)
+    along = Waves(0.0, 1.0, 0.35)
+
+    def of_angle(places: Places) -> Array:
+        return angles.at(places.number("contact_angle_rad"))
+
+    def of_angle_short(places: Places) -> Array:
+        return short.at(places.number("contact_angle_rad"))
+
+    def of_share(places: Places) -> Array:
+        return along.at(places.number("share"))
+
+    def waves(of: Waves, size: str, length: str) -> Callable[[Sizes], Array]:
+        return lambda sizes: of.spread(sizes[size], sizes[length])
+
+    terms = (
+        Term("nose", ("edge",), of_angle, waves(angles, "nose", "nose_length"), waves(angles, "wear", "nose_length")),
+        Term("short nose", ("edge",), of_angle_short, waves(short, "short", "short_length")),
+        Term("setting", ("edge", "part_type"), _normal, _flat("setting", 2), _flat("walk", 2), "number_of_type"),
+        Term("clamping", ("part",), _normal, _flat("clamping", 2)),
+        Term("form of the part", ("part",), of_angle, waves(angles, "form", "form_length")),
+        Term("short form of the part", ("part",), of_angle_short, waves(short, "short_part", "short_length")),
+        Term("taper", ("part_type",), _taper, _flat("taper")),
+        Term("taper of the part", ("part",), _taper, _flat("taper_part")),
+        Term("form along", ("part_type", "group"), of_share, waves(along, "along", "along_length")),
+        Term("group", ("part_type", "group"), _constant, _flat("group")),
+        Term("group of the part", ("part", "group"), _constant, _flat("group_part"), tail=TAIL),
+        Term("tilt of the part", ("part", "group"), _tilt, _flat("tilt_part"), tail=TAIL),
+        Term("finish level", ("edge",), _finish(_constant), _flat("finish_level")),
+        Term("finish form", ("edge",), _finish(of_angle), waves(angles, "finish", "finish_length")),
+        Term(
+            "finish form of the type",
+            ("part_type",),
+            _finish(of_angle_short),
+            waves(short, "finish_short", "short_length"),
+        ),
+        Term("finish clamping", ("part",), _finish(_normal), _flat("finish_clamping", 2)),
+        Term(
+            "finish form of the part",
+            ("part",),
+            _finish(of_angle),
+            waves(angles, "finish_form", "finish_form_length"),
+        ),
+        Term("finish group of the part", ("part", "group"), _finish(_constant), _flat("finish_group"), tail=TAIL),
+    )
+    return Catalogue(terms, _repeatability_mm2, PRIORS)
+
+
+def _flat(size: str, count: int = 1) -> Callable[[Sizes], Array]:
+    return lambda sizes: np.full(count, sizes[size])
+
+
+def _normal(places: Places) -> Array:
+    """A displacement (dX, dZ) along the outward normal (sin φ, cos φ), (n, 2)."""
+    angle = places.number("contact_angle_rad")
+    return np.column_stack([np.sin(angle), np.cos(angle)])
+
+
+def _taper(places: Places) -> Array:
+    """A radius that grows with z."""
+    return np.asarray((places.number("z_mm") * np.sin(places.number("contact_angle_rad")))[:, None])
+
+
+def _tilt(places: Places) -> Array:
+    """From −1 at the start of a group to 1 at its end."""
+    return np.asarray((2.0 * places.number("share") - 1.0)[:, None])
+
+
+def _constant(places: Places) -> Array:
+    return np.ones((len(places), 1))
+
+
+def _finish(basis: Callable[[Places], Array]) -> Callable[[Places], Array]:
+    return lambda places: np.asarray(basis(places) * places.number("finish")[:, None])
+
+
+def _repeatability_mm2(places: Places, sizes: Sizes) -> Array:
+    of_finish = places.number("finish") == 1.0
+    return np.where(of_finish, sizes["finish_repeatability"], sizes["repeatability"]) ** 2

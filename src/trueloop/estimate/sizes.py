@@ -1,0 +1,180 @@
+"""Sizes of the terms from what was measured: marginal likelihood times weak log-normal priors, at its maximum.
+
+    log p(y | θ) = −½ yᵀC⁻¹y − ½ log|C| + …        ∂/∂ log v_j = ½ v_j d_jᵀ(ααᵀ − C⁻¹)d_j,   α = C⁻¹y
+
+with d_j the column by which the values follow coefficient j of variance v_j: one inverse serves all terms.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.estimate.observed import Observed, together
+from trueloop.estimate.state import JITTER_MM2, State
+from trueloop.estimate.term import Catalogue, Sizes, Term
+from trueloop.estimate.weights import more_noise
+
+Row: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
+
+BOUND: Final = 3.5
+"""Logarithms stay within so many standard deviations of their priors' medians."""
+
+DIFFERENCE: Final = 1e-5
+"""Step of a logarithm by which the dependence of variances on sizes is differenced; the covariance is not."""
+
+
+def fitted_sizes(
+    catalogue: Catalogue, parts: Sequence[Observed], start: Sizes | None = None, rounds: int = 40
+) -> dict[str, float]:
+    """The most probable sizes given observations, each of one part, in the order of the clocks.
+
+    Where some of these are gross errors by sizes that were fitted to all values, the sizes are fitted again with these
+    at their weights. Without observations: the priors' medians.
+    """
+    if not parts:
+        return catalogue.medians
+    found = _most_probable(Badness(catalogue, parts), catalogue, start or catalogue.medians, rounds)
+    more = _more_noise(catalogue, found, parts)
+    if not np.any(more):
+        return found
+    return _most_probable(Badness(catalogue, parts, more), catalogue, found, rounds)
+
+
+def _most_probable(badness: "Badness", catalogue: Catalogue, start: Sizes, rounds: int) -> dict[str, float]:
+    from scipy.optimize import minimize
+
+    medians = catalogue.logarithms(catalogue.medians)
+    reach = BOUND * np.array([prior.log_sd for prior in catalogue.priors.values()])
+    found = minimize(
+        badness.of,
+        catalogue.logarithms(start),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=list(zip((medians - reach).tolist(), (medians + reach).tolist(), strict=True)),
+        options={"maxiter": rounds, "ftol": 1e-6},
+    )
+    return catalogue.sizes(np.asarray(found.x, dtype=np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """Coefficients of one term and scope: rows that follow them, by how much (k, m).
+
+    `earliest` (k, k): of two rows, the earlier time of the term's clock, since the first; 1 of a term without a walk.
+    """
+
+    rows: np.ndarray[Any, np.dtype[np.intp]]
+    design: Array
+    earliest: Array
+
+
+class Badness:
+    """−log(marginal likelihood × priors) of the logarithms of all sizes, and its gradient."""
+
+    def __init__(self, catalogue: Catalogue, parts: Sequence[Observed], more_mm2: Array | float = 0.0) -> None:
+        self._catalogue = catalogue
+        observed = together(parts)
+        self._values, self._places = observed.value_mm, observed.places
+        self._functional = observed.functional
+        self._fixed = observed.instrument_mm2 + np.diag(np.full(len(observed), JITTER_MM2) + more_mm2)
+        self._median = catalogue.logarithms(catalogue.medians)
+        self._log_sd = np.array([prior.log_sd for prior in catalogue.priors.values()])
+        every = ((term, _blocks(term, observed)) for term in catalogue.terms)
+        self._terms = [(term, blocks) for term, blocks in every if blocks]
+
+    def of(self, logarithms: Row) -> tuple[float, Row]:
+        """Value and gradient, (k,)."""
+        from scipy.linalg import lapack
+
+        sizes, gradient = self._catalogue.sizes(logarithms), np.zeros(len(logarithms))
+        covariance = self._fixed + self._scattered(sizes)
+        for term, blocks in self._terms:
+            _add(covariance, term.spread(sizes), blocks, walking=False)
+            if term.step is not None:
+                _add(covariance, term.step(sizes), blocks, walking=True)
+        factor, failed = lapack.dpotrf(covariance, lower=True, clean=True)
+        if failed:
+            return 1e9, np.zeros_like(logarithms)
+        inverse = lapack.dpotri(factor, lower=True)[0]
+        inverse = np.tril(inverse) + np.tril(inverse, -1).T
+        alpha = inverse @ self._values
+        pull = inverse - np.outer(alpha, alpha)
+        slopes: list[tuple[Callable[[Sizes], Array], Array]] = []
+        for term, blocks in self._terms:
+            slopes.append((_squared(term.spread), _pulled(pull, blocks, walking=False)))
+            if term.step is not None:
+                slopes.append((_squared(term.step), _pulled(pull, blocks, walking=True)))
+        slopes.append((lambda at: self._catalogue.repeatability_mm2(self._places, at), self._pulled_scatter(pull)))
+        for k in range(len(logarithms)):
+            up, down = logarithms.copy(), logarithms.copy()
+            up[k] += DIFFERENCE
+            down[k] -= DIFFERENCE
+            above, below = self._catalogue.sizes(up), self._catalogue.sizes(down)
+            change = sum(float(slope @ (of(above) - of(below))) for of, slope in slopes)
+            gradient[k] = change / (2.0 * DIFFERENCE)
+        away = (logarithms - self._median) / self._log_sd
+        value = 0.5 * float(self._values @ alpha) + float(np.sum(np.log(np.diag(factor)))) + 0.5 * float(away @ away)
+        return value, np.asarray(gradient + away / self._log_sd).reshape(len(logarithms))
+
+    def _scattered(self, sizes: Sizes) -> Array:
+        scatter = self._catalogue.repeatability_mm2(self._places, sizes)
+        if self._functional is None:
+            return np.diag(scatter)
+        return np.asarray((self._functional * scatter) @ self._functional.T)
+
+    def _pulled_scatter(self, pull: Array) -> Array:
+        if self._functional is None:
+            return np.asarray(0.5 * np.diag(pull))
+        return np.asarray(0.5 * np.einsum("ij,ij->j", pull @ self._functional, self._functional))
+
+
+def _squared(spread: Callable[[Sizes], Array]) -> Callable[[Sizes], Array]:
+    return lambda sizes: spread(sizes) ** 2
+
+
+def _blocks(term: Term, observed: Observed) -> list[_Block]:
+    values, labels = term.basis(observed.places), observed.places.labels(term.scope)
+    times = None
+    if term.step is not None:
+        which = np.argmax(observed.matrix != 0.0, axis=1)
+        times = observed.places.number(term.clock)[which]
+    found = []
+    for label in dict.fromkeys(labels):
+        mine = np.array([one == label for one in labels])
+        design = observed.of(np.where(mine[:, None], values, 0.0))
+        rows = np.flatnonzero(np.any(design != 0.0, axis=1))
+        if len(rows):
+            since = np.ones(1) if times is None else times[rows] - np.min(times[rows])
+            found.append(_Block(rows, design[rows], np.minimum.outer(since, since)))
+    return found
+
+
+def _add(covariance: Array, spread: Array, blocks: Sequence[_Block], walking: bool) -> None:
+    for block in blocks:
+        scaled = block.design * spread
+        own = scaled @ scaled.T
+        covariance[np.ix_(block.rows, block.rows)] += own * block.earliest if walking else own
+
+
+def _pulled(pull: Array, blocks: Sequence[_Block], walking: bool) -> Array:
+    """∂(−log p)/∂v of every coefficient's variance, summed over blocks, (m,)."""
+    total = np.zeros(blocks[0].design.shape[1])
+    for block in blocks:
+        own = pull[np.ix_(block.rows, block.rows)]
+        own = own * block.earliest if walking else own
+        total += 0.5 * np.einsum("ij,ij->j", own @ block.design, block.design)
+    return total
+
+
+def _more_noise(catalogue: Catalogue, sizes: Sizes, parts: Sequence[Observed]) -> Array:
+    """By how much the noise of gross errors is larger, (n,); zero of values that are more probably good."""
+    state, more = State.before(catalogue, sizes), []
+    for one in parts:
+        updated = state.given(one)
+        gross, noise = np.where(updated.gross > 0.5, updated.gross, 0.0), np.diag(updated.state.noise_mm2(one))
+        more.append(more_noise(noise, gross, catalogue))
+        state = updated.state
+    return np.concatenate(more)

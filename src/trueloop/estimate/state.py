@@ -1,0 +1,216 @@
+"""Mean and covariance of all coefficients: updated by observations exactly, part after part."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from trueloop.arrays import Array, by_content
+from trueloop.estimate.observed import Observed
+from trueloop.estimate.places import Places
+from trueloop.estimate.term import Catalogue, Sizes, Term
+from trueloop.estimate.weights import Heavy, Weighted, plain, weighted
+
+Key: TypeAlias = tuple[Any, ...]
+"""Name of a term, then the values of its scope."""
+
+JITTER_MM2: Final = 1e-12
+"""(1 nm)², added to the variance of every value: keeps covariances of coincident touches positive definite."""
+
+
+@by_content
+@dataclass(frozen=True)
+class Normal:
+    """A normal distribution of n values, mm: mean (n,) and covariance (n, n)."""
+
+    mean_mm: Array
+    covariance_mm2: Array
+
+    @property
+    def standard_u_mm(self) -> Array:
+        """Standard deviations, (n,)."""
+        return np.sqrt(np.maximum(np.diag(self.covariance_mm2), 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Updated:
+    """A state with observations in it, and what these showed.
+
+    `innovation` is what the values differ by from what was expected of them, with its covariance (noise included).
+    `gross` (n,): probability that a value is a gross error. `left_out` of a value: its difference from what all others
+    (with their weights) and everything earlier expect, its standard deviation in `left_out_u_mm`, (n,) each.
+    """
+
+    state: "State"
+    innovation: Normal
+    gross: Array
+    left_out_mm: Array
+    left_out_u_mm: Array
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """What is known of all coefficients.
+
+    `blocks` says where the coefficients of a term and scope stand in `mean` (m,) and `covariance` (m, m); `clocks` at
+    which time of its clock a random walk stands. Observations are to come in the order of the clocks.
+    """
+
+    catalogue: Catalogue
+    sizes: Sizes
+    mean: Array
+    covariance: Array
+    blocks: Mapping[Key, slice]
+    clocks: Mapping[Key, float]
+
+    @classmethod
+    def before(cls, catalogue: Catalogue, sizes: Sizes | None = None) -> "State":
+        """The state before anything was measured."""
+        return cls(catalogue, sizes or catalogue.medians, np.zeros(0), np.zeros((0, 0)), {}, {})
+
+    def given(self, observed: Observed, robust: bool = True) -> Updated:
+        """The state with observations in it; `robust` weighs each by the probability that it is a gross error."""
+        state = self.at(observed.places)
+        rows = observed.of(state.design(observed.places))
+        noise, off = state.noise_mm2(observed), observed.value_mm - rows @ state.mean
+        innovation = Normal(off, rows @ state.covariance @ rows.T + noise)
+        if robust:
+            where = state._heavy_since(self)
+            heavy = [Heavy(rows[:, at], np.diag(state.covariance)[at], tail) for at, tail in where]
+            found = weighted(innovation.covariance_mm2, np.diag(noise), off, self.catalogue, heavy)
+            state = state._scaled([at for at, _ in where], found.scales)
+        else:
+            found = plain(innovation.covariance_mm2, off)
+        after = state._after(state.covariance @ rows.T, off, found)
+        return Updated(after, innovation, found.gross, found.left_out_mm, found.left_out_u_mm)
+
+    def noise_mm2(self, observed: Observed) -> Array:
+        """Covariance of what instrument and repeatability of the cut put into values, (n, n)."""
+        scatter = self.catalogue.repeatability_mm2(observed.places, self.sizes)
+        own = _of(np.diag(scatter), observed.functional)
+        return np.asarray(own + observed.instrument_mm2 + JITTER_MM2 * np.eye(len(observed)))
+
+    def predict(
+        self,
+        places: Places,
+        functional: Array | None = None,
+        terms: Collection[str] | None = None,
+        repeatability: bool = True,
+    ) -> Normal:
+        """The errors at places, (N,), or of functionals (n, N) of them.
+
+        `terms`: only these have a part in it, as a share of the whole. `repeatability`: with what one cut scatters from
+        place to place; never with `terms`.
+        """
+        state = self.at(places)
+        rows = state.design(places, terms)
+        if functional is not None:
+            rows = functional @ rows
+        covariance = rows @ state.covariance @ rows.T
+        if repeatability and terms is None:
+            scatter = self.catalogue.repeatability_mm2(places, self.sizes)
+            covariance = covariance + _of(np.diag(scatter), functional)
+        return Normal(rows @ state.mean, covariance)
+
+    def at(self, places: Places) -> "State":
+        """With coefficients for all that these places are of, and random walks at the places' clocks."""
+        variances, blocks, clocks = list[Array](), dict(self.blocks), dict(self.clocks)
+        moved, count = np.zeros(len(self.mean)), len(self.mean)
+        for term in self.catalogue.terms:
+            for key, now in _keys(term, places).items():
+                step = None if term.step is None else term.step(self.sizes) ** 2
+                if key in self.blocks:
+                    if step is not None and now > clocks[key]:
+                        moved[self.blocks[key]] += step * (now - clocks[key])
+                        clocks[key] = now
+                    continue
+                variances.append(term.spread(self.sizes) ** 2)
+                if step is not None:
+                    clocks[key] = now
+                blocks[key] = slice(count, count + len(variances[-1]))
+                count = blocks[key].stop
+        if count == len(self.mean) and not np.any(moved):
+            return self
+        covariance = np.zeros((count, count))
+        old = len(self.mean)
+        covariance[:old, :old] = self.covariance
+        covariance[np.diag_indices(count)] += np.concatenate([moved, *variances])
+        mean = np.concatenate([self.mean, np.zeros(count - old)])
+        return replace(self, mean=mean, covariance=covariance, blocks=blocks, clocks=clocks)
+
+    def design(self, places: Places, terms: Collection[str] | None = None) -> Array:
+        """How the errors at places follow the coefficients, (N, m). The state has to know all of the places."""
+        rows = np.zeros((len(places), len(self.mean)))
+        for term in self.catalogue.terms:
+            if terms is not None and term.name not in terms:
+                continue
+            values, labels = term.basis(places), places.labels(term.scope)
+            for label in dict.fromkeys(labels):
+                mine = [k for k, one in enumerate(labels) if one == label]
+                rows[mine, self.blocks[term.name, *label]] = values[mine]
+        return rows
+
+    def without_parts(self) -> "State":
+        """Without the coefficients of single parts, whose measurements are all in."""
+        of_part = {term.name for term in self.catalogue.terms if term.of_part}
+        return self._without([key for key in self.blocks if key[0] in of_part])
+
+    def forgotten(self, label: object) -> "State":
+        """Without all coefficients whose scope has this value: an edge or part type that does not come back."""
+        return self._without([key for key in self.blocks if label in key[1:]])
+
+    def widened(self, term: str, variance: Array | float, scope: Key | None = None) -> "State":
+        """After an event (an insert changed, a tool set again): what a term knew is worth less by this variance."""
+        covariance = self.covariance.copy()
+        for key, where in self.blocks.items():
+            if key[0] == term and scope in (None, key[1:]):
+                at = np.arange(where.start, where.stop)
+                covariance[at, at] += variance
+        return replace(self, covariance=covariance)
+
+    def _heavy_since(self, before: "State") -> list[tuple[slice, float]]:
+        """Coefficients with heavy tails of which nothing was known in an earlier state: where they are, their tails."""
+        tails = {term.name: term.tail for term in self.catalogue.terms}
+        new = ((where, tails[key[0]]) for key, where in self.blocks.items() if key not in before.blocks)
+        return [(where, tail) for where, tail in new if tail is not None]
+
+    def _scaled(self, blocks: Sequence[slice], scales: Array) -> "State":
+        """With other variances of coefficients that are independent of all others."""
+        covariance = self.covariance.copy()
+        for where, scale in zip(blocks, scales, strict=True):
+            covariance[where, where] *= scale
+        return replace(self, covariance=covariance)
+
+    def _after(self, gain: Array, off: Array, found: Weighted) -> "State":
+        drawn = solve_triangular(found.factor, gain.T, lower=True, check_finite=False)
+        mean = self.mean + drawn.T @ solve_triangular(found.factor, off, lower=True, check_finite=False)
+        return replace(self, mean=mean, covariance=self.covariance - drawn.T @ drawn)
+
+    def _without(self, gone: Sequence[Key]) -> "State":
+        keep, kept, at = np.ones(len(self.mean), dtype=np.bool_), dict[Key, slice](), 0
+        for key in gone:
+            keep[self.blocks[key]] = False
+        for key, where in self.blocks.items():
+            if keep[where.start]:
+                kept[key] = slice(at, at + where.stop - where.start)
+                at = kept[key].stop
+        clocks = {key: time for key, time in self.clocks.items() if key in kept}
+        covariance = self.covariance[np.ix_(keep, keep)]
+        return replace(self, mean=self.mean[keep], covariance=covariance, blocks=kept, clocks=clocks)
+
+
+def _of(covariance: Array, functional: Array | None) -> Array:
+    """The covariance (n, n) of functionals (n, N) of N values of this covariance."""
+    return covariance if functional is None else np.asarray(functional @ covariance @ functional.T)
+
+
+def _keys(term: Term, places: Places) -> dict[Key, float]:
+    """Blocks that places are of, in their order, each with the latest time of the term's clock."""
+    times = places.number(term.clock).tolist() if term.step is not None else [0.0] * len(places)
+    found = dict[Key, float]()
+    for label, time in zip(places.labels(term.scope), times, strict=True):
+        key = (term.name, *label)
+        found[key] = max(time, found.get(key, time))
+    return found

@@ -1,0 +1,109 @@
+"""The state by hand arithmetic, and what an exact update must keep."""
+
+import numpy as np
+import pytest
+
+from tests.support.cut_places import CYLINDER, FACE, places, touches
+from trueloop.arrays import Array
+from trueloop.estimate.catalogue import turned_catalogue
+from trueloop.estimate.observed import Observed, together
+from trueloop.estimate.places import Places, joined
+from trueloop.estimate.state import State
+from trueloop.estimate.term import Catalogue, Prior, Term
+
+CATALOGUE = turned_catalogue()
+ANGLES = np.linspace(FACE, CYLINDER, 9)
+
+
+def offset_only(step: float = 0.0) -> Catalogue:
+    """An offset of 20 µm along x, by so much walking from part to part; repeatability 1 µm."""
+
+    def basis(at: Places) -> Array:
+        return np.asarray(np.sin(at.number("contact_angle_rad"))[:, None])
+
+    offset = Term("offset", (), basis, lambda sizes: np.array([sizes["offset"]]), lambda _: np.array([step]))
+    prior = {"offset": Prior(0.020, 0.5, "as set")}
+    return Catalogue((offset,), lambda at, _: np.full(len(at), 0.001**2), prior)
+
+
+def test_one_touch_by_hand() -> None:
+    """10 µm seen at a cylinder, prior 20 µm, noise 1 µm and 2 µm: 10·400/(400 + 1 + 4) µm, 400·5/405 µm² are left."""
+    after = State.before(offset_only()).given(touches(places(CYLINDER), [10.0], 2.0), robust=False).state
+    cylinder = after.predict(places(CYLINDER), repeatability=False)
+    assert cylinder.mean_mm[0] == pytest.approx(10e-3 * 400 / 405, rel=1e-5)
+    assert cylinder.covariance_mm2[0, 0] == pytest.approx(400 * 5 / 405 * 1e-6, rel=1e-5)
+    bore = after.predict(places(-CYLINDER), repeatability=False)
+    assert bore.mean_mm[0] == pytest.approx(-10e-3 * 400 / 405, rel=1e-5)
+    assert after.predict(places(CYLINDER)).covariance_mm2[0, 0] == pytest.approx((400 * 5 / 405 + 1) * 1e-6, rel=1e-5)
+
+
+def test_a_random_walk_loses_what_it_knew_by_its_step_a_part() -> None:
+    catalogue = offset_only(step=0.003)
+    first = State.before(catalogue).given(touches(places(CYLINDER, part=1), [10.0]), robust=False).state
+    later = first.predict(places(CYLINDER, part=5), repeatability=False)
+    now = first.predict(places(CYLINDER, part=1), repeatability=False)
+    assert later.covariance_mm2[0, 0] - now.covariance_mm2[0, 0] == pytest.approx(4 * 9e-6, rel=1e-6)
+    assert later.mean_mm == pytest.approx(now.mean_mm)
+
+
+def test_one_after_the_other_is_all_at_once() -> None:
+    rng = np.random.default_rng(1)
+    parts = [touches(places(ANGLES, part=k, finish=k % 2 == 1), rng.normal(0, 20, 9), 0.5) for k in (1, 1, 1)]
+    once = State.before(CATALOGUE).given(together(parts), robust=False).state
+    each = State.before(CATALOGUE)
+    for one in parts:
+        each = each.given(one, robust=False).state
+    asked = places(np.linspace(0.1, 1.4, 7), finish=True)
+    assert each.predict(asked).mean_mm == pytest.approx(once.predict(asked).mean_mm, abs=1e-9)
+    assert each.predict(asked).covariance_mm2 == pytest.approx(once.predict(asked).covariance_mm2, abs=1e-11)
+
+
+def test_parts_that_are_over_leave_what_lasts_and_the_state_does_not_grow() -> None:
+    state, kept = State.before(CATALOGUE), []
+    rng = np.random.default_rng(2)
+    with_parts = state
+    for k in range(1, 7):
+        seen = touches(places(ANGLES, part=k), 15 + rng.normal(0, 2, 9), 0.5)
+        with_parts = with_parts.given(seen, robust=False).state
+        state = state.given(seen, robust=False).state.without_parts()
+        kept.append(len(state.mean))
+    asked = places(ANGLES, part=7, finish=True)
+    assert len(set(kept)) == 1
+    assert state.predict(asked).mean_mm == pytest.approx(with_parts.predict(asked).mean_mm, abs=1e-8)
+    assert state.predict(asked).covariance_mm2 == pytest.approx(with_parts.predict(asked).covariance_mm2, abs=1e-10)
+
+
+def test_what_is_measured_from_a_reference_face_knows_nothing_of_z() -> None:
+    """Two faces, z from the first: their difference is what all faces err by against it, whatever dZ is."""
+    at = joined([places(FACE, -20, group=0), places([FACE, FACE], [0, 0], [0.3, 0.7], group=1)])
+    from_first = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+    seen = Observed(at, np.array([0.004, 0.004]), np.full(2, 1e-4), from_first)
+    state = State.before(CATALOGUE).given(seen, robust=False).state
+    finish = at.altered(finish=1.0)
+    difference = state.predict(finish, from_first)
+    assert difference.mean_mm == pytest.approx([0.004, 0.004], abs=0.0008)
+    assert difference.standard_u_mm[0] < 0.5 * state.predict(finish).standard_u_mm[1]
+
+
+def test_shares_of_the_terms_add_up() -> None:
+    state = State.before(CATALOGUE).given(touches(places(ANGLES), np.linspace(30, 10, 9), 0.5)).state
+    asked = places(ANGLES)
+    shares = [state.predict(asked, terms=(term.name,)).mean_mm for term in CATALOGUE.terms]
+    assert np.sum(shares, axis=0) == pytest.approx(state.predict(asked).mean_mm, abs=1e-12)
+
+
+def test_a_new_insert_widens_the_nose_and_forgets_nothing_else() -> None:
+    state = State.before(CATALOGUE).given(touches(places(ANGLES), np.linspace(30, 10, 9), 0.5)).state.without_parts()
+    asked, new = places(ANGLES, part=2), places(ANGLES, part=2, edge="new")
+    assert np.all(state.predict(new).standard_u_mm > state.predict(asked).standard_u_mm)
+    wider = state.widened("nose", 0.008**2)
+    assert np.all(wider.predict(asked).standard_u_mm > state.predict(asked).standard_u_mm)
+    gone = state.forgotten("edge")
+    assert all("edge" not in key[1:] for key in gone.blocks)
+    assert gone.predict(new).covariance_mm2 == pytest.approx(state.predict(new).covariance_mm2, rel=1e-9)
+
+
+def test_unknown_places_have_the_priors_spread() -> None:
+    expected = State.before(offset_only()).predict(places([CYLINDER, CYLINDER / 3]), repeatability=False)
+    assert expected.mean_mm == pytest.approx([0.0, 0.0])
+    assert expected.standard_u_mm == pytest.approx([0.020, 0.010])
