@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface demo-memory demo-realtime demo-factory docs web test test-corpus check format bench fuzz miri setup clean
+.PHONY: help demo demo-surface demo-memory demo-realtime demo-factory docs web wheel test test-corpus check format bench fuzz miri setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -74,6 +74,10 @@ $(MANUAL): $(SETUP) $(MANUAL_SOURCES) $(PYTHON_SOURCES)
 
 docs: $(MANUAL) ## the manual as a site that `trueloop docs` shows, in src/trueloop/manual, with the pages that follow from the code
 
+wheel: $(SETUP) $(PAGES) $(MANUAL) ## what other computers install, in dist/: needs neither Rust nor Node there
+	@$(RUN)maturin build --release --locked --quiet --out dist
+	@ls dist/*.whl
+
 demo: $(SETUP) ## the main job: touches of a semi-finished part to a corrected finish program, in out/
 	@$(RUN)trueloop demo $(PART)
 
@@ -91,7 +95,7 @@ demo-factory: $(SETUP) $(PAGES) ## LinuxCNC, service and pages: ten parts made u
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium
 	@OMP_NUM_THREADS=1 $(RUN)python -m scripts.factory_demo
 
-test: $(SETUP) $(PAGES) $(MANUAL) ## every test that needs no files from outside; installs what of Debian is needed where it may
+test: $(SETUP) $(PAGES) $(MANUAL) ## all tests; installs the Debian packages they need where it may, else prints the line to run
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql mosquitto
 	cargo test --quiet --locked --workspace --exclude trueloop-python --tests
 	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m 'not corpus'
@@ -130,4 +134,4 @@ miri: ## the real-time core, its C interface among it, under miri, which is inst
 	cargo +nightly miri test --quiet --locked --target-dir target/miri --package rtec --features c-library
 
 clean: ## remove everything that can be made again
-	rm -rf $(VENV) target out build .*_cache .hypothesis web/node_modules src/trueloop/pages src/trueloop/manual
+	rm -rf $(VENV) target out build dist .*_cache .hypothesis web/node_modules src/trueloop/pages src/trueloop/manual

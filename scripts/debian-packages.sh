@@ -3,7 +3,7 @@
 set -euo pipefail
 
 command -v dpkg-query >/dev/null || {
-    echo "the tests need $* of Debian 12; this system has no dpkg" >&2
+    echo "the packages $* of Debian 12 are needed; this system has no dpkg" >&2
     exit 1
 }
 missing=()
@@ -18,7 +18,7 @@ if [ "$(id -u)" = 0 ]; then
 elif sudo -n true 2>/dev/null; then
     as_root=(sudo -n)
 else
-    echo "the tests need Debian packages; run:" >&2
+    echo "Debian packages are needed; run:" >&2
     echo "  sudo apt-get update && sudo apt-get install -y --no-install-recommends ${missing[*]}" >&2
     exit 1
 fi

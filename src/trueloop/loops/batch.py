@@ -8,6 +8,7 @@ from threading import current_thread, main_thread
 from typing import Final, TypeVar
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.extras import install_command
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -93,7 +94,7 @@ def _on_cluster(work: Callable[[Item], Result], items: Sequence[Item], scheduler
         raise TrueloopError(
             Code.SRF_BATCH,
             f"the scheduler {scheduler!r} needs Dask, which is not installed: {str(missing)!r}",
-            hint="pip install 'trueloop[cluster]'",
+            hint=install_command("cluster"),
         ) from None
     try:
         client = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.extras import install_command
 from trueloop.report.style import Figure
 
 if TYPE_CHECKING:
@@ -25,6 +26,6 @@ def shown(figure: Figure) -> "PlotlyFigure":
         raise TrueloopError(
             Code.OUT_FIGURE,
             f"figures are shown by Plotly, which cannot be loaded: {str(missing)!r}",
-            hint="pip install 'trueloop[notebook]'",
+            hint=install_command("notebook"),
         ) from None
     return PlotlyFigure(figure)

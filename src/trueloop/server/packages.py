@@ -4,6 +4,7 @@ from importlib.util import find_spec
 from typing import Final
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.extras import install_command
 
 NEEDED: Final = {
     "argon2": "argon2-cffi",
@@ -21,6 +22,6 @@ def require_packages() -> None:
             raise TrueloopError(
                 Code.SRV_PACKAGE,
                 f"the service needs the package {package!r}",
-                hint="install it: pip install 'trueloop[service]'",
+                hint=f"install it: {install_command('service')}",
                 values={"package": package},
             )

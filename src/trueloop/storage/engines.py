@@ -15,6 +15,7 @@ from sqlalchemy.exc import ArgumentError
 from sqlalchemy.pool import NullPool, StaticPool
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.extras import install_command
 from trueloop.storage.shown import shown
 
 WRITING: Final = "trueloop_writing"
@@ -98,7 +99,7 @@ def _postgresql(url: URL, wait_s: float, read_only: bool) -> Engine:
         raise TrueloopError(
             Code.STO_DRIVER,
             "a store in PostgreSQL needs the package 'psycopg'",
-            hint="install it: pip install 'trueloop[postgresql]'",
+            hint=f"install it: {install_command('postgresql')}",
         ) from None
     settings = {
         "lock_timeout": f"{int(wait_s * 1000)}",

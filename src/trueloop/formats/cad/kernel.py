@@ -2,11 +2,10 @@
 
 from functools import cache
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import Any
 
 from trueloop.errors import Code, TrueloopError
-
-INSTALL: Final = "pip install 'trueloop[cad]'; on Debian also: apt-get install libgl1 libx11-6"
+from trueloop.extras import install_command
 
 
 @cache
@@ -18,7 +17,7 @@ def kernel() -> Any:
         raise TrueloopError(
             Code.SRF_CAD_KERNEL,
             f"STEP and IGES need the CAD kernel, which cannot be loaded: {str(missing)!r}",
-            hint=INSTALL,
+            hint=f"{install_command('cad')}; on Debian also: apt-get install libgl1 libx11-6",
         ) from None
     found.be_silent()
     return found

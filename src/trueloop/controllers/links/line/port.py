@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal, Protocol
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.extras import install_command
 
 Parity = Literal["none", "even", "odd"]
 WRITE_S: Final = 10.0
@@ -87,6 +88,6 @@ def _pyserial(name: str) -> Any:
         import serial
     except ImportError:
         raise broken(
-            name, "serial lines need the package 'pyserial'", "install it: pip install 'trueloop[realtime]'"
+            name, "serial lines need the package 'pyserial'", f"install it: {install_command('realtime')}"
         ) from None
     return serial

@@ -18,7 +18,7 @@ DEBIANS: Final = "/usr/lib/python3/dist-packages"
 
 HINT: Final = (
     "LinuxCNC's modules are for the system's Python: make an environment of that, "
-    "`/usr/bin/python3 -m venv --system-site-packages ENV && ENV/bin/pip install 'trueloop[realtime]'`, "
+    "`/usr/bin/python3 -m venv --system-site-packages ENV`, install in it the wheel that `make wheel` writes, "
     "and call ENV/bin/trueloop"
 )
 

@@ -11,10 +11,10 @@ from typing import Any, Final
 
 from trueloop.controllers.linuxcnc.realtime.signals.readings import Intake
 from trueloop.errors import Code, TrueloopError
+from trueloop.extras import install_command
 
 LONGEST_LINE: Final = 4096
 WAIT_S: Final = 0.5
-INSTALL: Final = "pip install 'trueloop[realtime]'"
 
 
 @dataclass(frozen=True)
@@ -91,5 +91,7 @@ def pyserial() -> Any:
 def not_installed(what: str, missing: ImportError) -> TrueloopError:
     """The refusal of a source whose package is not there."""
     return TrueloopError(
-        Code.RTC_SOURCE, f"{what} needs a package that cannot be loaded: {str(missing)!r}", hint=INSTALL
+        Code.RTC_SOURCE,
+        f"{what} needs a package that cannot be loaded: {str(missing)!r}",
+        hint=install_command("realtime"),
     )
