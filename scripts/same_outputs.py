@@ -57,7 +57,6 @@ def of_program(program: Path, dialect: str | None) -> Iterator[tuple[str, ...]]:
     for form in ("check", "path", "time"):
         yield "nc", form, str(program), *known
     yield "nc", "map", str(program), *known, "--shift", "0.01,0,0.01", "-o", "mapped.nc"
-    yield "nc", "translate", str(program), *known, "--to", "linuxcnc", "-o", "translated.ngc"
 
 
 def outcome(checkout: Path, command: tuple[str, ...]) -> Outcome:

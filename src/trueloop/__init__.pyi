@@ -34,7 +34,6 @@ from trueloop.formats.program_file import read_program as read_program
 from trueloop.nc.check.check import check as check
 from trueloop.nc.program.program_time import program_time as program_time
 from trueloop.nc.match.difference import path_difference as path_difference
-from trueloop.nc.translate.translate import translate as translate
 from trueloop.nc.field.field import similarity_field as similarity_field
 from trueloop.nc.field.field import function_field as function_field
 from trueloop.formats.measurements.field_csv import read_field as read_field

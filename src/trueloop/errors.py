@@ -96,7 +96,6 @@ class Code(StrEnum):
     NC_LIMIT = "NC-LIMIT", "a bound on size, blocks, depth, moves or decimals"
     NC_EDIT = "NC-EDIT", "a block that cannot be changed as the correction needs"
     NC_OFFSET = "NC-OFFSET", "a contour that cannot be moved by a tool offset or work offset"
-    NC_LOST = "NC-LOST", "what another dialect has no words for, or words of another meaning"
     NC_MAP = "NC-MAP", "a block to which a field of displacements cannot be applied"
     NC_FIELD = "NC-FIELD", "a field of displacements that cannot be read, or is not known at a position"
 

@@ -15,7 +15,6 @@ from trueloop.nc.field.field import function_field, table_field
 from trueloop.nc.program.cutter_tool import CutterTool
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import CoordinateState
-from trueloop.nc.translate.translate import translate
 
 DIAMETER_INCH = CoordinateState(inch=True, diameter=True)
 
@@ -71,7 +70,6 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.NC_ENTRY: lambda: linuxcnc("G21 G17 G42\nG1 X1").run(tools=[CutterTool(1.5)]),
     Code.NC_GOUGE: lambda: linuxcnc("G21 G17 G41\nG1 X5\nG1 X6\nG1 Y1\nX9\nG40 X20").run(tools=[CutterTool(1.5)]),
     Code.NC_EDIT: _overlapping_edits,
-    Code.NC_LOST: lambda: translate(linuxcnc("G21 G8 G18 G0 X5 Z0\nG33 Z-20 K1.5"), "ge2000t"),
     Code.NC_MAP: _mapped_across_a_repetition,
     Code.NC_FIELD: lambda: table_field(np.arange(2.0), np.arange(1.0), np.arange(1.0), np.zeros((3, 3))),
     Code.NC_OFFSET: lambda: set_offset(ge2000t("G00 X1.0"), "X", 0.01, DIAMETER_INCH),

@@ -21,7 +21,6 @@ from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import read_program
-from trueloop.nc.translate.translate import translate
 
 PROGRAMS: Final = sorted(Path(__file__).with_name("programs").iterdir())
 PRODUCERS: Final[dict[Code, Callable[[], object]]] = {}
@@ -71,8 +70,6 @@ def _used(file: Path, how: str, dialect: str) -> Iterator[Finding]:
     elif how == "map":
         with tempfile.TemporaryDirectory() as folder:
             map_program(file, Path(folder, "out"), STEP, dialect=dialect)
-    elif how == "translate":
-        yield from translate(program, "fanuc-mill").losses
     elif how == "diff":
         path_difference(program.run(), program.run())
     elif how == "contour":

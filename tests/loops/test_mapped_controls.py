@@ -1,4 +1,4 @@
-"""A field over programs of Sinumerik and Klartext: read back by our own runner, translated and judged by LinuxCNC."""
+"""A field over programs of Sinumerik and Klartext: read back by our own runner, its moves judged by LinuxCNC."""
 
 import re
 from pathlib import Path
@@ -8,16 +8,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.support.linuxcnc import Tool, interpret
+from tests.support.linuxcnc import interpret
 from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
+from tests.support.plain_moves import plain_program
 from trueloop.domain.map_options import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine import mapped_program
 from trueloop.nc.field.field import Field, affine_field, function_field, similarity_field
 from trueloop.nc.match.difference import path_difference
-from trueloop.nc.program.program import read_program
-from trueloop.nc.translate.translate import translate
 
 SHIFT = affine_field(np.eye(3), (0.01, 0.02, -0.003))
 TURNED = similarity_field(shift_mm=(0.013, -0.021, 0.004), rotation_rad=2e-4, scale=1.0003, about_mm=(3.0, 4.0, 0.0))
@@ -84,13 +83,11 @@ def without_mark(text: str) -> list[str]:
 
 
 def assert_judged(folder: Path, text: str, dialect: str) -> None:
-    """LinuxCNC moves as our own runner does, by the program's translation."""
+    """LinuxCNC makes the moves that our own runner reads."""
     path = path_of(text, dialect)
-    told = folder / "translated.ngc"
-    told.write_bytes(translate(read_program(text.encode(), dialect), "linuxcnc", decimals=9).source)
-    assert_same_moves(
-        path, interpret(told, tools=[Tool(number) for number in range(1, 6)], startup="G17 G21"), same_lines=False
-    )
+    moves = folder / "moves.ngc"
+    moves.write_bytes(plain_program(path))
+    assert_same_moves(path, interpret(moves, startup="G17 G21"), same_lines=False)
 
 
 def assert_displaced(source: str, text: str, dialect: str, field: Field) -> None:
@@ -417,7 +414,7 @@ def test_every_end_of_generated_klartext_is_displaced(
 
 
 def check(folder: Path, text: str, dialect: str, field: Field) -> None:
-    """Displaced to half a step, as LinuxCNC runs its translation; nothing displaced, byte for byte."""
+    """Displaced to half a step, as LinuxCNC makes its moves; nothing displaced, byte for byte."""
     written, done = mapped(folder, text, field, dialect, WIDE)
     assert done.added_blocks == 0
     assert_displaced(text, written, dialect, field)

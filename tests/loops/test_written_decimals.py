@@ -12,7 +12,6 @@ from tests.support.mapped import FREE, mapped, path_of
 from trueloop.domain.map_options import MapOptions
 from trueloop.nc.field.field import function_field
 from trueloop.nc.program.program import read_program
-from trueloop.nc.translate.translate import translate
 
 EXAMPLES = Path(__file__).parents[2] / "src/trueloop/examples"
 WAVES = function_field(
@@ -69,14 +68,6 @@ def test_a_written_out_contour_keeps_its_decimals(tmp_path: Path) -> None:
     written = [word for block in read_program(text.encode(), "fanuc-mill").blocks for word in block.words]
     ends = [word.text for word in written if word.letter in ("X", "Y", "I", "J", "R") and word.text not in source]
     assert ends and all(len(text.partition(".")[2]) >= 4 for text in ends)
-
-
-def test_a_translation_has_the_decimals_of_its_source() -> None:
-    made = translate(read_program(milled(5).encode(), "linuxcnc"), "fanuc-mill")
-    asked = path_of(milled(5), "linuxcnc").end_mm
-    assert np.abs(path_of(made.source.decode(), "fanuc-mill").end_mm - asked).max() < 1e-9
-    coarse = translate(read_program(milled(5).encode(), "linuxcnc"), "fanuc-mill", decimals=3)
-    assert np.abs(path_of(coarse.source.decode(), "fanuc-mill").end_mm - asked).max() == pytest.approx(5e-4, rel=0.1)
 
 
 def test_a_job_asks_for_more(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from tests.support.drawn_contours import DRAWING, drawn_contours
 from tests.support.linuxcnc import interpret
 from tests.support.nc_judge import assert_same_moves, leading_somewhere
+from tests.support.plain_moves import plain_program
 from trueloop.arrays import Array
 from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
@@ -19,7 +20,6 @@ from trueloop.nc.expand.expand import WrittenOut, written_out
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import ToolPath
-from trueloop.nc.translate.translate import translate
 
 SHARES = np.linspace(0.0, 1.0, 9)
 STEPS = 2.0
@@ -62,11 +62,11 @@ def test_the_tool_goes_the_same_way(dialect: str, data: st.DataObject) -> None:
 @settings(max_examples=8, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_linuxcnc_goes_the_way_that_was_drawn(dialect: str, data: st.DataObject) -> None:
-    """Its interpreter is given the written-out program in its own words."""
+    """Its interpreter is given the moves of the written-out program."""
     program, path, done = explicit(data.draw(drawn_contours(dialect)), dialect)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "program.ngc")
-        file.write_bytes(translate(done.program, "linuxcnc", decimals=9).source)
+        file.write_bytes(plain_program(done.path))
         judged = interpret(file)
     step_mm = program.dialect.step_mm(bool(path.inch[0]))
     assert_same_moves(done.path, judged, same_lines=False, within_mm=1e-6)

@@ -28,7 +28,6 @@ COMMANDS = (
     "nc diff",
     "nc features",
     "nc map",
-    "nc translate",
     "probe plan",
     "probe program",
     "probe read",

@@ -91,22 +91,17 @@ def test_a_comparison_names_the_program_without_a_cut(program: Path) -> None:
         assert invoke("nc", "diff", *pair, status=3).stderr.startswith(f"{empty}: NC-NO-CONTOUR")
 
 
-@pytest.mark.parametrize("command", [("translate", "--to", "siemens", "-o", "out.mpf"), ("check",)])
-def test_a_program_does_not_command_the_terminal(
-    program: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
-) -> None:
+def test_a_program_does_not_command_the_terminal(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(program.parent)
     program.write_bytes(b'G1 \x1b[2J"\x07\x9b5m G21\n' + SQUARE.encode())
-    said = invoke("nc", command[0], program, "-d", "linuxcnc", *command[1:])
+    said = invoke("nc", "check", program, "-d", "linuxcnc")
     assert ":1:4: " in said.output
     assert all(letter.isprintable() for letter in said.output.replace("\n", ""))
 
 
-def test_a_refused_translation_says_one_object(program: Path) -> None:
-    program.write_text(SQUARE.replace("X10", "G33.1 Z1 K1\nX10"))
-    out = program.with_name("out.mpf")
-    said = invoke("nc", "translate", program, "--to", "siemens", "-o", out, "--json", status=3).stderr
-    assert json.loads(said)["error"]["code"] == "NC-LOST"
+def test_the_removed_command_names_what_replaces_it(program: Path) -> None:
+    told = invoke("nc", "translate", program, "--to", "siemens", status=2).stderr
+    assert "nc translate was removed" in told and "nc map" in told
 
 
 def test_columns_of_a_path_are_made_once() -> None:
@@ -128,7 +123,8 @@ def test_a_program_is_not_asked_at_every_word_for_what_it_computes_with(
     counts = []
     for times in (1, 40):
         program.write_text(SQUARE.replace("X10\n", "X10\nX11\n" * times))
-        invoke("nc", "translate", program, "--to", "siemens", "-o", program.with_name("out.mpf"), status=0)
+        invoke("nc", "map", program, "--shift", "0.01,0,0", "-o", program.with_name("out.ngc"), status=0)
+        program.with_name("out.ngc").unlink()
         counts.append(len(asked))
         asked.clear()
     assert counts[0] == counts[1]

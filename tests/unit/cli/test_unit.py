@@ -24,13 +24,12 @@ def _calls(folder: Path) -> dict[str, list[object]]:
         "path": ["nc", "path", milled, *mill],
         "time": ["nc", "time", milled, "--rapid-mm-min", 5000, *mill],
         "diff": ["nc", "diff", milled, milled, *mill],
-        "translate": ["nc", "translate", milled, "--to", "linuxcnc", "--out", folder / "out.ngc", *mill],
         "from-program": ["part", "from-program", turned, "--nose-radius-mm", 0.4, "--dialect", "fanuc-lathe"],
         "points": ["machine", "points", milled, "--table", field, "--out", folder / "out.nc", *mill],
     }
 
 
-NAMES = ("map", "path", "time", "diff", "translate", "from-program", "points")
+NAMES = ("map", "path", "time", "diff", "from-program", "points")
 
 
 @pytest.mark.parametrize("name", NAMES)

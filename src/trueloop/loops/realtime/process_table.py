@@ -95,7 +95,7 @@ def _require_dialect(program: Program) -> None:
             Code.CTL_DIALECT,
             f"the finish program is written for {name!r}; the real-time corrector runs in LinuxCNC, by lines of "
             f"{DIALECT!r} programs",
-            hint="run the corrected program, or translate the finish program: `trueloop nc translate`",
+            hint="run the corrected program, or write the finish program for LinuxCNC",
             values={"dialect": name},
         )
 

@@ -1,1 +1,0 @@
-"""A program in the words of another control."""
