@@ -284,9 +284,11 @@ def inside(memory: Memory, now: Period, ranges: Ranges, correction: Array, axis:
     """Whether the drive is inside and stays so if the ramp has to begin now, whatever the command does.
 
     The quickest command to the end is followed in time; room and correction are compared where they can come nearest.
+    An end is met 0.1 µm beyond it.
     """
-    q, c, (low, high) = now["position"][axis], correction[axis], ranges.travel_mm[axis]
-    if not low - 1e-9 <= q <= high + 1e-9:
+    q, c = now["position"][axis], correction[axis]
+    low, high = ranges.travel_mm[axis] + np.array([-1e-4, 1e-4])
+    if not low <= q <= high:
         return False
     if c == 0:
         return True

@@ -5,12 +5,16 @@ table's rows. `formats/realtime/image_file.py` writes and reads the file.
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 from trueloop.arrays import Array, by_content
 from trueloop.machine.model.chain import ZERO, Vector
 
 SIGNALS = 16
 """Signals at most."""
+
+TRAVEL_TOLERANCE_MM: Final = 1e-4
+"""How far outside the travel a command may be without a fault; `crates/rtec/src/corrector/travel.rs` states why."""
 
 
 @dataclass(frozen=True)

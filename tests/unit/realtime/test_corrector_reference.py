@@ -1,6 +1,6 @@
 """The corrector in Rust does in every period what a second one does that was written from docs/realtime-states.md."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from tests.support import corrector_reference as reference
 from trueloop._core import RealTimeCore
 from trueloop.arrays import Array
 from trueloop.formats.realtime.image_file import image_to_bytes
-from trueloop.realtime.image import Bank, Block, Body, Identity, Image, RealTimeLimits, Signal
+from trueloop.realtime.image import TRAVEL_TOLERANCE_MM, Bank, Block, Body, Identity, Image, RealTimeLimits, Signal
 
 PERIOD_S = 2.0**-10
 """A number of the machine: sums of it are exact, and times between two of them are never met."""
@@ -169,3 +169,13 @@ def test_every_pin_in_every_period(script: Script, chosen: dict[str, float]) -> 
     for name in expected[0]:
         column = [period[name] for period in expected]
         np.testing.assert_allclose(shown[name], np.array(column, dtype=float), rtol=0, atol=1e-12, err_msg=name)
+
+
+def test_a_command_may_be_outside_the_travel_by_the_tolerance_that_limits_are_compared_with() -> None:
+    for share, phase, fault in ((0.9, 3, 0), (1.1, 6, 3)):
+        for sign in (1.0, -1.0):
+            core = RealTimeCore(image_to_bytes(replace(image(), bank=None)))
+            place = {"position": np.array([[0.0, sign * (END_MM + share * TRAVEL_TOLERANCE_MM), 0.0]] * 3)}
+            pins = {name: np.ones(3) for name in ("enable", "homed", "machine_on", "program")}
+            shown = core.step({**place, **pins, "heartbeat": np.arange(3.0), "period_s": np.full(3, PERIOD_S)}, {})
+            assert (shown["phase"][-1], shown["fault"][-1]) == (phase, fault)

@@ -15,8 +15,10 @@ const LEAST_ACCELERATION: f64 = 1000.0;
 /// What is seen beyond this is a jump of the command, mm/s².
 const MOST_ACCELERATION: f64 = 20_000.0;
 
-/// A command at the end may be beyond it by this, mm.
-const ROUNDING: f64 = 1e-9;
+/// Command and drive may be beyond an end of the travel by this, mm. LinuxCNC counts a joint as arrived within a T² / 1000 of
+/// its target (`TINY_DP` in simple_tp.c): 2e-5 mm at [`MOST_ACCELERATION`] and 1 ms. A joint whose home is the end of its
+/// travel stands beyond that end by as much.
+const TOLERANCE: f64 = 1e-4;
 
 /// How fast a correction goes in a fault.
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +39,9 @@ pub(super) fn stays_inside(
     place
         .zip(ends)
         .zip(axes)
-        .all(|(((q, c), &(low, high)), axis)| {
-            let inside = low - ROUNDING <= *q && *q <= high + ROUNDING;
+        .all(|(((q, c), (low, high)), axis)| {
+            let (low, high) = (low - TOLERANCE, high + TOLERANCE);
+            let inside = low <= *q && *q <= high;
             let fits = if *c > 0.0 {
                 room_is_enough(high - q, *c, axis.velocity, axis.acceleration, ramp)
             } else {

@@ -4,6 +4,8 @@ use super::virtual_machine::{Dice, Planner};
 use super::*;
 
 const END: f64 = 200.0;
+/// How far beyond the end command and drive may be, mm.
+const BEYOND: f64 = 1e-4;
 
 /// Moves along X to a target with `model` in force; whether a fault came of it. The drive never leaves its travel.
 fn approach(bench: &mut Bench, planner: &mut Planner, model: impl Fn(f64) -> f64) -> bool {
@@ -14,7 +16,7 @@ fn approach(bench: &mut Bench, planner: &mut Planner, model: impl Fn(f64) -> f64
     for _ in 0..3000 {
         bench.inputs.position[0] = planner.step(PERIOD);
         let drive = bench.inputs.position[0] + bench.step(&mut image).correction[0];
-        let inside = drive.abs() <= END + 1e-12;
+        let inside = drive.abs() <= END + BEYOND + 1e-12;
         assert!(
             inside,
             "drive at {drive}, command at {}",
@@ -123,11 +125,37 @@ fn a_hair_s_breadth_is_enough_for_a_hair() {
 }
 
 #[test]
-fn a_command_at_the_end_may_be_rounded_beyond_it() {
-    let mut bench = Bench::new();
-    let mut image = stand_in(0, constant([-0.02, 0.0, 0.0]));
-    bench.inputs.position[0] = END + 1e-12;
-    assert_eq!(bench.steps(&mut image, 10).phase, Phase::InForce as i32);
+fn a_joint_that_homed_at_the_end_of_its_travel_is_corrected() {
+    // 2.9e-8 mm: measured in LinuxCNC after homing to HOME = MAX_LIMIT.
+    for beyond in [1e-12, 2.9e-8, 0.9 * BEYOND] {
+        for (sign, correction) in [
+            (1.0, -0.02),
+            (1.0, 0.0),
+            (1.0, 1e-9),
+            (-1.0, 0.02),
+            (-1.0, 0.0),
+        ] {
+            let mut bench = Bench::new();
+            let mut image = stand_in(0, constant([correction, 0.0, 0.0]));
+            bench.inputs.position[0] = sign * (END + beyond);
+            let said = bench.steps(&mut image, 10);
+            assert_eq!(
+                (said.phase, said.fault),
+                (Phase::InForce as i32, 0),
+                "{beyond}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_command_further_beyond_the_end_is_a_fault() {
+    for sign in [1.0, -1.0] {
+        let mut bench = Bench::new();
+        let mut image = stand_in(0, constant([0.0; AXES]));
+        bench.inputs.position[0] = sign * (END + 1.1 * BEYOND);
+        assert_eq!(bench.step(&mut image).fault, Fault::Travel as i32);
+    }
 }
 
 #[test]
@@ -189,7 +217,9 @@ fn a_correction_that_leaves_is_guarded_too() {
     (planner.target, planner.speed) = (END, 200.0);
     for _ in 0..2000 {
         bench.inputs.position[0] = planner.step(PERIOD);
-        assert!(bench.inputs.position[0] + bench.step(&mut image).correction[0] <= END + 1e-12);
+        assert!(
+            bench.inputs.position[0] + bench.step(&mut image).correction[0] <= END + BEYOND + 1e-12
+        );
     }
     // The first reason stays.
     assert_eq!(
