@@ -1,13 +1,12 @@
 """LinuxCNC itself watched while it cuts: samples.csv beside doubles that a component recorded in the same periods."""
 
-import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.support.bad_images import good_image
+from tests.support.linuxcnc_start import STARTED, STARTER
 from tests.support.refusals import refused
 from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
@@ -28,7 +27,6 @@ from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.realtime.samples_csv import read_samples
 
-TRUELOOP = str(Path(sys.executable).with_name("trueloop"))
 RECORDED = ("rtec.periods", "joint.0.pos-cmd", "joint.1.pos-cmd", "rtec.corr-0", "joint.1.f-error", "rtec.in-use-0")
 PASSES = "G21 G90 G94 G53 G1 X40. Z-20. F2400\n" + 20 * "G1 X60. Z-120. F2400\nX40. Z-20.\n" + "M2\n"
 
@@ -40,21 +38,20 @@ def _linked() -> dict[str, str]:
     return {pin: words[1] for words in nets for pin in words[2:] if pin != "=>"}
 
 
-def test_every_period_is_as_linuxcnc_had_it() -> None:
+def test_every_period_is_as_linuxcnc_had_it(tmp_path: Path) -> None:
     image = good_image()
     lines = sampler_lines(sampled_pins({0: 0, 2: 1}, 1), _linked())
-    with tempfile.TemporaryDirectory(dir="/var/tmp") as name:  # the session has a /tmp of its own
-        out = str(Path(name) / "record")
-        setup = Setup(image_to_bytes(image), {"part.ngc": PASSES.encode()}, RECORDED, QUIET + "\n".join(lines) + "\n")
-        steps = [
-            *(on(), home(), put("rtec.signal-0", 25.0), put("rtec.heartbeat", 1), record()),
-            ("start", "part.ngc"),
-            ("hal", "loadusr", "-w", TRUELOOP, "realtime", "watch", "--out", out, "--for", "1.5"),
-            record(False),
-            ("abort",),
-        ]
-        driven = drive(setup, steps)
-        samples = read_samples(Path(out) / "samples.csv")
+    out, files = tmp_path / "record", {"part.ngc": PASSES.encode(), **STARTER}
+    setup = Setup(image_to_bytes(image), files, RECORDED, QUIET + "\n".join(lines) + "\n")
+    steps = [
+        *(on(), home(), put("rtec.signal-0", 25.0), put("rtec.heartbeat", 1), record()),
+        ("start", "part.ngc"),
+        ("hal", "loadusr", "-w", *STARTED.split(), "realtime", "watch", "--out", str(out), "--for", "1.5"),
+        record(False),
+        ("abort",),
+    ]
+    driven = drive(setup, steps)
+    samples = read_samples(out / "samples.csv")
     theirs = {pin: driven[pin] for pin in RECORDED}
     first = theirs["rtec.periods"][np.argmin(np.abs(theirs["joint.0.pos-cmd"] - samples.columns["command_x_mm"][0]))]
     counts = np.round(samples.time_s / samples.period_s)

@@ -1,12 +1,19 @@
 # One headless LinuxCNC in namespaces of its own; run by session.py as  bash session.sh FOLDER, as root of the namespaces.
-# Private are the network's loopback (NML), shared memory, process numbers, /tmp (lock files) and LinuxCNC's module
-# folder, over which FOLDER/modules is laid.
+# Private are the network's loopback (NML), shared memory, process numbers, LinuxCNC's own files in /tmp (its lock, its
+# logs) and its module folder, over which FOLDER/modules is laid.
 set -euo pipefail
 ip link set lo up
-mount --bind "$1" /mnt
-mount -t tmpfs tmpfs /tmp
-mkdir -p "$1"
-mount --bind /mnt "$1"
+
+# A new /tmp in which every entry of the old one is a link to it: programs, environments and results that lie there are
+# found and written as everywhere else. LinuxCNC's lock of a session outside must not be found.
+mkdir "$1/tmp"
+mount -t tmpfs tmpfs "$1/tmp"
+mkdir "$1/tmp/.outside"
+mount --rbind /tmp "$1/tmp/.outside"
+mount --rbind "$1/tmp" /tmp
+cd /tmp
+find .outside -mindepth 1 -maxdepth 1 ! -name 'linuxcnc.*' -print0 | xargs -0 -r ln -s -t .
+
 mount -t overlay overlay -o lowerdir="$1/modules":/usr/lib/linuxcnc/modules /usr/lib/linuxcnc/modules
 cd "$1/config"
 exec linuxcnc -r machine.ini </dev/null

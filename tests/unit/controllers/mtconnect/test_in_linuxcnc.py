@@ -1,19 +1,17 @@
 """The adapter beside a running LinuxCNC: what an agent hears lies on the program's path, in its order."""
 
 import math
-import sys
 from collections.abc import Sequence
 from itertools import groupby, pairwise
-from pathlib import Path
 
 import pytest
 
+from tests.support.linuxcnc_start import STARTED, STARTER
 from tests.support.realtime_signals import image_bytes, model_of
 from tests.support.shdr import ShdrAgent, model
 from trueloop.controllers.linuxcnc.realtime.session import Setup, drive, home, mdi, on, run, sleep
 from trueloop.controllers.mtconnect.items import Machine, devices_xml
 
-TRUELOOP = Path(sys.executable).with_name("trueloop")
 PLACES = ((290.0, 90.0), (280.0, 80.0), (280.0, 65.0), (292.0, 65.0))
 """X (a radius) and Z in machine coordinates, mm: where the program begins, and the ends of its moves."""
 MOVES = "".join(f"G53 G1 X{x} Z{z} F900.\n" for x, z in PLACES[1:])
@@ -41,8 +39,8 @@ for line in connection.makefile("r", encoding="utf-8", newline="\\n"):
 def heard() -> ShdrAgent:
     setup = Setup(
         image_bytes(model_of(("T1",))),
-        {"part.ngc": PROGRAM, "hear.py": HEARD.encode()},
-        hal=f"loadusr {TRUELOOP} mtconnect serve {OPTIONS}\nloadusr /usr/bin/python3 hear.py\n",
+        {"part.ngc": PROGRAM, "hear.py": HEARD.encode(), **STARTER},
+        hal=f"loadusr {STARTED} mtconnect serve {OPTIONS}\nloadusr /usr/bin/python3 hear.py\n",
     )
     driven = drive(setup, (on(), home(), mdi("G53 G0 X290. Z90."), sleep(4.0), run("part.ngc"), sleep(1.0)))
     agent = ShdrAgent(model(devices_xml(Machine("lathe", "XZ", {"room": "oil.signal"}, {"X": "rtec.corr-0"}))), None)  # type: ignore[arg-type]

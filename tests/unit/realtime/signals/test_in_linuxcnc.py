@@ -1,11 +1,9 @@
 """The component beside the corrector in a running LinuxCNC: which program runs, and what a killed one leads to."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from tests.support.linuxcnc_start import STARTED, STARTER
 from tests.support.realtime_signals import image_bytes, model_of
 from trueloop._core import realtime_names
 from trueloop.controllers.linuxcnc.realtime.session import (
@@ -25,7 +23,6 @@ from trueloop.controllers.linuxcnc.realtime.session import (
 from trueloop.machine.model.model import State
 from trueloop.realtime.image import Block
 
-TRUELOOP = Path(sys.executable).with_name("trueloop")
 PROGRAM = b"G21 G18 G90 G94 G8 G64\nG53 G0 X290. Z90.\nG4 P1\nG53 G1 X280. Z80. F3000.\nM2\n"
 CONFIG = b"""image = "image.rtec"
 cycle_hz = 50
@@ -35,7 +32,7 @@ file = "log.csv"
 source = "log"
 """
 HAL = f"""
-loadusr -Wn rtec-signals {TRUELOOP} realtime signals signals.toml
+loadusr -Wn rtec-signals {STARTED} realtime signals signals.toml
 net t1 rtec-signals.signal-0 => rtec.signal-0
 net t1-age rtec-signals.age-0 => rtec.age-0
 net signals-alive rtec-signals.heartbeat => rtec.heartbeat
@@ -57,6 +54,7 @@ def driven() -> Driven:
     setup = Setup(
         image_bytes(MODEL, PROGRAM, (table,)),
         {
+            **STARTER,
             "signals.toml": CONFIG,
             "log.csv": b"time_s,T1_degC\n0,30\n100000,30\n",
             "part.ngc": PROGRAM,

@@ -24,7 +24,8 @@ else:
 KINDS = {"float": "f", "s32": "s", "u32": "u", "bit": "b"}
 """Pins of the recorder by HAL's types, in the order of a row."""
 
-RECORDED = "/tmp/samples.bin"
+RECORDED = "/tmp/linuxcnc.samples"
+"""In memory; `session.sh` makes files of this name the session's own."""
 WORDS = {"TRUE": True, "FALSE": False}
 
 
