@@ -74,7 +74,11 @@ class Demo:
 
 
 def demo(folder: Path, seed: int = 0, tell: Say = lambda doing: None) -> Demo:
-    """Everything, from the readings to the page. Raises CTL-LINUXCNC and RTC-BUILD where LinuxCNC is missing, OUT."""
+    """Everything, from the readings to the page.
+
+    Raises CTL-LINUXCNC where LinuxCNC is missing or did not run the whole program in two attempts, RTC-BUILD, OUT
+    errors. Nothing is written of a run that was interrupted.
+    """
     lathe, profile = WarmLathe(), demo_profile()
     program = demo_program(profile)
     tell("measuring the cold and the warm lathe, fitting its model")
@@ -86,7 +90,7 @@ def demo(folder: Path, seed: int = 0, tell: Say = lambda doing: None) -> Demo:
     runs = {}
     for name, corrected in ((WITHOUT, False), (WITH, True)):
         tell(f"LinuxCNC turns the part {name}")
-        runs[name] = warming_run(content, image, program.text, sensors, corrected=corrected)
+        runs[name] = warming_run(image, program.text, sensors, corrected=corrected, tell=tell)
     tell("the virtual measuring machine measures")
     parts = _parts(lathe, program, runs, model, sensors, warm, seed)
     found = judge(runs[WITH].driven, model)

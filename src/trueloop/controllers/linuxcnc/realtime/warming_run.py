@@ -5,8 +5,9 @@ how warm the lathe was in it. `rtec-signals` is not used: the lag is in the stre
 """
 
 import ctypes
+import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -28,6 +29,9 @@ from trueloop.controllers.linuxcnc.realtime.session import (
     run,
     wait,
 )
+from trueloop.controllers.linuxcnc.session import TOO_BUSY
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.image import Image, Signal
 from trueloop.realtime.judge import DrivenRun
 from trueloop.realtime.samples import COUNTS, Samples, column_names, signal_columns
@@ -35,6 +39,10 @@ from trueloop.realtime.samples import COUNTS, Samples, column_names, signal_colu
 PERIOD_S: Final = 1e-3
 RAMPING, IN_FORCE = 2, 3
 DEPTH: Final = 4000
+ATTEMPTS: Final = 2
+MOVES: Final = re.compile(r"^(?!.*\bG10\b|.*\bG43).*[XZ][-+.\d]", re.IGNORECASE)
+"""A block that moves an axis."""
+
 PROGRAM: Final = "part.ngc"
 STREAM: Final = "sensors.txt"
 AXES: Final = "xz"
@@ -57,13 +65,11 @@ class Sensors:
 @by_content
 @dataclass(frozen=True)
 class WarmingRun:
-    """A run: `clock_s` (n,) of the machine, and all that was recorded, for a judge and for `samples.csv`."""
+    """A whole run: `clock_s` (n,) of the machine, and all that was recorded, for a judge and for `samples.csv`."""
 
     clock_s: Array
     driven: DrivenRun
     samples: Samples
-    messages: tuple[str, ...]
-    overrun: bool
 
     @property
     def in_force(self) -> Flags:
@@ -71,16 +77,45 @@ class WarmingRun:
         return self.driven.in_force
 
 
-def warming_run(content: bytes, image: Image, program: str, sensors: Sensors, *, corrected: bool) -> WarmingRun:
-    """The program from a cold start, the corrector in force all along or off. Raises as `session.drive`.
+def warming_run(
+    image: Image, program: str, sensors: Sensors, *, corrected: bool, tell: Callable[[str], None] = lambda doing: None
+) -> WarmingRun:
+    """Runs the program from a cold start, the corrector in force all along or off.
 
-    `content` is that of the `image`.
+    A run that the computer interrupted is made once more, and `tell` is called with the reason. Raises CTL-LINUXCNC
+    where that one is interrupted too, and as `session.drive`.
     """
     signals = image.bank.signals if image.bank else ()
     files = {PROGRAM: program.encode(), STREAM: _stream(sensors, signals)}
-    setup = Setup(content, files, _pins(len(signals)), hal=_hal(len(signals)), depth=len(sensors.time_s))
-    driven = drive(setup, [*_steps(image, corrected=corrected), get("underruns", "streamer.0.underruns")])
-    return _run(driven, image, corrected=corrected)
+    setup = Setup(image_to_bytes(image), files, _pins(len(signals)), hal=_hal(len(signals)), depth=len(sensors.time_s))
+    steps = [*_steps(image, corrected=corrected), get("underruns", "streamer.0.underruns")]
+    for _ in range(ATTEMPTS):
+        driven = drive(setup, steps)
+        reason = interruption(driven, program)
+        if not reason:
+            return _run(driven, image, corrected=corrected)
+        tell(f"the run was interrupted: {reason}")
+    raise TrueloopError(
+        Code.CTL_LINUXCNC,
+        f"{ATTEMPTS} of {ATTEMPTS} runs were interrupted, the last one: {reason}",
+        hint="the computer is too busy: run it again with less beside it",
+    )
+
+
+def interruption(driven: Driven, program: str) -> str:
+    """Why a run is not the whole program in consecutive servo periods; "" where it is."""
+    if TOO_BUSY in driven.log:
+        return f"LinuxCNC ended the program because its motion did not answer for a second: {TOO_BUSY!r}"
+    if driven.messages:
+        return f"LinuxCNC stopped the program: {driven.messages[0]!r}"
+    last = max(number for number, block in enumerate(program.splitlines(), 1) if MOVES.search(block))
+    reached = int(driven["rtec.line"].max(initial=0))
+    if reached < last:
+        return f"{len(driven.samples)} periods end in line {reached} of the program, which moves up to line {last}"
+    late, steps = int(driven.got["underruns"]), np.diff(driven["streamer.0.pin.0"])
+    if late or np.abs(steps - PERIOD_S).max(initial=0.0) > PERIOD_S / 2:
+        return f"the sensors' stream ran empty {late} times, the longest step of its clock is {steps.max():g} s"
+    return ""
 
 
 def _steps(image: Image, *, corrected: bool) -> list[Step]:
@@ -138,8 +173,7 @@ def _run(driven: Driven, image: Image, *, corrected: bool) -> WarmingRun:
         in_force,
         np.asarray(tool) - samples.mm("tool"),
     )
-    late = bool(driven.got["underruns"])
-    return WarmingRun(driven["streamer.0.pin.0"], run_of, samples, driven.messages, late)
+    return WarmingRun(driven["streamer.0.pin.0"], run_of, samples)
 
 
 def _samples(driven: Driven, signals: Sequence[Signal]) -> Samples:
