@@ -83,4 +83,7 @@ def _tell(words: str) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1]) if sys.argv[1:] else FOLDER, int(sys.argv[2]) if sys.argv[2:] else 10))
+    try:
+        sys.exit(main(Path(sys.argv[1]) if sys.argv[1:] else FOLDER, int(sys.argv[2]) if sys.argv[2:] else 10))
+    except (AssertionError, TimeoutError) as reason:
+        sys.exit(f"the demo failed: {reason}")

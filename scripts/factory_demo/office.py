@@ -20,6 +20,10 @@ ROUTE: Final = ("semifinish", "probe", "correct", "finish", "remove", "measure",
 RELEASE: Final = ROUTE.index("release")
 REMOVE: Final = ROUTE.index("remove")
 WAIT_S: Final = 30.0
+READINGS: Final = 5
+"""How often somebody reads an order again that the lathe's cell has changed meanwhile."""
+
+CHANGED_MEANWHILE: Final = 412
 _NUMBERS: Final = itertools.count()
 
 
@@ -60,29 +64,33 @@ def served(folder: Path) -> Iterator[str]:
 class Person:
     """Somebody of the staff, signed in."""
 
-    def __init__(self, address: str, name: str) -> None:
-        self._http = httpx2.Client(base_url=f"{address}/api/v1", headers={"Origin": address}, timeout=WAIT_S)
+    def __init__(self, address: str, name: str, transport: httpx2.BaseTransport | None = None) -> None:
+        base, own = f"{address}/api/v1", {"Origin": address}
+        self._http = httpx2.Client(base_url=base, headers=own, timeout=WAIT_S, transport=transport)
         self.post("/session", {"name": name, "password": PASSWORD})
 
     def get(self, path: str) -> Any:
         """What stands there."""
         return self._answer(self._http.get(path))
 
-    def post(self, path: str, body: object, **given: Any) -> Any:
+    def post(self, path: str, body: object) -> Any:
         """A change."""
-        headers = {"Idempotency-Key": f"demo-{next(_NUMBERS)}"} | given.pop("headers", {})
-        return self._answer(self._http.post(path, json=body, headers=headers, **given))
+        return self._answer(self._http.post(path, json=body, headers=_numbered()))
 
     def hand_over(self, name: str, content: bytes) -> str:
         """A file; its hash."""
-        headers = {"Idempotency-Key": f"demo-{next(_NUMBERS)}"}
-        answer = self._http.post("/uploads", params={"name": name}, content=content, headers=headers)
+        answer = self._http.post("/uploads", params={"name": name}, content=content, headers=_numbered())
         return str(self._answer(answer)["sha256"])
 
     def record(self, order: str, part: int, step: int, why: str) -> None:
-        """A step done by hand, in the order as it stands."""
-        etag = self._http.get(f"/orders/{order}").headers["etag"]
-        self.post(f"/orders/{order}/parts/{part}/record", {"step": step, "why": why}, headers={"If-Match": etag})
+        """Records a step done by hand. Reads the order again where it has changed since it was read (FAC-STALE)."""
+        path, body = f"/orders/{order}/parts/{part}/record", {"step": step, "why": why}
+        for _ in range(READINGS):
+            etag = self._http.get(f"/orders/{order}").headers["etag"]
+            answer = self._http.post(path, json=body, headers=_numbered() | {"If-Match": etag})
+            if answer.status_code != CHANGED_MEANWHILE:
+                break
+        self._answer(answer)
 
     def page(self, path: str) -> str:
         """A page as text."""
@@ -91,6 +99,10 @@ class Person:
     def _answer(self, answer: httpx2.Response) -> Any:
         assert answer.status_code < 300, f"{answer.url.path}: {answer.text}"
         return answer.json()
+
+
+def _numbered() -> dict[str, str]:
+    return {"Idempotency-Key": f"demo-{next(_NUMBERS)}"}
 
 
 def programs(ana: Person, kind: PartKind) -> dict[str, str]:

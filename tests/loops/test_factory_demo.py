@@ -10,6 +10,10 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+import httpx2
+import pytest
+
+from scripts.factory_demo.office import Person
 from trueloop.domain.factory.run import Run, RunFact
 from trueloop.domain.factory.states import FactKind
 from trueloop.domain.life import Cut, InspectionLink, Stage
@@ -44,6 +48,29 @@ def test_three_parts_are_made_unattended(tmp_path: Path) -> None:
         _what_was_measured_is_kept(store)
     finally:
         store.close()
+
+
+@pytest.mark.parametrize("changes", [0, 1, 4, 5])
+def test_who_records_a_step_reads_an_order_again_that_the_cell_has_changed(changes: int) -> None:
+    versions = iter(range(100))
+    recorded: list[str] = []
+
+    def service(request: httpx2.Request) -> httpx2.Response:
+        if request.method == "GET":
+            return httpx2.Response(200, headers={"etag": f'"{next(versions)}"'}, json={})
+        if request.url.path.endswith("/record"):
+            recorded.append(request.headers["If-Match"])
+            stale = len(recorded) <= changes
+            return httpx2.Response(412 if stale else 200, json={"code": "FAC-STALE"} if stale else {})
+        return httpx2.Response(200, json={})
+
+    otto = Person("http://service", "otto", httpx2.MockTransport(service))
+    if changes == 5:
+        with pytest.raises(AssertionError, match="FAC-STALE"):
+            otto.record("1", 2, 3, "by hand")
+    else:
+        otto.record("1", 2, 3, "by hand")
+    assert recorded == [f'"{k}"' for k in range(min(changes, 4) + 1)]
 
 
 def _all_is_shown(folder: Path, pages: dict[str, str]) -> None:
