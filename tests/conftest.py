@@ -1,11 +1,14 @@
 """What every test may ask for: real data given with `--corpus`, and how hypothesis searches."""
 
+import copy
 import os
 import signal
 from collections.abc import Generator
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import settings
 
@@ -28,6 +31,18 @@ for ignored in (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP):
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.path.name != LONGEST)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Every generator of random numbers that a test's module holds begins anew: no test depends on those before it."""
+    for found in vars(getattr(item, "module", None) or object).values():
+        if isinstance(found, np.random.Generator):
+            bits = found.bit_generator
+            bits.state = _BEGINNINGS.setdefault(id(bits), (bits, copy.deepcopy(bits.state)))[1]
+
+
+_BEGINNINGS: dict[int, tuple[np.random.BitGenerator, Any]] = {}
+"""Generators and their states at the first test of their modules; held, so that no other gets the same identity."""
 
 
 @pytest.hookimpl(wrapper=True)
