@@ -2,16 +2,19 @@
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from tests.support.bad_images import good_image
+from tests.support.realtime_lathe import WIDE
 from trueloop.cli.failure import ExitStatus
 from trueloop.cli.main import app
 from trueloop.controllers.linuxcnc.component import source
 from trueloop.formats.realtime.image_file import image_to_bytes
+from trueloop.realtime.image import RealTimeLimits
 
 
 def typed(*words: str) -> "tuple[int, str, str]":
@@ -61,7 +64,7 @@ def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
 
 def test_lines_are_printed_and_no_file_is_changed(lathe: Path) -> None:
     image = lathe.parent / "lathe.rtec"
-    image.write_bytes(image_to_bytes(good_image()))
+    image.write_bytes(image_to_bytes(replace(good_image(), limits=RealTimeLimits(WIDE))))
     before = {file: file.read_bytes() for file in lathe.parent.iterdir()}
     status, said, _ = typed("hal", str(lathe), "--image", str(image))
     assert status == ExitStatus.DONE

@@ -1,5 +1,6 @@
 """What `trueloop realtime hal` prints, done by hand on a configuration: the corrector works."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,7 +8,9 @@ import numpy as np
 import pytest
 
 from tests.loops.realtime.test_component import IN_FORCE, PROGRAM, SECOND_ORDER_MM
-from tests.support.realtime_lathe import LATHE, RECORD, added, applied, commanded, stood
+from tests.support.linuxcnc_start import STARTED, STARTER
+from tests.support.realtime_lathe import LATHE, RECORD, WIDE, LinearLathe, added, applied, commanded, stood
+from tests.support.realtime_signals import image_bytes, model_of
 from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
 from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, wiring
@@ -24,8 +27,8 @@ from trueloop.controllers.linuxcnc.realtime.session import (
     with_entries,
 )
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.realtime.image_file import image_to_bytes
-from trueloop.realtime.image import Bank, Identity, Image, RealTimeLimits, Signal
+from trueloop.formats.realtime.image_file import image_to_bytes, read_image
+from trueloop.realtime.image import TRAVEL_TOLERANCE_MM, Bank, Identity, Image, RealTimeLimits, Signal
 
 EXAMPLES = Path("/usr/share/doc/linuxcnc/examples/sample-configs")
 
@@ -60,6 +63,40 @@ def test_the_virtual_lathe_wired_by_the_printed_lines_is_corrected(tmp_path: Pat
     assert driven.got["pause"] is True
 
 
+def test_the_printed_lines_with_signals_run(tmp_path: Path) -> None:
+    """LinuxCNC comes up: it waits for the component by its own name, not by that of its program."""
+    signals = model_of(("T1",))
+    (tmp_path / "made.rtec").write_bytes(image_bytes(signals))
+    image = replace(read_image(tmp_path / "made.rtec"), limits=RealTimeLimits(WIDE))
+    _, files = wired(tmp_path, image)
+    files["rtec.hal"] = re.sub(r"(-Wn \S+) \S+", rf"\1 {STARTED}", files["rtec.hal"])
+    contents = {name: text.encode() for name, text in files.items()} | {
+        **STARTER,
+        "SIGNALS.toml": b'image = "image.rtec"\n[replay.log]\nfile = "log.csv"\n[signals.T1]\nsource = "log"\n',
+        "log.csv": b"time_s,T1_degC\n0,30\n100000,30\n",
+    }
+    steps = [on(), home(), *IN_FORCE, get("now", "rtec.corr-0", "rtec.in-use-0", "rtec.fault-code")]
+    driven = drive(Setup(image_to_bytes(image), contents), steps)
+    # The spindle, which carries the part, is 1 µm further out for each of 10 °C: the tool has to follow it.
+    assert driven.got["now"] == [pytest.approx(0.010, abs=1e-6), 30.0, 0]
+
+
+def test_a_joint_that_homes_to_the_end_of_its_travel_is_corrected(tmp_path: Path) -> None:
+    """Its switch is outside: LinuxCNC brings it to rest at the end from there, a hair outside of it."""
+    beyond = []
+    for start in (303.0, 310.456):
+        entries = [(section, "MAX_LIMIT", "300") for section in ("JOINT_0", "AXIS_X")]
+        entries += [("JOINT_0", "HOME_OFFSET", f"{start}")]
+        # E of X is 0.1 µm a mm: what is added at X 300 points inwards.
+        lathe = LinearLathe(np.diag([1e-4, 0.0, 0.0]), ((-500.0, 300.0), *WIDE[1:]))
+        steps = [on(), home(), *IN_FORCE, record(), ("sleep", 0.05), record(False), get("fault", "rtec.fault-code")]
+        driven = drive(Setup(lathe.image, ini=entries, record=RECORD), steps)
+        assert driven.got["fault"] == 0
+        beyond.append(float(driven["joint.0.pos-cmd"][-1]) - 300.0)
+        assert driven["rtec.corr-0"][-1] == pytest.approx(-0.03 / (1 + 1e-4), abs=1e-9)
+    assert 1e-9 < max(beyond) < TRAVEL_TOLERANCE_MM / 2
+
+
 def test_signals_and_serial_come_from_the_image(tmp_path: Path) -> None:
     signals = tuple(Signal(name, "°C", 20.0, 10.0, 40.0, 2.0) for name in ("T1", "T2"))
     limits = RealTimeLimits(((-500, 2000), (-1, 1), (-2000, 2000)))
@@ -68,8 +105,21 @@ def test_signals_and_serial_come_from_the_image(tmp_path: Path) -> None:
     _, files = wired(tmp_path, image)
     assert "loadrt rtec image=image.rtec serial=4711\n" in files["machine.hal"]
     assert files["rtec.hal"].count("rtec-signals.") == 2 + 2 * len(signals)
+    assert "\nloadusr -Wn rtec-signals " in files["rtec.hal"]
     without = replace(image, bank=replace(image.bank, signals=(), slope=np.zeros((1, 3, 3))) if image.bank else None)
     assert "rtec-signals" not in wired(tmp_path, without)[1]["rtec.hal"]
+
+
+def test_a_path_with_a_blank_is_no_word_of_hal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.executable", "/opt/my tools/ä/bin/python")
+    (tmp_path / "made.rtec").write_bytes(image_bytes(model_of(("T1",))))
+    image = replace(read_image(tmp_path / "made.rtec"), limits=RealTimeLimits(WIDE))
+    made, files = wired(tmp_path, image)
+    assert "loadusr -Wn rtec-signals trueloop realtime signals SIGNALS.toml\n" in files["rtec.hal"]
+    assert made.remarks[-1].endswith("sudo ln -s '/opt/my tools/ä/bin/trueloop' /usr/local/bin/trueloop")
+    with pytest.raises(TrueloopError, match="2 words") as refusal:
+        wiring(read_configuration(tmp_path / "machine.ini"), image, "/opt/my tools/image.rtec")
+    assert refusal.value.code is Code.RTC_HAL
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """`trueloop realtime hal`: the lines of HAL that put the corrector into a configuration."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +18,15 @@ def hal(
     image: Annotated[
         Path | None, typer.Option("--image", help="The image: its signals and its machine's serial go into the lines.")
     ] = None,
+    serial: Annotated[
+        str | None, typer.Option(help="Refuse an image for a machine with another serial number.")
+    ] = None,
+    job: Annotated[
+        Path | None,
+        typer.Option(
+            "--job", metavar="JOB.toml", help="Refuse an image for another machine, program or tool than the job's."
+        ),
+    ] = None,
     watch: Annotated[
         bool, typer.Option("--watch", help="Also the lines of a sampler, for `trueloop realtime watch`.")
     ] = False,
@@ -26,20 +34,15 @@ def hal(
 ) -> None:
     """Print the lines to change and to add so that the corrector stands between motion and the drives, and why.
 
-    Nothing is edited. A configuration that the corrector cannot be put into is refused, by what stands in the way.
+    Nothing is edited. A configuration that the corrector cannot be put into is refused, by what stands in the way. An
+    image of another machine is refused by its travel, axes and serial number; with --job by model, program, tool too.
     """
-    from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
-    from trueloop.controllers.linuxcnc.realtime.hal_lines import by_file, wiring
-    from trueloop.controllers.linuxcnc.realtime.watch_lines import watching
-    from trueloop.formats.realtime.image_file import read_image
+    from trueloop.controllers.linuxcnc.realtime.hal_lines import by_file
+    from trueloop.jobs.realtime.wired import Wanted, wired
 
-    read = read_image(image) if image is not None else None
-    named = str(image.resolve()) if image is not None else "IMAGE.rtec"
-    configuration = read_configuration(ini)
-    made = wiring(configuration, read, named)
-    if watch:
-        signals = len(read.bank.signals) if read and read.bank else 0
-        made = replace(made, changes=(*made.changes, *watching(configuration, made, signals)))
+    if image is None and (serial is not None or job is not None):
+        raise typer.BadParameter("an image is compared with it: give --image too", param_hint="--serial, --job")
+    made = wired(ini, Wanted(image, serial, job, watch))
     if as_json:
         changes = [
             {"file": c.place.file, "line": c.place.line, "where": c.where, "old": c.old, "text": c.text, "why": c.why}

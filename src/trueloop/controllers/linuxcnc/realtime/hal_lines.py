@@ -4,8 +4,11 @@ In the lines there are, `joint.N.motor-pos-cmd` becomes `rtec.out-A`, `joint.N.m
 whatever was wired to motion is wired to the corrector, whatever the drives are. All else is new. Nothing is edited.
 """
 
+import shlex
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final, Literal
 
 from trueloop.controllers.linuxcnc.realtime.configuration import Configuration, HalLine
@@ -18,7 +21,9 @@ from trueloop.controllers.linuxcnc.realtime.hal_checks import (
     mm_per_unit,
     units,
 )
+from trueloop.controllers.linuxcnc.realtime.hal_fits import check_image
 from trueloop.controllers.linuxcnc.realtime.hal_remarks import TO_MOTION, remarks
+from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import NAME as SIGNALS_COMPONENT
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.realtime.image import Image
 
@@ -49,24 +54,28 @@ class Wiring:
 def wiring(configuration: Configuration, image: Image | None = None, image_file: str = "IMAGE.rtec") -> Wiring:
     """What a configuration needs. `image`: signals and serial are taken from it.
 
-    Raises RTC-HAL for a configuration that the corrector cannot be put into, by what stands in the way.
+    Raises RTC-HAL for a configuration that the corrector cannot be put into, by what stands in the way, and for an
+    image of another machine.
     """
     check_free(configuration)
     joints = joints_of(configuration)
     check_compensation(configuration, joints)
+    if image is not None:
+        check_image(configuration, joints, image)
     changes = (
         *_loaded(configuration, image, image_file),
         *_replaced(configuration, joints),
         *_new_file(configuration, joints, image),
         *_ini(configuration),
     )
-    return Wiring(changes, (*remarks(configuration, joints, image),))
+    return Wiring(changes, (*remarks(configuration, joints, image), *_to_be_linked(changes)))
 
 
 def _loaded(configuration: Configuration, image: Image | None, image_file: str) -> Iterator[Change]:
     """The component, and its two functions around motion's."""
     handler, controller = (added(configuration, name) for name in (HANDLER, CONTROLLER))
     thread = handler.words[2]
+    _require_one_word(image_file)
     serial = f" serial={image.identity.serial}" if image and image.identity.serial else ""
     load = f"loadrt rtec image={image_file}{serial}"
     first = f"{load}\naddf rtec.read {thread}"
@@ -75,6 +84,17 @@ def _loaded(configuration: Configuration, image: Image | None, image_file: str) 
     yield Change(
         "after", controller.place, last, "the correction of this period goes into the command, before the drives"
     )
+
+
+def _require_one_word(path: str) -> None:
+    """HAL separates words at blanks and has no quotes. Raises RTC-HAL."""
+    if len(path.split()) != 1:
+        raise TrueloopError(
+            Code.RTC_HAL,
+            f"the image's path {path!r} has a blank in it: HAL would take it for {len(path.split())} words",
+            hint="copy the image into a folder without a blank in its path, and name it there",
+            place=Place(path),
+        )
 
 
 def _replaced(configuration: Configuration, joints: dict[int, int]) -> Iterator[Change]:
@@ -149,9 +169,25 @@ def _net(configuration: Configuration, pin: str, to: str) -> str:
     return f"net {signal} => {to}" if signal else f"net {to.replace('.', '-')} {pin} => {to}"
 
 
+def _command() -> str:
+    """The program by its whole path: LinuxCNC is rarely started from a shell in which the environment is active.
+
+    By its name alone where the path has a blank in it, which HAL cannot quote.
+    """
+    program = str(Path(sys.executable).with_name("trueloop"))
+    return program if len(program.split()) == 1 else "trueloop"
+
+
+def _to_be_linked(changes: Sequence[Change]) -> Iterator[str]:
+    """How LinuxCNC finds the program by its name."""
+    if any(change.text.startswith(f"loadusr -Wn {SIGNALS_COMPONENT} trueloop ") for change in changes):
+        program = Path(sys.executable).with_name("trueloop")
+        yield f"HAL has no words with a blank: sudo ln -s {shlex.quote(str(program))} /usr/local/bin/trueloop"
+
+
 def _signals(count: int, table: bool) -> Iterator[str]:
     if count or table:
-        yield "loadusr -W trueloop realtime signals SIGNALS.toml"
+        yield f"loadusr -Wn {SIGNALS_COMPONENT} {_command()} realtime signals SIGNALS.toml"
         yield "net rtec-heartbeat rtec-signals.heartbeat => rtec.heartbeat"
         yield "net rtec-program rtec-signals.program => rtec.program"
     for k in range(count):

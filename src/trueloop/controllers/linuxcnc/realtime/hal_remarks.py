@@ -6,6 +6,7 @@ from typing import Final
 
 from trueloop.controllers.linuxcnc.realtime.configuration import LIBRARY, Configuration
 from trueloop.controllers.linuxcnc.realtime.hal_checks import AXES, mm_per_unit
+from trueloop.controllers.linuxcnc.realtime.hal_fits import limits_of
 from trueloop.realtime.image import Image
 
 TO_MOTION: Final = (
@@ -21,7 +22,7 @@ def remarks(configuration: Configuration, joints: dict[int, int], image: Image |
     )
     for file in own:
         yield f"{file} is LinuxCNC's own: copy it beside the INI file, and make the changes there."
-    yield from _travels(configuration, joints)
+    yield from _travels(configuration, joints, image)
     for from_, pin, why in TO_MOTION:
         if signal := configuration.signal_of(pin):
             yield f"{pin} is on signal {signal} already: bring {from_} there too, by an or2 ({why})."
@@ -30,18 +31,25 @@ def remarks(configuration: Configuration, joints: dict[int, int], image: Image |
             if float(entry.value or 0) != 0:
                 yield f"Joint {joint} has BACKLASH = {entry.value}: a model that knows it too corrects it twice."
     if image is None:
-        yield "Without an image nothing is said of signals: name it with --image."
+        yield "Without an image signals are not wired and nothing is compared: name it with --image."
     yield "Enable is the integrator's: net a switch, or halui, to rtec.enable; nothing is added before."
 
 
-def _travels(configuration: Configuration, joints: dict[int, int]) -> Iterator[str]:
+def _travels(configuration: Configuration, joints: dict[int, int], image: Image | None) -> Iterator[str]:
     """Soft limits are motion's, which does not see what is added."""
     unit = mm_per_unit(configuration)
     for axis, joint in joints.items():
-        ends = [configuration.value(f"JOINT_{joint}", key) for key in ("MIN_LIMIT", "MAX_LIMIT")]
-        if all(ends):
-            low, high = (float(end) * unit for end in ends)
+        limits = limits_of(configuration, joint, axis)
+        low, high = limits.in_mm(unit)
+        if image is None:
+            if len(limits.entries) == 2:
+                yield f"Soft limits of {AXES[axis]} are {low:g} and {high:g} mm: with --image they are compared."
+            continue
+        limit = image.limits.limit_mm
+        inside = limits.inside_mm(unit, image.limits.travel_mm[axis])
+        if min(inside) < limit:
+            low, high = (max(value, 0.0) for value in inside)
             yield (
-                f"Soft limits of {AXES[axis]}, {low:g} to {high:g} mm, do not see the correction: the image's travel"
-                " is what the drive may not leave. Set them further in by the limit, and no program meets that fault."
+                f"Soft limits of {AXES[axis]} are {low:g} and {high:g} mm inside the image's travel: a correction "
+                f"of up to {limit:g} mm towards an end has less room there, and faults. Set them {limit:g} mm inside."
             )

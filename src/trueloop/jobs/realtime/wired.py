@@ -1,0 +1,139 @@
+"""The lines of HAL for a configuration, its image, and the job that is run with them: refused where they differ."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from trueloop.controllers.linuxcnc.realtime.configuration import Configuration, read_configuration
+from trueloop.controllers.linuxcnc.realtime.hal_checks import mm_per_unit
+from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, wiring
+from trueloop.controllers.linuxcnc.realtime.watch_lines import watching
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import read_input
+from trueloop.formats.realtime.image_file import read_image
+from trueloop.formats.tables.model_file import read_model
+from trueloop.formats.tables.tool_tables.chosen import geometry_of, row_of
+from trueloop.formats.tables.tool_tables.known import read_tool_table
+from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
+from trueloop.formats.tables.tool_tables.tool_table import ToolTable
+from trueloop.jobs.turned.job_files import PROGRAM_HINT, JobFiles
+from trueloop.realtime.image import Image
+from trueloop.units import MM_PER_INCH
+
+NO_IMAGE: Final = "IMAGE.rtec"
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the lines are for. `serial`: of this machine; `job`: whose program and tool are to run with the image."""
+
+    image: Path | None = None
+    serial: str | None = None
+    job: Path | None = None
+    watch: bool = False
+
+
+def wired(ini: Path, wanted: Wanted) -> Wiring:
+    """The lines to change and to add.
+
+    Raises RTC-HAL for a configuration that the corrector cannot be put into, or that is of another machine than the
+    image; RTC-IMAGE for an image of another serial number or program; OFS errors for another tool; JOB errors.
+    """
+    configuration = read_configuration(ini)
+    job = JobFiles.of(wanted.job) if wanted.job is not None else None
+    image = _image(wanted, job)
+    made = wiring(configuration, image, NO_IMAGE if wanted.image is None else str(wanted.image.resolve()))
+    notes = [] if image is None else _compared(configuration, image, wanted, job)
+    made = replace(made, remarks=(*made.remarks, *notes))
+    if not wanted.watch:
+        return made
+    signals = len(image.bank.signals) if image and image.bank else 0
+    return replace(made, changes=(*made.changes, *watching(configuration, made, signals)))
+
+
+def _image(wanted: Wanted, job: JobFiles | None) -> Image | None:
+    """The image, for this machine and for the job's machine and finish program. Raises RTC-IMAGE, JOB errors."""
+    if wanted.image is None:
+        return None
+    program = None
+    if job is not None:
+        program = read_input(job.path.parent / job.job.own_programs.finish, Code.NC_FILE, hint=PROGRAM_HINT)
+        read_image(wanted.image, serial=_serial(job), program=program)
+    return read_image(wanted.image, serial=wanted.serial, program=program)
+
+
+def _serial(job: JobFiles) -> str | None:
+    """The serial number of the job's machine; None where the job does not state it."""
+    machine = job.job.machine
+    if machine is None:
+        return job.job.own_programs.machine_serial or None
+    return machine.serial or read_model(job.path.parent / machine.model).machine.serial or None
+
+
+def _compared(configuration: Configuration, image: Image, wanted: Wanted, job: JobFiles | None) -> list[str]:
+    """Compares model and tool of the job; gives what could not be compared, as sentences."""
+    notes = []
+    if wanted.serial is None and (job is None or _serial(job) is None) and image.identity.serial:
+        notes.append(f"The image is for serial number {image.identity.serial}: with --serial it is compared.")
+    if job is None:
+        table = f"The image's table is for {image.identity.program}: with --job program and tool are compared."
+        return [*notes, *([table] if image.blocks else [])]
+    _check_model(job, image)
+    return [*notes, *_compared_tool(configuration, image, job)]
+
+
+def _check_model(job: JobFiles, image: Image) -> None:
+    """Raises RTC-HAL where the job counts on another model of the machine than the image holds."""
+    machine = job.job.machine
+    if machine is None:
+        return
+    found = sha256_of((job.path.parent / machine.model).read_bytes())
+    if found != image.identity.model_sha256:
+        held = f"sha256 {image.identity.model_sha256[:16]}…" if image.identity.model_sha256 else "no model"
+        raise TrueloopError(
+            Code.RTC_HAL,
+            f"the job's model {machine.model.name} has sha256 {found[:16]}…, the image holds {held}",
+            hint=f"make the image anew: `trueloop realtime image JOB.toml --model {machine.model}`",
+            place=Place(str(job.path)),
+        )
+
+
+def _compared_tool(configuration: Configuration, image: Image, job: JobFiles) -> list[str]:
+    """Compares the job's tool with the control's tool table. Raises OFS errors, RTC-HAL for another offset."""
+    named, number = configuration.value("EMCIO", "TOOL_TABLE"), job.tool.number
+    if not named or number is None:
+        why = "the job has no tool.number" if named else "the INI file has no [EMCIO]TOOL_TABLE"
+        return [f"The job's tool is not compared with the control's tool table: {why}."]
+    unit_mm = mm_per_unit(configuration)
+    unit = {1.0: "mm", MM_PER_INCH: "inch"}.get(unit_mm)
+    if unit is None:
+        return [f"The job's tool is not compared with the control's tool table, whose unit is {unit_mm:g} mm."]
+    table = read_tool_table(configuration.ini.parent / named, "mm" if unit == "mm" else "inch")
+    nose_radius_mm(table, number, 1, job.tool.table_name, job.nose_radius_mm)
+    _check_offset(table, number, unit_mm, image, job)
+    return []
+
+
+def _check_offset(table: ToolTable, number: int, unit_mm: float, image: Image, job: JobFiles) -> None:
+    """The tool point of the job is that of the image less the control's offset, to the gate of the image's table.
+
+    Signs: an offset in force is subtracted from the image's tool point, mm, X as a radius. Raises RTC-HAL.
+    """
+    machine = job.job.machine
+    if machine is None or image.bank is None or not image.blocks:
+        return
+    row = geometry_of(table, row_of(table, number, 1, job.tool.table_name))
+    offset = [0.0 if cell is None else float(cell.value) * unit_mm for cell in (row.x, row.z)]
+    needed = np.subtract(image.bank.tool_mm, machine.tool_mm)[[0, 2]]
+    if np.abs(needed - offset).max() > image.limits.gate_mm:
+        raise TrueloopError(
+            Code.RTC_HAL,
+            f"the offset of T{number} is X {offset[0]:g} mm (radius), Z {offset[1]:g} mm; with the tool "
+            f"point {image.bank.tool_mm} of the image and {machine.tool_mm} of the job it has to be X {needed[0]:g} "
+            f"and Z {needed[1]:g} mm to the gate of {image.limits.gate_mm:g} mm",
+            hint="measure the tool, or make the image anew: `--tool` is the tool point without an offset in force",
+            place=table.place(row),
+        )
