@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli.db.options import Db
+from trueloop.cli.db import Db
 from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import AsJson, print_json, print_table
 

@@ -6,28 +6,34 @@ from typing import Annotated, Final
 
 import typer
 
-from trueloop.cli import key, offsets, probe, record, user
-from trueloop.cli.cell import commands as cell
-from trueloop.cli.db import commands as db
-from trueloop.cli.diagnose import commands as diagnose
+from trueloop.cli import (
+    cell,
+    db,
+    diagnose,
+    key,
+    link,
+    machine,
+    monitor,
+    mtconnect,
+    offsets,
+    probe,
+    record,
+    series,
+    simulated,
+    surface,
+    tool,
+    user,
+)
 from trueloop.cli.docs import docs
 from trueloop.cli.examples import examples
 from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
-from trueloop.cli.link import commands as link
-from trueloop.cli.machine import commands as machine
 from trueloop.cli.measure import commands as measure
-from trueloop.cli.monitor import commands as monitor
-from trueloop.cli.mtconnect import commands as mtconnect
 from trueloop.cli.nc import commands as nc
 from trueloop.cli.new import new
 from trueloop.cli.realtime import commands as realtime
-from trueloop.cli.series import commands as series
 from trueloop.cli.serve import serve
-from trueloop.cli.simulated import linuxcnc
-from trueloop.cli.simulated.simulate import simulate
-from trueloop.cli.surface import commands as surface
-from trueloop.cli.tool import commands as tool
+from trueloop.cli.simulated import simulate
 from trueloop.cli.turned import part
 from trueloop.cli.turned.compensate import compensate
 from trueloop.cli.turned.demo import demo
@@ -57,7 +63,7 @@ app.add_typer(nc.app, name="nc")
 app.add_typer(probe.app, name="probe")
 app.add_typer(measure.app, name="measure")
 app.command()(simulate)
-app.add_typer(linuxcnc.app, name="linuxcnc")
+app.add_typer(simulated.app, name="linuxcnc")
 app.add_typer(machine.app, name="machine")
 app.add_typer(realtime.app, name="realtime")
 app.add_typer(surface.app, name="surface")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from trueloop.cli.db.options import Db
+from trueloop.cli.db import Db
 from trueloop.cli.failure import guarded
 
 if TYPE_CHECKING:

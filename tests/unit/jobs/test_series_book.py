@@ -7,8 +7,7 @@ from typing import get_args
 import pytest
 
 from tests.support.series import MADE, inspection
-from trueloop.cli.series.options import AGE_H, LARGEST_UM, LEAST_UM
-from trueloop.cli.series.propose import Class, Override
+from trueloop.cli.series import AGE_H, LARGEST_UM, LEAST_UM, Class, Override
 from trueloop.domain.life import Cut, InspectionLink, Quarantine, Stage
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision

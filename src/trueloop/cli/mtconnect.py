@@ -121,7 +121,7 @@ def read(
     as_json: AsJson = False,
 ) -> None:
     """Read what an agent holds: what is current, then what comes, without a gap or with it told."""
-    from trueloop.cli.mtconnect.printed import keep, show
+    from trueloop.cli.mtconnect_printed import keep, show
     from trueloop.controllers.mtconnect.agent import for_seconds
     from trueloop.controllers.mtconnect.agent import read as observations
 

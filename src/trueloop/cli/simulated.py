@@ -25,7 +25,7 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Semi-finish, probe, compensate, finish and measure on the virtual machine: truth beside estimate."""
-    from trueloop.cli.simulated import summary
+    from trueloop.cli import simulated_summary
     from trueloop.jobs.simulated import workshop_and_trial
     from trueloop.loops.simulated.simulated import simulate as simulate_part
     from trueloop.report.turned.simulated import simulated_part_as_dict, study_as_dict
@@ -34,7 +34,7 @@ def simulate(
     if parts == 1:
         with busy("cutting, probing, correcting"):
             part = simulate_part(trial, workshop, seed)
-        print_json(simulated_part_as_dict(part)) if as_json else summary.print_part(part)
+        print_json(simulated_part_as_dict(part)) if as_json else simulated_summary.print_part(part)
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -51,4 +51,35 @@ def simulate(
             workers=workers,
             progress=lambda done: progress.update(task, completed=done),
         )
-    print_json(study_as_dict(made)) if as_json else summary.print_study(made)
+    print_json(study_as_dict(made)) if as_json else simulated_summary.print_study(made)
+
+
+app = typer.Typer(no_args_is_help=True, help="Run the loop on LinuxCNC, headless, with a virtual part.")
+
+
+@app.command()
+@guarded
+def loop(
+    job: Job,
+    machine: Machine = None,
+    seed: Seed = 0,
+    feed_override: Annotated[
+        float, typer.Option("--feed-override", min=0.1, max=10.0, help="How much faster than programmed it cuts.")
+    ] = 8.0,
+    as_json: AsJson = False,
+) -> None:
+    """LinuxCNC runs semi-finish, probing and corrected finish program; the part is what it really drove.
+
+    It runs in namespaces of its own: several loops side by side, and a LinuxCNC that is running already, do not meet.
+    """
+    from rich.console import Console
+
+    from trueloop.cli import simulated_summary
+    from trueloop.controllers.linuxcnc.loop import drive_part
+    from trueloop.jobs.simulated import workshop_and_trial
+    from trueloop.report.turned.simulated import simulated_part_as_dict
+
+    workshop, trial = workshop_and_trial(job, machine)
+    with Console(stderr=True).status("starting") as status:
+        driven = drive_part(trial, workshop, seed=seed, feed_override=feed_override, say=status.update)
+    print_json(simulated_part_as_dict(driven.part)) if as_json else simulated_summary.print_part(driven.part)

@@ -1,4 +1,4 @@
-"""`trueloop monitor chart`."""
+"""`trueloop monitor`: control charts with the causes of alarms, certificates of parts, checks of gauges."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -6,13 +6,54 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.db.options import Db
-from trueloop.cli.failure import guarded
-from trueloop.cli.series.options import Page
+from trueloop.cli.db import Db
+from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.numbers import positive
+from trueloop.cli.series import Page
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
     from trueloop.loops.monitor.options import ChartOptions
+
+
+@guarded
+def certify(
+    serial: Annotated[str, typer.Argument(metavar="SERIAL", help="The part's serial number.")],
+    page: Page,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the certificate.")],
+    part_type: Annotated[
+        str | None, typer.Option("--type", "-t", help="The part type, where several have that serial number.")
+    ] = None,
+    u_um: Annotated[
+        float | None,
+        typer.Option(
+            "--u-um", callback=positive, help="Standard uncertainty of readings that state none.  [default: unknown]"
+        ),
+    ] = None,
+    who: Annotated[str | None, typer.Option("--who", help="Who certifies.  [default: the user's name]")] = None,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Certify a part: what was measured by what, verdicts, what was in force. Exit status 1 unless it conforms."""
+    from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
+    from trueloop.jobs.store.opened import opened
+    from trueloop.report.monitor.certificate_lines import HEAD, certificate_rows, in_force_lines
+
+    shown = certificate_of(opened(db), serial, part_type, u_um, who or "")
+    files = write_certificate(shown, output, page.language, page.unit)
+    if as_json:
+        print_json({**shown.model_dump(mode="json"), "files": files})
+    else:
+        proven = sum(one.certified for one in shown.characteristics)
+        of_all = f"{proven} of {len(shown.characteristics)} characteristics certified"
+        print_lines([f"{shown.part_type} {shown.serial}: {shown.outcome}, {of_all}"])
+        print_table(HEAD, certificate_rows(shown))
+        print_lines(in_force_lines(shown))
+    for file in files:
+        typer.echo(f"written: {file}", err=True)
+    if shown.outcome != "conforms":
+        raise typer.Exit(ExitStatus.FINDINGS)
+
 
 BASELINE = "20"
 """As `ChartOptions` has it; a test compares."""
@@ -101,3 +142,44 @@ def _baseline(given: str, anew: bool) -> int | tuple[str, str]:
     if not given.isdigit() or int(given) < 1:
         raise typer.BadParameter(f"{given!r}: a number of parts, or FIRST..LAST", param_hint="--baseline")
     return int(given)
+
+
+@guarded
+def gauge(
+    page: Page,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="The device, as inspections name it.  [default: all]")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for the page and the values.  [default: none]")
+    ] = None,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Bias, repeatability and drift of gauges and probes by checks on standard parts. Exit status 1 on an alarm."""
+    from trueloop.jobs.monitor.gauges import gauges_of, write_gauges
+    from trueloop.jobs.store.opened import opened
+    from trueloop.report.monitor.gauge_lines import HEAD, gauge_rows, remark_lines
+
+    shown = gauges_of(opened(db), name)
+    files = write_gauges(shown, output, page.language, page.unit)
+    if as_json:
+        print_json({**shown.model_dump(mode="json"), "files": files})
+    else:
+        print_table(HEAD, gauge_rows(shown))
+        for one in shown.gauges:
+            print_lines(remark_lines(one))
+    for file in files:
+        typer.echo(f"written: {file}", err=True)
+    if any(one.alarm for one in shown.gauges):
+        raise typer.Exit(ExitStatus.FINDINGS)
+
+
+app = typer.Typer(
+    help="Quality monitor: control charts, certificates of parts, drift of gauges.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+app.command()(chart)
+app.command()(certify)
+app.command()(gauge)

@@ -1,20 +1,197 @@
 """`trueloop surface`: free-form surfaces, from measured parts to a corrected surface and program."""
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.db.options import Db
+from trueloop.cli.db import Db
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
+from trueloop.cli.simulated import Seed
 from trueloop.cli.store_options import StoreChoice, kept_as_dict
-from trueloop.cli.surface.compare import compare
-from trueloop.cli.surface.options import EarlierParts, JobFile, KeepOutliers, Nominal, Run, Workers, read
-from trueloop.cli.surface.simulate import simulate
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 from trueloop.errors import Finding
 from trueloop.units import UM_PER_MM
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from trueloop.formats.outputs import Named
+    from trueloop.geometry.surface import Surface
+    from trueloop.jobs.surface.added import Together
+    from trueloop.jobs.surface.job import ReadSurface
+    from trueloop.loops.surface.surface import Part, Work
+
+
+@guarded
+def compare(
+    before: Annotated[Path, typer.Argument(metavar="BEFORE.toml", help="The job of the parts cut before.")],
+    after: Annotated[Path, typer.Argument(metavar="AFTER.toml", help="The job of the parts cut after.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job after]"),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Set parts cut after a correction beside those before: deterministic, random, worst."""
+    from trueloop.formats.outputs import write_all
+    from trueloop.jobs.surface.job import compare_jobs, read_surface
+    from trueloop.loops.surface.surface import Work
+    from trueloop.report.surface.compare_page import compare_page
+    from trueloop.report.surface.compare_summary import comparison_json, comparison_lines, comparison_summary
+
+    with busy(f"comparing {before} and {after}") as progress:
+        jobs = read_surface(before), read_surface(after)
+        found = compare_jobs(*jobs, Work(progress=progress))
+        contents = [("compare.html", compare_page(found).encode()), ("compare.json", comparison_json(found))]
+        files = write_all(output or jobs[1].output_folder, contents, (*jobs[0].files, *jobs[1].files))
+    if as_json:
+        print_json({**comparison_summary(found), "files": list(map(str, files))})
+        return
+    for line in (*comparison_lines(found), *found.findings, *files):
+        print(line)
+
+
+JobFile = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; docs/surface.md explains it.")]
+
+KeepOutliers = Annotated[
+    bool, typer.Option("--keep-outliers", help="Parts of the store count although they are outlying beyond doubt.")
+]
+
+
+def read(job: Path) -> "ReadSurface":
+    """A surface's job, read."""
+    with busy(f"reading {job}"):
+        from trueloop.jobs.surface.job import read_surface
+
+        return read_surface(job)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EarlierParts:
+    """Parts of a store that count with those of the job."""
+
+    db: Annotated[
+        str | None,
+        typer.Option(
+            "--db",
+            metavar="FILE|URL",
+            help="Store whose parts count too; none: no store.  [default: trueloop.db beside the job]",
+        ),
+    ] = None
+    keep_outliers: KeepOutliers = False
+
+    def read(self, job: Path) -> "Together":
+        """A surface's job, read, with the parts of the store."""
+        from trueloop.jobs.surface.added import with_store
+
+        return with_store(read(job), self.db, keep_outliers=self.keep_outliers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workers:
+    """Where the parts of a job are worked off."""
+
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Local processes to share the parts among.")] = 1
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, e.g. tcp://host:8786.")
+    ] = None
+
+    def work(self, progress: "Callable[[str], object]") -> "Work":
+        """As a loop takes it."""
+        from trueloop.loops.surface.surface import Work
+
+        return Work(self.workers, self.scheduler, progress)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """Where the results of a job go, and where its parts are worked off."""
+
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job]")
+    ] = None
+    workers: Workers
+
+    def work(self, progress: "Callable[[str], object]") -> "Work":
+        """As a loop takes it."""
+        return self.workers.work(progress)
+
+    def parts(self, job: "ReadSurface") -> "list[Part]":
+        """Every part of the job, taken apart."""
+        from trueloop.loops.surface.surface import model_of
+
+        inputs = job.inputs
+        with busy(f"{len(inputs.parts)} parts") as progress:
+            return model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=self.work(progress))
+
+    def write(self, job: "ReadSurface", contents: "Sequence[Named]") -> list[str]:
+        """The files written, all or none."""
+        from trueloop.formats.outputs import write_all
+
+        return [str(file) for file in write_all(self.output or job.output_folder, contents, job.files)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nominal:
+    """A nominal surface without a job."""
+
+    nominal: Annotated[Path, typer.Argument(metavar="SURFACE", help="STEP, IGES, or a CSV grid of points.")]
+    face: Annotated[int | None, typer.Option("--face", help="Which face of the CAD file, from 1.")] = None
+    flip: Annotated[bool, typer.Option("--flip", help="Turn the normals over.")] = False
+
+    def read(self) -> "Surface":
+        """The surface."""
+        from trueloop.jobs.surface.job import read_nominal
+
+        return read_nominal(self.nominal, self.face, flip=self.flip)
+
+
+Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; its measured parts are made anew.")]
+Machine = Annotated[
+    Path | None, typer.Option("--machine", "-m", metavar="M.toml", help="The mill.  [default: published variability]")
+]
+
+
+@guarded
+def simulate(
+    job: Job,
+    machine: Machine = None,
+    parts: Annotated[int, typer.Option("--parts", "-n", min=3, help="Parts to be cut and measured.")] = 10,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Cut parts on a virtual mill, measure, correct, cut the next part: truth beside estimate."""
+    from trueloop.jobs.simulated import mill_and_trial
+    from trueloop.loops.simulated.simulated_surface import simulate_surface
+
+    with busy(f"cutting, measuring and correcting {parts} parts"):
+        mill, trial = mill_and_trial(job, machine)
+        figures = simulate_surface(trial, mill, parts, seed).figures
+    print_json(figures) if as_json else _say(figures)
+
+
+def _say(figures: dict[str, object]) -> None:
+    rows = (
+        (f"{figures['parts']} parts as programmed", "programmed_truth_um", "programmed_measured_um", None),
+        ("what they have alike", "pattern_truth_um", "pattern_found_um", None),
+        ("the next part, corrected", "corrected_truth_um", "corrected_measured_um", "corrected_predicted_um"),
+        ("the program without errors", "ridges_um", None, None),
+    )
+    print(f"{'Deviation, RMS in µm':<28}{'truth':>8}{'found':>8}{'predicted':>11}")
+    for words, *keys in rows:
+        cells = [f"{figures[key]:.2f}" if key else "" for key in keys]
+        print(f"{words:<28}{cells[0]:>8}{cells[1]:>8}{cells[2]:>11}".rstrip())
+    print(
+        f"\nTruth at {figures['places_told']} places, measured at {figures['places_measured']}. The pattern is known "
+        f"to ± {figures['pattern_u95_um']:.2f} µm (95 %); that holds at {figures['pattern_inside_u95']:.0%} of "
+        f"the places with truth, and at {figures['pattern_inside_u95_without_ridges']:.0%} of them with the "
+        "program's own ridges taken off: the band is that of a smooth pattern, "
+        "and ridges between the passes come on top."
+    )
+
 
 app = typer.Typer(
     help="Free-form surfaces: deviations, machining pattern, corrected surface and program.",

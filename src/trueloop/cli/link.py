@@ -1,17 +1,103 @@
 """`trueloop link`: programs at a control, listed, fetched, sent and compared."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from trueloop.cli.failure import ExitStatus, guarded
-from trueloop.cli.link.link_of import Db, LinkOf, NotRunning
-from trueloop.cli.link.offsets import offsets
-from trueloop.cli.terminal import AsJson, print_json, print_table
+from trueloop.cli.offsets import UnitOption
+from trueloop.cli.terminal import AsJson, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
     from trueloop.controllers.links.link import Listed
+    from trueloop.jobs.links.offsets import AtControl
+    from trueloop.jobs.links.opened import Opened
+    from trueloop.jobs.links.recorded import Recorder
+
+NotRunning = Annotated[bool, typer.Option("--not-running", help="It does not run: for links that cannot know it.")]
+
+Db = Annotated[
+    str | None, typer.Option("--db", metavar="FILE|URL", help="Record the transfer in this store.  [default: in none]")
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkOf:
+    """Which control."""
+
+    link: Annotated[str, typer.Option("--link", "-l", help="The link's name in the settings.")]
+    settings: Annotated[
+        Path, typer.Option("--settings", help="A TOML file with a table for each link.", metavar="LINKS.toml")
+    ] = Path("links.toml")
+
+    def opened(self) -> "Opened":
+        """The link; what its user has to know goes to stderr."""
+        from trueloop.jobs.links.opened import opened
+
+        found = opened(self.settings, self.link, lambda said: typer.echo(said, err=True))
+        if found.link.note:
+            typer.echo(f"note: {found.link.note}", err=True)
+        return found
+
+    def recorder(self, db: str | None) -> "Recorder | None":
+        """What keeps the transfer, where a store is named."""
+        if db is None:
+            return None
+        from trueloop.jobs.links.recorded import Recorder
+        from trueloop.jobs.store.opened import opened
+
+        return Recorder(opened(db), self.link)
+
+
+@guarded
+def offsets(
+    control: LinkOf,
+    correction: Annotated[
+        Path | None,
+        typer.Option(
+            "--apply",
+            help="A correction, its record or its job: write the table with its offset.",
+            metavar="JOB.toml|RECORD.json",
+        ),
+    ] = None,
+    table: Annotated[
+        str | None,
+        typer.Option("--table", "-t", help="The table's name at the control.  [default: the settings' tool_table]"),
+    ] = None,
+    unit: UnitOption = None,
+    not_running: NotRunning = False,
+    as_json: AsJson = False,
+) -> None:
+    """Show a control's tool table as it is in force, or write it with the offset of a correction in it."""
+    from trueloop.jobs.links.offsets import apply_at, fetched_table, with_table
+    from trueloop.report.tool_tables import heading_words, table_as_dict, table_lines
+
+    opened = with_table(control.opened(), table, unit)
+    if correction is not None:
+        _show(apply_at(opened, correction, not_running=not_running), as_json)
+        return
+    found = fetched_table(opened)
+    if as_json:
+        print_json(table_as_dict(found))
+        return
+    print_lines([heading_words(found), "", *table_lines(found), *(f"- {one}" for one in found.remarks)])
+
+
+def _show(done: "AtControl", as_json: bool) -> None:
+    from trueloop.report.tool_tables import change_as_dict, change_words
+
+    sent = done.sent
+    kept = None if sent.kept is None else str(sent.kept)
+    if as_json:
+        change = change_as_dict(done.record_id, done.table, done.new, sent.name)
+        hashes = {"sent_sha256": sent.sent_sha256, "read_back_sha256": sent.read_back_sha256}
+        print_json(change | hashes | {"kept": kept})
+        return
+    print_lines([f"Correction {done.record_id}", *change_words(done.table, done.new)])
+    typer.echo(f"{sent.name}: read back as it was sent, {sent.read_back_sha256[:16]}; the table before it: {kept}")
+
 
 app = typer.Typer(
     help="Programs at a control (DNC): listed, fetched, sent and compared; its tool table read and corrected.",

@@ -1,0 +1,293 @@
+"""`trueloop db`: the store of parts, tools, inspections and corrections."""
+
+import json
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import ExitStatus, as_dict, guarded
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
+
+if TYPE_CHECKING:
+    from trueloop.domain.part import Part
+    from trueloop.jobs.db.found import Row
+    from trueloop.jobs.db.imported import Imported
+    from trueloop.jobs.db.life import Entry
+
+Db = Annotated[
+    str | None,
+    typer.Option("--db", metavar="FILE|URL", help="The store.  [default: trueloop.db in this folder]"),
+]
+
+
+@guarded
+def check(db: Db = None, as_json: AsJson = False) -> None:
+    """Check that rows are what was kept, that links lead to rows, and that labels, order and times agree."""
+    from trueloop.jobs.db.checked import check_store
+    from trueloop.jobs.store.opened import opened
+
+    store = opened(db, read_only=True)
+    with busy(f"checking {store.where}") as progress:
+        done = check_store(store, progress)
+    if as_json:
+        odd = [{"severity": one.severity, **as_dict(one.as_error())} for one in done.findings]
+        print_json({"store": store.where, "rows": done.rows, "findings": odd})
+    else:
+        print_lines([*done.findings, f"{store.where}: {done.rows} rows, {len(done.findings)} findings"])
+    if done.findings:
+        raise typer.Exit(ExitStatus.FINDINGS)
+
+
+Copy = Annotated[Path, typer.Argument(metavar="FILE", help="The file to write, which must be new.")]
+Backup = Annotated[Path, typer.Argument(metavar="FILE", help="A backup, or what `export` wrote.")]
+New = Annotated[str, typer.Option("--db", metavar="FILE|URL", help="The store to make, which must be new.")]
+
+
+@guarded
+def backup(file: Copy, db: Db = None) -> None:
+    """Copy the store into a SQLite file, as it is at one moment, while others go on working with it."""
+    from trueloop.jobs.db.copied import back_up
+    from trueloop.jobs.store.opened import opened
+
+    store = opened(db, read_only=True)
+    with busy(f"copying {store.where}") as progress:
+        back_up(store, file, progress)
+    typer.echo(f"written: {file}", err=True)
+
+
+@guarded
+def restore(file: Backup, db: New) -> None:
+    """Make a new store of what a backup or an export holds. A store that is there is never changed."""
+    from trueloop.jobs.db.copied import restore as restored
+    from trueloop.storage.shown import shown
+
+    with busy(f"restoring {file}") as progress:
+        copied = restored(file, db, progress)
+    typer.echo(f"made: {shown(db)}, {copied.count} rows", err=True)
+
+
+@guarded
+def migrate(db: Db = None) -> None:
+    """Bring a store of an earlier version of trueloop to this version's form. What it holds stays as it is."""
+    from trueloop.jobs.store.opened import migrated
+
+    before, after, place = migrated(db)
+    said = f"is of this version already, {after}" if before == after else f"brought from schema {before} to {after}"
+    typer.echo(f"{place}: {said}", err=True)
+
+
+Output = Annotated[Path, typer.Option("--output", "-o", help="File to write: JSON, one value a line.")]
+
+
+@guarded
+def export(output: Output, db: Db = None) -> None:
+    """Write the whole store into a text file, one value a line; imported into an empty store, it gives an equal one."""
+    from trueloop.jobs.db.exported import export as write
+    from trueloop.jobs.store.opened import opened
+
+    store = opened(db, read_only=True)
+    with busy(f"exporting {store.where}"):
+        count = write(store, output)
+    typer.echo(f"written: {output}, {count} values", err=True)
+
+
+FindWhat = Annotated[str, typer.Argument(metavar="WHAT", help="part, inspection, correction, cut, edge, transfer, …")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """Which rows."""
+
+    part_type: Annotated[str | None, typer.Option("--type", help="Of this type of part, by its name.")] = None
+    serial: Annotated[str | None, typer.Option("--serial", help="Of the part with this serial number.")] = None
+    edge: Annotated[
+        str | None, typer.Option("--edge", help="Of this edge: TOOL, TOOL/INSERT or TOOL/INSERT/CORNER.")
+    ] = None
+    since: Annotated[
+        datetime | None,
+        typer.Option("--since", formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"], help="Kept on or after that day or time, UTC."),
+    ] = None
+    superseded: Annotated[bool, typer.Option("--superseded", help="Also rows that others supersede.")] = False
+
+
+@guarded
+def find(what: FindWhat, wanted: Wanted, db: Db = None, as_json: AsJson = False) -> None:
+    """List rows of the store, oldest first: each with its name, by which `show` and `replace` take it."""
+    from trueloop.jobs.db.found import NAMES, TRANSFERS, Sought, found_rows
+    from trueloop.jobs.store.opened import opened
+
+    known = (*NAMES, TRANSFERS)
+    if what not in known:
+        raise typer.BadParameter(f"{what!r} is none of {', '.join(known)}", param_hint="WHAT")
+    sought = Sought(wanted.part_type, wanted.serial, wanted.edge, wanted.since, superseded=wanted.superseded)
+    rows = found_rows(opened(db), what, sought)
+    if as_json:
+        print_json({"what": what, "rows": [row.as_dict for row in rows]})
+    else:
+        _find_print(rows)
+
+
+def _find_print(rows: "list[Row]") -> None:
+    if rows:
+        from rich.markup import escape
+        from rich.table import Table
+
+        table = Table(box=None, pad_edge=False)
+        for name in ("row", "kept", *rows[0].cells):
+            table.add_column(name.replace("_", " "), no_wrap=True)
+        for row in rows:
+            table.add_row(*(escape(cell) for cell in (row.name, f"{row.kept_at:%Y-%m-%d %H:%M}", *row.cells.values())))
+        wide_console().print(table)
+    print_lines([f"{len(rows)} {'row' if len(rows) == 1 else 'rows'}"])
+
+
+Files = Annotated[
+    list[Path],
+    typer.Argument(metavar="FILE…", help="Inspection files, a job's touches, record.json, or exports of a store."),
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Meant:
+    """What inspection files do not say themselves."""
+
+    job: Annotated[
+        Path | None, typer.Option("--job", "-j", help="The job whose part was measured.  [default: what the file says]")
+    ] = None
+    serial: Annotated[
+        str, typer.Option("--serial", help="Serial number of the part.  [default: the file's, the job's, the label's]")
+    ] = ""
+    unit: Annotated[
+        Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
+    ] = None
+    mapping: Annotated[
+        Path | None, typer.Option("--mapping", "-m", help="TOML file that says what columns, variables and names mean.")
+    ] = None
+    ignore_labels: Annotated[
+        bool, typer.Option("--ignore-labels", help="Take a label in a file's name for no statement about the part.")
+    ] = False
+
+
+@guarded
+def import_(files: Files, meant: Meant, db: Db = None, as_json: AsJson = False) -> None:
+    """Keep files in the store, each whole or not at all. What is there already is found and not kept twice."""
+    from trueloop.formats.inspections.measured_file import Stated
+    from trueloop.jobs.db.imported import import_files
+    from trueloop.jobs.db.inspected import Inspected
+    from trueloop.jobs.store.opened import opened
+
+    store = opened(db)
+    of = Inspected(meant.job, meant.serial, Stated(meant.unit, meant.mapping), heed_labels=not meant.ignore_labels)
+    done: list[Imported] = []
+    with busy(f"importing {files[0]}") as progress:
+        for one in import_files(store, files, of, progress):
+            done.append(one)
+            if not as_json:
+                print_lines([one.words])
+    if as_json:
+        print_json({"files": [one.as_dict for one in done]})
+
+
+Place = Annotated[
+    str | None, typer.Argument(metavar="[FILE|URL]", help="The store to make.  [default: trueloop.db in this folder]")
+]
+
+
+@guarded
+def init(place: Place = None) -> None:
+    """Make an empty store: a SQLite file, or tables in a PostgreSQL database by its URL."""
+    from trueloop.jobs.store.opened import made
+    from trueloop.jobs.store.where import BESIDE
+    from trueloop.storage.shown import shown
+
+    made(place or BESIDE)
+    typer.echo(f"made: {shown(place or BESIDE)}", err=True)
+
+
+RowId = Annotated[str, typer.Argument(metavar="ROW", help="The wrong row, as `find` names it: inspection:12.")]
+File = Annotated[Path, typer.Argument(metavar="FILE", help="What `show ROW --json` printed, with the mistake mended.")]
+Why = Annotated[str, typer.Option("--why", help="What was wrong.")]
+By = Annotated[str, typer.Option("--by", help="Who says so.  [default: the user]")]
+
+
+@guarded
+def replace(row: RowId, file: File, why: Why, by: By = "", db: Db = None) -> None:
+    """Keep the value in a file in the stead of a row, which stays, superseded, with who did it and why."""
+    from trueloop.jobs.db.found import row_name
+    from trueloop.jobs.db.named import named_row
+    from trueloop.jobs.db.replaced import left_behind, replace_row
+    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.user import user_name
+
+    store = opened(db)
+    wrong = named_row(store, row)
+    kept = replace_row(store, wrong, file, by=by or user_name(), why=why)
+    typer.echo(f"kept: {row_name(type(kept.value), kept.row)} supersedes {row}", err=True)
+    for name in left_behind(store, wrong, kept):
+        typer.echo(f"still names the row that was replaced: {name}; replace it too", err=True)
+
+
+What = Annotated[
+    str, typer.Argument(metavar="WHAT", help="A part's SERIAL, TYPE/SERIAL or label; a record's id; or a row.")
+]
+
+
+@guarded
+def show(what: What, db: Db = None, as_json: AsJson = False) -> None:
+    """Show the life of a part: inspections, corrections and cuts with their links; or one row as it is stored."""
+    from trueloop.jobs.db.life import life_of_part
+    from trueloop.jobs.db.named import NamedRow, named
+    from trueloop.jobs.db.replaced import shown_row
+    from trueloop.jobs.store.opened import opened
+
+    store = opened(db, read_only=True)
+    found = named(store, what)
+    if isinstance(found, NamedRow):
+        row = shown_row(store, found)
+        if as_json:
+            print_json(row)
+        else:
+            print_lines(json.dumps(row, indent=2, ensure_ascii=False).splitlines())
+        return
+    entries = life_of_part(store, found)
+    if as_json:
+        part = {"part_type": found.part_type.name, "revision": found.part_type.revision, "serial": found.serial}
+        print_json({"part": part, "entries": [one.as_dict for one in entries]})
+    else:
+        _print(found, entries)
+
+
+def _print(part: "Part", entries: "tuple[Entry, ...]") -> None:
+    from rich.markup import escape
+    from rich.table import Table
+
+    kind = part.part_type
+    stated = [kind.name, *([f"revision {kind.revision}"] if kind.revision else []), f"serial {part.serial}"]
+    print_lines([", ".join([*stated, *([kind.material] if kind.material else [])])])
+    table = Table(box=None, pad_edge=False)
+    for name in ("time", "row", "", "links"):
+        table.add_column(name)
+    for one in entries:
+        at = f"{one.at:%Y-%m-%d %H:%M}" if one.at else f"kept {one.kept_at:%Y-%m-%d %H:%M}"
+        table.add_row(*map(escape, (at, one.row, one.said, "; ".join(one.links))))
+    wide_console().print(table)
+
+
+app = typer.Typer(
+    help="The store: parts, edges, inspections, cuts and corrections, kept for the next part.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+app.command()(init)
+app.command("import")(import_)
+app.command()(export)
+app.command()(find)
+app.command()(show)
+app.command()(check)
+app.command()(replace)
+app.command()(backup)
+app.command()(restore)
+app.command()(migrate)

@@ -1,0 +1,274 @@
+"""`trueloop diagnose`: from errors of parts to their causes."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from trueloop.cli.db import Db
+from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.machine import ModelOption
+from trueloop.cli.numbers import positive
+from trueloop.cli.store_options import Supersede, kept_as_dict, print_findings
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
+from trueloop.domain.page_options import Language, LengthUnit
+
+if TYPE_CHECKING:
+    from trueloop.jobs.diagnose.asked import Asked
+    from trueloop.report.series.shapes import FindingShape
+    from trueloop.report.shape import Shape
+
+Accept = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--accept", metavar="CODE", help="Go on although it is refused with this code, as DIA-UNSTABLE; several times."
+    ),
+]
+Output = Annotated[Path | None, typer.Option("--output", "-o", help="Folder for page and JSON.  [default: none]")]
+Element = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--element",
+        metavar="AXIS=SIGNAL",
+        help="The temperature of what carries an axis; several times.  [default: what the model's terms take]",
+    ),
+]
+Types = Annotated[
+    list[str] | None, typer.Option("--type", "-t", help="Of this part type alone; several times.  [default: all]")
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Of:
+    """Of which parts, and what is known of them besides."""
+
+    part_type: Annotated[
+        str | None, typer.Option("--type", "-t", help="The part type.  [default: the only one in the store]")
+    ] = None
+    job: Annotated[
+        Path | None,
+        typer.Option("--job", "-j", help="The job with the part's profile.  [default: features by their names]"),
+    ] = None
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            "--model",
+            "-m",
+            metavar="MODEL.json",
+            help="The machine's model, for what its probe reported.  [default: none]",
+        ),
+    ] = None
+
+    def asked(self, accept: list[str] | None) -> "Asked":
+        """As jobs take it."""
+        from trueloop.jobs.diagnose.asked import Asked
+
+        return Asked(self.part_type, self.job, self.model, tuple(accept or ()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Page:
+    """How the page is shown."""
+
+    language: Annotated[Language, typer.Option("--language", help="Of the page.")] = "en"
+    unit: Annotated[LengthUnit, typer.Option("--unit", help="Of the page.")] = "mm"
+
+
+def elements_of(given: list[str] | None) -> dict[str, str]:
+    """`["X=T2"]` as {"X": "T2"}."""
+    found = {}
+    for text in given or ():
+        axis, equals, signal = (part.strip() for part in text.partition("="))
+        if not (axis and equals and signal):
+            raise typer.BadParameter(f"{text!r} is no AXIS=SIGNAL", param_hint="--element")
+        found[axis] = signal
+    return found
+
+
+def print_diagnosis(
+    found: "Shape", lines: Iterable[str], findings: "Iterable[FindingShape]", files: list[str], *, as_json: bool
+) -> None:
+    """As JSON with the files' names, or as lines."""
+    if as_json:
+        print_json({**found.model_dump(mode="json"), "files": files})
+        return
+    print_lines([*lines])
+    print_lines([f"{one.severity} {one.code}: {one.message}\n  hint: {one.hint}" for one in findings])
+    for file in files:
+        typer.echo(f"written: {file}", err=True)
+
+
+@guarded
+def fixture(
+    of_what: Annotated[
+        str, typer.Argument(metavar="FILE.csv|SERIAL", help="Repeats at one point right after fixturing, or a part.")
+    ],
+    of: Of,
+    page: Page,
+    repeats_to_um: Annotated[
+        float | None,
+        typer.Option("--repeats-to-um", callback=positive, help="What one reading repeats to.  [default: as stated]"),
+    ] = None,
+    limit_um: Annotated[
+        float | None, typer.Option("--limit-um", callback=positive, help="What it may vary by.  [default: no limit]")
+    ] = None,
+    output: Output = None,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show whether the fixturing of part, tool probe and part probe holds: spread, drift, step. Ends with 1 if not."""
+    from trueloop.jobs.diagnose import fixtures
+    from trueloop.jobs.diagnose.written import write_diagnosis
+    from trueloop.jobs.store.opened import opened
+    from trueloop.report.diagnosis.lines import fixture_lines
+    from trueloop.report.diagnosis.page_fixture import fixture_page
+
+    repeats = fixtures.limits_of(repeats_to_um, limit_um)
+    if of_what.lower().endswith((".csv", ".txt")):
+        found = fixtures.fixture_of_file(Path(of_what), repeats)
+    else:
+        found = fixtures.fixture_of_part(opened(db), of_what, of.asked(None), repeats)
+    files = write_diagnosis(found, "fixture", fixture_page, output, page.language, page.unit)
+    print_diagnosis(found, fixture_lines(found), found.findings, files, as_json=as_json)
+    if not all(one.stable for one in found.fixturings):
+        raise typer.Exit(ExitStatus.FINDINGS)
+
+
+@guarded
+def machine(
+    model: ModelOption,
+    page: Page,
+    part_type: Types = None,
+    element: Element = None,
+    output: Output = None,
+    accept: Accept = None,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Name the axis errors that the machine's model has wrong, as sets, and what would divide each set."""
+    from trueloop.jobs.diagnose import machines
+    from trueloop.jobs.diagnose.written import write_diagnosis
+    from trueloop.jobs.store.opened import opened
+    from trueloop.report.diagnosis.lines import machine_lines
+    from trueloop.report.diagnosis.page_machine import machine_page
+
+    with busy("diagnosing"):
+        found = machines.machine(opened(db), model, part_type or (), elements_of(element), accept or ())
+        files = write_diagnosis(found, "machine", machine_page, output, page.language, page.unit)
+    print_diagnosis(found, machine_lines(found), found.findings, files, as_json=as_json)
+
+
+@guarded
+def part(
+    serial: Annotated[str, typer.Argument(metavar="SERIAL", help="Serial number of the part.")],
+    of: Of,
+    page: Page,
+    output: Output = None,
+    accept: Accept = None,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show what is wrong with one part: errors of its features by device, components at its points, likely causes."""
+    from trueloop.jobs.diagnose import diagnosed
+    from trueloop.jobs.diagnose.written import write_diagnosis
+    from trueloop.jobs.store.opened import opened
+    from trueloop.report.diagnosis.lines import part_lines
+    from trueloop.report.diagnosis.page_part import part_page
+
+    with busy("diagnosing"):
+        found = diagnosed.part(opened(db), serial, of.asked(accept))
+        files = write_diagnosis(found, "part", part_page, output, page.language, page.unit)
+    print_diagnosis(found, part_lines(found), found.findings, files, as_json=as_json)
+
+
+@guarded
+def series(
+    of: Of, page: Page, output: Output = None, accept: Accept = None, db: Db = None, as_json: AsJson = False
+) -> None:
+    """Name what makes the parts of a type wrong: tool, probe, set-up, deflection, chatter, or the machine."""
+    from trueloop.jobs.diagnose import diagnosed
+    from trueloop.jobs.diagnose.written import write_diagnosis
+    from trueloop.jobs.store.opened import opened
+    from trueloop.report.diagnosis.lines import series_lines
+    from trueloop.report.diagnosis.page_series import series_page
+
+    with busy("diagnosing"):
+        found = diagnosed.series(opened(db), of.asked(accept))
+        files = write_diagnosis(found, "series", series_page, output, page.language, page.unit)
+    print_diagnosis(found, series_lines(found), found.findings, files, as_json=as_json)
+
+
+@guarded
+def refine(
+    model: ModelOption,
+    errors: Annotated[
+        str, typer.Option("--errors", metavar="EXX,…|auto", help="Which errors are to be updated; auto: those found.")
+    ],
+    out: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the offered model and the page.")
+    ],
+    page: Page,
+    share: Annotated[float, typer.Option("--share", min=0.05, max=1.0, help="Part of the change that is made.")] = 1.0,
+    part_type: Types = None,
+    element: Element = None,
+    accept: Accept = None,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Refine a machine's model from what it left on parts, judged on parts left out. It is offered, never in force.
+
+    `trueloop machine accept` puts it in force.
+    """
+    from trueloop.jobs.diagnose.refined import Refining, refined
+    from trueloop.jobs.store.opened import opened
+    from trueloop.report.diagnosis.lines import machine_lines
+    from trueloop.report.texts.texts import Texts
+
+    names = tuple(name.strip() for name in errors.split(",") if name.strip())
+    asked = Refining(names, tuple(part_type or ()), tuple(elements_of(element).items()), share)
+    with busy("refining"):
+        done = refined(opened(db), model, asked, out, Texts(page.language, page.unit), accept or ())
+    print_diagnosis(done.shape, machine_lines(done.shape), done.shape.findings, list(done.files), as_json=as_json)
+    if done.kept and not as_json:
+        typer.echo(done.kept)
+
+
+@guarded
+def standard(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Calibrated sizes, each with its uncertainty.")],
+    serial: Annotated[str, typer.Option("--serial", help="Serial number of the standard part.")],
+    part_type: Annotated[str, typer.Option("--type", "-t", help="Part type whose series it is probed among.")],
+    by: Annotated[str, typer.Option("--by", help="Who calibrated it.")] = "",
+    unit: Annotated[
+        Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
+    ] = None,
+    mapping: Annotated[
+        Path | None, typer.Option("--mapping", help="TOML file that says what columns and names mean.")
+    ] = None,
+    supersede: Supersede = False,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Keep a calibrated part: its inspections then show the probe and the machine, never a cut."""
+    from trueloop.formats.inspections.measured_file import Stated
+    from trueloop.jobs.diagnose.standard import keep_standard, standard_of
+    from trueloop.jobs.store.opened import opened
+
+    named = standard_of(part_type, serial)
+    kept = keep_standard(opened(db), file, named, Stated(unit, mapping), by, supersede=supersede)
+    print_findings(kept.findings)
+    if as_json:
+        print_json(kept_as_dict(kept))
+    else:
+        typer.echo(kept.words)
+
+
+app = typer.Typer(
+    help="From errors of parts to their causes: tool, probe, set-up, process, or the model of the machine.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+for command in (part, series, fixture, machine, refine, standard):
+    app.command()(command)

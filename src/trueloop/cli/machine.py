@@ -1,0 +1,785 @@
+"""`trueloop machine`: a machine's own errors: found, looked at, checked, taken out of programs, given to controls."""
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, LimitUm, Slope, ToleranceUm, map_options
+from trueloop.cli.numbers import not_negative, positive
+from trueloop.cli.program_file import (
+    Decimals,
+    DialectName,
+    ProgramFile,
+    Reading,
+    UnitAtStart,
+    parameters_of,
+    tables_of,
+    vector_of,
+)
+from trueloop.cli.store_options import Db, Supersede
+from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from trueloop.arrays import Array
+    from trueloop.jobs.machine.kept import Decomposed
+    from trueloop.jobs.store.keep_facts import KeptFacts
+    from trueloop.machine.correct.setup import Setup
+    from trueloop.machine.identify.hold_out import HeldOut
+    from trueloop.machine.model.chain import Vector
+    from trueloop.machine.model.model import MachineModel
+    from trueloop.machine.standards.planar_field import PlanarField
+
+MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE.toml", help="Structure, travels and error terms.")]
+ReadingFiles = Annotated[list[Path], typer.Argument(metavar="READINGS.csv", help="Laser, straight edge, ball bar …")]
+ModelFile = Annotated[Path, typer.Argument(metavar="MODEL.json", help="As `trueloop machine fit` wrote it.")]
+ModelOption = Annotated[Path, typer.Option("--model", "-m", metavar="MODEL.json", help="The machine's model.")]
+Temperatures = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--temperatures",
+        "-t",
+        metavar="T1=V",
+        help="Value of a signal of the model, or LOG.csv, its past until now; may be repeated.",
+    ),
+]
+HistoryFile = Annotated[
+    Path | None,
+    typer.Option("--history", metavar="LOG.csv", help="Log of temperatures and speeds on the clock of the readings."),
+]
+Extrapolate = Annotated[
+    list[str] | None,
+    typer.Option("--extrapolate", metavar="NAME", help="Axis or signal that may leave the range of the data."),
+]
+
+
+def signals_of(
+    model: "MachineModel", given: "Sequence[str] | None", until_s: float = math.inf
+) -> "dict[str, Array | float]":
+    """Values by name, and logs as they stand at their last row until then, lags among them. Raises MCH-HISTORY."""
+    from trueloop.jobs.machine import machine_model
+
+    values = parameters_of([text for text in given or () if "=" in text], "--temperatures")
+    return machine_model.signals_of(model, logs_of(given), values, until_s)
+
+
+def logs_of(given: "Sequence[str] | None") -> list[Path]:
+    """What of the values given are files: without an equals sign."""
+    return [Path(text) for text in given or () if "=" not in text]
+
+
+def positions_of(model: "MachineModel", given: "Sequence[str] | None") -> dict[str, float]:
+    """`["Y=12", "A=30"]` as mm and rad. Raises MCH-AXIS for an axis that the machine does not have."""
+    from trueloop.machine.model.chain import AxisKind
+
+    chain = model.machine.chain
+    rotary = {axis.name for axis in chain.axes if axis.kind is not AxisKind.LINEAR}
+    values = parameters_of(given, "--at")
+    return {chain.axis(name).name: math.radians(v) if name in rotary else v for name, v in values.items()}
+
+
+def numbered(texts: "Sequence[str]", option: str) -> "dict[int, Vector]":
+    """`["1=10,20,30"]` as {1: (10, 20, 30)}; `*` is −1: any other."""
+    found = {}
+    for text in texts:
+        number, _, vector = (part.strip() for part in text.partition("="))
+        if not number.isdigit() and number != "*":
+            raise typer.BadParameter(f"{text!r} is no number=X,Y,Z", param_hint=option)
+        found[-1 if number == "*" else int(number)] = vector_of(vector, option)
+    return found
+
+
+@guarded
+def accept(
+    model: ModelFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="NEW.json", help="The accepted model.")],
+    why: Annotated[str, typer.Option("--why", help="Why it is accepted.  [default: not said]")] = "",
+    who: Annotated[str, typer.Option("--who", help="Who accepts it.  [default: the user]")] = "",
+    db: Db = None,
+) -> None:
+    """Accept a refined model that is offered: by the new file programs may be corrected.
+
+    The offered file stays as it is. With a store the decision is kept there, and both versions.
+    """
+    from trueloop.formats.tables.model_file import read_model
+    from trueloop.jobs.machine.versions import accept_model
+
+    written, kept = accept_model(model, out, why=why, who=who, db=db)
+    version = read_model(written).version
+    assert version is not None and version.accepted is not None
+    typer.echo(f"version {version.number}: {version.reason}")
+    typer.echo(version.judged)
+    typer.echo(f"accepted by {version.accepted.who}; written: {written}")
+    if kept is not None:
+        typer.echo(kept.words)
+
+
+@dataclass(frozen=True, kw_only=True)
+class InMachine:
+    """Where a program is in the machine, and how warm that is."""
+
+    work_zero: Annotated[
+        list[str] | None,
+        typer.Option(metavar="N=X,Y,Z", help="Machine coordinates of the zero of offset N (1 is G54), mm."),
+    ] = None
+    tool: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="T=X,Y,Z",
+            help="Tool point from the last axis' frame, mm; T is * for all.  [default: 0, or as --offsets says]",
+        ),
+    ] = None
+    offsets_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--offsets",
+            metavar="FILE",
+            help="A TOML file of work offsets and tools: machine = program + work offset + tool offset in force. "
+            "The command line comes first.",
+        ),
+    ] = None
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="A=V", help="Where a rotary axis stands, degrees; the program has to leave it alone."),
+    ] = None
+    temperatures: Temperatures = None
+    zeroed_s: Annotated[
+        float | None,
+        typer.Option(
+            metavar="T",
+            help="time_s of the log at which the work zero was set or last referenced: displacements drift from there.",
+        ),
+    ] = None
+
+    @property
+    def files(self) -> list[Path]:
+        """What is read beside program and model."""
+        return [*logs_of(self.temperatures), *([self.offsets_file] if self.offsets_file else [])]
+
+    def setup(self, known: "MachineModel") -> "Setup":
+        """As the loop takes it. Raises NC-FILE and what reading logs does."""
+        from trueloop.machine.correct.setup import Setup
+
+        if not (self.work_zero or self.offsets_file):
+            raise typer.BadParameter("give it, or --offsets", param_hint="--work-zero")
+        tables = tables_of(self.offsets_file)
+        return Setup(
+            {**dict(tables.work_mm), **numbered(self.work_zero or (), "--work-zero")},
+            numbered(self.tool or ([] if self.offsets_file else ["*=0,0,0"]), "--tool"),
+            signals_of(known, self.temperatures),
+            {axis: math.radians(angle) for axis, angle in parameters_of(self.at, "--at").items()},
+            tables.tools if self.offsets_file else None,
+            None if self.zeroed_s is None else signals_of(known, self.temperatures, self.zeroed_s),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """How closely the corrected path is followed, and what is refused."""
+
+    tolerance_um: ToleranceUm = TOLERANCE_UM
+    limit_um: LimitUm = LARGEST_UM
+    slope: Slope = STEEPEST
+    extrapolate: Extrapolate = None
+    serial: Annotated[str | None, typer.Option(help="Refuse a model of a machine with another serial number.")] = None
+
+
+@guarded
+def compensate(
+    file: ProgramFile,
+    model: ModelOption,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    place: InMachine,
+    bounds: Bounds,
+    reading: Reading,
+    decimals: Decimals = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Take the machine's error out of a program: every position moved by COMP_MTG.
+
+    The model lives in machine coordinates: --work-zero and --tool, or --offsets, say where the program is in them.
+    """
+    from trueloop.cli.nc.map import print_mapped
+    from trueloop.errors import in_file
+    from trueloop.formats.tables.model_file import read_model
+    from trueloop.jobs.machine.mapped_program import ModelFile, compensate_program
+    from trueloop.machine.model.validity import require_serial
+
+    known = read_model(model)
+    with in_file(model):
+        require_serial(known, bounds.serial)
+    setup = place.setup(known)
+    with busy(f"correcting {file}"):
+        done = compensate_program(
+            file,
+            out / file.name,
+            ModelFile(known, model),
+            setup,
+            map_options(reading, decimals, bounds.tolerance_um, bounds.limit_um, bounds.slope),
+            dialect=reading.dialect,
+            parameters=reading.parameters,
+            extrapolate=bounds.extrapolate or (),
+            inputs=place.files,
+        )
+    if as_json:
+        print_json(asdict(done))
+        return
+    print_mapped(file, out / file.name, done)
+
+
+@guarded
+def decompose(
+    inspections: Annotated[Path, typer.Argument(metavar="INSPECTIONS.csv", help="Touches and CMM points of one part.")],
+    model: ModelOption,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    work_zero: Annotated[str, typer.Option(metavar="X,Y,Z", help="Machine coordinates of the part's zero, mm.")],
+    cutting: Annotated[list[str], typer.Option(metavar="T1=V", help="T_CUTTING: a signal each, or LOG.csv.")],
+    probing: Annotated[list[str], typer.Option(metavar="T1=V", help="T_PROBING: a signal each, or LOG.csv.")],
+    tool: Annotated[str, typer.Option(metavar="X,Y,Z", help="Cutting tool, mm, of all points.")] = "",
+    probe: Annotated[str, typer.Option(metavar="X,Y,Z", help="Probe stylus, mm, of all points.")] = "",
+    compensated: Annotated[bool, typer.Option(help="The model was in force during cutting.")] = True,
+    new_frame: Annotated[bool, typer.Option(help="Take out the part coordinate system discrepancy.")] = False,
+    extrapolate: Extrapolate = None,
+    part_type: Annotated[str, typer.Option("--type", help="The part type, for the store.  [default: none]")] = "",
+    serial: Annotated[
+        str, typer.Option("--serial", help="Serial number of the part: keep both inspections in the store.")
+    ] = "",
+    db: Db = None,
+    supersede: Supersede = False,
+) -> None:
+    """Take the errors of a part apart: what the machine did, what the process, what the model left.
+
+    Tools default to 0,0,0; columns tool_x_mm …, probe_x_mm … of the file state them point by point. With --serial both
+    inspections are kept in the store, with how the machine stood: `trueloop diagnose machine` needs them.
+    """
+    from trueloop.domain.record import sha256_of
+    from trueloop.errors import in_file
+    from trueloop.formats.measurements.inspections_csv import components_csv, read_inspections
+    from trueloop.formats.outputs import write_all
+    from trueloop.formats.tables.model_file import read_model
+    from trueloop.jobs.machine.kept import Decomposed
+    from trueloop.loops.machine.post_process import decompose_part, states_of
+    from trueloop.report.machine.components import components_page
+
+    if db and not serial:
+        raise typer.BadParameter("needs --serial: a part is known by its serial number", param_hint="--db")
+    known = read_model(model, offered=True)
+    points, seen = read_inspections(inspections)
+    zero = vector_of(work_zero, "--work-zero")
+    cut = states_of(known, seen, zero, _tool(tool, seen.tool_mm, "tool"), signals_of(known, cutting))
+    touched = states_of(known, seen, zero, _tool(probe, seen.probe_mm, "probe"), signals_of(known, probing))
+    allowed = extrapolate or ()
+    with in_file(inspections):
+        parts, frame = decompose_part(
+            known, seen, cut, touched, compensated=compensated, new_frame=new_frame, extrapolate=allowed
+        )
+    contents = {
+        "components.csv": components_csv(points, parts).encode(),
+        "components.html": components_page(points, parts, frame).encode(),
+    }
+    sha256 = sha256_of(model.read_bytes())
+    done = Decomposed(inspections, points, seen, known, sha256, zero, cut, touched, compensated, new_frame)
+    kept = _kept(done, part_type, serial, db, supersede=supersede)
+    write_all(out, contents.items(), inputs=(inspections, model, *logs_of([*cutting, *probing])))
+    if frame is not None:
+        typer.echo(
+            f"part frame: shift {UM_PER_MM * frame.shift_mm} µm, turn {URAD_PER_RAD * frame.turn_rad} µrad taken out"
+        )
+    typer.echo(f"{len(points)} points; written: {out / 'components.csv'}, {out / 'components.html'}")
+    if kept is not None:
+        typer.echo(kept.words)
+
+
+def _tool(given: str, by_point: "Array | None", name: str) -> "Array | Vector":
+    """Of all points alike, or of each as the file states it."""
+    if by_point is not None and given:
+        raise typer.BadParameter(f"the file states it: column {name}_x_mm", param_hint=f"--{name}")
+    return vector_of(given or "0,0,0", f"--{name}") if by_point is None else by_point
+
+
+def _kept(done: "Decomposed", part_type: str, serial: str, db: str | None, *, supersede: bool) -> "KeptFacts | None":
+    """What was kept in the store; None: no part is named, or there is no store."""
+    if not serial:
+        return None
+    from trueloop.jobs.machine.kept import keep_both
+    from trueloop.jobs.store.keeping import Keeping
+
+    return keep_both(done, part_type, serial, Keeping(db, supersede=supersede))
+
+
+LogFile = Annotated[Path, typer.Argument(metavar="LOG.csv", help="time_s, NAME_um, NAME_degC, NAME_rpm.")]
+
+
+@guarded
+def drift_fit(
+    log: LogFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    hold_out: Annotated[
+        float, typer.Option(min=0.05, max=0.9, help="Share of the time, at its end, that is predicted to judge.")
+    ] = 0.3,
+    as_json: AsJson = False,
+) -> None:
+    """Find a model of drift, a channel at a time: all inputs, felt late. Writes drift.json and drift.html.
+
+    The end of the log judges it, as read and where an operator's reference zeroes what is left every so many hours.
+    """
+    from trueloop.errors import in_file
+    from trueloop.formats.measurements.history_csv import read_drift
+    from trueloop.formats.outputs import write_all
+    from trueloop.formats.tables.drift_file import drift_to_json
+    from trueloop.jobs.machine.machine_model import hashes_of
+    from trueloop.machine.drift.hold_out import held_out, judged_models
+    from trueloop.report.machine.drift import drift_model_page
+    from trueloop.report.machine.summary import drift_lines, drift_summary
+
+    test = read_drift(log)
+    with in_file(log):
+        runs = held_out(test, hold_out)
+        models = judged_models(test, runs)
+    page = drift_model_page(log.stem, test, models, runs)
+    files = {"drift.json": drift_to_json(models, hashes_of([log])).encode(), "drift.html": page.encode()}
+    write_all(out, files.items(), inputs=(log,))
+    if as_json:
+        print_json(drift_summary(models, runs))
+        return
+    for line in drift_lines(runs, hold_out):
+        typer.echo(line)
+    typer.echo(f"written: {out / 'drift.json'}, {out / 'drift.html'}")
+
+
+@guarded
+def drift_predict(
+    model: Annotated[Path, typer.Argument(metavar="DRIFT.json", help="As `trueloop machine drift-fit` wrote it.")],
+    log: LogFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="PREDICTED.csv", help="time_s and NAME_um, predicted.")],
+    extrapolate: Extrapolate = None,
+    as_json: AsJson = False,
+) -> None:
+    """Predict displacements over a log that begins in equilibrium; where it holds them too, say what is left."""
+    from trueloop.errors import in_file
+    from trueloop.formats.measurements.history_csv import drift_csv, read_drift
+    from trueloop.formats.outputs import write_all
+    from trueloop.formats.tables.drift_file import read_drift_models
+    from trueloop.machine.drift.hold_out import compared, predicted_um
+
+    models, test = read_drift_models(model), read_drift(log, displacements=False)
+    with in_file(log):
+        found = predicted_um(models, test, extrapolate or ())
+    write_all(out.parent, [(out.name, drift_csv(test.time_s, found).encode())], inputs=(model, log))
+    left = compared(found, test)
+    if as_json:
+        print_json(
+            {"left_um_rms": {name: {"as_read": whole, "without_mean": rest} for name, (whole, rest) in left.items()}}
+        )
+        return
+    for name, (whole, rest) in left.items():
+        typer.echo(f"{name:<8} {whole:.2f} µm RMS off what was read, {rest:.2f} when zeroed on its mean")
+    typer.echo(f"written: {out}, {len(found)} channels at {len(test.time_s)} times")
+
+
+@guarded
+def add_drift(
+    model: ModelFile,
+    drift: Annotated[Path, typer.Argument(metavar="DRIFT.json", help="As `trueloop machine drift-fit` wrote it.")],
+    channels: Annotated[
+        list[str],
+        typer.Option(
+            "--channel",
+            metavar="NAME=ERROR",
+            help="Channel and the displacement of place that it is, as z=EZ0S; z=-EZ0S where it reads the other way.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.json", help="The model with the drift.")],
+) -> None:
+    """Make drifts terms of a machine model, for `compensate`: a channel is the tool as seen from the work."""
+    from trueloop.errors import in_file
+    from trueloop.formats.outputs import write_all
+    from trueloop.formats.tables.drift_file import read_drift_models
+    from trueloop.formats.tables.model_file import model_to_json, read_model
+    from trueloop.jobs.machine.machine_model import hashes_of
+    from trueloop.machine.drift.terms import turned, with_drift
+    from trueloop.machine.model.names import error_name
+
+    known, drifts = read_model(model), read_drift_models(drift)
+    for text in channels:
+        channel, _, error = (part.strip() for part in text.partition("="))
+        if channel not in drifts:
+            raise typer.BadParameter(f"{channel!r} is none of {', '.join(drifts)}", param_hint="--channel")
+        one = turned(drifts[channel]) if error.startswith("-") else drifts[channel]
+        with in_file(model):
+            known = with_drift(known, one, error_name(error.removeprefix("-")))
+    made = model_to_json(known, hashes_of([model, drift])).encode()
+    write_all(out.parent, [(out.name, made)], inputs=(model, drift))
+    typer.echo(f"written: {out}, {len(known.terms)} terms, {len(known.lags)} lags; give `compensate` a log: -t LOG.csv")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableOptions:
+    """Which table, and where it is."""
+
+    control: Annotated[Literal["linuxcnc", "siemens", "heidenhain"], typer.Option(help="Whose table.")]
+    axis: Annotated[str, typer.Option(metavar="X", help="Axis whose position the table runs over.")]
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The table.")]
+    error_of: Annotated[str | None, typer.Option(metavar="Y", help="Axis that is corrected.  [default: the same]")] = (
+        None
+    )
+    count: Annotated[int, typer.Option(help="Entries.", min=2)] = 101
+    at: Annotated[list[str] | None, typer.Option(metavar="Y=V", help="Position of another axis, mm or °.")] = None
+    opposite_sign: Annotated[bool, typer.Option(help="All values with the other sign, where trying it says so.")] = (
+        False
+    )
+
+
+@guarded
+def export(
+    model: ModelFile, wanted: TableOptions, temperatures: Temperatures = None, extrapolate: Extrapolate = None
+) -> None:
+    """Write a control's compensation table and print how far it is from the model."""
+    from trueloop.errors import in_file
+    from trueloop.formats.outputs import write_all
+    from trueloop.formats.tables.control_tables import TABLES
+    from trueloop.formats.tables.model_file import read_model
+    from trueloop.machine.correct.axis_table import axis_table
+
+    known, tables, out = read_model(model), TABLES[wanted.control], wanted.out
+    base, signals = positions_of(known, wanted.at), signals_of(known, temperatures)
+    with in_file(model):
+        table = axis_table(
+            known,
+            wanted.axis,
+            wanted.error_of or wanted.axis,
+            wanted.count,
+            base,
+            signals,
+            extrapolate=extrapolate or (),
+        )
+    if wanted.opposite_sign and not tables.caution:
+        raise typer.BadParameter("LinuxCNC's sign is known", param_hint="--opposite-sign")
+    files = tables.files(table, out.name, opposite=wanted.opposite_sign)
+    write_all(out.parent, [(name, text.encode()) for name, text in files], inputs=(model, *logs_of(temperatures)))
+    typer.echo(
+        f"{len(table.position_mm)} entries; off the model by {UM_PER_MM * table.deviation_mm:.3f} µm along the table, "
+        f"up to {UM_PER_MM * table.elsewhere_mm:.1f} µm elsewhere in the travel"
+    )
+    for words in tables.caution:
+        typer.echo(words, err=True)
+
+
+@guarded
+def fit(
+    machine: MachineFile,
+    readings: ReadingFiles,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    history: HistoryFile = None,
+    robust: Annotated[bool, typer.Option(help="Let outliers count less.")] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Find the model of a machine from readings. Writes model.json and machine.html."""
+    from trueloop.jobs.machine.machine_model import fit_machine
+    from trueloop.report.machine.summary import fit_lines, fit_summary
+
+    made = fit_machine(machine, readings, history, robust=robust)
+    made.write(out)
+    summarised = (made.found, made.chosen, made.held, len(made.data))
+    if as_json:
+        print_json(fit_summary(*summarised))
+        return
+    for line in fit_lines(*summarised):
+        typer.echo(line)
+    for finding in made.found.findings:
+        typer.echo(str(finding), err=True)
+    typer.echo(f"written: {out / 'model.json'}, {out / 'machine.html'}")
+
+
+@guarded
+def show(
+    model: ModelFile, temperatures: Temperatures = None, extrapolate: Extrapolate = None, as_json: AsJson = False
+) -> None:
+    """Print every error of a model: its range over the travel and its largest standard uncertainty."""
+    from trueloop.errors import in_file
+    from trueloop.formats.tables.model_file import read_model
+    from trueloop.machine.model.overview import overview
+    from trueloop.machine.model.validity import check_signals
+    from trueloop.report.machine.summary import lag_line
+
+    known = read_model(model, offered=True)
+    signals = signals_of(known, temperatures)
+    with in_file(model):
+        check_signals(known, signals, extrapolate or ())
+        rows = overview(known, signals)
+    if as_json:
+        print_json({"terms": [row.__dict__ for row in rows], "lags": [lag.__dict__ for lag in known.lags]})
+        return
+    for lag in known.lags:
+        typer.echo(lag_line(lag))
+    for row in rows:
+        typer.echo(f"{row.error:<5} {row.least:+9.2f} to {row.most:+9.2f} {row.unit:<5} u {row.largest_u:.2f}")
+
+
+@guarded
+def check(
+    model: ModelFile,
+    readings: ReadingFiles,
+    history: HistoryFile = None,
+    limit_um: Annotated[float | None, typer.Option(help="Refuse when the RMS of the lengths is larger.")] = None,
+    limit_urad: Annotated[float | None, typer.Option(help="Refuse when the RMS of the angles is larger.")] = None,
+    extrapolate: Extrapolate = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare a model with readings it was not made from. Exit status 1 when beyond a limit."""
+    from dataclasses import asdict
+
+    from trueloop.cli.failure import ExitStatus
+    from trueloop.errors import in_file
+    from trueloop.formats.tables.model_file import read_model
+    from trueloop.jobs.machine.machine_model import readings_of
+    from trueloop.machine.identify.hold_out import compare
+    from trueloop.machine.model.validity import check_state
+
+    known = read_model(model, offered=True)
+    data = readings_of(readings, known.machine.chain, history).with_lags(known.lags)
+    with in_file(readings[0] if len(readings) == 1 else model):
+        check_state(known, data.state, extrapolate or ())
+    result = compare(known, data)
+    beyond = [_beyond(result, "µm", "--limit-um", limit_um), _beyond(result, "µrad", "--limit-urad", limit_urad)]
+    if as_json:
+        print_json(asdict(result))
+    else:
+        for unit, left in result.by_unit.items():
+            typer.echo(f"{left.readings} readings: {left.raw:.2f} {unit} RMS, after the model {left.rms:.2f} {unit}")
+    if any(beyond):
+        raise typer.Exit(ExitStatus.FINDINGS)
+
+
+def _beyond(result: "HeldOut", unit: str, option: str, limit: float | None) -> bool:
+    """A limit on what was not read would always pass: it is refused as a mistyped option."""
+    if limit is None:
+        return False
+    if unit not in result.by_unit:
+        raise typer.BadParameter(f"no reading is in {unit}, {limit:g} limits nothing", param_hint=option)
+    return not result.by_unit[unit].rms <= limit
+
+
+@guarded
+def plates(
+    reports: Annotated[list[Path], typer.Argument(metavar="REPORT.txt", help="CMM reports of drilled plates, mm.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FIELD.csv", help="The correction as a table of displacements."),
+    ] = None,
+    step_mm: Annotated[
+        float, typer.Option(callback=positive, help="Largest step between the nodes of the table.")
+    ] = 10.0,
+    margin_mm: Annotated[
+        float,
+        typer.Option(callback=not_negative, help="How far the table reaches beyond the holes, where it is a guess."),
+    ] = 0.0,
+    as_json: AsJson = False,
+) -> None:
+    """Find what drilled plates have in common: each one's own similarity, then a pattern of errors in the plane."""
+    from trueloop.errors import Code
+    from trueloop.formats.measurements.field_csv import plane_csv
+    from trueloop.formats.measurements.plate_report import read_plate_report
+    from trueloop.formats.outputs import write_all
+    from trueloop.machine.standards.plates import judged_pattern
+    from trueloop.report.machine.summary import plates_lines, plates_summary
+
+    read, names = [read_plate_report(path) for path in reports], [path.name for path in reports]
+    with busy(f"a pattern of {sum(len(plate.nominal_mm) for plate in read)} holes on {len(read)} plates") as progress:
+        judged = judged_pattern(read, names, step_mm, margin_mm, progress)
+    table = judged.table
+    if out is not None:
+        content = plane_csv(table.x_mm, table.y_mm, table.correction_mm, judged.left)
+        write_all(out.parent, [(out.name, content.encode())], inputs=reports)
+    if as_json:
+        print_json(plates_summary(names, judged))
+        return
+    for line in plates_lines(names, judged):
+        typer.echo(line)
+    if why := judged.not_repeating:
+        typer.echo(
+            f"warning {Code.MCH_PATTERN}: {why}; `machine points` refuses the table without --unproven", err=True
+        )
+    if out is not None:
+        typer.echo(
+            f"written: {out}, {len(table.x_mm)} × {len(table.y_mm)} nodes, up to "
+            f"{UM_PER_MM * table.deviation_mm:.2f} µm off the pattern between them"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneErrors:
+    """Errors in the plane: a form, or a table."""
+
+    quadrupole: Annotated[
+        str | None,
+        typer.Option(
+            metavar="M,DEG", help="X and Y times 1 − M cos 2(θ − DEG), θ the point's direction from the zero."
+        ),
+    ] = None
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            "--table", "-t", metavar="FIELD.csv", help="Displacements at the nodes of a grid, as of `plates`."
+        ),
+    ] = None
+    unproven: Annotated[
+        bool, typer.Option("--unproven", help="Also by a table of plates whose pattern is not known to repeat.")
+    ] = False
+
+    def read(self) -> "tuple[PlanarField, dict[str, object]]":
+        """The field, and what identifies it. Raises NC-FIELD and MCH-PATTERN."""
+        from trueloop.machine.standards.planar_field import QuadrupoleField
+
+        if (self.quadrupole is None) == (self.table is None):
+            raise typer.BadParameter("give --quadrupole or --table, one of them")
+        if self.table is not None:
+            return _table(self.table, unproven=self.unproven)
+        assert self.quadrupole is not None
+        try:
+            magnitude, degrees = (float(part) for part in self.quadrupole.split(","))
+        except ValueError:
+            magnitude = degrees = math.nan
+        if not (math.isfinite(degrees) and abs(magnitude) < 0.01):
+            raise typer.BadParameter(
+                f"{self.quadrupole!r} is not M,DEG with M below 0.01, such as 32e-6,-38.3", param_hint="--quadrupole"
+            )
+        return QuadrupoleField(magnitude, math.radians(degrees)), {"quadrupole": [magnitude, degrees]}
+
+
+def _table(table: Path, *, unproven: bool) -> "tuple[PlanarField, dict[str, object]]":
+    from trueloop.errors import in_file
+    from trueloop.formats.measurements.field_csv import read_field, read_left_out
+    from trueloop.machine.correct.point_program import TableField
+    from trueloop.machine.standards.plates import require_repeating
+
+    with in_file(table):
+        known = TableField(read_field(table))
+        require_repeating(None if unproven else read_left_out(table))
+    return known, known.field.identity | ({"unproven": True} if unproven else {})
+
+
+@guarded
+def points(
+    file: ProgramFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
+    errors: PlaneErrors,
+    all_words: Annotated[
+        bool,
+        typer.Option("--all-words", help="Also X and Y of G10, G28, G52, G53 and G92 blocks, as if they were points."),
+    ] = False,
+    limit_um: LimitUm = LARGEST_UM,
+    dialect: DialectName = None,
+    unit: UnitAtStart = None,
+    decimals: Decimals = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Take errors in the plane out of a drilling program: every X and Y word, whatever cycles and macros it calls."""
+    from trueloop.formats.program_file import read_program
+    from trueloop.jobs.machine.points import write_corrected_points
+
+    field, provenance = errors.read()
+    done = write_corrected_points(
+        read_program(file, dialect, unit, decimals),
+        out,
+        field,
+        provenance,
+        all_words=all_words,
+        limit_mm=limit_um / UM_PER_MM,
+        inputs=(file, *([errors.table] if errors.table else ())),
+    )
+    if as_json:
+        print_json(asdict(done) | {"file": str(out)})
+        return
+    x, y = (UM_PER_MM * value for value in done.largest_mm)
+    typer.echo(f"largest correction X {x:.1f} Y {y:.1f} µm over {done.points} points; {done.edits} words changed")
+    typer.echo(f"written: {out}, record {done.record}")
+
+
+Page = Annotated[Path | None, typer.Option("--out", "-o", metavar="PAGE.html", help="Page with the plots.")]
+
+
+@guarded
+def positioning(
+    test: Annotated[Path, typer.Argument(metavar="TEST.csv", help="Target, approach, cycle, actual.")],
+    out: Page = None,
+    as_json: AsJson = False,
+) -> None:
+    """Analyse a positioning test after ISO 230-2: A, R, E, B, M, and every raw deviation on a page."""
+    from trueloop.formats.measurements.positioning_data import read_positioning
+    from trueloop.formats.outputs import write_all
+    from trueloop.report.machine.positioning import positioning_page
+    from trueloop.report.machine.summary import positioning_lines, positioning_summary
+
+    found = read_positioning(test)
+    if out is not None:
+        write_all(out.parent, [(out.name, positioning_page(test.stem, found).encode())], inputs=(test,))
+    if as_json:
+        print_json(positioning_summary(found))
+        return
+    for line in positioning_lines(found):
+        typer.echo(line)
+    if out is not None:
+        typer.echo(f"written: {out}")
+
+
+@guarded
+def drift(
+    log: Annotated[Path, typer.Argument(metavar="LOG.csv", help="time_s, NAME_um, NAME_degC, NAME_rpm.")],
+    out: Page = None,
+    window_h: Annotated[
+        float, typer.Option(callback=positive, help="Time over which the largest drift is looked for, h.")
+    ] = 1.0,
+    as_json: AsJson = False,
+) -> None:
+    """Analyse a drift test after ISO 230-3: ranges over all and within a time, plots beside the temperatures."""
+    from trueloop.formats.measurements.history_csv import read_drift
+    from trueloop.formats.outputs import write_all
+    from trueloop.machine.drift.drift import drift as analysed
+    from trueloop.report.machine.positioning import drift_page
+
+    test = read_drift(log)
+    found = [analysed(test.time_s, values, name, 3600 * window_h) for name, values in test.displacement_mm.items()]
+    if out is not None:
+        write_all(out.parent, [(out.name, drift_page(log.stem, test, found).encode())], inputs=(log,))
+    if as_json:
+        print_json({"channels": [item.__dict__ for item in found]})
+        return
+    for item in found:
+        over_all_um, within_um = UM_PER_MM * item.total_range, UM_PER_MM * item.window_range
+        typer.echo(
+            f"{item.channel:<8} {over_all_um:9.2f} µm over all, {within_um:.2f} within {window_h:g} h from "
+            f"{item.window_start_s / 3600:.2f} h"
+        )
+    if out is not None:
+        typer.echo(f"written: {out}")
+
+
+app = typer.Typer(
+    help="A machine's own errors: found from readings, taken out of programs, handed to the control.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+for command in (
+    fit,
+    show,
+    check,
+    accept,
+    compensate,
+    export,
+    decompose,
+    positioning,
+    drift,
+    drift_fit,
+    drift_predict,
+    add_drift,
+    plates,
+    points,
+):
+    app.command()(command)

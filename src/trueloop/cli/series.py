@@ -1,0 +1,391 @@
+"""`trueloop series`: finished parts as inspected, what was expected of them, and proposals for the next part."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final, Literal
+
+import typer
+
+from trueloop.cli.db import Db
+from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import positive
+from trueloop.cli.offsets import Control
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, print_table
+from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.units import UM_PER_MM
+
+if TYPE_CHECKING:
+    from trueloop.domain.proposal import Proposal, ProposalDecision
+    from trueloop.factory.book import Book
+    from trueloop.jobs.series.added import Added
+    from trueloop.jobs.series.proposed import Written
+    from trueloop.loops.post_process.options import SeriesOptions
+    from trueloop.report.series.shapes import SeriesShape
+    from trueloop.storage.store import Store
+
+Files = Annotated[
+    list[Path], typer.Argument(metavar="FILE…", help="What a gauge or a measuring machine wrote of finished parts.")
+]
+NONE = "none"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Said:
+    """What the files do not say."""
+
+    part_type: Annotated[
+        str | None, typer.Option("--type", "-t", help="Name of the part type.  [default: what the file says]")
+    ] = None
+    serial: Annotated[str | None, typer.Option("--serial", help="Serial number, of a file of one part without.")] = None
+    unit: Annotated[
+        Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
+    ] = None
+    mapping: Annotated[
+        Path | None, typer.Option("--mapping", "-m", help="TOML file that says what columns and names mean.")
+    ] = None
+    take_nominal: Annotated[
+        bool, typer.Option("--take-nominal", help="Do not flag parts whose values are exactly nominal as left out.")
+    ] = False
+    cut_with: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--cut-with",
+            metavar="ID",
+            help="An accepted proposal that was in force when the parts were cut, several times; `none`: no proposal "
+            "was.  [default: all that were accepted before]",
+        ),
+    ] = None
+
+
+@guarded
+def add(files: Files, said: Said, db: Db = None, as_json: AsJson = False) -> None:
+    """Take inspections of finished parts into the store, each file whole or not at all."""
+    from trueloop.formats.inspections.measured_file import Stated
+    from trueloop.jobs.series.added import Adding, add_files
+    from trueloop.jobs.store.opened import opened
+
+    cut_with = None if said.cut_with is None else tuple(one for one in said.cut_with if one != NONE)
+    adding = Adding(
+        *(said.part_type or "", said.serial or "", Stated(said.unit, said.mapping), said.take_nominal, cut_with)
+    )
+    with busy(f"reading {', '.join(map(str, files))}"):
+        added = add_files(opened(db), files, adding)
+    if as_json:
+        print_json({"files": [_as_dict(one) for one in added]})
+    else:
+        for one in added:
+            _print(one)
+
+
+def _print(one: "Added") -> None:
+    lines = [f"{one.path}: {one.part_type}, {len(one.new)} parts kept, {one.sizes} sizes"]
+    if one.known:
+        lines.append(f"  {len(one.known)} parts are in the store already: {', '.join(one.known)}")
+    if one.cut_with:
+        lines.append(f"  cut with the proposals {', '.join(one.cut_with)}")
+    print_lines([*lines, *one.findings])
+
+
+def _as_dict(one: "Added") -> dict[str, object]:
+    findings = [{"code": f.code, "severity": f.severity, "message": f.message, "hint": f.hint} for f in one.findings]
+    return {
+        "file": str(one.path),
+        "part_type": one.part_type,
+        "new": list(one.new),
+        "known": list(one.known),
+        "cut_with": list(one.cut_with),
+        "sizes": one.sizes,
+        "findings": findings,
+    }
+
+
+LARGEST_UM: Final = 150.0
+LEAST_UM: Final = 0.5
+AGE_H: Final = 168.0
+"""As `SeriesOptions` has them; a test compares."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Which:
+    """Of which series."""
+
+    part_type: Annotated[
+        str | None, typer.Option("--type", "-t", help="The part type.  [default: the only one in the store]")
+    ] = None
+    characteristic: Annotated[
+        list[str] | None,
+        typer.Option("--characteristic", "-c", help="Of this characteristic alone; several times.  [default: all]"),
+    ] = None
+    take_nominal: Annotated[
+        bool, typer.Option("--take-nominal", help="Use parts whose values are exactly nominal, as if filled in.")
+    ] = False
+
+    def book(self, store: "Store", options: "SeriesOptions") -> "Book":
+        """The series asked for. Raises SER-UNKNOWN."""
+        from trueloop.factory.book import only_type, read_book
+
+        return read_book(store, self.part_type or only_type(store), options).named(self.characteristic or ())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Page:
+    """How the page is shown."""
+
+    language: Annotated[Language, typer.Option("--language", help="Of the page.")] = "en"
+    unit: Annotated[LengthUnit, typer.Option("--unit", help="Of the page.")] = "mm"
+
+
+class Class(StrEnum):
+    """Classes of proposals, as `trueloop.loops.post_process.options.NAMES` has them; a test compares."""
+
+    OFFSET = "offset"
+    MEMORY = "memory"
+    WEIGHT = "weight"
+
+
+class Override(StrEnum):
+    """Refusals that may be overridden, as `trueloop.loops.post_process.decide.OVERRIDES` has them; a test compares."""
+
+    LARGE = "large"
+    OLD = "old"
+    SUPERSEDED = "superseded"
+    ALARM = "alarm"
+
+
+Id = Annotated[str, typer.Argument(metavar="ID", help="The proposal's id, or its beginning.")]
+Who = Annotated[str | None, typer.Option("--who", help="Who decides.  [default: the user's name]")]
+Why = Annotated[str, typer.Option("--why", help="For the record.")]
+
+
+@guarded
+def propose(
+    which: Which,
+    job: Annotated[
+        Path | None,
+        typer.Option("--job", "-j", help="The job whose tool cuts the part: the offsets of its tool, dX and dZ."),
+    ] = None,
+    min_um: Annotated[float, typer.Option("--min-um", min=0.0, help="Smaller changes are not proposed.")] = LEAST_UM,
+    automatic: Annotated[
+        list[Class] | None,
+        typer.Option("--automatic", help="Accept proposals of this class at once; several times.  [default: none]"),
+    ] = None,
+    max_um: Annotated[
+        float, typer.Option("--max-um", callback=positive, help="A larger change is not accepted at once.")
+    ] = LARGEST_UM,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Propose what to change for the next part: offsets, memory begun anew after an alarm, weights."""
+    from trueloop.jobs.series import proposed as series
+    from trueloop.jobs.store.opened import opened
+    from trueloop.loops.post_process.options import SeriesOptions, classes_named
+    from trueloop.report.series.lines import proposal_as_dict, proposal_lines
+
+    options = SeriesOptions(
+        largest_mm=max_um / UM_PER_MM,
+        least_mm=min_um / UM_PER_MM,
+        take_nominal=which.take_nominal,
+        automatic=classes_named(automatic or ()),
+    )
+    with busy("following the series"):
+        store = opened(db)
+        done = series.propose(store, which.book(store, options), options, job)
+    if as_json:
+        found = [proposal_as_dict(one, done.book.verdict(one)) for one in done.proposals]
+        print_json({"part_type": done.book.part_type, "proposals": found, "waiting": list(done.not_accepted)})
+        return
+    print_lines([f"{done.book.part_type}: {len(done.proposals)} proposals, {len(done.new)} of them new"])
+    for one in done.proposals:
+        print_lines(["", *proposal_lines(one, done.book.verdict(one))])
+    print_lines(["", *done.not_accepted] if done.not_accepted else [])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Offset:
+    """Where the tool offset is to be written."""
+
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="File for the tool offset.  [default: none is written]")
+    ] = None
+    control: Annotated[
+        Control | None,
+        typer.Option("--control", help="Write the offset in this control's words.  [default: the job's]"),
+    ] = None
+    table: Annotated[
+        Path | None, typer.Option("--table", help="Write a copy of this tool table with the offset in it.")
+    ] = None
+    table_unit: Annotated[
+        Literal["mm", "inch"] | None, typer.Option("--table-unit", help="Unit of a table that does not say its own.")
+    ] = None
+    x_is: Annotated[
+        Literal["radius", "diameter"] | None,
+        typer.Option("--x-is", help="How the control counts offsets on X.  [default: as the job's program]"),
+    ] = None
+
+    def where(self) -> "Written | None":
+        """As a job takes it; None: nowhere."""
+        from trueloop.jobs.series.proposed import Written
+
+        if self.output is None:
+            if self.control is not None or self.table is not None:
+                raise typer.BadParameter("name the file to write", param_hint="--output")
+            return None
+        if self.control is not None and self.table is not None:
+            raise typer.BadParameter("give one of --control and --table", param_hint="--output")
+        return Written(self.output, self.control, self.table, self.table_unit, self.x_is)
+
+
+@guarded
+def accept(
+    proposal: Id,
+    offset: Offset,
+    who: Who = None,
+    why: Why = "",
+    override: Annotated[
+        list[Override] | None,
+        typer.Option("--override", help="Accept in spite of this; several times.  [default: nothing]"),
+    ] = None,
+    max_um: Annotated[
+        float, typer.Option("--max-um", callback=positive, help="A larger change is refused.")
+    ] = LARGEST_UM,
+    max_age_h: Annotated[
+        float, typer.Option("--max-age-h", callback=positive, help="A proposal made longer ago is refused.")
+    ] = AGE_H,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Accept a proposal: from now on parts are taken as cut with it. Writes its tool offset where that is asked for."""
+    from trueloop.jobs.series.proposed import accepted
+    from trueloop.jobs.store.opened import opened
+    from trueloop.loops.post_process.options import SeriesOptions
+
+    options = SeriesOptions(largest_mm=max_um / UM_PER_MM, age_hours=max_age_h)
+    found, decision, file = accepted(
+        opened(db), proposal, options, offset.where(), who=who or "", why=why, override=override or ()
+    )
+    _say(found, decision, as_json, None if file is None else str(file))
+
+
+@guarded
+def reject(proposal: Id, who: Who = None, why: Why = "", db: Db = None, as_json: AsJson = False) -> None:
+    """Reject a proposal: it is kept with who rejected it, and why."""
+    from trueloop.jobs.series.proposed import rejected
+    from trueloop.jobs.store.opened import opened
+
+    found, decision = rejected(opened(db), proposal, who=who or "", why=why)
+    _say(found, decision, as_json, None)
+
+
+def _say(proposal: "Proposal", decision: "ProposalDecision", as_json: bool, file: str | None) -> None:
+    from trueloop.report.series.lines import proposal_as_dict, proposal_lines
+
+    if as_json:
+        print_json({**proposal_as_dict(proposal, decision), "file": file})
+        return
+    print_lines(proposal_lines(proposal, decision))
+    if file is not None:
+        typer.echo(f"written: {file}", err=True)
+
+
+Output = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Folder for the page, the values and the table.  [default: none]")
+]
+
+
+@guarded
+def status(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
+    """Show each characteristic: parts, last error, level with its band, weight, drift, alarms, what is proposed."""
+    from trueloop.jobs.series.pages import status_of, write_series
+    from trueloop.jobs.store.opened import opened
+    from trueloop.loops.post_process.options import SeriesOptions
+    from trueloop.report.series.lines import HEAD, proposal_lines, status_rows
+
+    options = SeriesOptions(take_nominal=which.take_nominal)
+    with busy("following the series"):
+        book = which.book(opened(db), options)
+        shown = status_of(book, options)
+        files = write_series(shown, "series", output, page.language, page.unit)
+    if as_json:
+        print_json({**shown.model_dump(mode="json"), "files": files})
+        return
+    print_lines([f"{shown.part_type}: {shown.parts} parts, {len(shown.characteristics)} characteristics"])
+    print_table(HEAD, status_rows(shown))
+    for proposal in book.waiting:
+        print_lines(["", *proposal_lines(proposal, None)])
+    _print_rest(shown, files)
+
+
+@guarded
+def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
+    """Go through the stored parts in order: what would have been proposed for each, and what that would have left."""
+    from trueloop.jobs.series.pages import replay_of, write_series
+    from trueloop.jobs.store.opened import opened
+    from trueloop.loops.post_process.options import SeriesOptions
+
+    options = SeriesOptions(take_nominal=which.take_nominal)
+    with busy("replaying the series"):
+        shown = replay_of(which.book(opened(db), options))
+        files = write_series(shown, "replay", output, page.language, page.unit)
+    _print_replay(shown, f"{shown.part_type}: {shown.parts} parts", files, as_json)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shop:
+    """What is simulated."""
+
+    parts: Annotated[int, typer.Option("--parts", min=2, max=10_000, help="How many parts.")] = 30
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Another number gives another series.")] = 0
+    gain: Annotated[float, typer.Option("--gain", help="Share of a correction that arrives: 2 is twice as much.")] = 1.0
+    tool_changed_at: Annotated[
+        int | None, typer.Option("--tool-changed-at", min=2, help="Part before which the edge is changed, as is known.")
+    ] = None
+    jump_at: Annotated[
+        int | None, typer.Option("--jump-at", min=2, help="Part from which on an offset acts that nobody knows of.")
+    ] = None
+    jump_um: Annotated[float, typer.Option("--jump-um", help="That offset, on the radius.")] = 20.0
+
+
+@guarded
+def simulate(shop: Shop, page: Page, output: Output = None, as_json: AsJson = False) -> None:
+    """Simulate a series that wears and warms up: what memory leaves, beside doing nothing and simpler rules."""
+    from trueloop.jobs.series.pages import WhatIf, simulated, write_series
+
+    with busy(f"simulating {shop.parts} parts"):
+        given = WhatIf(shop.parts, shop.seed, shop.gain, shop.tool_changed_at, shop.jump_at, shop.jump_um)
+        shown = simulated(given)
+        files = write_series(shown, "simulation", output, page.language, page.unit)
+    _print_replay(shown, f"{shown.parts} simulated parts", files, as_json)
+
+
+def _print_replay(shown: "SeriesShape", of: str, files: list[str], as_json: bool) -> None:
+    from trueloop.report.series.lines import replay_rows
+
+    if as_json:
+        print_json({**shown.model_dump(mode="json"), "files": files})
+        return
+    print_lines([f"{of}; root mean square left from the second part on, µm"])
+    head, *rows = replay_rows(shown)
+    print_table(head, rows)
+    _print_rest(shown, files)
+
+
+def _print_rest(shown: "SeriesShape", files: list[str]) -> None:
+    found = [f"{one.severity} {one.code}: {one.message}\n  hint: {one.hint}" for one in shown.findings]
+    print_lines([*([""] if found else []), *found])
+    for file in files:
+        typer.echo(f"written: {file}", err=True)
+
+
+app = typer.Typer(
+    help="Series of parts: inspections of finished parts, proposals for the next one.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+app.command()(add)
+app.command()(status)
+app.command()(propose)
+app.command()(accept)
+app.command()(reject)
+app.command()(replay)
+app.command()(simulate)

@@ -1,1 +1,0 @@
-"""`trueloop simulate` and `linuxcnc`: the loop on a virtual machine."""
