@@ -12,7 +12,7 @@ from tests.support.cli import invoke, run
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.offset_control import Memory
 from tests.support.tool_tables import OFFSET, record_with
-from trueloop.cli import offsets as command
+from trueloop.cli import shared_options
 from trueloop.domain.tool_offset import HeldTool, ToolOffset
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.program.wear_words import CONTROLS, Control, blocks_of, offset_program
@@ -104,5 +104,5 @@ def test_a_job_gives_the_program_of_its_control(tmp_path: Path) -> None:
 
 
 def test_the_command_knows_the_controls() -> None:
-    assert get_args(command.Control) == CONTROLS
+    assert get_args(shared_options.Control) == CONTROLS
     assert blocks_of("heidenhain", WearOffset.of(OFFSET, "radius")) == ()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import ExitStatus, as_dict, guarded
+from trueloop.cli.shared_options import Db
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
 
 if TYPE_CHECKING:
@@ -16,11 +17,6 @@ if TYPE_CHECKING:
     from trueloop.jobs.db.found import Row
     from trueloop.jobs.db.imported import Imported
     from trueloop.jobs.db.life import Entry
-
-Db = Annotated[
-    str | None,
-    typer.Option("--db", metavar="FILE|URL", help="The store.  [default: trueloop.db in this folder]"),
-]
 
 
 @guarded

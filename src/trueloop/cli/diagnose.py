@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.db import Db
 from trueloop.cli.failure import ExitStatus, guarded
-from trueloop.cli.machine import ModelOption
-from trueloop.cli.numbers import positive
+from trueloop.cli.shared_options import Db, ModelOption, positive
 from trueloop.cli.store_options import Supersede, kept_as_dict, print_findings
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 from trueloop.domain.page_options import Language, LengthUnit

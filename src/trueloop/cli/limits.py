@@ -4,8 +4,8 @@ from typing import Annotated, Final
 
 import typer
 
-from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import Reading
+from trueloop.cli.shared_options import positive
 from trueloop.domain.limits import LIMITS
 from trueloop.domain.map_options import MAP_OPTIONS, MapOptions
 from trueloop.units import UM_PER_MM

@@ -9,7 +9,6 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, LimitUm, Slope, ToleranceUm, map_options
-from trueloop.cli.numbers import not_negative, positive
 from trueloop.cli.program_file import (
     Decimals,
     DialectName,
@@ -20,6 +19,7 @@ from trueloop.cli.program_file import (
     tables_of,
     vector_of,
 )
+from trueloop.cli.shared_options import ModelOption, not_negative, positive
 from trueloop.cli.store_options import Db, Supersede
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE.toml", help="Structure, travels and error terms.")]
 ReadingFiles = Annotated[list[Path], typer.Argument(metavar="READINGS.csv", help="Laser, straight edge, ball bar …")]
 ModelFile = Annotated[Path, typer.Argument(metavar="MODEL.json", help="As `trueloop machine fit` wrote it.")]
-ModelOption = Annotated[Path, typer.Option("--model", "-m", metavar="MODEL.json", help="The machine's model.")]
 Temperatures = Annotated[
     list[str] | None,
     typer.Option(

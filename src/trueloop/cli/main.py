@@ -1,50 +1,94 @@
-"""`trueloop`: the commands. Each imports what it needs when it runs, so that `--help` is there at once."""
+"""`trueloop`: the commands. The module of each is imported when it is called, and imports the rest when it runs."""
 
 import os
 import sys
-from typing import Annotated, Final
+from importlib import import_module
+from typing import Annotated, Any, Final
 
 import typer
-
-from trueloop.cli import (
-    cell,
-    db,
-    diagnose,
-    key,
-    link,
-    machine,
-    monitor,
-    mtconnect,
-    offsets,
-    probe,
-    record,
-    series,
-    simulated,
-    surface,
-    tool,
-    user,
-)
-from trueloop.cli.docs import docs
-from trueloop.cli.examples import examples
-from trueloop.cli.explain import explain
-from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
-from trueloop.cli.measure import commands as measure
-from trueloop.cli.nc import commands as nc
-from trueloop.cli.new import new
-from trueloop.cli.realtime import commands as realtime
-from trueloop.cli.serve import serve
-from trueloop.cli.simulated import simulate
-from trueloop.cli.turned import part
-from trueloop.cli.turned.compensate import compensate
-from trueloop.cli.turned.demo import demo
+from typer.core import TyperGroup
+from typer.main import get_group
 
 THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Threads of numpy's and scipy's linear algebra: one, unless the user says otherwise before the start. Ours are small
 problems, which several threads slow down, and two programs side by side would fight for the cores.
 """
 
+COMMANDS: Final = {
+    "new": "trueloop.cli.new:new",
+    "compensate": "trueloop.cli.turned.compensate:compensate",
+    "demo": "trueloop.cli.turned.demo:demo",
+    "examples": "trueloop.cli.examples:examples",
+    "simulate": "trueloop.cli.simulated:simulate",
+    "serve": "trueloop.cli.serve:serve",
+    "explain": "trueloop.cli.explain:explain",
+    "docs": "trueloop.cli.docs:docs",
+    "part": "trueloop.cli.turned.part:app",
+    "nc": "trueloop.cli.nc.commands:app",
+    "probe": "trueloop.cli.probe:app",
+    "measure": "trueloop.cli.measure.commands:app",
+    "linuxcnc": "trueloop.cli.simulated:app",
+    "machine": "trueloop.cli.machine:app",
+    "realtime": "trueloop.cli.realtime.commands:app",
+    "surface": "trueloop.cli.surface:app",
+    "series": "trueloop.cli.series:app",
+    "monitor": "trueloop.cli.monitor:app",
+    "diagnose": "trueloop.cli.diagnose:app",
+    "offsets": "trueloop.cli.offsets:app",
+    "link": "trueloop.cli.link:app",
+    "mtconnect": "trueloop.cli.mtconnect:app",
+    "tool": "trueloop.cli.tool:app",
+    "record": "trueloop.cli.record:app",
+    "db": "trueloop.cli.db:app",
+    "user": "trueloop.cli.user:app",
+    "key": "trueloop.cli.key:app",
+    "cell": "trueloop.cli.cell:app",
+}
+"""Where each command or group of commands is, in the order of `--help`."""
+
+
+class _Commands(dict[str, Any]):
+    """Commands by name; the value None stands for one whose module is not imported yet."""
+
+    def __getitem__(self, name: str) -> Any:
+        if super().__getitem__(name) is None:
+            self[name] = _imported(name)
+        return super().__getitem__(name)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Returns the command, imported."""
+        if name not in self:
+            return default
+        return self[name]
+
+
+class _Group(TyperGroup):
+    """Imports the module of a command when the command is looked up."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.commands = _Commands(dict.fromkeys(COMMANDS))
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Returns their names; none is imported for it."""
+        return list(self.commands)
+
+
+def _imported(name: str) -> Any:
+    """Imports a command, or a group of commands, and makes of it what typer makes within a group."""
+    module, _, attribute = COMMANDS[name].partition(":")
+    value = getattr(import_module(module), attribute)
+    holder = typer.Typer(rich_markup_mode=None, add_completion=False)
+    if isinstance(value, typer.Typer):
+        holder.add_typer(value, name=name)
+    else:
+        holder.command(name)(value)
+    return get_group(holder).commands[name]
+
+
 app = typer.Typer(
     name="trueloop",
+    cls=_Group,
     help="Closed-loop machining: measure the part, model the error, cut the next pass true.",
     epilog="Exit status: 0 done, 1 found what was looked for (a check, a limit), 2 usage, 3 input refused, "
     "4 output not written, 70 internal error, 130 interrupted, 141 stdout closed.",
@@ -54,34 +98,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command()(new)
-app.command()(compensate)
-app.command()(demo)
-app.command()(examples)
-app.add_typer(part.app, name="part")
-app.add_typer(nc.app, name="nc")
-app.add_typer(probe.app, name="probe")
-app.add_typer(measure.app, name="measure")
-app.command()(simulate)
-app.add_typer(simulated.app, name="linuxcnc")
-app.add_typer(machine.app, name="machine")
-app.add_typer(realtime.app, name="realtime")
-app.add_typer(surface.app, name="surface")
-app.add_typer(series.app, name="series")
-app.add_typer(monitor.app, name="monitor")
-app.add_typer(diagnose.app, name="diagnose")
-app.add_typer(offsets.app, name="offsets")
-app.add_typer(link.app, name="link")
-app.add_typer(mtconnect.app, name="mtconnect")
-app.add_typer(tool.app, name="tool")
-app.add_typer(record.app, name="record")
-app.add_typer(db.app, name="db")
-app.command()(serve)
-app.add_typer(user.app, name="user")
-app.add_typer(key.app, name="key")
-app.add_typer(cell.app, name="cell")
-app.command()(explain)
-app.command()(docs)
 
 
 def _print_version(wanted: bool) -> None:
@@ -108,6 +124,8 @@ def main() -> None:
     try:
         app()
     except SystemExit as end:  # help and version are printed outside of any command
+        from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
+
         if not reader_gone(end):
             raise
         silence_stdout()

@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.db import Db
 from trueloop.cli.failure import ExitStatus, guarded
-from trueloop.cli.numbers import positive
-from trueloop.cli.series import Page
+from trueloop.cli.shared_options import Db, Page, positive
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, print_table
 
 if TYPE_CHECKING:

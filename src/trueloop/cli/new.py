@@ -9,8 +9,8 @@ from typing import Annotated, Final, Literal, TypeVar
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.numbers import not_negative
 from trueloop.cli.program_file import DialectName, OfSide, ProgramFile, Settings, UnitAtStart, parameters_of
+from trueloop.cli.shared_options import not_negative
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 
 HOW: Final = "Measured with a micrometer, or as points by a probe or measuring machine"

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.shared_options import Control, UnitOption
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, put
 
 app = typer.Typer(
@@ -14,12 +15,6 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-Control = Literal["fanuc", "haas", "siemens", "heidenhain", "linuxcnc", "ge2000t", "okuma"]
-"""As `trueloop.turned.program.wear_words` has them; a test compares."""
-UnitOption = Annotated[
-    Literal["mm", "inch"] | None,
-    typer.Option("--unit", help="Unit of a table that does not say its own.  [default: what the table says]"),
-]
 OfCorrection = Annotated[
     Path, typer.Argument(metavar="JOB.toml|RECORD.json", help="The correction: its record, or its job, computed anew.")
 ]

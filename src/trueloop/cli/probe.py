@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.numbers import positive
+from trueloop.cli.shared_options import positive
 from trueloop.cli.store_options import StoreChoice, kept_as_dict, print_findings
 from trueloop.cli.terminal import AsJson, print_json, put
 

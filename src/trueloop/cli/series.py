@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
-from trueloop.cli.db import Db
 from trueloop.cli.failure import guarded
-from trueloop.cli.numbers import positive
-from trueloop.cli.offsets import Control
+from trueloop.cli.shared_options import Control, Db, Page, positive
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, print_table
-from trueloop.domain.page_options import Language, LengthUnit
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
@@ -126,14 +123,6 @@ class Which:
         from trueloop.factory.book import only_type, read_book
 
         return read_book(store, self.part_type or only_type(store), options).named(self.characteristic or ())
-
-
-@dataclass(frozen=True, kw_only=True)
-class Page:
-    """How the page is shown."""
-
-    language: Annotated[Language, typer.Option("--language", help="Of the page.")] = "en"
-    unit: Annotated[LengthUnit, typer.Option("--unit", help="Of the page.")] = "mm"
 
 
 class Class(StrEnum):

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from trueloop.cli.db import Db
 from trueloop.cli.failure import guarded
+from trueloop.cli.shared_options import Db
 
 if TYPE_CHECKING:
     from trueloop.server.identity.trusted import Oidc

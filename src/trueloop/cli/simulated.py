@@ -6,13 +6,13 @@ from typing import Annotated
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.shared_options import Seed
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job; its touches say where to touch.")]
 Machine = Annotated[
     Path | None, typer.Option("--machine", "-m", metavar="M.toml", help="The virtual machine.  [default: that of NIST]")
 ]
-Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of the random errors: the same gives the same part.")]
 
 
 @guarded

@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.db import Db
 from trueloop.cli.failure import guarded
-from trueloop.cli.numbers import positive
-from trueloop.cli.simulated import Seed
+from trueloop.cli.shared_options import Db, Seed, positive
 from trueloop.cli.store_options import StoreChoice, kept_as_dict
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 from trueloop.errors import Finding

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.db import Db
 from trueloop.cli.failure import guarded
+from trueloop.cli.shared_options import Db
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, put
 
 if TYPE_CHECKING:

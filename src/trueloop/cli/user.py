@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli.db import Db
 from trueloop.cli.failure import guarded
+from trueloop.cli.shared_options import Db
 from trueloop.cli.terminal import AsJson, print_json, print_table
 
 app = typer.Typer(

@@ -7,7 +7,7 @@ from typing import Annotated, Final
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.numbers import positive
+from trueloop.cli.shared_options import positive
 from trueloop.cli.terminal import put
 
 Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job whose points are to be measured.")]

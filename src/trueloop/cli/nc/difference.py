@@ -8,8 +8,8 @@ import typer
 
 from trueloop.cli.failure import ExitStatus, guarded
 from trueloop.cli.nc.not_understood import not_understood, tell_not_understood
-from trueloop.cli.numbers import not_negative
 from trueloop.cli.program_file import ProgramFile, Reading, Tables
+from trueloop.cli.shared_options import not_negative
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.nc.not_understood import path_may_differ, tell
-from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import OffsetsFile, ProgramFile, Reading, tables_of
+from trueloop.cli.shared_options import positive
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import parameters_of, vector_of
+from trueloop.cli.shared_options import positive
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 from trueloop.units import UM_PER_MM
 

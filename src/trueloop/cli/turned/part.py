@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.numbers import not_negative
 from trueloop.cli.program_file import OfSide, ProgramFile, Reading
+from trueloop.cli.shared_options import not_negative
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.errors import in_file
 
