@@ -14,6 +14,9 @@ from trueloop.geometry.feature import Arc, Line
 CROSSES_MM: Final = 1e-6
 """A signed distance that changes its sign jumps there, if it is not this small in between."""
 
+ROUNDING_MM: Final = 1e-12
+"""A point of the curve this near is on it: the last bits of its coordinates depend on how many are computed at once."""
+
 STRAIGHT_PER_MM: Final = 1e-9
 """A curvature below this is none: over a metre the circle leaves its tangent by 0.5 µm."""
 
@@ -22,19 +25,31 @@ CHORDS: Final = 1000
 
 
 def sign_changes(curve: Curve, distance: Callable[[Array], Array]) -> Array:
-    """Arc lengths on the curve at which a signed distance of its points (n, 2) → (n,) goes through zero."""
+    """Returns the arc lengths on the curve, ascending, where a signed distance of its points (n, 2) → (n,) is zero.
+
+    A sample within `ROUNDING_MM`, the ends among them, is a crossing itself, whatever its sign.
+    """
     s, points = curve.sampled_mm
     values = distance(points)
+    values = np.where(np.abs(values) <= ROUNDING_MM, 0.0, values)
 
     def at(place: float) -> float:
         return float(distance(curve.point_mm(np.array([place])))[0])
 
     found = [float(place) for place in s[values == 0.0]]
     for k in np.flatnonzero(values[:-1] * values[1:] < 0.0):
-        place = float(brentq(at, s[k], s[k + 1], xtol=1e-13))
+        place = _root(at, float(s[k]), float(s[k + 1]))
         if abs(at(place)) < CROSSES_MM:
             found.append(place)
     return np.array(sorted(found))
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Returns the zero between two places whose samples differ in sign, or the nearer one if it is lost to rounding."""
+    at_low, at_high = function(low), function(high)
+    if (at_low < 0.0) == (at_high < 0.0):
+        return low if abs(at_low) <= abs(at_high) else high
+    return float(brentq(function, low, high, xtol=1e-13))
 
 
 def beyond_end(curve: Curve, at_end: bool) -> Line | Arc:

@@ -5,6 +5,7 @@ import pytest
 
 from tests.support.touched import touched
 from trueloop.arrays import Array
+from trueloop.geometry.curve_kinds import b_spline, ellipse
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
@@ -20,6 +21,8 @@ from trueloop.turned.fit.options import FitOptions
 NOSE = Nose(0.8, tuple(np.radians([-20.0, 30.0, 80.0, 130.0])), (-0.003, -0.075, -0.020, 0.005))
 DOME = checked_profile([Arc("dome", (20.0, 0.0), (0.0, 20.0), (0.0, 0.0), np.pi / 2)])
 FILLET = checked_profile([Arc("fillet", (50.0, 0.0), (30.0, 20.0), (50.0, 20.0), -np.pi / 2)])
+EGG = checked_profile([ellipse("egg", ((24.0, 0.0), (0.0, 30.0)), (0.0, 0.0), (24.0, 30.0))])
+"""Its radius of curvature falls from 37.5 mm, 30²/24, to 19.2 mm, 24²/30."""
 UM = 1e-3
 
 
@@ -43,7 +46,7 @@ def inside(profile: Profile) -> tuple[Array, Array, Array]:
 
 
 @pytest.mark.parametrize("weight", [1.0, 0.6])
-@pytest.mark.parametrize("profile", [DOME, FILLET], ids=["convex", "concave"])
+@pytest.mark.parametrize("profile", [DOME, FILLET, EGG], ids=["convex", "concave", "ellipse"])
 def test_a_worn_nose_is_taken_out_to_second_order(profile: Profile, weight: float) -> None:
     """Without the term some tenths of a micrometre stay on a convex arc and are missing on a concave one: the contour
     leans and is touched by another place of the nose."""
@@ -53,6 +56,35 @@ def test_a_worn_nose_is_taken_out_to_second_order(profile: Profile, weight: floa
     wanted = (1.0 - weight) * curve.value_mm(s)
     assert np.max(np.abs(plain - wanted)) > weight * 0.3 * UM
     assert np.max(np.abs(leaned - wanted)) < 0.03 * UM
+
+
+def test_on_a_curve_the_term_has_the_curvature_at_the_place() -> None:
+    """E = 0.1 mm/rad · φ leaves e' = 0.1 κ and asks for 0.01 κ; κ of the ellipse (24 sin t, 30 cos t) by hand.
+
+    A κ that stayed at the curve's start, 1/37.5 mm, would ask for too little at the other end, where it is 1/19.2 mm.
+    """
+    vectors = touched(EGG, [60], lambda points, normals: 0.1 * np.arctan2(normals[:, 1], normals[:, 0]))
+    curve = fit_profile(EGG, vectors, FitOptions(knot_every=2)).curves[0]
+    s, points, _ = inside(EGG)
+    t = np.arctan2(points[:, 0] / 24.0, points[:, 1] / 30.0)
+    curvature = 24.0 * 30.0 / ((24.0 * np.cos(t)) ** 2 + (30.0 * np.sin(t)) ** 2) ** 1.5
+    assert curvature[-1] > 1.8 * curvature[0]
+    np.testing.assert_allclose(of_slope(EGG, 0, curve).value_mm(s), 0.01 * curvature, atol=0.005 * UM)
+
+
+def test_where_a_curve_is_straight_nothing_is_asked_for() -> None:
+    """A cylinder written as a spline has no curvature, and an S changes its sign: the term goes through zero."""
+    straight = [(20.0, 10.0 * k) for k in range(5)]
+    bent = [(20.0, 0.0), (20.0, 10.0), (24.0, 20.0), (28.0, 30.0), (28.0, 40.0)]
+    for control in (straight, bent):
+        profile = checked_profile([b_spline("f", control, [0, 0, 0, 0, 0, 1, 1, 1, 1, 1], 4)])
+        barrel = touched(profile, [11], lambda points, normals: 4e-5 * (points[:, 1] - 10.0) ** 2)
+        curve = fit_profile(profile, barrel, FitOptions(knot_every=2)).curves[0]
+        s = np.linspace(0.0, profile.length_mm, 2001)
+        term, curvature = of_slope(profile, 0, curve).value_mm(s), profile.features[0].curvature_per_mm(s)
+        assert np.all(np.abs(term) <= np.minimum(MOST_MM, 0.25**2 * np.abs(curvature)) + 0.01 * UM)
+        assert np.max(np.abs(np.diff(term))) < 0.1 * UM
+        assert (np.max(np.abs(term)) > 0.2 * UM) == (control is bent)
 
 
 @pytest.mark.parametrize("profile", [DOME, FILLET], ids=["convex", "concave"])

@@ -7,20 +7,25 @@ contour shifted by c leans by c′ and has the support function `c + c′²/2κ`
 
     c = −w (e + e′²/κ),
 
-κ the signed curvature of the arc (for w < 1 it leaves (1 − w) e, as it should). On an arc of 32 mm that a nose errs
+κ the signed curvature at the place (for w < 1 it leaves (1 − w) e, as it should). On an arc of 32 mm that a nose errs
 along by 0.15 mm a radian, the second term is 0.7 µm. On a straight feature the contact angle stands still: no term. An
 error that goes by place, not by contact angle, has no such term: only who knows that the nose makes it asks for this.
-Who does not know has an uncertainty of it. What is steeper than a nose makes it is no nose's, and the term stops at
-`MOST_MM`.
+Who does not know has an uncertainty of it.
+
+Along a curve κ changes, and may go through zero: what a nose makes has `e′ = κ dE/dφ`, so that `e′²/κ = κ (dE/dφ)²`
+goes to zero with it. A slope that remains there is steeper than a nose makes it: dE/dφ stops at
+`STEEPEST_MM_PER_RAD`, and the term at `MOST_MM`.
 """
 
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Feature, Line
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.compensation.shift import ZERO, Shift, constant, product, weighted_sum
 from trueloop.turned.error_curve.curve import ErrorCurve
@@ -35,6 +40,12 @@ MOST_MM: Final = 0.001
 drops by 15 to 30 µm within the last millimetres before the spindle axis, where cutting speed ends: the term would be
 several µm there, and the finish cuts of Tables 9 and 11 do not show it."""
 
+STEEPEST_MM_PER_RAD: Final = 0.25
+"""No nose errs by more per radian of contact angle: its whole radius is some tenths of a millimetre to a few."""
+
+PLACES: Final = 257
+"""Along a curve the term is computed at so many places, and is a monotone cubic between them."""
+
 
 def of_curve(curve: ErrorCurve) -> Shift:
     """An error curve as a shift: its own polynomials on the feature, its end tangents beyond."""
@@ -43,7 +54,7 @@ def of_curve(curve: ErrorCurve) -> Shift:
 
 
 def to_take_out(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
-    """The error of one feature's curve with what its slope asks for besides: `e + e′²/κ` on an arc, `e` on a line."""
+    """The error of one feature's curve with what its slope asks for besides: `e + e′²/κ`, on a line `e`."""
     return weighted_sum(((1.0, of_curve(curve)), (1.0, of_slope(profile, index, curve))))
 
 
@@ -57,20 +68,42 @@ def unasked_u_mm(term: Shift, arc_length_mm: ArrayLike) -> Array:
 
 
 def of_slope(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
-    """What the slope of one feature's curve asks for besides its error: `e′²/κ` on an arc, nothing on a line."""
+    """What the slope of one feature's curve asks for besides its error: `e′²/κ`, nothing on a line."""
     feature = profile.features[index]
     if isinstance(feature, Line):
         return ZERO
-    slope = of_curve(curve).derivative()
-    term = weighted_sum(((1.0 / float(feature.curvature_per_mm(0.0)), product(slope, slope)),)).clipped(MOST_MM)
+    term = _along_curve(feature, curve) if isinstance(feature, Curve) else _along_arc(feature, curve)
     return product(_fade(profile, index, curve, feature), term)
+
+
+def _along_arc(arc: Arc, curve: ErrorCurve) -> Shift:
+    """The term where κ is one number: the exact square of a piecewise polynomial."""
+    curvature = float(arc.curvature_per_mm(0.0))
+    per_rad = weighted_sum(((1.0 / curvature, of_curve(curve).derivative()),)).clipped(STEEPEST_MM_PER_RAD)
+    return weighted_sum(((curvature, product(per_rad, per_rad)),)).clipped(MOST_MM)
+
+
+def _along_curve(feature: Curve, curve: ErrorCurve) -> Shift:
+    """The term with κ at each place, through `PLACES` of them."""
+    s = np.linspace(0.0, feature.length_mm, PLACES)
+    term = np.clip(feature.curvature_per_mm(s) * _per_rad_mm(feature, curve, s) ** 2, -MOST_MM, MOST_MM)
+    rows = PchipInterpolator(s, term).c[::-1].T
+    return Shift(s[:-1], np.vstack([rows[:1], rows])).carried_straight(0.0, feature.length_mm)
+
+
+def _per_rad_mm(feature: Feature, curve: ErrorCurve, arc_length_mm: Array) -> Array:
+    """dE/dφ = e′/κ, the way of the contact along the feature, mm; at most `STEEPEST_MM_PER_RAD` in size."""
+    slope, curvature = curve.slope(arc_length_mm), feature.curvature_per_mm(arc_length_mm)
+    bounded = np.abs(slope) < STEEPEST_MM_PER_RAD * np.abs(curvature)
+    steepest = STEEPEST_MM_PER_RAD * np.sign(slope) * np.where(curvature < 0.0, -1.0, 1.0)
+    return np.asarray(np.where(bounded, slope / np.where(bounded, curvature, 1.0), steepest))
 
 
 def _fade(profile: Profile, index: int, curve: ErrorCurve, feature: Feature) -> Shift:
     """A factor from 0 to 1: within `REACHES` times the way of the contact at the ends that join tangentially."""
     tangent = [False, *(junction.kind is JunctionKind.TANGENT for junction in profile.junctions), False]
     ends = np.array([0.0, feature.length_mm])
-    reach = REACHES * np.abs(curve.slope(ends) / feature.curvature_per_mm(ends)) * tangent[index : index + 2]
+    reach = REACHES * np.abs(_per_rad_mm(feature, curve, ends)) * tangent[index : index + 2]
     return product(_smooth(0.0, float(reach[0])), _smooth(feature.length_mm, -float(reach[1])))
 
 
