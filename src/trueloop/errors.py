@@ -488,6 +488,7 @@ class Code(StrEnum):
     STO_SCHEMA = "STO-SCHEMA", "a store that a later version of trueloop wrote, or one to be migrated"
     STO_BUSY = "STO-BUSY", "a store that another program keeps locked"
     STO_WRITE = "STO-WRITE", "a store that cannot be written: read-only, or no room left"
+    STO_TEXT = "STO-TEXT", "a text or number that the database cannot keep"
     STO_DIFFERS = "STO-DIFFERS", "a value that is stored already, with another content"
     STO_PROGRAM = "STO-PROGRAM", "a cut whose program is not of the correction that it names", ("serial", "correction")
     STO_STAGE = "STO-STAGE", "an inspection of another stage of the part, or a part that had come further", ("serial",)

@@ -7,8 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from unittest import mock
 
+import psycopg
+
 from tests.support.stores import touched
 from trueloop.errors import Code
+from trueloop.storage.failures import understood
 from trueloop.storage.store import Store, keep, open_store
 
 
@@ -36,6 +39,11 @@ def _busy() -> object:
         return keep(store, [touched()])
 
 
+def _nul() -> None:
+    with understood("postgresql://plant/trueloop"):
+        raise psycopg.DataError("PostgreSQL text fields cannot contain NUL (0x00) bytes")
+
+
 def _differs() -> object:
     store = _made()
     keep(store, [touched()])
@@ -52,6 +60,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.STO_SCHEMA: _newer,
     Code.STO_BUSY: _busy,
     Code.STO_WRITE: lambda: keep(_made(read_only=True), [touched()]),
+    Code.STO_TEXT: _nul,
     Code.STO_DIFFERS: _differs,
     Code.STO_UNKNOWN: lambda: keep(_made(), [touched()], supersedes=77),
     Code.STO_DRIVER: _without_driver,

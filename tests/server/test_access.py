@@ -1,8 +1,10 @@
 """Who gets in where: every address by every role and kind of key; and what a stranger tries besides."""
 
 import json
+import re
 import select
 import socket
+import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
 from datetime import UTC, datetime
@@ -16,7 +18,7 @@ from sqlalchemy import select as query
 from tests.support.factory import Shop
 from tests.support.full_shop import SCRIPT, full_shop
 from tests.support.served import served
-from tests.support.service import PASSWORD, Caller, Running, problem
+from tests.support.service import API, PASSWORD, Caller, Running, problem
 from trueloop.factory.shown.proposals import proposal_views
 from trueloop.server.access import ACCESS
 from trueloop.server.identity.keys import NewKey, add_key
@@ -185,6 +187,38 @@ def test_nothing_of_a_new_accounts_password_is_kept_but_its_slow_hash(service: R
     with service.store.reading() as connection:
         assert connection.execute(query(IDEMPOTENCY)).all() == []
     assert problem(root.post("accounts", new)) == "SRV-ACCOUNT"
+
+
+def test_a_number_that_no_row_has_is_refused(service: Running) -> None:
+    """Of 40 digits, negative, or with a NUL: for every address and every role that it opens to."""
+    people: dict[str, Caller] = {role: service.signed_in(role) for role in ROLES}
+    cell = service.cell()
+    for (method, path), access in ACCESS.items():
+        if "{" not in path or path in STREAMS or access.open:
+            continue
+        caller = people[access.role] if access.role else cell
+        for value in ("9" * 40, "-1", str(1 << 63), "a%00b"):
+            given: dict[str, Any] = {} if method == "GET" else {"json": {"why": "x", "values": {}}}
+            answer = caller.ask(method, f"{API}{re.sub('{[^}]*}', value, path)}", **given)
+            assert answer.status_code < 500, (method, path, value, answer.text)
+            if answer.status_code >= 400:
+                problem(answer)
+    for path in ("parts", "tasks", "certificates"):
+        assert people["viewer"].get(f"{path}/{'9' * 40}{'/life' * (path == 'parts')}").status_code in (404, 422)
+
+
+def test_a_client_that_hangs_up_is_no_fault(store: Store, capfd: pytest.CaptureFixture[str]) -> None:
+    with served(store) as address:
+        host, port = address.removeprefix("http://").split(":")
+        head = f"Host: {host}:{port}\r\nOrigin: {address}\r\nContent-Type: application/json\r\nContent-Length: 100"
+        with socket.create_connection((host, int(port)), timeout=30) as line:
+            line.sendall(f"POST /api/v1/session HTTP/1.1\r\n{head}\r\n\r\n{{".encode())
+            time.sleep(0.2)
+        logged, end = "", time.monotonic() + 20
+        while '"request"' not in logged and time.monotonic() < end:
+            time.sleep(0.05)
+            logged += capfd.readouterr().err
+    assert '"status": 499' in logged and '"fault"' not in logged
 
 
 def test_whatever_is_sent_no_answer_has_a_traceback(service: Running) -> None:

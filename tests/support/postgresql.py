@@ -34,6 +34,16 @@ class Server:
         run(self.folder, "createdb", "-h", self.folder, "-U", "postgres", name)
         return f"postgresql://postgres@/{name}?host={self.folder}"
 
+    def start(self) -> None:
+        """Starts it, and returns when it takes connections."""
+        options = f"-k {self.folder} -c listen_addresses='' -c fsync=off"
+        log = ("-l", self.folder / "log")
+        run(self.folder, "pg_ctl", "start", "-D", self.folder / "data", "-w", "-t", "60", *log, "-o", options)
+
+    def stop(self) -> None:
+        """Stops it at once, as a crash does."""
+        run(self.folder, "pg_ctl", "stop", "-D", self.folder / "data", "-m", "immediate", "-w", "-t", "60")
+
 
 @contextmanager
 def running() -> Iterator[Server]:
@@ -45,12 +55,12 @@ def running() -> Iterator[Server]:
             shutil.chown(folder, "postgres", "postgres")
         data = folder / "data"
         run(folder, "initdb", "-D", data, "-U", "postgres", "-A", "trust", "-E", "UTF8", "--no-sync", "--locale=C")
-        options = f"-k {folder} -c listen_addresses='' -c fsync=off"
-        run(folder, "pg_ctl", "start", "-D", data, "-w", "-t", "60", "-l", folder / "log", "-o", options)
+        server = Server(folder)
+        server.start()
         try:
-            yield Server(folder)
+            yield server
         finally:
-            run(folder, "pg_ctl", "stop", "-D", data, "-m", "immediate", "-w", "-t", "60")
+            server.stop()
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 

@@ -21,7 +21,15 @@ from trueloop.factory.load import Known, next_of, order_of, program_text, runs_o
 from trueloop.factory.roles import By, require_machine, require_role
 from trueloop.factory.write import note_done, write
 from trueloop.loops.post_process.options import SeriesOptions
-from trueloop.storage.factory_tables import ALARM, ALARM_ACKNOWLEDGED, ORDER_STATE, PART_STATE, PROGRAM_RELEASE
+from trueloop.storage.factory_tables import (
+    ALARM,
+    ALARM_ACKNOWLEDGED,
+    ORDER_STATE,
+    PART_STATE,
+    PROGRAM_RELEASE,
+    TEMPERATURE,
+    stamp,
+)
 from trueloop.storage.store import Store
 from trueloop.storage.tables import TABLES
 
@@ -131,6 +139,12 @@ def _part(known: Known, request: ask.Certify, _: Any) -> frozenset[int]:
     return frozenset(known.connection.scalars(select(part.c.id).where(part.c.id == request.part)))
 
 
+def _temperatures(known: Known, request: ask.RecordTemperatures, _: Any) -> frozenset[str]:
+    of_then = (TEMPERATURE.c.machine == request.machine) & (TEMPERATURE.c.at == stamp(request.at))
+    of_them = of_then & TEMPERATURE.c.signal.in_(tuple(request.signals))
+    return frozenset(known.connection.scalars(select(TEMPERATURE.c.signal).where(of_them)))
+
+
 def _order(known: Known, request: Any, _: Any) -> OrderNow:
     return order_of(known, request.order)
 
@@ -144,7 +158,7 @@ _HOW: Final[Mapping[type, _How]] = {
         runs.record_facts,
     ),
     ask.RecordTouches: (lambda known, request, _: runs_of(known, [request.run]), runs.record_touches),
-    ask.RecordTemperatures: (lambda *_: None, runs.record_temperatures),
+    ask.RecordTemperatures: (_temperatures, runs.record_temperatures),
     ask.Calibrated: (lambda *_: None, records.calibrated),
     ask.Hold: (_order, people.hold),
     ask.DecideStep: (_order, people.decide_step),

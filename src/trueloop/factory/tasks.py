@@ -14,6 +14,7 @@ from sqlalchemy import and_, insert, or_, select, update
 from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.storage.factory_tables import TASK, stamp
+from trueloop.storage.failures import AWAY
 from trueloop.storage.store import Store
 
 LEASE_S: Final = 60.0
@@ -113,7 +114,10 @@ def lease(store: Store, worker: str, now: datetime) -> Task | None:
 
 
 def run_task(store: Store, runners: Mapping[str, Runner], worker: str, clock: Clock) -> Task | None:
-    """Does one task; None: there is none. One of a kind that nobody knows, or that refuses, has failed."""
+    """Does one task; None: there is none. One of a kind that nobody knows, or that refuses, has failed.
+
+    Where the store was away the task has not failed: its lease runs out, and it is taken again.
+    """
     task = lease(store, worker, clock())
     if task is None or task.state != "running":
         return task
@@ -123,6 +127,8 @@ def run_task(store: Store, runners: Mapping[str, Runner], worker: str, clock: Cl
             raise unknown("task", task.kind, f"known are {', '.join(sorted(runners))}")
         result = runners[task.kind](store, task, working)
     except TrueloopError as refused:
+        if refused.code in AWAY:
+            raise
         working.end("failed", problem=json.dumps(problem_of(refused)))
     else:
         working.end("done", progress=1.0, result=json.dumps(dict(result)))

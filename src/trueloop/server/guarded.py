@@ -6,8 +6,9 @@ from datetime import datetime
 from hashlib import sha256
 from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Depends, Request, Response
+from fastapi import APIRouter, Depends, Path, Request, Response
 from fastapi.routing import APIRoute
+from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 
 from trueloop.errors import Code, TrueloopError
@@ -64,6 +65,10 @@ async def _by(request: Request) -> Who:
 
 Here = Annotated[Service, Depends(_here)]
 By = Annotated[Who, Depends(_by)]
+Row = Annotated[int, Field(ge=0, lt=1 << 31)]
+"""The number of a row in a body: a larger one than databases count to is no number of a row."""
+RowPath = Annotated[int, Path(ge=0, lt=1 << 31)]
+"""The same in an address."""
 Handler = Callable[[Request], Coroutine[Any, Any, Response]]
 
 

@@ -14,9 +14,11 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.log import log
+from trueloop.storage.failures import AWAY
 
 _STATUS: Final[Mapping[str, int]] = {
     "SRV-SIGN-IN": 401,
@@ -44,15 +46,21 @@ _STATUS: Final[Mapping[str, int]] = {
     "FAC-UNKNOWN": 404,
     "FAC-STALE": 412,
     "FAC-PLAN": 422,
+    "STO-FILE": 503,
+    "STO-SCHEMA": 503,
     "STO-BUSY": 503,
     "STO-WRITE": 507,
 }
+_AGAIN_S: Final = 5
+"""`Retry-After` where the store is away: what was sent may be right, and is to be sent again."""
 _OF_OTHERS: Final = {
     404: (Code.SRV_UNKNOWN, "there is nothing at this address", "the addresses stand in /api/v1/openapi.json"),
     405: (Code.SRV_METHOD, "this address does not take that method", "the addresses stand in /api/v1/openapi.json"),
     400: (Code.SRV_REQUEST, "the request cannot be read", "send what /api/v1/openapi.json says"),
 }
 MEDIA: Final = "application/problem+json"
+HUNG_UP: Final = 499
+"""The status in log and figures of a request whose client went away before it was whole; nobody reads the answer."""
 
 
 def status_of(code: Code) -> int:
@@ -66,6 +74,8 @@ def answer_of(error: TrueloopError) -> Response:
     headers = {}
     if error.code is Code.SRV_DELAY:
         headers["Retry-After"] = str(int(float(str(error.values.get("retry_after_s", 1)))))
+    if error.code in AWAY:
+        headers["Retry-After"] = str(_AGAIN_S)
     if status == HTTPStatus.UNAUTHORIZED:
         headers["WWW-Authenticate"] = "Bearer"
     content = {
@@ -128,6 +138,10 @@ def install(app: FastAPI) -> None:
         answer = answer_of(of_status(error.status_code, name))
         answer.headers.update(error.headers or {})
         return answer
+
+    @app.exception_handler(ClientDisconnect)
+    async def of_client_gone(_: Request, __: ClientDisconnect) -> Response:
+        return Response(status_code=HUNG_UP)
 
     @app.exception_handler(Exception)
     async def of_fault(_: Request, error: Exception) -> Response:

@@ -86,11 +86,15 @@ def record_touches(facts: RunsFacts, request: RecordTouches, by: By, now: dateti
     return _joined(Changes(rows=(("run_touches", row),), events=(event,), answer=hashed), then)
 
 
-def record_temperatures(facts: None, request: RecordTemperatures, by: By, now: datetime) -> Changes:
-    """Temperatures of a machine."""
+def record_temperatures(facts: frozenset[str], request: RecordTemperatures, by: By, now: datetime) -> Changes:
+    """Temperatures of a machine. `facts`: signals whose value of that moment is there, for a cell sends them again."""
     require_machine(by, request.machine)
     said = {"machine": request.machine, "run": request.run, "at": stamp(request.at)}
-    rows = [("temperature", {**said, "signal": name, "celsius": c}) for name, c in request.signals.items()]
+    rows = [
+        ("temperature", {**said, "signal": name, "celsius": c})
+        for name, c in request.signals.items()
+        if name not in facts
+    ]
     return Changes(rows=tuple(rows))
 
 

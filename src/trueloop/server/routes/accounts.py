@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fastapi import Request, Response
 
 from trueloop.server import etags
-from trueloop.server.guarded import By, Here, router
+from trueloop.server.guarded import By, Here, RowPath, router
 from trueloop.server.identity import accounts, keys
 from trueloop.server.identity.accounts import AccountRow, Change, NewAccount
 from trueloop.server.identity.keys import KeyRow, MadeKey, NewKey
@@ -63,6 +63,6 @@ def add_key(given: NewKey, here: Here, who: By, request: Request) -> MadeKey:
 
 
 @routes.delete("/keys/{id}", status_code=204)
-def end_key(id: int, here: Here, who: By) -> None:
+def end_key(id: RowPath, here: Here, who: By) -> None:
     """Ends a key."""
     keys.end_key(here.store, id, here.clock(), by=who.name)

@@ -14,12 +14,11 @@ from trueloop.factory.shown.proposals import proposal_view
 from trueloop.factory.views.orders import OrderView
 from trueloop.factory.views.series import ProposalView
 from trueloop.server import etags
-from trueloop.server.guarded import By, Here, Service, factory_by, router
+from trueloop.server.guarded import By, Here, Row, RowPath, Service, factory_by, router
 from trueloop.server.identity.who import Who
 
 routes = router()
 Text = Annotated[str, Field(max_length=2000)]
-Row = Annotated[int, Field(ge=0, lt=1 << 31)]
 
 
 @dataclass(frozen=True)
@@ -136,7 +135,7 @@ def arm(id: str, given: ArmParts, here: Here, who: By, request: Request, respons
 @routes.post("/orders/{id}/parts/{part}/record")
 def record(
     id: str,
-    part: int,
+    part: RowPath,
     given: DoneByHand,
     here: Here,
     who: By,
@@ -160,7 +159,7 @@ def reject(id: str, given: Judged, here: Here, who: By, request: Request, respon
 
 
 @routes.post("/alarms/{id}/acknowledge")
-def acknowledge(id: int, given: Why, here: Here, who: By) -> Said:
+def acknowledge(id: RowPath, given: Why, here: Here, who: By) -> Said:
     """Somebody has seen an alarm."""
     carry_out(here.store, ask.Acknowledge(id, given.why), factory_by(who), here.clock())
     return Said()

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Annotated, Final, TypeVar
 
-from fastapi import Path, Query, Response
+from fastapi import Query, Response
 from fastapi.responses import PlainTextResponse
 from pydantic import TypeAdapter
 
@@ -23,13 +23,12 @@ from trueloop.jobs.factory.memory import tool_memory
 from trueloop.report.turned.curve_pictures import CurvePicture
 from trueloop.server import etags, pages
 from trueloop.server.cursors import Cursor, Limit, cursor_of, place_of
-from trueloop.server.guarded import Here, Service, router
+from trueloop.server.guarded import Here, RowPath, Service, router
 from trueloop.server.reader import Say
 from trueloop.server.routes.task_view import TaskView, task_view
 
 T = TypeVar("T")
 Sha = str
-Row = Annotated[int, Path(ge=0, lt=1 << 31)]
 routes = router()
 _LIFE: Final = TypeAdapter(PartLife)
 
@@ -71,7 +70,7 @@ def list_parts(
 
 
 @routes.get("/parts/{id}/life", response_model=PartLife)
-def show_life(id: int, here: Here) -> Response:
+def show_life(id: RowPath, here: Here) -> Response:
     """All that is known of a part."""
     found = life.part_life(here.store, id)  # as JSON from here: the framework would take another thread to check it
     answer = Response(_LIFE.dump_json(found), media_type="application/json")
@@ -92,7 +91,7 @@ def list_curves(id: str, here: Here, say: Say) -> Page[CurvePicture]:
 
 
 @routes.get("/corrections/{id}/curves/{number}", response_class=Svg)
-def show_curve(id: str, number: Row, here: Here, say: Say, narrow: bool = False, dark: bool = False) -> Response:
+def show_curve(id: str, number: RowPath, here: Here, say: Say, narrow: bool = False, dark: bool = False) -> Response:
     """The picture of one error curve: red is material left on, blue too much taken; touches with ±U, 95 % band."""
     return pages.picture(curve_picture(here.store, id, number, say, narrow=narrow, dark=dark))
 
@@ -116,7 +115,7 @@ def list_tools(here: Here) -> Page[ToolRow]:
 
 
 @routes.get("/tools/{id}/memory")
-def show_memory(id: int, here: Here, say: Say) -> ToolMemory:
+def show_memory(id: RowPath, here: Here, say: Say) -> ToolMemory:
     """What an edge remembers."""
     return tool_memory(here.store, id, say)
 
@@ -222,13 +221,13 @@ def list_certificates(here: Here, limit: Limit = 50, cursor: Cursor = None) -> P
 
 
 @routes.get("/certificates/{id}", response_class=Response)
-def show_certificate(id: int, here: Here) -> Response:
+def show_certificate(id: RowPath, here: Here) -> Response:
     """A certificate's page, in a sandbox."""
     return pages.report(records.certificate_content(here.store, id))
 
 
 @routes.get("/tasks/{id}")
-def show_task(id: int, here: Here) -> TaskView:
+def show_task(id: RowPath, here: Here) -> TaskView:
     """How far a slow task is."""
     return task_view(task_of(here.store, id))
 

@@ -15,7 +15,7 @@ from trueloop.jobs.factory.certify import certify
 from trueloop.jobs.factory.imports import OfPart, import_measurement, import_program
 from trueloop.jobs.factory.upload_read import Asked, read_upload
 from trueloop.jobs.factory.uploads import add_upload, upload_of
-from trueloop.server.guarded import By, Here, factory_by, router
+from trueloop.server.guarded import By, Here, Row, factory_by, router
 
 routes = router()
 Name = Annotated[str, Query(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]+$")]
@@ -46,9 +46,9 @@ class AsMeasurement:
     """Of which part of which order it is, after what it was measured, and how it is to be read."""
 
     order: str
-    part: Annotated[int, Field(ge=0, lt=1 << 31)]
+    part: Row
     after: Literal["semifinish", "finish", "released"] = "released"
-    run: int | None = None
+    run: Row | None = None
     measured_at: AwareDatetime | None = None
     unit: Literal["mm", "inch"] | None = None
     mapping_toml: Mapping = ""
@@ -58,7 +58,7 @@ class AsMeasurement:
 class CertifyPart:
     """Which part; `u_um`: standard uncertainty of readings that state none."""
 
-    part: Annotated[int, Field(ge=0, lt=1 << 31)]
+    part: Row
     language: Language = "en"
     u_um: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)] | None = None
 

@@ -1,10 +1,13 @@
 """The client with a service that is not there, another program than was sent, or the key of another machine."""
 
 from base64 import b64encode
+from contextlib import closing
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from hashlib import sha256
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -14,7 +17,7 @@ from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
 from trueloop.controllers.linuxcnc.cell.decide import Patience
 from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal
 from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
-from trueloop.controllers.linuxcnc.cell.service import Offered
+from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service
 from trueloop.domain.factory.states import FactKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.witness import witnessed
@@ -72,6 +75,7 @@ class Office:
         default_factory=lambda: Offered(KEY, "lathe", "probe", sha256(TEXT).hexdigest(), TEXT, True)
     )
     away: bool = False
+    never: str = ""
     told: list[Entry] = field(default_factory=list)
     words: list[Any] = field(default_factory=list)
 
@@ -81,6 +85,8 @@ class Office:
 
     def tell(self, entries: list[Entry]) -> None:
         self._reached()
+        if self.never in [one.values.get("what") for one in entries]:
+            raise RefusedError(Code.CEL_SERVICE, f"it never {self.never}", hint="see what the cell noted")
         self.told += entries
 
     def heartbeat(self, said: Any) -> None:
@@ -152,6 +158,55 @@ def test_a_lost_network_stops_the_next_cut_alone(tmp_path: Path) -> None:
     _steps(again)
     assert office.facts() == ["sent", "verified", "started", "ended"]
     assert office.told[-1].what == "touches" and not again.known.waiting and table.starts == 1
+
+
+def test_of_a_batch_that_is_refused_only_what_is_wrong_is_given_up(tmp_path: Path) -> None:
+    table, office = Table(), Office()
+    client = _client(tmp_path, table, office)
+    _steps(client, 6)
+    office.away = True
+    table.files["t.txt"], table.log = b"1 2 3", f"{KEY} started\n{KEY} ended\n"
+    _steps(client, 6)
+    office.away, office.offer, office.never = False, None, "started"
+    _steps(client)
+    assert office.facts() == ["sent", "verified", "ended"] and not client.known.waiting
+    (refused,) = client.known.refused
+    (given_up,) = (one for one in client.journal.entries if one.no in refused["entries"])
+    assert given_up.values["what"] == "started" and refused["said"] == "it never started"
+
+
+@pytest.mark.parametrize(
+    ("status", "content", "is_refusal"),
+    [
+        (422, b'{"code": "SRV-REQUEST", "detail": "facts.0.at"}', True),
+        (404, b'{"code": "FAC-UNKNOWN", "detail": "run"}', True),
+        (409, b'{"code": "FAC-TOUCHES", "detail": "another"}', True),
+        (422, b'{"code": "STO-FILE", "detail": "connection refused"}', False),
+        (422, b'{"code": "STO-DAMAGED", "detail": "row 7"}', False),
+        (400, b'{"code": "SRV-ONCE", "detail": "a proxy took the header"}', False),
+        (404, b"<html>nginx</html>", False),
+        (410, b"", False),
+        (422, b'{"detail": "no code"}', False),
+    ],
+)
+def test_only_a_reasoned_refusal_of_the_entry_itself_ends_it(status: int, content: bytes, is_refusal: bool) -> None:
+    class Answers(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            self.rfile.read(int(self.headers["Content-Length"]))
+            self.send_response(status)
+            self.send_header("Content-Length", str(len(content)))
+            self.end_headers()
+            self.wfile.write(content)
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    with HTTPServer(("127.0.0.1", 0), Answers) as server:
+        Thread(target=server.handle_request, daemon=True).start()
+        service = Service(f"http://127.0.0.1:{server.server_port}", "key")
+        with closing(service), pytest.raises(TrueloopError) as raised:
+            service.tell([Entry(1, "fact", {"run": KEY})])
+    assert isinstance(raised.value, RefusedError) is is_refusal
 
 
 def test_what_was_read_back_otherwise_is_told_and_never_loaded(tmp_path: Path) -> None:

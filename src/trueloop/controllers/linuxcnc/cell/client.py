@@ -2,15 +2,16 @@
 
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from hashlib import sha256
+from itertools import takewhile
 from typing import Final, TypeVar
 
 from trueloop.controllers.linuxcnc.cell.control import Control, ControlNow
 from trueloop.controllers.linuxcnc.cell.decide import Action, Asked, Do, Patience, decide
-from trueloop.controllers.linuxcnc.cell.journal import Journal
+from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal
 from trueloop.controllers.linuxcnc.cell.known import Known, RunNow, known, with_entry
 from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
 from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service, encoded
@@ -20,6 +21,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.nc.witness import log_lines
 
 T = TypeVar("T")
+BATCH: Final = 100
+"""So many facts at most go in one request."""
 _PROBE_LOG: Final = re.compile(rb"\(\s*(?:PROBEOPEN\s|LOGOPEN\s*,)\s*([^\s)/]+)\s*\)", re.IGNORECASE)
 
 
@@ -173,23 +176,19 @@ class Client:
         self.known = with_entry(self.known, self.journal.add(what, **values))
 
     def _deliver(self) -> None:
-        """Everything that waits, oldest first, until the service is away."""
+        """Sends everything that waits, oldest first, until the service is away; a batch refused, entry by entry."""
+        most = BATCH
         while self.known.waiting and time.monotonic() >= self._next_try:
-            first, *more = self.known.waiting
-            batch = [first]
-            for one in more[:99] if first.what == "fact" else ():
-                if one.what != "fact":
-                    break
-                batch.append(one)
+            batch = _batch(self.known.waiting, most)
             numbers = [one.no for one in batch]
             try:
                 self._reached(lambda given=batch: self.service.tell(given))  # type: ignore[misc]
                 self._note("acknowledged", entries=numbers)
             except RefusedError as refused:
-                if len(batch) > 1:  # one of them: each for itself
-                    batch, numbers = batch[:1], numbers[:1]
-                self._note("refused", entries=numbers, said=refused.message)
                 self.fault = refused
+                if len(batch) == 1:
+                    self._note("refused", entries=numbers, said=refused.message)
+                most = 1
             except TrueloopError as away:
                 self.fault = away
                 return
@@ -216,6 +215,12 @@ class Client:
             self._reached(lambda: self.service.heartbeat(said))
         except TrueloopError as away:
             self.fault = away
+
+
+def _batch(waiting: Sequence[Entry], most: int) -> list[Entry]:
+    """The first entries that go in one request: facts together, anything else by itself."""
+    facts = list(takewhile(lambda one: one.what == "fact", waiting[:most]))
+    return facts or [waiting[0]]
 
 
 def require_own(offer: Offered, machine: str) -> None:

@@ -14,7 +14,9 @@ from trueloop.controllers.linuxcnc.cell.journal import Entry
 from trueloop.errors import Code, TrueloopError
 
 PREFIX: Final = "/api/v1"
-_LATER: Final = (401, 403, 408, 409, 412, 429)
+REFUSALS: Final = frozenset(("SRV-REQUEST", "SRV-LARGE", "STO-TEXT", "FAC-UNKNOWN", "FAC-TOUCHES"))
+"""The codes by which the service judges an entry itself and will never take it. Whatever else is answered, by the
+service, a proxy or nobody, says nothing of the entry: it is sent again."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Offered:
 
 
 class RefusedError(TrueloopError):
-    """What the service will never take, as it says. CEL-SERVICE."""
+    """An entry that the service refuses for good, with one of `REFUSALS` as its reason. CEL-SERVICE."""
 
 
 class Service:
@@ -98,13 +100,13 @@ class Service:
         return json.loads(content) if content else None
 
     def _refusal(self, path: str, status: int, content: bytes) -> TrueloopError:
+        code = ""
         try:
             said = json.loads(content)
-            words = f"{said['code']}: {said['detail']}"
+            code, words = str(said["code"]), f"{said['code']}: {said['detail']}"
         except (ValueError, KeyError, TypeError):
             words = content[:200].decode(errors="replace")
-        never = 400 <= status < 500 and status not in _LATER
-        return self._failed(path, f"status {status}: {words}", RefusedError if never else TrueloopError)
+        return self._failed(path, f"status {status}: {words}", RefusedError if code in REFUSALS else TrueloopError)
 
     def _failed(self, path: str, why: str, of: type[TrueloopError] = TrueloopError) -> TrueloopError:
         hint = "see that the service runs and the key is this machine's; what is running goes on without it"
