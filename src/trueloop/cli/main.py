@@ -9,6 +9,8 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_group
 
+from trueloop.cli.plain_output import write_what_streams_take
+
 THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Threads of numpy's and scipy's linear algebra: one, unless the user says otherwise before the start. Ours are small
 problems, which several threads slow down, and two programs side by side would fight for the cores.
@@ -121,6 +123,7 @@ def main() -> None:
     """The entry point of the command `trueloop`."""
     for name in THREADS:
         os.environ.setdefault(name, "1")
+    write_what_streams_take()
     try:
         app()
     except SystemExit as end:  # help and version are printed outside of any command

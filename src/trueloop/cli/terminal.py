@@ -1,5 +1,6 @@
 """How commands talk: results on stdout, progress on stderr while a person watches."""
 
+import codecs
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -64,5 +65,6 @@ def print_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
 
 
 def print_json(value: Mapping[str, object]) -> None:
-    """One JSON object on stdout. What JSON has no word for (nan, inf) must be null already."""
-    typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+    """One JSON object on stdout, escaped where that is not UTF-8. What JSON has no word for must be null already."""
+    lossless = codecs.lookup(sys.stdout.encoding or "utf-8").name == "utf-8"
+    typer.echo(json.dumps(value, indent=2, ensure_ascii=not lossless, allow_nan=False))
