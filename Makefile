@@ -96,13 +96,13 @@ demo-factory: $(SETUP) $(PAGES) ## LinuxCNC, service and pages: ten parts made u
 	@OMP_NUM_THREADS=1 $(RUN)python -m scripts.factory_demo
 
 test: $(SETUP) $(PAGES) $(MANUAL) ## all tests; installs the Debian packages they need where it may, else prints the line to run
-	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql mosquitto
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql mosquitto nginx-light openssl
 	cargo test --quiet --locked --workspace --exclude trueloop-python --tests
 	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m 'not corpus'
 
 test-corpus: $(SETUP) ## the tests on real programs and measurements: make test-corpus CORPUS=DIR, where DIR/data is
 	@[ -d '$(CORPUS)/data' ] || { echo "CORPUS='$(CORPUS)' holds no folder data/: make test-corpus CORPUS=DIR" >&2; exit 1; }
-	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql nginx-light openssl
 	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m corpus --corpus='$(CORPUS)'
 
 check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core, lock files

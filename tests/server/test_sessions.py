@@ -6,6 +6,7 @@ import pytest
 from sqlalchemy import select
 
 from tests.support.service import ORIGIN, PASSWORD, Running, problem, started
+from trueloop.errors import Code, TrueloopError
 from trueloop.server.settings import Settings
 from trueloop.storage.factory_tables import ACCOUNT, SESSION
 from trueloop.storage.store import Store
@@ -150,6 +151,44 @@ def test_many_guesses_at_once_are_no_more_than_one_after_the_other(service: Runn
     assert codes.count("SRV-LOGIN") == 5
 
 
+def test_a_clock_that_was_a_day_ahead_locks_nothing(service: Running) -> None:
+    caller = service.caller()
+    service.clock.set(days=1)
+    assert problem(caller.post("session", {"name": "viewer", "password": "wrong wrong wrong"})) == "SRV-LOGIN"
+    service.clock.set(days=-1)
+    for name in ("viewer", "operator"):
+        assert caller.post("session", {"name": name, "password": PASSWORD}).status_code == 200
+
+
+def test_setting_the_clock_does_not_shorten_the_delay(service: Running) -> None:
+    caller = service.caller()
+    for _ in range(5):
+        caller.post("session", {"name": "admin", "password": "wrong wrong wrong"})
+    service.clock.set(days=1)
+    assert problem(caller.post("session", {"name": "admin", "password": PASSWORD})) == "SRV-DELAY"
+
+
+@pytest.mark.parametrize("count", [6, 24])
+def test_right_sign_ins_at_once_are_all_taken(service: Running, count: int) -> None:
+    def begin(_: int) -> int:
+        return service.caller().post("session", {"name": "operator", "password": PASSWORD}).status_code
+
+    with ThreadPoolExecutor(count) as pool:
+        assert list(pool.map(begin, range(count))) == [200] * count
+
+
+def test_a_store_that_was_away_is_no_failed_attempt(service: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    def away(*_: object) -> None:
+        raise TrueloopError(Code.STO_FILE, "0 answers", hint="wait")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("trueloop.server.routes.session.sessions.account_by_password", away)
+        for _ in range(8):
+            answer = service.caller().post("session", {"name": "viewer", "password": PASSWORD})
+            assert (answer.status_code, problem(answer)) == (503, "STO-FILE") and answer.headers["retry-after"]
+    assert service.signed_in("viewer").get("me").status_code == 200
+
+
 def test_unknown_and_disabled_names_answer_as_wrong_passwords_do(service: Running) -> None:
     admin = service.signed_in("admin")
     admin.ask("PATCH", "accounts/viewer", json={"disabled": True}, headers={"If-Match": '"1"'})
@@ -204,12 +243,19 @@ def test_a_key_ends(service: Running) -> None:
 
 @pytest.mark.parametrize(
     ("password", "taken"),
-    [("a" * 12, False), ("elevenchars", False), ("admin and so on", True), ("x2 y3 z4 w5 v", True), ("x" * 129, False)],
+    [
+        *(("a" * 12, False), ("elevenchars", False), ("x" * 129, False), ("aB3$" * 18, False)),
+        *(("password1234", False), ("qwertyuiop123", False), ("Passwort2024!", False), ("trueloop1234", False)),
+        *(("new new new new", False), ("admin and so on", True), ("x2 y3 z4 w5 v", True)),
+    ],
 )
 def test_which_passwords_are_taken(service: Running, password: str, taken: bool) -> None:
     body = {"name": "new", "role": "viewer", "password": password}
-    answer = service.signed_in("admin").post("accounts", body)
+    root = service.signed_in("admin")
+    answer = root.post("accounts", body)
     assert answer.status_code == 201 if taken else problem(answer) == "SRV-PASSWORD"
+    mine = root.ask("PATCH", "me", json={"password": password, "present_password": PASSWORD})
+    assert mine.status_code == 200 if taken else problem(mine) == "SRV-PASSWORD"
 
 
 def test_a_new_password_needs_the_present_one(service: Running) -> None:

@@ -22,8 +22,8 @@ from trueloop.server.identity.accounts import NewAccount, add_account
 from trueloop.server.identity.keys import NewKey, add_key
 from trueloop.server.identity.trusted import Oidc
 from trueloop.server.identity.who import ROLES
-from trueloop.server.run import Listening, listen
-from trueloop.server.settings import Settings
+from trueloop.server.run import Listening, config_of, listen
+from trueloop.server.settings import LOOPBACK_NAMES, Settings
 from trueloop.storage.store import Store
 
 WAIT_S = 20
@@ -32,16 +32,24 @@ FLAGS = ("--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--disable-
 
 
 @contextmanager
-def served(store: Store, oidc: Oidc | None = None, links: Path | None = None) -> Iterator[str]:
+def served(
+    store: Store,
+    oidc: Oidc | None = None,
+    links: Path | None = None,
+    proxies: tuple[str, ...] = (),
+    names: tuple[str, ...] = (),
+) -> Iterator[str]:
     """The service on a store, at an address of this machine; accounts of every role, named as the role.
 
     `links`: the settings of links to controls that it is told of.
     """
     for role in ROLES:
         add_account(store, NewAccount(role, role, PASSWORD), datetime.now(UTC))
-    app = create_app(store, Settings(poll_s=0.05, workers=0, links=links), oidc=oidc)
-    with listen(Listening(port=0)) as socket:
-        server = uvicorn.Server(uvicorn.Config(app, log_level="error", ws="none", timeout_graceful_shutdown=1))
+    where = Listening(port=0, proxies=proxies)
+    names = (*LOOPBACK_NAMES, *names)
+    app = create_app(store, Settings(where.tls, names, poll_s=0.05, workers=0, links=links), oidc=oidc)
+    with listen(where) as socket:
+        server = uvicorn.Server(config_of(app, where))
         thread = threading.Thread(target=server.run, args=([socket],), daemon=True)
         thread.start()
         try:

@@ -33,8 +33,20 @@ class Clock:
     def __call__(self) -> datetime:
         return self.at
 
+    passed_s: float = 0.0
+
     def turn(self, **by: float) -> None:
+        """So much time passes."""
         self.at += timedelta(**by)
+        self.passed_s += timedelta(**by).total_seconds()
+
+    def set(self, **by: float) -> None:
+        """Somebody sets the clock, and no time passes."""
+        self.at += timedelta(**by)
+
+    def seconds(self) -> float:
+        """A clock that nobody sets."""
+        return self.passed_s
 
 
 @dataclass
@@ -88,7 +100,9 @@ def started(
     clock = clock or Clock()
     for role in ROLES:
         add_account(store, NewAccount(role, role, PASSWORD), clock())
-    return Running(store, clock, create_app(store, settings or Settings(poll_s=0.01, workers=0), clock, oidc))
+    return Running(
+        store, clock, create_app(store, settings or Settings(poll_s=0.01, workers=0), clock, oidc, clock.seconds)
+    )
 
 
 def problem(answer: Response) -> str:

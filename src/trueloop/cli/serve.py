@@ -36,6 +36,14 @@ class Where:
         Path | None, typer.Option("--tls-cert", metavar="FILE", help="Certificate and its chain, PEM.")
     ] = None
     tls_key: Annotated[Path | None, typer.Option("--tls-key", metavar="FILE", help="Its key, PEM.")] = None
+    forwarded_allow_ips: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--forwarded-allow-ips",
+            metavar="ADDRESS",
+            help="Address of a proxy that answers TLS before it and passes X-Forwarded-For on; repeatable.",
+        ),
+    ] = None
     name: Annotated[
         list[str] | None, typer.Option("--name", metavar="HOST", help="A name by which browsers reach it; repeatable.")
     ] = None
@@ -45,7 +53,20 @@ class Where:
         from trueloop.server.run import Listening
 
         port = self.port if self.port is not None else 8443 if self.tls_cert else 8080
-        return Listening(self.host, port, self.tls_cert, self.tls_key)
+        return Listening(self.host, port, self.tls_cert, self.tls_key, self._proxies())
+
+    def _proxies(self) -> tuple[str, ...]:
+        """Raises a usage error for what is no address: anybody could then name himself."""
+        from ipaddress import ip_network
+
+        for given in self.forwarded_allow_ips or ():
+            try:
+                ip_network(given)
+            except ValueError:
+                raise typer.BadParameter(
+                    f"--forwarded-allow-ips {given!r} is neither an address nor a network"
+                ) from None
+        return tuple(self.forwarded_allow_ips or ())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,14 +157,20 @@ def serve(where: Where, sign_on: SignOn, links: Links = None, db: Db = None) -> 
     store = opened(db, held_open=HELD_OPEN)
     if not accounts(store):
         typer.echo("note: there is no account yet: trueloop user add NAME --role admin", err=True)
-    run(store, _settings(where, links), listening, lambda at: typer.echo(f"serving {store.where} at {at}"), oidc)
+    run(
+        store,
+        _settings(where, listening.tls, links),
+        listening,
+        lambda at: typer.echo(f"serving {store.where} at {at}"),
+        oidc,
+    )
     store.close()
 
 
-def _settings(where: Where, links: Path | None) -> "Settings":
+def _settings(where: Where, tls: bool, links: Path | None) -> "Settings":
     from trueloop.server.settings import LOOPBACK_NAMES, Settings
 
     host = f"[{where.host}]" if ":" in where.host else where.host
     given = (*LOOPBACK_NAMES, host, *(where.name or ()))
     names = tuple(dict.fromkeys(one.casefold() for one in given))
-    return Settings(tls=where.tls_cert is not None, names=names, links=links)
+    return Settings(tls=tls, names=names, links=links)

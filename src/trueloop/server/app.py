@@ -1,6 +1,7 @@
 """The service as an ASGI app: `create_app`."""
 
 import secrets
+import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from datetime import datetime
@@ -17,6 +18,7 @@ from trueloop.server.figures import Figures
 from trueloop.server.gates import Gates
 from trueloop.server.guarded import Service
 from trueloop.server.heap import start_giving_back
+from trueloop.server.identity.attempts import Attempts
 from trueloop.server.identity.oidc import SignIns
 from trueloop.server.identity.trusted import Oidc
 from trueloop.server.routes import (
@@ -53,9 +55,16 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
 
 
 def create_app(
-    store: Store, settings: Settings, clock: Callable[[], datetime] = now, oidc: Oidc | None = None
+    store: Store,
+    settings: Settings,
+    clock: Callable[[], datetime] = now,
+    oidc: Oidc | None = None,
+    seconds: Callable[[], float] = time.monotonic,
 ) -> FastAPI:
-    """The whole service on an open store. `clock` gives the time with its zone; `oidc`: who else says who signs in."""
+    """The whole service on an open store. `clock` gives the time with its zone; `oidc`: who else says who signs in.
+
+    `seconds` is a clock that is never set, by which attempts to sign in are delayed.
+    """
     stopping, figures = Event(), Figures()
 
     @asynccontextmanager
@@ -75,7 +84,7 @@ def create_app(
         openapi_url=None,
         lifespan=running,
     )
-    app.state.service = Service(store, settings, clock, secrets.token_bytes(32))
+    app.state.service = Service(store, settings, clock, secrets.token_bytes(32), Attempts(seconds))
     app.state.figures, app.state.stopping, app.state.traces = figures, stopping, Traces()
     app.state.studies = Studies()
     app.state.sign_ins = None if oidc is None else SignIns(oidc)

@@ -1,7 +1,7 @@
 """What every address goes through before its own few lines: who asks, whether he may, from where, and once only."""
 
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from hashlib import sha256
 from typing import Annotated, Any, Final
@@ -17,6 +17,7 @@ from trueloop.factory.roles import Role
 from trueloop.server import once
 from trueloop.server.access import access_of, require
 from trueloop.server.identity import keys, sessions
+from trueloop.server.identity.attempts import Attempts
 from trueloop.server.identity.who import Who
 from trueloop.server.settings import Settings
 from trueloop.server.turns import turn
@@ -35,6 +36,7 @@ class Service:
     settings: Settings
     clock: Callable[[], datetime]
     secret: bytes  # of this run of the service: signs places in lists
+    attempts: Attempts = field(default_factory=Attempts)
 
 
 def service_of(request: Request) -> Service:

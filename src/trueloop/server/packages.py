@@ -11,6 +11,7 @@ NEEDED: Final = {
     "fastapi": "fastapi",
     "joserfc": "joserfc",
     "uvicorn": "uvicorn",
+    "zxcvbn": "zxcvbn",
 }
 """What is imported, by the name of its package."""
 

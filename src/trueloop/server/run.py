@@ -10,10 +10,12 @@ from types import FrameType
 from typing import Any, Final
 
 import uvicorn
+from fastapi import FastAPI
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.server import heap
 from trueloop.server.app import create_app
+from trueloop.server.connections import KEPT_ALIVE_S, bounded
 from trueloop.server.identity.trusted import Oidc
 from trueloop.server.log import log
 from trueloop.server.settings import Settings, is_loopback
@@ -21,23 +23,25 @@ from trueloop.storage.store import Store
 
 END_S: Final = 5
 """Requests that are being answered when it is to stop get this long, s."""
-_CONNECTIONS: Final = 256
-_KEPT_ALIVE_S: Final = 30
 
 
 @dataclass(frozen=True)
 class Listening:
-    """Where. Without a certificate only this machine may reach it."""
+    """Where. Without a certificate only this machine may reach it.
+
+    `proxies`: addresses of those who take TLS off before it, and whose word for the client's address is taken.
+    """
 
     host: str = "127.0.0.1"
     port: int = 8080
     certificate: Path | None = None
     key: Path | None = None
+    proxies: tuple[str, ...] = ()
 
     @property
     def tls(self) -> bool:
-        """Whether it answers over TLS."""
-        return self.certificate is not None
+        """Whether browsers reach it over TLS: it answers so, or a proxy before it."""
+        return self.certificate is not None or bool(self.proxies)
 
 
 def require_safe(where: Listening) -> None:
@@ -61,27 +65,32 @@ def serve(
     heap.share_one()
     app = create_app(store, settings, oidc=oidc)
     listening = listen(where)
-    config = uvicorn.Config(
-        app,
-        lifespan="on",
-        log_level="warning",
-        access_log=False,
-        server_header=False,
-        proxy_headers=False,
-        ssl_certfile=where.certificate,
-        ssl_keyfile=where.key,
-        timeout_keep_alive=_KEPT_ALIVE_S,
-        timeout_graceful_shutdown=END_S,
-        limit_concurrency=_CONNECTIONS,
-        ws="none",
-    )
-    server = _Server(config, app.state.stopping.set)
+    server = _Server(config_of(app, where), app.state.stopping.set)
     host = f"[{where.host}]" if ":" in where.host else where.host
     ready(f"{settings.scheme}://{host}:{listening.getsockname()[1]}/")
     log("started", host=where.host, port=listening.getsockname()[1], tls=where.tls)
     with listening:
         server.run([listening])
     log("stopped")
+
+
+def config_of(app: FastAPI, where: Listening) -> uvicorn.Config:
+    """How uvicorn runs the service."""
+    return uvicorn.Config(
+        app,
+        http=bounded(where.proxies),
+        lifespan="on",
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        proxy_headers=bool(where.proxies),
+        forwarded_allow_ips=list(where.proxies),
+        ssl_certfile=where.certificate,
+        ssl_keyfile=where.key,
+        timeout_keep_alive=KEPT_ALIVE_S,
+        timeout_graceful_shutdown=END_S,
+        ws="none",
+    )
 
 
 class _Server(uvicorn.Server):

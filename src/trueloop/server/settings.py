@@ -37,9 +37,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Settings:
-    """`names`: host names by which it may be asked, besides those of this machine for itself. `tls`: whether it
-    answers over TLS; without, only this machine reaches it. `pages`: the folder of the built pages;
-    `links`: the file with the settings of links to controls.
+    """How a service is set up.
+
+    `names`: host names by which it may be asked, besides those of this machine for itself. `tls`: whether browsers
+    reach it over TLS, which it or a proxy before it answers; without, only this machine reaches it. `pages`: the folder
+    of the built pages; `links`: the file with the settings of links to controls.
     """
 
     tls: bool = False

@@ -1,19 +1,19 @@
-"""What attempts to get in cost: after some that failed each further one has to wait, per account and per address.
+"""Cost of attempts to sign in: after some that failed each further one has to wait, per account and per address.
 
-An attempt is noted before the password is looked at, and taken back when it was right: of a hundred at once no more
-get through than one after the other. Names are noted as hashes: people type passwords where the name belongs.
+They are counted in this process by a clock that is never set. An attempt counts as failed while it is being looked at:
+of a hundred at once no more get through than one after the other, and the rest wait until the first are judged.
+Names are kept as hashes: people type passwords where the name belongs.
 """
 
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import datetime, timedelta
 from hashlib import sha256
-from typing import Any, Final
-
-from sqlalchemy import Connection, delete, func, insert, select
+from threading import Condition
+from typing import Final
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage.factory_tables import ATTEMPT, stamp
-from trueloop.storage.store import Store
 
 
 @dataclass(frozen=True)
@@ -31,32 +31,76 @@ class Delays:
 OF_ACCOUNT: Final = Delays(free=5, longest_s=60.0)
 """Short: otherwise anybody could lock anybody out."""
 OF_ADDRESS: Final = Delays(free=20, longest_s=900.0)
-WINDOW: Final = timedelta(hours=1)
+WINDOW_S: Final = 3600.0
 """After it a failed attempt is forgotten."""
+MOST: Final = 10_000
+"""So many failed attempts are remembered, the latest."""
+PATIENCE_S: Final = 20.0
+"""So long an attempt waits for others that are being looked at."""
 
 
-def begin(store: Store, name: str, address: str, now: datetime) -> int:
-    """Notes an attempt as failed: its number, for `succeeded`. Raises SRV-DELAY where it comes too early."""
-    subject = sha256(name.encode()).hexdigest()
-    with store.writing() as connection:
-        connection.execute(delete(ATTEMPT).where(ATTEMPT.c.failed_at < stamp(now - WINDOW)))
-        wait_s = max(
-            _wait_s(connection, ATTEMPT.c.subject == subject, OF_ACCOUNT, now),
-            _wait_s(connection, ATTEMPT.c.address == address, OF_ADDRESS, now),
-        )
-        if wait_s > 0:
-            raise too_early(wait_s)
-        row = insert(ATTEMPT).values(subject=subject, address=address, failed_at=stamp(now)).returning(ATTEMPT.c.id)
-        return int(connection.execute(row).scalar_one())
+@dataclass(frozen=True)
+class _Attempt:
+    subject: str
+    address: str
+    at_s: float
 
 
-def succeeded(store: Store, attempt: int) -> None:
-    """Forgets the attempts of that account from that address."""
-    with store.writing() as connection:
-        one = connection.execute(select(ATTEMPT).where(ATTEMPT.c.id == attempt)).one_or_none()
-        if one is not None:
-            same = (ATTEMPT.c.subject == one.subject) & (ATTEMPT.c.address == one.address)
-            connection.execute(delete(ATTEMPT).where(same))
+class Attempts:
+    """Those on one service. `seconds`: a clock that only goes on."""
+
+    def __init__(self, seconds: Callable[[], float] = time.monotonic) -> None:
+        self._seconds = seconds
+        self._failed: list[_Attempt] = []
+        self._pending: list[_Attempt] = []
+        self._changed = Condition()
+
+    @contextmanager
+    def attempt(self, name: str, address: str) -> Iterator[None]:
+        """An attempt, which the block judges: it fails by raising SRV-LOGIN, and is right where nothing is raised.
+
+        Raises SRV-DELAY where it comes too early. One that is right makes those before it, of that account from that
+        address, forgotten.
+        """
+        one = self._begin(_Attempt(sha256(name.encode()).hexdigest(), address, self._seconds()))
+        try:
+            yield
+        except BaseException as error:
+            self._end(one, failed=isinstance(error, TrueloopError) and error.code is Code.SRV_LOGIN)
+            raise
+        self._end(one, right=True)
+
+    def _begin(self, one: _Attempt) -> _Attempt:
+        until_s = time.monotonic() + PATIENCE_S
+        with self._changed:
+            while True:
+                now_s = self._seconds()
+                self._failed = [other for other in self._failed if now_s - other.at_s < WINDOW_S][-MOST:]
+                of_account = self._count(OF_ACCOUNT, lambda other: other.subject == one.subject, now_s)
+                of_address = self._count(OF_ADDRESS, lambda other: other.address == one.address, now_s)
+                if (wait_s := max(of_account[0], of_address[0])) > 0:
+                    raise too_early(wait_s)
+                if of_account[1] and of_address[1]:
+                    self._pending.append(one)
+                    return one
+                if not self._changed.wait(until_s - time.monotonic()):
+                    raise too_early(1.0)
+
+    def _count(self, delays: Delays, which: Callable[[_Attempt], bool], now_s: float) -> tuple[float, bool]:
+        """How long to wait, s, and whether there is room beside those that are being looked at."""
+        failed = [other.at_s for other in self._failed if which(other)]
+        wait_s = delays.after(len(failed)) - (now_s - max(failed)) if failed else 0.0
+        return wait_s, sum(map(which, self._pending)) < max(1, delays.free - len(failed))
+
+    def _end(self, one: _Attempt, *, failed: bool = False, right: bool = False) -> None:
+        same = (one.subject, one.address)
+        with self._changed:
+            self._pending.remove(one)
+            if failed:
+                self._failed.append(one)
+            if right:
+                self._failed = [other for other in self._failed if (other.subject, other.address) != same]
+            self._changed.notify_all()
 
 
 def too_early(wait_s: float) -> TrueloopError:
@@ -68,11 +112,3 @@ def too_early(wait_s: float) -> TrueloopError:
         hint="wait; an administrator can set a new password: trueloop user password NAME",
         values={"retry_after_s": float(seconds)},
     )
-
-
-def _wait_s(connection: Connection, which: Any, delays: Delays, now: datetime) -> float:
-    counted = select(func.count(), func.max(ATTEMPT.c.failed_at)).where(which)
-    failed, last = connection.execute(counted).one()
-    if not failed:
-        return 0.0
-    return delays.after(failed) - (now - datetime.fromisoformat(last)).total_seconds()

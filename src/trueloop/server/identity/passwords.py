@@ -1,5 +1,6 @@
 """Passwords: argon2id with 19 MiB and two passes (OWASP's setting), and what a password has to be."""
 
+import math
 import unicodedata
 from functools import cache
 from threading import BoundedSemaphore
@@ -12,14 +13,17 @@ from trueloop.errors import Code, TrueloopError
 
 SHORTEST: Final = 12
 LONGEST: Final = 128
-_DIFFERENT: Final = 5
+COMMON_LOG10: Final = 9.0
+"""A password among the first 10⁹ guesses is common: by lists of passwords, words, names, rows of keys and dates."""
+_LOOKED_AT: Final = 72
+"""So many characters are judged, for the time that judging takes."""
 _HASHER: Final = PasswordHasher(time_cost=2, memory_cost=19 * 1024, parallelism=1)
 _AT_ONCE: Final = BoundedSemaphore(2)
 """Each takes 19 MiB and a core for some 25 ms: attempts wait for each other, not other people for them."""
 
 
 def hashed(password: str, name: str = "") -> str:
-    """What is stored. Raises SRV-PASSWORD for one that is too short, too long or guessed at once."""
+    """What is stored. Raises SRV-PASSWORD for one that is too short, too long or common."""
     _require_good(_same(password), name)
     with _AT_ONCE:
         return _HASHER.hash(_same(password))
@@ -44,14 +48,19 @@ def _nobodys() -> str:
     return _HASHER.hash("of nobody")
 
 
+def _guesses_log10(password: str, name: str) -> float:
+    """Returns how many guesses it takes, as a power of ten."""
+    from zxcvbn import zxcvbn  # an eighth of a second, for its lists
+
+    return float(zxcvbn(password[:_LOOKED_AT], user_inputs=["trueloop", name])["guesses_log10"])
+
+
 def _require_good(password: str, name: str) -> None:
     why = ""
     if not SHORTEST <= len(password) <= LONGEST:
         why = f"it has {len(password)} characters; {SHORTEST} to {LONGEST} are taken"
-    elif len(set(password)) < _DIFFERENT:
-        why = f"it has {len(set(password))} different characters; {_DIFFERENT} are needed"
-    elif name and name.casefold() in password.casefold() and len(password) - len(name) < SHORTEST // 2:
-        why = f"of its {len(password)} characters the account's name is {len(name)}; {SHORTEST} others are wanted"
+    elif (guesses_log10 := _guesses_log10(password, name)) < COMMON_LOG10:
+        why = f"it is among the first 1e{math.ceil(guesses_log10)} guesses; 1e{COMMON_LOG10:.0f} are to be needed"
     if why:
         raise TrueloopError(
             Code.SRV_PASSWORD,

@@ -9,7 +9,6 @@ from typing import Any, Final
 from sqlalchemy import Row, bindparam, insert, select, update
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.server.identity import attempts
 from trueloop.server.identity.passwords import is_right
 from trueloop.server.identity.who import Who
 from trueloop.server.settings import Settings
@@ -35,9 +34,8 @@ class Begun:
     who: Who
 
 
-def sign_in(store: Store, settings: Settings, name: str, password: str, address: str, now: datetime) -> Begun:
-    """A session by name and password. Raises SRV-LOGIN, the same whatever was wrong, and SRV-DELAY."""
-    attempt = attempts.begin(store, name, address, now)
+def account_by_password(store: Store, name: str, password: str) -> Row[Any]:
+    """The account of that name, whose password it is. Raises SRV-LOGIN, the same whatever was wrong."""
     with store.reading() as connection:
         account = connection.execute(select(ACCOUNT).where(ACCOUNT.c.name == name)).one_or_none()
     usable = account is not None and not account.disabled
@@ -47,8 +45,7 @@ def sign_in(store: Store, settings: Settings, name: str, password: str, address:
             f"the name {name[:64]!r} and the password do not go together",
             hint="mind capitals; an administrator can set a new password: trueloop user password NAME",
         )
-    attempts.succeeded(store, attempt)
-    return begin(store, settings, account, address, now)
+    return account
 
 
 def begin(store: Store, settings: Settings, account: Row[Any], address: str, now: datetime) -> Begun:

@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from trueloop.domain.page_options import Language, LengthUnit
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.guarded import By, Here, Service, router
-from trueloop.server.identity import accounts, attempts, sessions
+from trueloop.server.identity import accounts, sessions
 from trueloop.server.identity.passwords import is_right
 from trueloop.server.identity.who import Role, Who
 
@@ -60,7 +60,9 @@ def set_cookie(here: Service, response: Response, value: str) -> None:
 def sign_in(given: SignIn, here: Here, request: Request, response: Response) -> Me:
     """Begins a new session, with an id that nobody knew before; the one that was open ends."""
     address = request.client.host if request.client else ""
-    begun = sessions.sign_in(here.store, here.settings, given.name, given.password, address, here.clock())
+    with here.attempts.attempt(given.name, address):
+        account = sessions.account_by_password(here.store, given.name, given.password)
+    begun = sessions.begin(here.store, here.settings, account, address, here.clock())
     old = request.cookies.get(here.settings.cookie)
     if old:
         sessions.end_of_cookie(here.store, old, here.clock())
@@ -94,13 +96,11 @@ async def change_me(given: Mine, here: Here, who: By, request: Request, response
 
     def change() -> None:
         if given.password is not None:
-            attempt = attempts.begin(here.store, who.name, address, here.clock())
-            stored = accounts.stored_password(here.store, who.name)
-            if not is_right(stored, given.present_password or ""):
-                raise TrueloopError(
-                    Code.SRV_LOGIN, "the present password is not right", hint="type the password that holds now"
-                )
-            attempts.succeeded(here.store, attempt)
+            with here.attempts.attempt(who.name, address):
+                if not is_right(accounts.stored_password(here.store, who.name), given.present_password or ""):
+                    raise TrueloopError(
+                        Code.SRV_LOGIN, "the present password is not right", hint="type the password that holds now"
+                    )
         wanted = accounts.Change(password=given.password, language=given.language, unit=given.unit)
         accounts.change_account(here.store, who.name, wanted, here.clock())
 
