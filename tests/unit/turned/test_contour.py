@@ -44,6 +44,30 @@ def test_unshifted_centre_path_meets_where_shop_programs_turn() -> None:
     assert np.allclose(corners, published, rtol=0, atol=1e-5)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("radius_mm", "u_mm", "slope"), [(1.0, 0.05, 0.01), (2.0, 0.1, 0.02), (1.0, 0.15, 0.04)])
+def test_the_nose_stands_square_to_the_shifted_contour_of_an_arc(
+    radius_mm: float, u_mm: float, slope: float, side: float
+) -> None:
+    """In polar coordinates: the contour is r(φ) = R ± u, which turns its normal by atan(r′ / r) from the radius.
+
+    With the sign of κ u flipped the nose of 0.8 mm is 0.8 µm, 1.6 µm and 9.8 µm beside.
+    """
+    first = 0.3
+    last = first - side * np.pi / 2
+    ends = [(5.0 + radius_mm * math.sin(phi), -2.0 + radius_mm * math.cos(phi)) for phi in (first, last)]
+    arc = Arc("arc", ends[0], ends[1], (5.0, -2.0), side * np.pi / 2)
+    shifted = ShiftedFeature(arc, Shift(np.array([]), np.array([[u_mm, slope]])), 0.8)
+    for s in (0.0, 0.4 * radius_mm, 1.2 * radius_mm):
+        phi = first - side * s / radius_mm
+        r = radius_mm + side * (u_mm + slope * s)
+        r_by_phi = -radius_mm * slope
+        turned = phi - math.atan2(r_by_phi, r)
+        x = 5.0 + r * math.sin(phi) + side * 0.8 * math.sin(turned)
+        z = -2.0 + r * math.cos(phi) + side * 0.8 * math.cos(turned)
+        assert shifted.centre_mm(s) == pytest.approx((x, z), abs=1e-12)
+
+
 @given(st.lists(ends_mm, min_size=10, max_size=10))
 def test_centre_paths_meet_at_every_junction(ends: list[float]) -> None:
     ends[8] = ends[7]  # the dome begins where the neck ends: a tangent junction closes in value

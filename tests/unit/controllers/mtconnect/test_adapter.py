@@ -47,7 +47,7 @@ PINS: dict[str, float | None] = {
     "rtec.corr-0": -0.0123456,
     "parts.count": 12.0,
 }
-STAND_IN = """#!{python}
+STAND_IN = """#!/usr/bin/env python3
 import pathlib, sys, time
 said = pathlib.Path({said!r})
 while True:
@@ -80,7 +80,7 @@ class Beside:
 @contextmanager
 def beside(folder: Path, *more: str) -> Iterator[Beside]:
     python = folder / "python"
-    python.write_text(STAND_IN.format(python=sys.executable, said=str(folder / "said")))
+    python.write_text(STAND_IN.format(said=str(folder / "said")))
     python.chmod(0o755)
     devices = subprocess.run([TRUELOOP, "mtconnect", "devices", *OPTIONS], capture_output=True, check=True).stdout
     command = [TRUELOOP, "mtconnect", "serve", *OPTIONS, "--port", "0", "--python", str(python), *more]
