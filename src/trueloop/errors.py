@@ -153,7 +153,7 @@ class Code(StrEnum):
     OFS_FORMAT = "OFS-FORMAT", "a tool table in no known format", ("file",)
     OFS_NUMBER = "OFS-NUMBER", "a number of a tool table that is none", ("text",)
     OFS_UNIT = "OFS-UNIT", "a tool table whose unit is not known, or another than stated"
-    OFS_TOOL = "OFS-TOOL", "a tool that the table does not have, or another than the program runs with", ("tool",)
+    OFS_TOOL = "OFS-TOOL", "a tool without a number, not in the table, or another than the program's", ("tool",)
     OFS_ROWS = "OFS-ROWS", "two rows of one tool", ("tool", "lines")
     OFS_NAME = "OFS-NAME", "a tool of another name", ("tool", "expected", "found")
     OFS_NOSE = "OFS-NOSE", "a nose radius in the table that is not the job's", ("tool", "table_mm", "job_mm")

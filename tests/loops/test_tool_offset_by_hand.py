@@ -15,11 +15,12 @@ from tests.support.machined_path import distances_mm, interpreted_points
 from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.program import read_program
 from trueloop.report.turned.correction_json import correction_as_dict
 from trueloop.report.turned.page import page
 from trueloop.turned.options import By
-from trueloop.turned.program.wear import offset_number, wear_offset
+from trueloop.turned.program.wear import wear_offset
 
 NOSE = Tool(1, nose_radius_mm=0.79375, orientation=9)
 OVERSIZE_MM = (0.012, -0.004)
@@ -104,9 +105,9 @@ def test_in_each_controls_own_words(dialect: str, head: str, is_diameter: bool |
     tail = "L X+20 Z-20 F100\n" if dialect == "heidenhain" else "G0 X20. Z5.\nG1 Z-20. F.1\n"
     program = read_program(f"{head}\n{tail}".encode(), dialect)
     path = program.run()
-    number = offset_number(program, path, len(path) - 1)
-    assert number == 5
-    found = wear_offset(program, path, len(path) - 1, (-0.012, 0.004), number, is_diameter)
+    call = called(program.dialect, path, len(path) - 1)
+    assert call == Called(5)
+    found = wear_offset(program, path, len(path) - 1, (-0.012, 0.004), 5, is_diameter)
     assert found.blocks == blocks
 
 

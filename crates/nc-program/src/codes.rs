@@ -5,7 +5,7 @@ use crate::drill::Drill;
 use crate::finding::{self, Severity};
 use crate::hole::Hole;
 use crate::lap::Lap;
-use crate::modal::{Compensation, FeedMode, Motion};
+use crate::modal::{Compensation, FeedMode, Motion, Plane};
 use crate::profile_cycle::Profile;
 use crate::removal::Removal;
 use crate::request::Request;
@@ -137,7 +137,10 @@ impl Runner<'_> {
         let named = request.get(b'D').filter(|_| !of_tool);
         let number = named.unwrap_or(f64::from(self.tool_in_use()));
         let edge = matches!(self.program.dialect().tool_offset, ToolOffset::Edge(_)).then_some(self.state.edge.0);
-        let cancelled = number == 0.0 && self.program.dialect().flow == FlowStyle::Macro || edge == Some(0);
+        // T0100 cancels the offset of a lathe's tool; before any T word that of the tool called by hand is in force.
+        let unknown = named.is_none() && self.tool_called() < 0 && self.state.modal.plane == Plane::Zx;
+        let none = number == 0.0 && self.program.dialect().flow == FlowStyle::Macro && !unknown;
+        let cancelled = none || edge == Some(0);
         self.state.modal.called = Called {
             number: number.round() as i32,
             radius: if given {

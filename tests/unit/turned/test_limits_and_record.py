@@ -1,11 +1,13 @@
 """Refusals of a correction, its table, and its record."""
 
 import math
+from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
 
+from trueloop.arrays import Array
 from trueloop.domain.limits import Limits, check_age
 from trueloop.domain.record import check_same_program, check_uncorrected, record_id, sha256_of
 from trueloop.errors import Code, TrueloopError
@@ -79,6 +81,35 @@ def test_a_fillet_that_stays_wider_than_the_nose_passes(shift_mm: tuple[float, .
 def test_a_correction_within_limits_passes() -> None:
     shifts = on_cylinder(-0.1, 0.1)
     check_limits(centre_pieces(PART, shifted_contour(PART, shifts, NOSE_RADIUS_MM)), shifts, Limits())
+
+
+EDGE: tuple[Feature, ...] = (
+    Line("cylinder", (10.0, -30.0), (10.0, -0.4)),
+    Arc("edge", (10.0, -0.4), (9.6, 0.0), (9.6, -0.4), math.pi / 2),
+    Line("face", (9.6, 0.0), (2.0, 0.0)),
+)
+
+
+def edge_check(on_cylinder_mm: float, on_edge: Callable[[Array], Array], on_face_mm: float) -> None:
+    """`check_limits` of a shaft whose edge is rounded with 0.4 mm; on it the shift by the angle from the x axis."""
+    profile = Profile(EDGE, junctions_of(EDGE))
+    along = np.linspace(0.0, EDGE[1].length_mm, 201)
+    shifts = [sampled(np.array([0.0, 1.0]), np.full(2, value)) for value in (on_cylinder_mm, on_face_mm)]
+    shifts.insert(1, sampled(along, on_edge(along / 0.4)))
+    check_limits(centre_pieces(profile, shifted_contour(profile, shifts, 0.8)), shifts, Limits(slope=0.04))
+
+
+def test_the_slope_of_a_tool_that_stands_off_is_no_steepness() -> None:
+    """By hand: n·d of d = (−15, +6) µm reaches a slope of 15/0.4 = 40 µm/mm and more on the edge."""
+    edge_check(-0.015, lambda phi: -0.015 * np.cos(phi) + 0.006 * np.sin(phi), 0.006)
+    edge_check(-0.05, lambda phi: -0.05 * np.cos(phi), 0.0)
+
+
+def test_a_bump_on_the_edge_alone_is_as_steep_as_ever() -> None:
+    """20 µm · sin(2φ) over an arc of 0.4 mm: 100 µm/mm at its ends."""
+    with pytest.raises(TrueloopError) as caught:
+        edge_check(0.0, lambda phi: 0.02 * np.sin(2 * phi), 0.0)
+    assert caught.value.code is Code.CMP_SLOPE and "'edge'" in caught.value.message
 
 
 @pytest.mark.parametrize(

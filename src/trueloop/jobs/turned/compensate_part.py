@@ -88,7 +88,7 @@ def compensate_part(
         return CorrectedPart(tuple(_edges(several.joint)), tuple(several.files))
     one = compensate_and_keep(job, output, keeping, language=language, unit=unit, pdf=pdf)
     names = one.correction.profile.names
-    return CorrectedPart((CorrectedEdge(f"T{one.correction.wear.tool}", names, one.correction),), tuple(one.files))
+    return CorrectedPart((CorrectedEdge(one.correction.wear.called, names, one.correction),), tuple(one.files))
 
 
 def _edges(joint: Joint, setup: str = "") -> Iterator[CorrectedEdge]:

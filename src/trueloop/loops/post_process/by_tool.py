@@ -23,6 +23,7 @@ from trueloop.loops.post_process.propose import Made, effect_of, of_tool
 from trueloop.loops.post_process.tracked import Tracked
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.contour_tools import contour_tools
+from trueloop.loops.turned.programs import no_number
 from trueloop.nc.program.program import Program
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.program.wear import wear_offset
@@ -96,8 +97,17 @@ def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[int, list[tuple[Tr
         asked = job.asked.get(one.series.name)
         if one.series.latest and asked is not None:
             number = tools.cut_by[job.profile.names.index(asked.feature)]
-            found.setdefault(number or job.tool or 1, []).append((one, moved_by_offset(job.profile, asked)))
+            found.setdefault(_number(job, number, asked.feature), []).append((one, moved_by_offset(job.profile, asked)))
     return found
+
+
+def _number(job: JobTool, cut_by: int | None, feature: str) -> int:
+    """The number of the offset that cuts a feature. Raises OFS-TOOL where program and job give none."""
+    number = cut_by or job.tool
+    if not number:
+        index = job.profile.names.index(feature)
+        raise no_number(job.program, job.matched.match.features[index].moves[0].move.line)
+    return number
 
 
 def _of_one(

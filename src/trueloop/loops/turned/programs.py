@@ -10,11 +10,12 @@ from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.paths import Paths
 from trueloop.loops.turned.written import Writing, write_contour
 from trueloop.loops.turned.written_offsets import write_offsets
+from trueloop.nc.program.called import called
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.limits import check_offset
 from trueloop.turned.options import Options
-from trueloop.turned.program.wear import offset_number, wear_offset
+from trueloop.turned.program.wear import wear_offset
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.wording import wording
 
@@ -73,26 +74,41 @@ def _of_machine(cut: PartOnMachine) -> list[str]:
 def _wear(writing: Writing, decision: Decision, options: Options, held: HeldTool) -> tuple[WearOffset, list[str]]:
     """The offset as numbers to enter, of the tool that the job names, else that of the program's T word.
 
-    Raises OFS-TOOL where the job names the tool's row of a table and the program runs with another row.
+    Raises OFS-TOOL where the job names the tool's row of a table and the program runs with another row, and where the
+    offset makes the correction and neither job nor program gives the tool a number.
     """
     program, path, cut = writing.program, writing.matched.path, writing.matched.cuts[0].move
-    with in_file(program.file):
-        own = offset_number(program, path, cut)
-    tool = next((number for number in (options.tool, own) if number is not None), 1)
-    if held.row is not None and own not in (None, tool):
-        raise _other_row(program, tool, int(own or 0), int(path.line[cut]))
+    own = called(program.dialect, path, cut)
+    tool = options.tool or (0 if own is None else own.number)
+    if not tool and decision.by_offset:
+        raise no_number(program, int(path.line[cut]))
+    if held.row is not None and own is not None and own.number != tool:
+        raise _other_row(program, tool, own.number, int(path.line[cut]))
     notes = [] if options.by == "auto" else [_asked_for(options.by)]
-    if own is not None and own != tool:
+    if own is not None and own.number != tool:
         notes.append(
             wording(
                 "The job says tool {tool}; the finish pass in line {line} runs with offset {own}.",
                 tool=tool,
                 line=int(path.line[cut]),
-                own=own,
+                own=own.number,
             )
         )
+    edge = own.edge if own is not None and own.number == tool and held.row is None else held.edge
     with in_file(program.file):
-        return wear_offset(program, path, cut, decision.offset_mm, tool, options.offset_is_diameter, held.edge), notes
+        return wear_offset(program, path, cut, decision.offset_mm, tool, options.offset_is_diameter, edge), notes
+
+
+def no_number(program: Program, line: int) -> TrueloopError:
+    """OFS-TOOL: a finish pass whose tool has a name or no T word, where its offset is to be changed."""
+    return TrueloopError(
+        Code.OFS_TOOL,
+        f"the finish pass in line {line} is cut by a tool without a number (called by a name, or no T word before it): "
+        "which offset to change is not known",
+        hint="put the number of the finishing tool's offset into `tool.number`",
+        place=Place(program.file, line),
+        values={"tool": 0.0},
+    )
 
 
 def _asked_for(by: str) -> str:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import lru_cache
 from itertools import pairwise
 from typing import Final
 
@@ -187,8 +188,8 @@ def replace_block(program: Program, block: int, texts: Sequence[str]) -> Edit:
 def insert_blocks_after(program: Program, block: int, texts: Sequence[str]) -> Edit:
     """Writes blocks after one, each on its line, numbered as the program numbers its blocks.
 
-    N0420 is followed by N0421, N0422 …; without numbers when they do not fit before the next number or the program
-    has none.
+    N0420 is followed by N0421, N0422 …; without numbers when they do not fit before the next number, another block has
+    one of them, or the program has none.
     """
     end = program.block(block).end
     _require_words(program, block, texts)
@@ -219,10 +220,18 @@ def _numbers(program: Program, block: int, count: int) -> list[str]:
         return [""] * count
     if old.number is None or _next_number(program, block) <= old.number + count:
         return [""] * count
+    if any(old.number + step in _numbers_of(program) for step in range(1, count + 1)):
+        return [""] * count
     width = len(word.text) - 1
     after = re.match(rb"[ \t]*", program.source[word.end : old.end])
     space = after.group().decode() if after else ""
     return [f"{word.text[0]}{old.number + step:0{width}d}{space or ' '}" for step in range(1, count + 1)]
+
+
+@lru_cache(maxsize=4)
+def _numbers_of(program: Program) -> frozenset[float]:
+    """All block numbers of a program: a search for one, or a GOTO, is to find the block that had it."""
+    return frozenset(block.number for block in program.blocks if block.number is not None)
 
 
 def _next_number(program: Program, block: int) -> float:

@@ -22,7 +22,7 @@ def answer_of(of: OfEdge) -> str:
         return wording("{tool}: not measured, left as programmed", tool=of.tool)
     if not of.correction.decision.by_offset:
         return wording("{tool}: by the contour", tool=of.tool)
-    offset = of.correction.wear.answer.removeprefix(f"T{of.correction.wear.tool} ")
+    offset = of.correction.wear.answer.removeprefix(f"{of.correction.wear.called} ")
     return f"{of.tool} {offset}"
 
 

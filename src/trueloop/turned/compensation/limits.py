@@ -16,10 +16,27 @@ SAMPLES = 201
 
 
 def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], limits: Limits) -> None:
-    """Refuses a correction that is too large or too steep anywhere the nose cuts, saying where and by how much."""
-    for piece, correction in zip(pieces, corrections, strict=True):
-        s = cut_mm(piece)
-        check_along(piece, np.abs(correction.value_mm(s)), np.abs(correction.slope(s)), limits, "the correction")
+    """Refuses a correction that is too large or too steep anywhere the nose cuts, saying where and by how much.
+
+    The slope counts without that of the rigid shift d (x, z) next to the whole correction: of n·d it is κ t·d, which on
+    an edge of radius R is d/R, however right the correction is.
+    """
+    places = [cut_mm(piece) for piece in pieces]
+    values = [shift.value_mm(s) for shift, s in zip(corrections, places, strict=True)]
+    rigid = _rigid_shift(pieces, places, values)
+    for piece, correction, s, size in zip(pieces, corrections, places, values, strict=True):
+        feature = piece.shifted.feature
+        of_shift = feature.curvature_per_mm(s) * (feature.tangent(s) @ rigid)
+        check_along(piece, np.abs(size), np.abs(correction.slope(s) - of_shift), limits, "the correction")
+
+
+def _rigid_shift(pieces: Sequence[CentrePiece], places: Sequence[Array], values: Sequence[Array]) -> Array:
+    """The shift (x, z) whose share n·d along all that is cut comes nearest to these values, (2,)."""
+    lengths = [np.sqrt(max(float(s[-1] - s[0]), 0.0) / len(s)) for s in places]
+    normals = [piece.shifted.feature.outward_normal(s) for piece, s in zip(pieces, places, strict=True)]
+    rows = np.concatenate([length * normal for length, normal in zip(lengths, normals, strict=True)])
+    wanted = np.concatenate([length * value for length, value in zip(lengths, values, strict=True)])
+    return np.asarray(np.linalg.lstsq(rows, wanted, rcond=None)[0])
 
 
 def cut_mm(piece: CentrePiece) -> Array:

@@ -120,8 +120,8 @@ class ByTool:
         """What the offset does to every feature that its tool cuts."""
         features = listed([feature.words for feature in self.features])
         return wording(
-            "T{tool}'s offset moves all that T{tool} cuts (− takes more off): {features}.",
-            tool=self.offset.tool,
+            "An offset of {who} moves all that it cuts (− takes more off): {features}.",
+            who=self.offset.called,
             features=features,
         )
 

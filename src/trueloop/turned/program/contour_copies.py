@@ -26,6 +26,7 @@ def of_subroutine(program: Program, cycle: ContourCycle) -> list[Edit]:
     number = next(number for number in count(int(name.value) + 1) if number not in taken)
     first, last = (_line_at(program, found.start()) for found in ends)
     copy = _O_WORD.sub(lambda found: found[0].replace(found[1], str(number)), text[first.start : last.end])
+    copy = _unnumbered(copy)
     return [Edit(name.value_start, name.end, str(number)), Edit(last.end, last.end, line_ending(program) + copy)]
 
 
@@ -54,7 +55,7 @@ def of_sequence(program: Program, cycle: ContourCycle) -> list[Edit]:
     names = {word.text.upper() for block in program.blocks for word in block.words if word.letter == "N"}
     other = next(text for k in count(1) if (text := f"NLAP{k}") not in names)
     label = first[0].words[0]
-    copy = _text(program)[label.end : ends[0].end]
+    copy = _unnumbered(_text(program)[label.end : ends[0].end])
     return [
         Edit(cycle.word.start, cycle.word.end, other),
         Edit(ends[0].end, ends[0].end, line_ending(program) + other + copy),
@@ -83,7 +84,7 @@ def _section(program: Program, names: list[str], ending: str) -> Edit | None:
     copy = _text(program)[first.start : last.end]
     for name in names:
         copy = re.sub(rf"(?im)^((?:N\d+\s+)?{re.escape(name)})(?=\s*:)", rf"\1{ending}", copy)
-    return Edit(first.start, first.start, copy + line_ending(program))
+    return Edit(first.start, first.start, _unnumbered(copy) + line_ending(program))
 
 
 def _subprogram(program: Program, name: str, ending: str) -> Edit | None:
@@ -109,6 +110,11 @@ def _labelled(program: Program, name: str) -> Iterator[Block]:
 
 def _mentions(program: Program, name: str) -> bool:
     return re.search(rf"(?i)(?<![A-Z0-9]){re.escape(name)}(?![A-Z0-9_])", _text(program)) is not None
+
+
+def _unnumbered(text: str) -> str:
+    """A copy of blocks without their numbers, which the program has already."""
+    return re.sub(r"(?im)^([ \t]*)N\d+[ \t]*", r"\1", text)
 
 
 def _text(program: Program) -> str:

@@ -6,7 +6,6 @@ A tool stands at machine = program + work offset + tool offset: by what is added
 from dataclasses import replace
 
 from trueloop.nc.edit.number_text import resolution_of, rounded
-from trueloop.nc.program.called import called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.offsets import offset_state, tool_offset_updates
@@ -27,6 +26,7 @@ def wear_offset(
 
     `cut` is a move of the finish pass: the unit is that of its words. `is_diameter` says how the control reads offsets
     on X; None: as the words on X, on Sinumerik as a radius. LinuxCNC always reads them as words. `edge` is the tool's.
+    `tool` 0: its number is not known; there are no words for that offset then.
     """
     dialect, words = program.dialect, path.coordinate_state(cut)
     if dialect.offset_x == "words":
@@ -38,14 +38,10 @@ def wear_offset(
     x, z = (float(rounded(v / state.unit_mm(a), step)) for a, v in zip("XZ", offset_mm, strict=True))
     decimals = max(0, -int(step.as_tuple().exponent))
     wear = WearOffset(tool, x, z, state.diameter, "inch" if state.inch else "mm", decimals, edge)
+    if not tool:
+        return wear
     if dialect.wear_words == "ge2000t":
         own_mm = tool_offset_updates(program, state, (0.0, 0.0), tool)
         own = {axis: value_mm / state.unit_mm(axis) for axis, value_mm in own_mm.items()}
         return replace(wear, blocks=updates(wear, own))
     return replace(wear, blocks=blocks_of(dialect.wear_words, wear))
-
-
-def offset_number(program: Program, path: ToolPath, cut: int) -> int | None:
-    """The number of the tool's offset in the finish pass, as its T word (or H) says; None before any."""
-    found = called(program.dialect, path, cut)
-    return None if found is None else found.number

@@ -17,6 +17,7 @@ class WearOffset:
 
     `x` is a diameter where `x_is_diameter`; both are in `unit`, "mm" or "inch". `blocks` add it, from a program or by
     hand at the control; empty where no words for that are known. `edge` is the tool's, where a control counts edges.
+    `tool` is the number of its offset, 0 where neither job nor program states one: such an offset is not entered.
     """
 
     tool: int
@@ -29,20 +30,26 @@ class WearOffset:
     blocks: tuple[str, ...] = ()
 
     @property
+    def called(self) -> str:
+        """`T3`, `T3 D2` of a second edge; of a tool without a known number words that say so."""
+        if not self.tool:
+            return wording("the finishing tool (no number stated)")
+        return f"T{self.tool}" if self.edge == 1 else f"T{self.tool} D{self.edge}"
+
+    @property
     def words(self) -> str:
         """`tool 3: wear X −0.024 (diameter), Z +0.004 mm`."""
         x, z = (Signed(value, self.decimals) for value in (self.x, self.z))
         x_is = wording("diameter") if self.x_is_diameter else wording("radius")
-        return wording(
-            "tool {tool}: wear X {x} ({x_is}), Z {z} {unit}", tool=self.tool, x=x, x_is=x_is, z=z, unit=self.unit
-        )
+        who = wording("tool {number}", number=self.tool) if self.tool else self.called
+        return wording("{who}: wear X {x} ({x_is}), Z {z} {unit}", who=who, x=x, x_is=x_is, z=z, unit=self.unit)
 
     @property
     def answer(self) -> str:
         """`T3 wear X −0.024 mm (diameter), Z +0.004`."""
         x, z = (Signed(value, self.decimals) for value in (self.x, self.z))
-        x_is = wording("diameter") if self.x_is_diameter else wording("radius")
-        return wording("T{tool} wear X {x} {unit} ({x_is}), Z {z}", tool=self.tool, x=x, unit=self.unit, x_is=x_is, z=z)
+        x_is, who = wording("diameter") if self.x_is_diameter else wording("radius"), self.called
+        return wording("{who} wear X {x} {unit} ({x_is}), Z {z}", who=who, x=x, unit=self.unit, x_is=x_is, z=z)
 
     def number(self, value: float) -> str:
         """A value with its sign and all decimals."""
