@@ -4,6 +4,7 @@ What is corrected is what was commanded: if the semi-finish program's contour it
 error, a slip), the touches contain it, and the process must not be blamed for it.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -18,6 +19,7 @@ from trueloop.nc.check.rapid import sides_of_cuts
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.matching import match_contour
+from trueloop.nc.match.repeated import of_one_run
 from trueloop.nc.match.sides import require_side
 from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.cutter_tool import CutterTool
@@ -36,20 +38,32 @@ from trueloop.wording import Um, wording
 class Run:
     """How programs are run and read, as a rule with roughing left out: parameters by name, whether blocks with a slash
     are executed, and which lines (from, to) of the finish program hold the finish pass, where that is not obvious.
-    `called`: only what that edge cuts counts; None: a program of one.
+    `called`: only what that edge cuts counts; None: a program of one. `number`: the finishing tool's, as the job states
+    it: of the runs of one contour by several tools its own counts.
     """
 
     parameters: Mapping[str, float]
     execute_deleted_blocks: bool = False
     lines: tuple[int, int] | None = None
     called: Called | None = None
+    number: int | None = None
 
     def moves(self, program: Program, path: ToolPath) -> tuple[FeedMove, ...]:
-        """The feed moves that count."""
+        """The feed moves that count; of those that the same blocks make again at the same places the last."""
+        return self._one_run(program, path)[0]
+
+    def again(self, program: Program, path: ToolPath) -> tuple[FeedMove, ...]:
+        """Those that the same blocks make at the same places besides."""
+        return self._one_run(program, path)[1]
+
+    def _one_run(self, program: Program, path: ToolPath) -> tuple[tuple[FeedMove, ...], tuple[FeedMove, ...]]:
+        def call(move: FeedMove) -> Called | None:
+            return called(program.dialect, path, move.index)
+
         moves = feed_moves(path)
-        if self.called is None:
-            return moves
-        return tuple(move for move in moves if called(program.dialect, path, move.index) == self.called)
+        if self.called is not None:
+            moves = tuple(move for move in moves if call(move) == self.called)
+        return of_one_run(moves, lambda move: (own := call(move)) is not None and own.number == self.number)
 
     def driven(self, program: Program, nose_radius_mm: float) -> ToolPath:
         """The nose centre's path as the control drives it under G41 and G42; what keeps it from that, as findings."""
@@ -145,11 +159,36 @@ def commanded(
         resolution_mm=resolution_mm,
         unevenness_mm=max(map(unevenness_mm, match.features, finish)),
         notes=(
+            *_run_again(program, path, match, run),
             *(f"{found.message}; {found.hint}." for found in path_mode_findings(program, path)),
             *_notes(profile, finish, slips, wording("finish")),
             *(_notes(profile, measured, meant, wording("semi-finish")) if semifinish is not None else ()),
         ),
     )
+
+
+def _run_again(program: Program, path: ToolPath, match: ContourMatch, run: Run) -> list[str]:
+    """A note on the passes that run on the contour's blocks besides: they move with it."""
+    cutting = [matched.move for feature in match.features for matched in feature.moves]
+    lines = {move.line for move in cutting}
+    beside = [move for move in run.again(program, path) if move.line in lines]
+    if not beside:
+        return []
+    calls = {called(program.dialect, path, move.index) for move in beside}
+    other = sorted({call.words for call in calls if call} - {_words(program, path, cutting[0])})
+    note = wording(
+        "The blocks of the contour run {count} times: every run moves with the correction.",
+        count=1 + max(Counter(move.line for move in beside).values()),
+    )
+    if not other:
+        return [note]
+    mine = _words(program, path, cutting[0])
+    return [note, wording("{others} cut it too, before or after {mine}.", others=", ".join(other), mine=mine)]
+
+
+def _words(program: Program, path: ToolPath, move: FeedMove) -> str:
+    call = called(program.dialect, path, move.index)
+    return "" if call is None else call.words
 
 
 def _matched(

@@ -21,17 +21,19 @@ class Driven:
     nose_radius_mm: float
     pieces: Sequence[CentrePiece]
 
-    def along(self, contour: Sequence[CentrePiece]) -> list[CentrePiece]:
+    def along(self, contour: Sequence[CentrePiece], largest_mm: float) -> list[CentrePiece]:
         """The pieces as far as the nose touches their own feature of the contour, corners of the contour being turned.
 
-        Without the last nose radius at the profile's free ends, where ways in and out have a say.
+        Without the last nose radius at the profile's free ends, where ways in and out have a say, and as much of it as
+        a correction of `largest_mm` may move it by.
         """
         pieces = [
             replace(piece, start_mm=max(piece.start_mm, own.start_mm), end_mm=min(piece.end_mm, own.end_mm))
             for piece, own in zip(self.pieces, contour, strict=True)
         ]
-        pieces[0] = replace(pieces[0], start_mm=pieces[0].start_mm + self.nose_radius_mm)
-        pieces[-1] = replace(pieces[-1], end_mm=pieces[-1].end_mm - self.nose_radius_mm)
+        short_mm = self.nose_radius_mm + largest_mm
+        pieces[0] = replace(pieces[0], start_mm=pieces[0].start_mm + short_mm)
+        pieces[-1] = replace(pieces[-1], end_mm=pieces[-1].end_mm - short_mm)
         return [piece for piece in pieces if piece.end_mm > piece.start_mm]
 
 

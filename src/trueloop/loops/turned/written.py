@@ -23,15 +23,26 @@ from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.moves import between
-from trueloop.turned.compensation.targets import Fitting, Replacement, bent_lines, end_shifts, replaced_arcs
+from trueloop.turned.compensation.targets import (
+    EndShift,
+    Fitting,
+    Replacement,
+    bent_lines,
+    end_shifts,
+    ends_of,
+    replaced_arcs,
+)
+from trueloop.turned.program.aligned import again, aligned
 from trueloop.turned.program.contour_cycles import finishing_cycle
 from trueloop.turned.program.rapids import with_rapids
 from trueloop.turned.program.read_back import (
+    Given,
     check_contour,
     check_rapids,
     check_rest,
     check_way,
     farthest_mm,
+    joins_mm,
     move_of,
     require_nose_fits,
     unfit,
@@ -44,8 +55,11 @@ FOR_CHORDS = 0.5
 """Share of the chord tolerance for the moves themselves, where the control keeps the nose off them: its joins where a
 contour turns by some milliradians take the rest (0.1 to 0.2 µm at 15 mrad and a nose of 0.8 mm)."""
 
-FINER = 0.5
-"""Share of it for a second try, where moves are seen to leave the path between the places by which they were chosen."""
+SHARES = (1.0, 0.5, 0.2)
+"""Shares of it, tried in turn where moves are seen to leave the path between the places by which they were chosen."""
+
+REACH = 4.0
+"""Corrections move the place where a control shortens a way in by some times their size."""
 
 ROUNDING_STEPS = 2.0
 """How many steps of the control's resolution rounding may add: half a step on either axis, at both ends of a move."""
@@ -95,12 +109,14 @@ def write_contour(
     Raises CMP errors if reading it back says so; where the control compensates for the nose, also if compensating it as
     the control does says so.
     """
-    try:
-        return _contour_written(writing, profile, touches, paths)
-    except TrueloopError as refused:
-        if refused.code is not Code.CMP_READ_BACK:
-            raise
-    return _contour_written(replace(writing, chords=FINER), profile, touches, paths)
+    *first, last = SHARES
+    for share in first:
+        try:
+            return _contour_written(replace(writing, chords=share), profile, touches, paths)
+        except TrueloopError as refused:
+            if refused.code is not Code.CMP_READ_BACK:
+                raise
+    return _contour_written(replace(writing, chords=last), profile, touches, paths)
 
 
 def _contour_written(
@@ -120,7 +136,9 @@ def _contour_written(
         edits = composed(writing.program.source, explicit.edits, source_edits)
     source = writing.with_edits(edits)
     program = writing.reread(source)
-    read = _ReadBack(program, writing.run.of(program), explicit.path, targets)
+    path = writing.run.of(program)
+    images = aligned(explicit.program, explicit.path, path, source_edits, _replaced(explicit.path, targets))
+    read = _ReadBack(program, path, explicit.path, targets, images)
     corners = _require_intended(writing, profile, read, paths)
     if writing.roughing_stays:
         require_roughing_stays(writing.run, (writing.program, program), paths.written, matched.resolution_mm)
@@ -151,11 +169,18 @@ class _ReadBack:
     path: ToolPath
     old: ToolPath
     targets: Displacements
+    images: tuple[range, ...]
 
     @property
     def span(self) -> tuple[int, int]:
         """First and last move of the contour as written, without the one that leads to it."""
-        return self.targets.first + 1, len(self.path) - 1 - (len(self.old) - 1 - self.targets.last)
+        return self.images[self.targets.first].start + 1, self.images[self.targets.last].stop - 1
+
+
+def _replaced(path: ToolPath, targets: Displacements) -> list[int]:
+    """The moves whose blocks may have become several: arcs, and the rapid that leads to the contour."""
+    rapids = (move for move in targets.ends if path.motion[move] == Motion.RAPID)
+    return [*rapids, *targets.arcs]
 
 
 def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths: Paths) -> tuple[int, ...]:
@@ -163,24 +188,43 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
     not fit into: with such the contour is compared as programmed alone.
     """
     old, path, targets, span = read.old, read.path, read.targets, read.span
-    (before, after), driven = paths.written, paths.driven
-    check_rest(old, path, targets.first, targets.last)
+    (before, after), driven = (paths.written[0], _as_far_as_cut(writing.matched, paths.written[1])), paths.driven
+    moves = range(targets.first, targets.last + 1)
+    check_rest(old, path, read.images, moves, again(old, moves))
     matched = writing.matched
     tolerance_mm = writing.fitting.tolerance_mm + matched.unevenness_mm + ROUNDING_STEPS * matched.resolution_mm
     check_contour(path, span, after, tolerance_mm)
     largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
     cycle = finishing_cycle(writing.program, writing.matched.path, targets.last)
-    check_rapids(profile, old, path, targets.last, largest_mm if cycle is not None and cycle.by == "name" else 0.0)
-    moves, written = range(targets.first, targets.last + 1), range(targets.first, span[1] + 1)
-    check_way(old, path, moves, written, largest_mm + tolerance_mm)
+    follows_mm = largest_mm if cycle is not None and cycle.by == "name" else 0.0
+    check_rapids(profile, old, path, read.images, moves, follows_mm)
+    check_way(old, path, moves, range(span[0] - 1, span[1] + 1), largest_mm + tolerance_mm)
     if driven is None:
         return ()
     compensated = writing.run.driven(read.program, driven.nose_radius_mm)
-    given = unfit(writing.run.driven(writing.program, driven.nose_radius_mm), matched.path)
+    source = writing.run.driven(writing.program, driven.nose_radius_mm)
+    given = unfit(source, matched.path)
     own = require_nose_fits(unfit(compensated, path), path.line[[*span]], given, largest_mm + tolerance_mm)
     if not own:
-        check_contour(compensated, _of_blocks(compensated, path.block[[*span]]), driven.along(after), tolerance_mm)
+        blocks = matched.path.block[[matched.cuts[0].move, matched.cuts[-1].move]]
+        meant = {piece.shifted.feature.name: piece for piece in paths.commanded}
+        as_given = Given(source, _of_blocks(source, blocks), meant, REACH * largest_mm)
+        along, where = driven.along(after, largest_mm), _of_blocks(compensated, path.block[[*span]])
+        joined_mm = tolerance_mm + joins_mm(path, span, driven.nose_radius_mm)
+        check_contour(compensated, where, along, joined_mm, as_given)
     return own
+
+
+def _as_far_as_cut(matched: Commanded, pieces: Sequence[CentrePiece]) -> list[CentrePiece]:
+    """The pieces without what the given program does not cut of the profile's free ends."""
+    first, last = matched.match.features[0].moves, matched.match.features[-1].moves
+    begins_mm = max(0.0, min(min(one.start_mm, one.end_mm) for one in first))
+    ends_mm = max(max(one.start_mm, one.end_mm) for one in last)
+    cut = list(pieces)
+    cut[0] = replace(cut[0], start_mm=max(cut[0].start_mm, begins_mm))
+    short_mm = max(0.0, cut[-1].shifted.feature.length_mm - ends_mm)
+    cut[-1] = replace(cut[-1], end_mm=cut[-1].end_mm - short_mm)
+    return cut
 
 
 def _corner_notes(lines: Sequence[int]) -> list[str]:
@@ -220,6 +264,7 @@ def _targets(
 ) -> Displacements:
     matched, cuts = writing.matched, writing.matched.cuts
     start, shifts = end_shifts(cuts, before, after)
+    start, shifts = _from_where_it_is(matched, before, start, shifts)
     is_arc = np.flatnonzero(matched.path.motion == Motion.ARC)
     touched = [touches.arc_length_mm[touches.of_feature(i)] for i in range(len(profile.features))]
     share = writing.chords * (FOR_CHORDS if matched.match.features[0].moves[0].move.on_contour else 1.0)
@@ -227,12 +272,36 @@ def _targets(
     bent = bent_lines(cuts, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
     arcs = replaced_arcs(cuts, [*is_arc, *bent], after, touched, fitting)
     run_out = [move.index for move in matched.match.run_out]
-    targets = displacements(start, shifts, arcs, run_out)
+    targets = displacements(matched.path, start, shifts, arcs, run_out)
     edges = [move.index for move in matched.match.between if move.index in is_arc]
-    meant = {*range(targets.first, cuts[0].move), *(shift.move for shift in shifts), *run_out}
+    leads = (move for move in targets.ends if not cuts[0].move <= move <= cuts[-1].move)
+    meant = {*leads, *(shift.move for shift in shifts), *run_out}
     targets = with_rapids(own.path, profile, targets, meant & set(targets.ends))
     arcs_too = Displacements(targets.ends, {**targets.arcs, **_edge_arcs(matched, edges, targets.ends)})
     return led_in(own.program, own.path, arcs_too)
+
+
+def _from_where_it_is(
+    matched: Commanded, before: Sequence[CentrePiece], start: Array, shifts: Sequence[EndShift]
+) -> tuple[Array, tuple[EndShift, ...]]:
+    """Displacements from where the program puts its ends, where these lie off the commanded contour by over a step.
+
+    Coordinates and centre of an arc are rounded apart: its end may lie off its circle by more than it resolves.
+    """
+    path, cuts, off = matched.path, matched.cuts, dict[int, Array]()
+    first = matched.cuts[0]
+    places = [(first.move - 1, first.feature, ends_of(cuts, 0, before).start_mm)]
+    places += [(cut.move, cut.feature, ends_of(cuts, k, before).end_mm) for k, cut in enumerate(cuts)]
+    for move, feature, s in places:
+        shifted = before[feature].shifted
+        across = np.array([1.0, -1.0]) * np.asarray(shifted.tangent(s))[::-1]
+        normal = across / np.linalg.norm(across)
+        gap_mm = float(normal @ (np.asarray(shifted.centre_mm(s)) - path.end_mm[move, [0, 2]]))
+        off[move] = gap_mm * normal if abs(gap_mm) > matched.resolution_mm else np.zeros(2)
+    nothing = np.zeros(2)
+    return start + off[first.move - 1], tuple(
+        replace(one, delta_mm=one.delta_mm + off.get(one.move, nothing)) for one in shifts
+    )
 
 
 def _edge_arcs(matched: Commanded, edges: Sequence[int], ends: Mapping[int, Array]) -> dict[int, Replacement]:

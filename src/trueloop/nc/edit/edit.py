@@ -71,10 +71,21 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
             hint="program the contour by the coordinates of its points",
             place=program.place(word.start),
         )
-    resolution = resolution_of(program.dialect, state)
-    delta = rounded(delta_mm / state.unit_mm(word.letter), resolution)
+    return moved_word(program, word, word.letter, delta_mm, state)[0]
+
+
+def moved_word(
+    program: Program, word: Word, letter: str, delta_mm: float, state: CoordinateState
+) -> tuple[Edit | None, float]:
+    """Changes what a word sets on the axis of `letter`, a position or an increment, by delta_mm (X: on the radius).
+
+    Returns the edit, None where that rounds to nothing, and by how much the word is changed as written, mm. A plain
+    number is replaced by the sum, written in its own style; into an expression goes a term.
+    """
+    unit_mm, resolution = state.unit_mm(letter), resolution_of(program.dialect, state)
+    delta = rounded(delta_mm / unit_mm, resolution)
     if delta == 0:
-        return None
+        return None, 0.0
     if word.is_expression:
         text = with_term(program, word, delta, state)
         if text is None:
@@ -84,10 +95,12 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
                 hint="write the coordinate as a number",
                 place=program.place(word.start),
             )
-        return Edit(word.value_start, word.end, text)
+        return Edit(word.value_start, word.end, text), float(delta) * unit_mm
     old = program.source[word.value_start : word.end].decode("latin-1")
-    exact = Decimal(digits_of(old)) + Decimal(delta_mm) / Decimal(state.unit_mm(word.letter))
-    return Edit(word.value_start, word.end, restyled(program.dialect, old, rounded(exact, resolution), state))
+    given = Decimal(digits_of(old))
+    new = rounded(given + Decimal(delta_mm) / Decimal(unit_mm), resolution)
+    edit = Edit(word.value_start, word.end, restyled(program.dialect, old, new, state))
+    return edit, float(new - given) * unit_mm
 
 
 def _as_positions(program: Program, word: Word) -> str:

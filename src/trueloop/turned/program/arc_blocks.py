@@ -5,13 +5,14 @@ from dataclasses import dataclass
 
 from trueloop.geometry.feature import Point
 from trueloop.nc.edit.edit import coordinate_text
+from trueloop.nc.edit.number_text import rounded_mm
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.late_codes import late_codes
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import CoordinateState
 from trueloop.turned.compensation.moves import Move, within_quadrants
 
-GEOMETRY = frozenset("XZRIK")
+GEOMETRY = frozenset("XZUWRIK")
 """The words of an arc block that new moves replace; feed and comments stay in the first block."""
 
 
@@ -37,7 +38,8 @@ class ArcStyle:
 
     def geometry(self, move: Move, start_mm: Point) -> list[str]:
         """End, and radius or centre from the (rounded) start: `X2.98 Z-1.46 R1.49`."""
-        words = [self._text("X", move.end_mm[0]), self._text("Z", move.end_mm[1])]
+        origin = start_mm if self.state.incremental else (0.0, 0.0)
+        words = [self._text("X", move.end_mm[0] - origin[0]), self._text("Z", move.end_mm[1] - origin[1])]
         if move.centre_mm is None:
             return words
         to_centre = (move.centre_mm[0] - start_mm[0], move.centre_mm[1] - start_mm[1])
@@ -45,11 +47,12 @@ class ArcStyle:
             return [*words, self._text("R", (to_centre[0] ** 2 + to_centre[1] ** 2) ** 0.5)]
         return [*words, self._text("I", to_centre[0]), self._text("K", to_centre[1])]
 
-    def rounded(self, point: Point) -> Point:
-        """Where the control takes a programmed point to be."""
+    def rounded(self, point: Point, start_mm: Point) -> Point:
+        """Where the control takes the end of a move from `start_mm` to be."""
+        origin = start_mm if self.state.incremental else (0.0, 0.0)
         x, z = (
-            float(self._text(letter, value)[1:]) * self.state.unit_mm(letter)
-            for letter, value in zip("XZ", point, strict=True)
+            from_mm + rounded_mm(self.dialect, letter, value - from_mm, self.state)
+            for letter, value, from_mm in zip("XZ", point, origin, strict=True)
         )
         return x, z
 
@@ -77,7 +80,7 @@ def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcS
     texts: list[str] = []
     for move in pieces:
         texts.append(" ".join([style.motion(move), *style.geometry(move, start_mm)]))
-        start_mm = style.rounded(move.end_mm)
+        start_mm = style.rounded(move.end_mm, start_mm)
     texts[0] = " ".join([texts[0], *(word.text for word in kept if word not in late)])
     texts[-1] = " ".join([texts[-1], *(word.text for word in late)])
     return texts

@@ -1,12 +1,14 @@
 """The corrected program read back and run: it must do what was intended, and nothing else may have changed."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array, Integers
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, Finding, Place, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
@@ -24,10 +26,46 @@ BESIDE: Final = 8
 
 SAME_MM: Final = 1e-9
 
+NO_CORNER_RAD: Final = 0.05
+"""Turns below this are no corner to a control that keeps the nose off the contour."""
 
-def check_contour(path: ToolPath, span: tuple[int, int], intended: Sequence[CentrePiece], tolerance_mm: float) -> None:
-    """Refuses a program whose moves `span` (first, last) deviate from the intended path by more than the tolerance."""
-    moves = [move_of(path, k) for k in range(span[0], span[1] + 1) if path.motion[k] != Motion.RAPID]
+
+@dataclass(frozen=True)
+class Given:
+    """What the source itself does: its path, first and last move of the contour, and by feature what it is meant to be.
+
+    Within `reach_mm` of where it leaves that (a way in that a control shortens), the written one may leave its own.
+    """
+
+    path: ToolPath
+    span: tuple[int, int]
+    meant: Mapping[str, CentrePiece]
+    reach_mm: float
+
+    def follows(self, feature: str, arc_length_mm: Array, tolerance_mm: float) -> Flags:
+        """Whether it is there at places of a feature, (n,)."""
+        moves = _cutting(self.path, self.span)
+        off = _off(moves, self.meant[feature].shifted.centre_mm(arc_length_mm)) > tolerance_mm
+        nearest_mm = np.min(np.abs(arc_length_mm[:, None] - np.where(off, arc_length_mm, np.inf)), axis=1)
+        return np.asarray(nearest_mm > self.reach_mm)
+
+
+def _cutting(path: ToolPath, span: tuple[int, int]) -> list[Move]:
+    return [move_of(path, k) for k in range(span[0], span[1] + 1) if path.motion[k] != Motion.RAPID]
+
+
+def check_contour(
+    path: ToolPath,
+    span: tuple[int, int],
+    intended: Sequence[CentrePiece],
+    tolerance_mm: float,
+    given: Given | None = None,
+) -> None:
+    """Refuses a program whose moves `span` (first, last) deviate from the intended path by more than the tolerance.
+
+    Only where the source follows its own, where that is `given`.
+    """
+    moves = _cutting(path, span)
     ends = [piece.shifted.feature.length_mm for piece in intended]
     starts = [0.0] * len(ends)  # a free end is where the centre's path passes it: on the axis, before a sloping error's
     starts[0] = max(0.0, reaches_mm(intended[0].shifted, 0.0, at_end=False))
@@ -37,6 +75,8 @@ def check_contour(path: ToolPath, span: tuple[int, int], intended: Sequence[Cent
         s = np.linspace(max(piece.start_mm, start), min(piece.end_mm, end), SAMPLES)
         points = piece.shifted.centre_mm(s)
         off = _off(moves, points)
+        if given is not None:
+            off = np.where(given.follows(feature.name, s, tolerance_mm), off, 0.0)
         if (worst := float(np.max(off))) > tolerance_mm:
             x, z = points[int(np.argmax(off))]
             raise not_as_intended(
@@ -66,6 +106,32 @@ def check_way(before: ToolPath, after: ToolPath, moves: range, written: range, b
             )
 
 
+def joins_mm(path: ToolPath, span: tuple[int, int], nose_radius_mm: float) -> float:
+    """How far the nose's centre may lie off after the moves `span` (first, last) turn into each other by little.
+
+    Controls take a turn δ below `NO_CORNER_RAD` for none: the centre stays beside the end of the first move, which is
+    R (1 − cos δ) off the second (as LinuxCNC 2.9 drives it).
+    """
+    moves = _cutting(path, span)
+    turns = [_turn_rad(one, after) for one, after in pairwise(moves)]
+    largest = max((turn for turn in turns if turn < NO_CORNER_RAD), default=0.0)
+    return nose_radius_mm * (1.0 - math.cos(largest))
+
+
+def _turn_rad(one: Move, after: Move) -> float:
+    """The angle between the end of a move and the beginning of the next."""
+    u, v = _direction(one, one.end_mm), _direction(after, after.start_mm)
+    return abs(math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1]))
+
+
+def _direction(move: Move, at_mm: Point) -> tuple[float, float]:
+    """The direction (x, z) of a move at one of its ends, of any length."""
+    if move.centre_mm is None:
+        return move.end_mm[0] - move.start_mm[0], move.end_mm[1] - move.start_mm[1]
+    x, z = at_mm[0] - move.centre_mm[0], at_mm[1] - move.centre_mm[1]
+    return (-z, x) if move.sweep_rad > 0 else (z, -x)
+
+
 def farthest_mm(before: Sequence[CentrePiece], after: Sequence[CentrePiece]) -> float:
     """How far a correction takes the nose's centre at the most, along all pieces."""
     along = [
@@ -76,16 +142,25 @@ def farthest_mm(before: Sequence[CentrePiece], after: Sequence[CentrePiece]) -> 
     return float(np.max(np.linalg.norm(np.concatenate(along), axis=1)))
 
 
-def check_rest(before: ToolPath, after: ToolPath, first: int, last: int) -> None:
-    """Refuses a program in which a move outside the contour (moves `first` to `last` of the source) ends elsewhere."""
-    tail = len(before) - 1 - last
-    ends = [(k, k) for k in range(first)] + [(len(before) - k, len(after) - k) for k in range(1, tail + 1)]
-    if len(after) < first + tail:
-        raise not_as_intended(f"the written program has {len(after)} moves, fewer than the {first + tail} that stay")
-    for old, new in ends:
+def check_rest(
+    before: ToolPath, after: ToolPath, images: Sequence[range], moves: range, twins: Mapping[int, int]
+) -> None:
+    """Refuses a program in which a move outside the contour (`moves` of the source) is another than it was.
+
+    `images` are the written moves of each of the source; `twins` the moves that blocks of the contour make again, each
+    with the move of the contour that it repeats: what is written for both has to be the same.
+    """
+    for old, image in enumerate(images):
+        if old in moves:
+            continue
+        if (twin := twins.get(old)) is not None:
+            _require_alike(after, image, images[twin])
+            continue
+        (new,) = image
         moved = np.abs(before.end_mm[old] - after.end_mm[new])
         inherited = np.asarray(before.word[old]) < 0
-        if before.motion[old] != after.motion[new] or np.any(moved[~inherited] > SAME_MM):
+        stands = before.end_mm[old] == before.start_mm[old]  # an increment of nothing (G28 U0) says nothing
+        if before.motion[old] != after.motion[new] or np.any(moved[~inherited & ~stands] > SAME_MM):
             raise not_as_intended(
                 f"line {after.line[new]} ends {float(np.max(moved)) * UM_PER_MM:.2f} µm from where the source ended"
             )
@@ -96,21 +171,39 @@ def check_rest(before: ToolPath, after: ToolPath, first: int, last: int) -> None
             )
 
 
-def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int, follows_mm: float = 0.0) -> None:
-    """Refuses rapids that come closer to the part than those of the source.
+def _require_alike(path: ToolPath, moves: range, others: range) -> None:
+    """Refuses moves of the same blocks that end at two places."""
+    for move, other in zip(moves, others, strict=True):
+        off = float(np.max(np.abs(path.end_mm[move] - path.end_mm[other])))
+        if off > SAME_MM or path.motion[move] != path.motion[other]:
+            raise not_as_intended(
+                f"line {path.line[move]} runs several times and ends {off * UM_PER_MM:.2f} µm apart, where the source "
+                "ended at one place"
+            )
 
-    Only a rapid that begins or inherits where the contour ends can have moved at all. Closeness is measured at the
-    rapid's end: at its beginning the tool stands on the surface that it has just cut.
+
+def check_rapids(
+    profile: Profile,
+    before: ToolPath,
+    after: ToolPath,
+    images: Sequence[range],
+    moves: range,
+    follows_mm: float = 0.0,
+) -> None:
+    """Refuses rapids outside of the contour (`moves` of the source) that come closer to the part than they did.
+
+    Closeness is measured at the rapid's end: at its beginning the tool stands on the surface that it has just cut.
 
     follows_mm: by how much the first rapid behind the contour may, where its cycle works out from the contour where it
     ends: off the corrected one by as much as off the given one.
     """
-    for k in range(1, len(before) - last):
-        old, new = len(before) - k, len(after) - k
-        if before.motion[old] != Motion.RAPID:
+    for old, image in enumerate(images):
+        new = image[-1]
+        stays = np.all(before.end_mm[old] == after.end_mm[new]) or np.all(after.start_mm[new] == after.end_mm[new])
+        if old in moves or before.motion[old] != Motion.RAPID or stays:
             continue
         clearance = [clearance_mm(profile, path.end_mm[m]) for path, m in ((before, old), (after, new))]
-        follows = follows_mm if old == last + 1 and np.all(before.word[old] < 0) else 0.0
+        follows = follows_mm if old == moves.stop and np.all(before.word[old] < 0) else 0.0
         if clearance[1] < clearance[0] - follows - SAME_MM:
             raise TrueloopError(
                 Code.CMP_RAPID,

@@ -15,10 +15,11 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit.edit import Edit, coordinate_text, displace_word, insert_blocks_after, insert_word, replace_block
+from trueloop.nc.edit.edit import Edit, coordinate_text, insert_blocks_after, insert_word, moved_word, replace_block
+from trueloop.nc.edit.number_text import rounded_mm
 from trueloop.nc.edit.shape_words import require_own_shape
 from trueloop.nc.program.program import Block, Program
-from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion, ToolPath
+from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, CoordinateState, Motion, ToolPath
 from trueloop.turned.compensation.moves import between
 from trueloop.turned.compensation.targets import EndShift, Replacement
 from trueloop.turned.program.arc_blocks import blocks_for, is_motion, style_of
@@ -26,6 +27,8 @@ from trueloop.turned.program.contour_cycles import finishing_cycle, roughed_by
 from trueloop.turned.program.contour_start import require_named
 
 AXES = ((0, "X"), (2, "Z"))
+
+SAME_MM: Final = 1e-9
 
 SLID_MM: Final = 1e-3
 """Ends nearer than this to those of an arc as fitted are rounding: its centre stays."""
@@ -55,36 +58,49 @@ class Displacements:
 
 
 def displacements(
-    start: Array, shifts: Sequence[EndShift], replacements: Sequence[Replacement], run_out: Sequence[int]
+    path: ToolPath,
+    start: Array,
+    shifts: Sequence[EndShift],
+    replacements: Sequence[Replacement],
+    run_out: Sequence[int],
 ) -> Displacements:
-    """Ends of the cuts, of the move that leads to them, and of moves that only lengthen the contour (`run_out`)."""
+    """Ends of the cuts, of the move that leads to them, and of moves that only lengthen the contour (`run_out`).
+
+    Arcs that lead to the contour and off it are displaced as a whole.
+    """
     cuts = {shift.move: shift.delta_mm for shift in shifts}
     first, last = min(cuts), max(cuts)
-    before = [move for move in run_out if move < first]
-    ends = dict.fromkeys(range(min([*before, first]) - 1, first), start)
+    leads = min([*(move for move in run_out if move < first), first]) - 1
+    while leads > 0 and path.motion[leads] == Motion.ARC:
+        leads -= 1
+    ends = dict.fromkeys(range(leads, first), start)
     held = start
     for move in range(first, last + 1):
         held = cuts.get(move, held)
         ends[move] = held
     ends |= {move: cuts[last] for move in run_out if move > last}
+    while (after := max(ends) + 1) < len(path) and path.motion[after] == Motion.ARC:
+        ends[after] = held
     return Displacements(ends, {r.move: r for r in replacements})
 
 
 def corrected_source(program: Program, path: ToolPath, targets: Displacements) -> list[Edit]:
-    """The edits that displace the contour. Raises NC-EDIT where a word cannot be moved."""
+    """The edits that displace the contour, and after it increments so that they end where they did.
+
+    Raises NC-EDIT where a word cannot be moved.
+    """
     require_own_shape(program, path, range(targets.first, min(targets.last + 2, len(path))))
-    _require_no_arc_after(program, path, targets)
     edits: list[Edit] = []
     held = np.array(path.start_mm[targets.first])
     for move in range(targets.first, targets.last + 1):
         delta = targets.ends.get(move, np.zeros(2))
         wanted = path.end_mm[move] + np.array([delta[0], 0.0, delta[1]])
         if move in targets.arcs:
-            edits += _arc(program, path, move, _from_to(targets.arcs[move], held, wanted))
-            held = wanted
+            found, held = _arc(program, path, move, _from_to(targets.arcs[move], held, wanted), held)
+            edits += found
         elif (
             path.motion[move] == Motion.RAPID
-            and not _carries(path, move, wanted, held)
+            and not _carries(program, path, move, wanted, held)
             and not _is_led_in(program, path, move)
         ):
             edits.append(_feed_to(program, path, move, wanted))
@@ -92,13 +108,40 @@ def corrected_source(program: Program, path: ToolPath, targets: Displacements) -
         else:
             found, held = _line(program, path, move, wanted, held)
             edits += found
+    return [*edits, *_back(program, path, targets.last + 1, held)]
+
+
+def _back(program: Program, path: ToolPath, first: int, held: Array) -> list[Edit]:
+    """Edits of increments behind the contour, which end where they did; one of nothing (G28 U0) stays."""
+    edits: list[Edit] = []
+    for move in range(first, len(path)):
+        if np.allclose(held, path.start_mm[move], rtol=0.0, atol=SAME_MM):
+            break
+        stands = path.start_mm[move] == path.end_mm[move]
+        if path.motion[move] == Motion.ARC:
+            raise _arc_behind(program, path, move)
+        increments = np.array([k >= 0 and _is_increment(program, path, move, int(k)) for k in path.word[move]])
+        stays = (path.word[move] < 0) | (increments & stands)
+        wanted = path.end_mm[move] + np.where(stays, held - path.start_mm[move], 0.0)
+        if np.any(increments & ~stands):
+            found, held = _line(program, path, move, wanted, held)
+            edits += found
+        else:
+            held = wanted
     return edits
 
 
-def _carries(path: ToolPath, move: int, wanted: Array, held: Array) -> bool:
+def _is_increment(program: Program, path: ToolPath, move: int, word: int) -> bool:
+    """Whether a word says how far its axis goes, not where to."""
+    own = program.word(word).increment
+    return bool(path.incremental[move]) if own is None else own
+
+
+def _carries(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> bool:
     """Whether a block goes where it shall by itself: along the axes it names as ever, along others as it is held."""
     own = np.where(path.word[move] < 0, held, path.end_mm[move])
-    return bool(np.all(own == wanted) or np.all(path.end_mm[move] == wanted))
+    step_mm = program.dialect.step_mm(bool(path.inch[move]))
+    return bool(np.all(np.abs(own - wanted) <= step_mm) or np.all(path.end_mm[move] == wanted))
 
 
 def led_in(program: Program, path: ToolPath, targets: Displacements) -> Displacements:
@@ -129,37 +172,45 @@ def _is_led_in(program: Program, path: ToolPath, move: int) -> bool:
     return cycle is not None and cycle.by == "numbers" and bool(roughed_by(program, cycle))
 
 
-def _require_no_arc_after(program: Program, path: ToolPath, targets: Displacements) -> None:
-    """Refuses an arc that begins at the displaced end of the contour: its circle would go elsewhere, or not fit."""
-    after = targets.last + 1
-    if after < len(path) and path.motion[after] == Motion.ARC and np.any(targets.ends[targets.last]):
-        block = program.block(int(path.block[after]))
-        raise TrueloopError(
-            Code.NC_EDIT,
-            "this arc begins where the displaced contour ends: its circle would not stay",
-            hint="leave the contour by a straight move",
-            place=program.place(block.start),
-        )
+def _arc_behind(program: Program, path: ToolPath, move: int) -> TrueloopError:
+    """NC-EDIT of an arc that begins where something displaced ends: its circle would go elsewhere, or not fit."""
+    return TrueloopError(
+        Code.NC_EDIT,
+        "this arc begins where the displaced contour ends: its circle would not stay",
+        hint="leave the contour by a straight move",
+        place=program.place(program.block(int(path.block[move])).start),
+    )
 
 
 def _line(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> tuple[list[Edit], Array]:
-    """Edits of one straight move, and the coordinates the control holds after it."""
+    """Edits of one move that keeps its shape, and where the control stands after it, as it is written."""
     edits: list[Edit] = []
     state = path.coordinate_state(move)
     holds = np.array(wanted)
     for axis, letter in AXES:
         word = int(path.word[move, axis])
         if word >= 0:
-            edit = displace_word(program, program.word(word), float(wanted[axis] - path.end_mm[move, axis]), state)
+            increment = _is_increment(program, path, move, word)
+            from_mm = float(held[axis]) if increment else 0.0
+            given = float(path.end_mm[move, axis] - (path.start_mm[move, axis] if increment else 0.0))
+            edit, by_mm = moved_word(program, program.word(word), letter, float(wanted[axis] - from_mm - given), state)
             edits += [edit] if edit is not None else []
-        elif coordinate_text(program.dialect, letter, float(wanted[axis]), state) != coordinate_text(
-            program.dialect, letter, float(held[axis]), state
-        ):
+            holds[axis] = from_mm + given + by_mm
+        elif _differ(program, letter, float(wanted[axis]), float(held[axis]), state):
             require_named(program, path, move, axis, letter)
-            edits.append(insert_word(program, int(path.block[move]), letter, float(wanted[axis]), state))
+            from_mm = float(held[axis]) if state.incremental else 0.0
+            value_mm = float(wanted[axis]) - from_mm
+            edits.append(insert_word(program, int(path.block[move]), letter, value_mm, state))
+            holds[axis] = from_mm + rounded_mm(program.dialect, letter, value_mm, state)
         else:
             holds[axis] = held[axis]
     return edits, holds
+
+
+def _differ(program: Program, letter: str, wanted_mm: float, held_mm: float, state: CoordinateState) -> bool:
+    """Whether two positions are written as different numbers, and not for their rounding alone."""
+    texts = {coordinate_text(program.dialect, letter, value_mm, state) for value_mm in (wanted_mm, held_mm)}
+    return len(texts) > 1 and abs(wanted_mm - held_mm) > program.dialect.step(state.inch) * state.unit_mm(letter) / 2
 
 
 def _require_both_named(program: Program, path: ToolPath, move: int) -> None:
@@ -182,12 +233,15 @@ def _from_to(replacement: Replacement, held: Array, wanted: Array) -> Replacemen
     return Replacement(replacement.move, (*others, last))
 
 
-def _arc(program: Program, path: ToolPath, move: int, replacement: Replacement) -> list[Edit]:
+def _arc(
+    program: Program, path: ToolPath, move: int, replacement: Replacement, held: Array
+) -> tuple[list[Edit], Array]:
+    """The arc's block replaced by new moves, and where the control stands after them."""
     _require_both_named(program, path, move)
     block = program.block(int(path.block[move]))
     style = style_of(program, block, path.coordinate_state(move))
-    start = style.rounded(replacement.moves[0].start_mm)
-    texts = blocks_for(replacement.moves, start, block, style)
+    at = (float(held[0]), float(held[2])) if style.state.incremental else replacement.moves[0].start_mm
+    texts = blocks_for(replacement.moves, at, block, style)
     if len(texts) > 1 and path.feed_mode[move] == INVERSE_TIME:
         raise _timed(program, block)
     edits = [replace_block(program, block.index, texts)]
@@ -195,7 +249,9 @@ def _arc(program: Program, path: ToolPath, move: int, replacement: Replacement) 
     if follower is not None:
         source = next((word.text for word in block.words if is_motion(word)), style.motion(replacement.moves[-1]))
         edits.append(Edit(follower, follower, source + " "))
-    return edits
+    for piece in style.allowed(replacement.moves):
+        at = style.rounded(piece.end_mm, at)
+    return edits, np.array([at[0], path.end_mm[move, 1], at[1]])
 
 
 def _timed(program: Program, block: Block) -> TrueloopError:
