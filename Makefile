@@ -126,7 +126,7 @@ bench: $(SETUP) ## ours beside what a user would pick instead, as ratios
 	    $(RUN)python -m benches.$$bench || exit 1; done
 
 SECONDS ?= 60
-fuzz: ## readers of NC programs and of real-time images under cargo-fuzz, which is installed if need be: make fuzz SECONDS=60
+fuzz: ## readers of NC programs and images under cargo-fuzz (installed if need be), and 1,000 corrections: make fuzz SECONDS=60
 	@scripts/fuzz.sh $(SECONDS)
 
 miri: ## the real-time core, its C interface among it, under miri, which is installed if need be

@@ -293,7 +293,7 @@ def _crossings(move: Driven, at: Point, normal: Point) -> list[float]:
     on = [
         o
         for o in offs
-        if (cx + o * normal[0]) * middle[0] + (cz + o * normal[1]) * middle[1] >= math.hypot(*middle) ** 2 - 1e-4
+        if (cx + o * normal[0]) * middle[0] + (cz + o * normal[1]) * middle[1] >= math.hypot(*middle) ** 2 - 4e-3
     ]
     return on
 
