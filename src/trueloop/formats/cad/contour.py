@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.spatial import KDTree
 
 from trueloop.formats.cad.axis import WITHIN_MM
 from trueloop.formats.cad.dxf_outline import cut_at
@@ -97,19 +98,19 @@ def _chains(pieces: Sequence[Piece], within_mm: float) -> Iterator[list[Piece]]:
     """Pieces put head to tail, those first that nothing leads to; where several lead on, by the sharpest turn to the
     right, which keeps to the same material.
     """
-    left = list(range(len(pieces)))
+    starts = KDTree([piece.feature.start_mm for piece in pieces])
     ends = np.array([piece.feature.end_mm for piece in pieces])
-    starts = np.array([piece.feature.start_mm for piece in pieces])
-    meets = np.linalg.norm(ends[:, None] - starts[None], axis=-1) <= 2 * within_mm
-    left.sort(key=lambda k: bool(meets[:, k].any()))
-    while left:
-        chain = [left.pop(0)]
-        while True:
-            onward = [k for k in left if meets[chain[-1], k]]
-            if not onward:
-                break
+    after: list[list[int]] = starts.query_ball_point(ends, 2 * within_mm, return_sorted=True).tolist()
+    led_to = {k for onward in after for k in onward}
+    done = set[int]()
+    for first in sorted(range(len(pieces)), key=lambda k: k in led_to):
+        if first in done:
+            continue
+        chain = [first]
+        done.add(first)
+        while onward := [k for k in after[chain[-1]] if k not in done]:
             chain.append(_rightmost(pieces, chain[-1], onward))
-            left.remove(chain[-1])
+            done.add(chain[-1])
         yield [pieces[k] for k in chain]
 
 

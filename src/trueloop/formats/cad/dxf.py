@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.cad.box_index import TooDenseError
 from trueloop.formats.cad.dxf_chain import Segment, chains_of
 from trueloop.formats.cad.dxf_entities import CHAIN_WITHIN_MM
 from trueloop.formats.cad.dxf_lines import layer_of
@@ -226,6 +227,9 @@ def _refusing_damage(path: Path) -> Iterator[None]:
     )
     try:
         yield
+    except TooDenseError as error:
+        hint = "name the layer that holds the profile alone (--layer, part.dxf_layer), or erase the others"
+        raise _refusal(path, f"the drawing is too dense: {error}", hint) from error
     except damage as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise _refusal(path, f"the drawing cannot be read: {reason}", "save it again as DXF R12 or later") from error

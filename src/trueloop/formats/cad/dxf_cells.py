@@ -108,14 +108,15 @@ class _Cells:
             self.pieces[index] = Segment(Line("", self.graph.points[a], self.graph.points[b]), AXIS)
 
     def _walks(self) -> Iterator[list[Step]]:
-        left = {step for steps in self.at.values() for step in steps}
-        while left:
-            first = min(left)
+        done = set[Step]()
+        for first in sorted(step for steps in self.at.values() for step in steps):
+            if first in done:
+                continue
             walk, step = [first], self._onward(first)
             while step != first and len(walk) <= 2 * len(self.pieces):
                 walk.append(step)
                 step = self._onward(step)
-            left -= set(walk)
+            done |= set(walk)
             yield walk
 
     def _onward(self, step: Step) -> Step:

@@ -1,12 +1,15 @@
 """Loose lines and arcs to chains, by their ends."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.spatial import KDTree
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Feature, Point
 
@@ -39,14 +42,14 @@ def chains_of(segments: Sequence[Segment], within_mm: float, path: Path) -> list
     if not segments:
         return []
     ends = np.array([end for segment in segments for end in segment.ends])
-    apart = np.linalg.norm(ends[:, None] - ends[None], axis=-1)
-    np.fill_diagonal(apart, np.inf)
-    meets = [[int(other) for other in np.flatnonzero(row <= within_mm)] for row in apart]
+    tree = KDTree(ends)
+    meets = [[other for other in near if other != end] for end, near in enumerate(_nearest(tree, ends, within_mm))]
     for end, others in enumerate(meets):
         if len(others) > 1:
-            raise _choice(path, f"{len(others) + 1} ends meet at {_at(ends[end])}", "leave one way on at every point")
+            count = tree.query_ball_point(ends[end], within_mm, return_length=True)
+            raise _choice(path, f"{count} ends meet at {_at(ends[end])}", "leave one way on at every point")
     free = [end for end, others in enumerate(meets) if not others]
-    _refuse_slip(ends, apart, free, within_mm, path)
+    _refuse_slip(ends, free, within_mm, path)
     chains = _walk(segments, meets, free)
     if (left := len(segments) - sum(map(len, chains))) > 0:
         raise _choice(
@@ -74,23 +77,26 @@ def _walk(segments: Sequence[Segment], meets: Sequence[Sequence[int]], free: Seq
     return chains
 
 
-def _refuse_slip(
-    ends: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    apart: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    free: Sequence[int],
-    within_mm: float,
-    path: Path,
-) -> None:
-    for i, first in enumerate(free):
-        for second in free[i + 1 :]:
-            if second != first ^ 1 and apart[first, second] <= SLIP * within_mm:
-                raise TrueloopError(
-                    Code.GEO_GAP,
-                    f"two ends lie {apart[first, second]:.4f} mm apart, at {_at(ends[first])} and {_at(ends[second])}",
-                    hint=f"join them in the drawing: ends within {within_mm:g} mm count as one point",
-                    place=Place(str(path)),
-                    values={"gap_mm": float(apart[first, second])},
-                )
+def _nearest(tree: KDTree, points: Array, within_mm: float) -> list[list[int]]:
+    """By point, the three nearest of the tree's within a distance, itself among them."""
+    _, found = tree.query(points, k=3, distance_upper_bound=within_mm * (1 + 1e-12))
+    return [[int(other) for other in row if other < tree.n] for row in np.asarray(found)]
+
+
+def _refuse_slip(ends: Array, free: Sequence[int], within_mm: float, path: Path) -> None:
+    """Refuses free ends, not of one segment, that nearly meet."""
+    if not free:
+        return
+    for i, near in enumerate(_nearest(KDTree(ends[free]), ends[free], SLIP * within_mm)):
+        for first, second in ((free[i], free[j]) for j in near if j != i and free[j] != free[i] ^ 1):
+            gap_mm = math.dist(ends[first], ends[second])
+            raise TrueloopError(
+                Code.GEO_GAP,
+                f"two ends lie {gap_mm:.4f} mm apart, at {_at(ends[first])} and {_at(ends[second])}",
+                hint=f"join them in the drawing: ends within {within_mm:g} mm count as one point",
+                place=Place(str(path)),
+                values={"gap_mm": gap_mm},
+            )
 
 
 def _at(point: Sequence[float]) -> str:

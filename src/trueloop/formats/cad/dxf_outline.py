@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from trueloop.arrays import Array
+from trueloop.formats.cad.box_index import Pairs, overlapping
 from trueloop.formats.cad.dxf_chain import Segment
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_building import mapped, part_of
@@ -17,6 +18,8 @@ from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.intersection import intersections
 
+PARALLEL: Final = 1e-13
+"""Sine of the angle below which two lines count as parallel."""
 BOXED_AT: Final = 17
 """Places of a curved feature that say how far it reaches."""
 
@@ -78,6 +81,9 @@ def _like(pieces: Sequence[Segment], others: Sequence[Segment], within_mm: float
 
 
 def _place_of(feature: Feature) -> Point:
+    if isinstance(feature, Line):
+        (x0, z0), (x1, z1) = feature.start_mm, feature.end_mm
+        return (x0 + x1) / 2, (z0 + z1) / 2
     x, z = feature.point_mm(feature.length_mm / 2)
     return float(x), float(z)
 
@@ -86,34 +92,81 @@ def cut_where_met(segments: Sequence[Segment], within_mm: float) -> list[Segment
     """Segments cut where others meet or cross them between their ends; what is drawn twice, once."""
     if not segments:
         return []
-    ends = np.array([end for segment in segments for end in segment.ends] + _all_crossings(segments))
-    found: dict[tuple[float, ...], Segment] = {}
-    for segment in segments:
-        along, aside = segment.feature.locate(ends)
-        on = (np.abs(aside) <= within_mm) & (along > within_mm) & (along < segment.feature.length_mm - within_mm)
-        for piece in _cut(segment, [(float(x), float(z)) for x, z in ends[on]], within_mm):
-            run = np.round(np.concatenate([*sorted(piece.ends), _place_of(piece.feature)]) / within_mm)
-            found.setdefault(tuple(run.tolist()), piece)
+    low, high = (np.array(each) for each in zip(*(_box(segment.feature) for segment in segments), strict=True))
+    points = np.array([end for segment in segments for end in segment.ends] + _all_crossings(segments, low, high))
+    on = _points_on(segments, overlapping(low - within_mm, high + within_mm, points, points), points, within_mm)
+    found: dict[tuple[int, ...], Segment] = {}
+    for index, segment in enumerate(segments):
+        met = [(float(x), float(z)) for x, z in points[on[index]]] if index in on else []
+        for piece in _cut(segment, met, within_mm) if met else [segment]:
+            run = (*sorted(piece.ends), _place_of(piece.feature))
+            found.setdefault(tuple(round(value / within_mm) for place in run for value in place), piece)
     return list(found.values())
 
 
-def _all_crossings(segments: Sequence[Segment]) -> list[Point]:
+def _points_on(segments: Sequence[Segment], pairs: Pairs, points: Array, within_mm: float) -> dict[int, list[int]]:
+    """By segment, which points lie on it between its ends, of those whose box they are in."""
+    lines = np.array([isinstance(segment.feature, Line) for segment in segments])
+    start, end = (np.array([segment.ends[k] for segment in segments]) for k in (0, 1))
+    length = np.array([segment.feature.length_mm for segment in segments])
+    i, j = pairs[lines[pairs[:, 0]]].T
+    direction, off = (end[i] - start[i]) / length[i, None], points[j] - start[i]
+    along = np.sum(off * direction, axis=1)
+    aside = off[:, 0] * direction[:, 1] - off[:, 1] * direction[:, 0]
+    on = (np.abs(aside) <= within_mm) & (along > within_mm) & (along < length[i] - within_mm)
+    found: dict[int, list[int]] = {}
+    for segment, point in zip(i[on].tolist(), j[on].tolist(), strict=True):
+        found.setdefault(segment, []).append(point)
+    for segment in np.unique(pairs[~lines[pairs[:, 0]], 0]).tolist():
+        near = pairs[pairs[:, 0] == segment, 1]
+        along, aside = segments[segment].feature.locate(points[near])
+        on = (np.abs(aside) <= within_mm) & (along > within_mm) & (along < length[segment] - within_mm)
+        if np.any(on):
+            found[segment] = near[on].tolist()
+    return found
+
+
+def _all_crossings(segments: Sequence[Segment], low: Array, high: Array) -> list[Point]:
     """Where segments cross each other."""
     features = [segment.feature for segment in segments]
-    low, high = (np.array(each) for each in zip(*map(_box, features), strict=True))
-    apart = np.any((low[:, None] > high[None]) | (low[None] > high[:, None]), axis=-1)
-    return [
+    pairs = overlapping(low, high, low, high)
+    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
+    lines = np.array([isinstance(feature, Line) for feature in features])
+    both = lines[pairs].all(axis=1)
+    found = _line_crossings(segments, pairs[both])
+    return found + [
         point
-        for i, j in np.argwhere(np.triu(~apart, k=1)).tolist()
+        for i, j in pairs[~both].tolist()
         for point in intersections(features[i], features[j])
         if all(0 < float(feature.locate(point)[0]) < feature.length_mm for feature in (features[i], features[j]))
     ]
 
 
+def _line_crossings(segments: Sequence[Segment], pairs: Pairs) -> list[Point]:
+    """Where pairs of lines cross between their ends."""
+    start, end = (np.array([segment.ends[k] for segment in segments]) for k in (0, 1))
+    (i, j), along = pairs.T, end - start
+    apart = start[j] - start[i]
+    sine = _cross(along[i], along[j])
+    length = np.linalg.norm(along, axis=1)
+    crossing = np.abs(sine) > PARALLEL * length[i] * length[j]
+    safe = np.where(crossing, sine, 1.0)
+    first, second = _cross(apart, along[j]) / safe, _cross(apart, along[i]) / safe
+    on = crossing & (first > 0) & (first < 1) & (second > 0) & (second < 1)
+    return [(float(x), float(z)) for x, z in (start[i] + first[:, None] * along[i])[on]]
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
 def _box(feature: Feature) -> tuple[Array, Array]:
     """The lowest and highest x and z, a little more where it is curved."""
-    points = feature.point_mm(np.linspace(0, feature.length_mm, 2 if isinstance(feature, Line) else BOXED_AT))
-    spare = 0.0 if isinstance(feature, Line) else feature.length_mm / BOXED_AT
+    if isinstance(feature, Line):
+        ends = np.array((feature.start_mm, feature.end_mm))
+        return ends.min(axis=0), ends.max(axis=0)
+    points = feature.point_mm(np.linspace(0, feature.length_mm, BOXED_AT))
+    spare = feature.length_mm / BOXED_AT
     return points.min(axis=0) - spare, points.max(axis=0) + spare
 
 
@@ -123,6 +176,7 @@ class Graph:
     def __init__(self, pieces: Sequence[Segment], within_mm: float) -> None:
         self.pieces, self.within_mm = pieces, within_mm
         self.points: list[Point] = []
+        self._near: dict[tuple[int, int], list[int]] = {}
         self.ends = [tuple(self._node(end) for end in piece.ends) for piece in pieces]
         self.at: list[list[int]] = [[] for _ in self.points]
         for index, (a, b) in enumerate(self.ends):
@@ -130,10 +184,14 @@ class Graph:
             self.at[b].append(index)
 
     def _node(self, point: Point) -> int:
-        for node, known in enumerate(self.points):
-            if math.dist(known, point) <= self.within_mm:
+        """The first point within the tolerance, looked for in the cells of that size about it; else a new one."""
+        x, z = (math.floor(value / self.within_mm) for value in point)
+        near = [node for i in (x - 1, x, x + 1) for j in (z - 1, z, z + 1) for node in self._near.get((i, j), ())]
+        for node in sorted(near):
+            if math.dist(self.points[node], point) <= self.within_mm:
                 return node
         self.points.append(point)
+        self._near.setdefault((x, z), []).append(len(self.points) - 1)
         return len(self.points) - 1
 
     def on_axis(self, node: int) -> bool:
@@ -142,28 +200,30 @@ class Graph:
 
     def components(self) -> Iterator[set[int]]:
         """The pieces that hang together."""
-        left = set(range(len(self.pieces)))
-        while left:
-            found, new = set[int](), {min(left)}
+        seen = set[int]()
+        for first in range(len(self.pieces)):
+            if first in seen:
+                continue
+            found, new = set[int](), {first}
             while new:
                 found |= new
                 new = {other for index in new for node in self.ends[index] for other in self.at[node]} - found
-            left -= found
+            seen |= found
             yield found
 
     def leading_on(self, component: set[int]) -> set[int]:
         """Without the pieces that end in the open, one after the other."""
         edges = set(component)
-        while True:
-            loose = {
-                index
-                for index in edges
-                for node in self.ends[index]
-                if not self.on_axis(node) and sum(other in edges for other in self.at[node]) == 1
-            }
-            if not loose:
-                return edges
-            edges -= loose
+        left = list(component)
+        while left:
+            index = left.pop()
+            if index in edges and any(self._is_open(node, edges) for node in self.ends[index]):
+                edges.remove(index)
+                left += [other for node in self.ends[index] for other in self.at[node] if other in edges]
+        return edges
+
+    def _is_open(self, node: int, edges: set[int]) -> bool:
+        return not self.on_axis(node) and sum(other in edges for other in self.at[node]) == 1
 
 
 def heading(feature: Feature, *, first: bool) -> float:
