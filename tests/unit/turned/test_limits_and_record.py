@@ -13,7 +13,7 @@ from trueloop.domain.record import check_same_program, check_uncorrected, record
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile, junctions_of
-from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
+from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, shifted_contour
 from trueloop.turned.compensation.limits import check_limits, check_nose
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled
 from trueloop.turned.compensation.table import correction_table
@@ -71,6 +71,23 @@ def test_a_fillet_bent_tighter_than_the_nose_is_refused_by_its_name(shift_mm: tu
     assert caught.value.code is Code.GEO_NOSE
     assert "(radius 0.8000 mm) does not fit into 'fillet'" in caught.value.message
     assert "0.8200 mm" in caught.value.message
+
+
+CHAMFER = Line("chamfer", (10.0, 0.0), (10.3, 0.4))
+"""0.5 mm long."""
+
+
+@pytest.mark.parametrize(("start_mm", "end_mm"), [(0.0, 0.5), (0.2, 0.3), (-0.4, 0.1), (0.49, 3.0)])
+def test_a_feature_of_which_any_part_is_cut_passes_however_short_it_is(start_mm: float, end_mm: float) -> None:
+    check_nose([CentrePiece(ShiftedFeature(CHAMFER, ZERO, 0.8), start_mm, end_mm)])
+
+
+@pytest.mark.parametrize(("start_mm", "end_mm"), [(0.3, 0.3), (0.3, 0.2), (0.6, 1.0), (-1.0, 0.0)])
+def test_a_feature_of_which_nothing_is_cut_is_refused(start_mm: float, end_mm: float) -> None:
+    """Its piece of the centre path is empty, or lies beyond one of its ends."""
+    with pytest.raises(TrueloopError, match="does not fit into 'chamfer'") as caught:
+        check_nose([CentrePiece(ShiftedFeature(CHAMFER, ZERO, 0.8), start_mm, end_mm)])
+    assert caught.value.code is Code.GEO_NOSE
 
 
 @pytest.mark.parametrize("shift_mm", [(0.019,), (-0.05,), (0.0, 0.01, 0.0)])
