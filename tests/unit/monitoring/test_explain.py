@@ -1,10 +1,12 @@
 """What explains an alarm: probabilities beside direct integration, and on series whose cause is known."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import integrate, stats
+from scipy import integrate
 
 from trueloop.arrays import Array
 from trueloop.monitoring.correlation import correlation
@@ -18,11 +20,15 @@ def step(first: int, count: int) -> Array:
 
 
 def integrated(z: Array, shape: Array) -> float:
-    """The marginal likelihood of a shape against that of nothing, by quadrature over its size."""
+    """The marginal likelihood of a shape against that of nothing, by quadrature over its size.
+
+    Normal densities are written out: those of scipy take forty times as long for one value.
+    """
+    squares = float(z @ z)
 
     def density(size: float) -> float:
-        ratio = stats.norm.logpdf(z - size * shape).sum() - stats.norm.logpdf(z).sum()
-        return float(np.exp(ratio) * stats.norm.pdf(size, scale=SIZE))
+        left = z - size * shape
+        return math.exp((squares - left @ left - (size / SIZE) ** 2) / 2) / (SIZE * math.sqrt(2 * math.pi))
 
     return float(integrate.quad(density, -40.0, 40.0, points=[0.0], limit=400)[0])
 
