@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from trueloop.errors import Code, TrueloopError
 from trueloop.monitoring.capability import capability, nearer_limit
 from trueloop.monitoring.charts import Baseline, baseline
 
@@ -62,3 +63,10 @@ def test_without_a_limit_there_is_no_index_of_both() -> None:
     assert found["Pp"] is None and found["Cp"] is None
     assert found["Ppk"] == pytest.approx((4.0 - values.mean()) / (3 * values.std(ddof=1)))
     assert found["Cpk"] == pytest.approx((4.0 - values.mean()) / (3 * baseline(values).sigma))
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(None, None), (3.0, 3.0), (4.0, 3.0)])
+def test_limits_that_say_nothing_are_refused(lower: float | None, upper: float | None) -> None:
+    with pytest.raises(TrueloopError) as refusal:
+        capability(np.arange(9.0), lower, upper)
+    assert refusal.value.code is Code.MON_LIMITS

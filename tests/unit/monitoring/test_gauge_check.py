@@ -24,6 +24,8 @@ def test_bias_repeatability_and_uncertainty_by_hand() -> None:
 def test_one_check_has_the_uncertainty_of_its_repeats_and_without_them_none() -> None:
     of_repeats = drift([np.array([1.0, 2.0, 3.0])], None, 0.3)
     assert of_repeats.bias_u == pytest.approx(np.sqrt(1.0 / 3 + 0.09)) and of_repeats.between is None
+    two = drift([np.array([1.0]), np.array([3.0])], None, 0.3)
+    assert two.between == pytest.approx(np.sqrt(2.0)) and two.bias_u == pytest.approx(np.sqrt(1.0 + 0.09))
     alone = drift([np.array([5.0])], None, 0.3)
     assert (alone.bias, alone.bias_u, alone.biased, alone.repeatability) == (5.0, None, False, None)
 
@@ -54,4 +56,5 @@ def test_a_fall_is_negative_and_two_times_say_no_drift() -> None:
 
 
 def test_e_n_is_of_both_expanded_uncertainties() -> None:
-    assert e_n(-2.0, 0.6, 0.8) == pytest.approx(-1.0)
+    assert e_n(-2.0, 0.3, 0.4) == pytest.approx(-2.0)
+    assert e_n(6.0, 1.2, 0.9) == pytest.approx(2.0)
