@@ -36,3 +36,22 @@ def test_equal_values_neither_rise_nor_alternate() -> None:
 
 def test_both_sides_together_are_no_side() -> None:
     assert marked([2.1, 0.0, -2.1], 5) == marked([1.1, 1.1, -1.1, -1.1, 1.1], 6) == []
+
+
+@pytest.mark.parametrize(
+    ("number", "values"),
+    [
+        (1, [3.0, -3.0]),
+        (2, [0.1] * 8 + [0.0]),
+        (2, [-0.1] * 8 + [0.0]),
+        (5, [2.0, 2.0, 2.0, 0.0, -2.0, -2.0, -2.0]),
+        (6, [1.0] * 5 + [0.0] * 5 + [-1.0] * 5),
+        (7, [0.9] * 14 + [1.0]),
+        (7, [1.5, -1.5] * 10),
+        (8, [1.0, -1.0] * 8),
+    ],
+)
+def test_a_value_on_a_line_is_not_beyond_it(number: int, values: list[float]) -> None:
+    series = np.array(values)
+    rule = next(rule for rule in RULES if rule.number == number)
+    assert not rule.marks(series).any() and not rule.marks(-series).any()

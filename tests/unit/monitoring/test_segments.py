@@ -56,3 +56,12 @@ def test_too_few_or_equal_values_say_no_standard_deviation(values: np.ndarray) -
 def test_what_is_left_out_of_the_baseline_is_in_no_limit() -> None:
     base = np.arange(24) < 12
     assert charted(STEP, base).sigma == pytest.approx(baseline(STEP[:12]).sigma)
+
+
+def test_eight_values_make_a_baseline_and_a_segment_may_begin_with_the_second() -> None:
+    found = charted(SCATTER[:9], ALL[:9], [1])
+    assert [(one.first, one.stop) for one in found.segments] == [(0, 1), (1, 9)]
+    assert found.sigma == pytest.approx(np.abs(np.diff(SCATTER[1:9])).mean() * np.sqrt(np.pi) / 2.0)
+    with pytest.raises(TrueloopError) as refusal:
+        charted(SCATTER[:7], ALL[:7])
+    assert refusal.value.code is Code.MON_FEW
