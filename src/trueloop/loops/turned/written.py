@@ -240,12 +240,30 @@ def _corner_notes(lines: Sequence[int]) -> list[str]:
 
 
 def _notes(writing: Writing, read: _ReadBack) -> list[str]:
-    """What to know where a roughing cycle runs on the contour too."""
+    """What to know where a roughing cycle runs on the contour too, and where formulas became numbers."""
     if writing.roughing_stays:
         return roughing_stays_notes(writing.program, writing.matched.path, read.targets.last)
     first, last, span = read.targets.first, read.targets.last, read.span
     x_before, x_after = read.old.end_mm[first : last + 1, 0], read.path.end_mm[span[0] - 1 : span[1] + 1, 0]
-    return shared_contour_notes(writing.program, writing.matched.path, last, x_before, x_after)
+    shared = shared_contour_notes(writing.program, writing.matched.path, last, x_before, x_after)
+    return [*shared, *_no_longer_computed(writing)]
+
+
+def _no_longer_computed(writing: Writing) -> list[str]:
+    """A note on arcs that the program computes from its variables, whose place numbers take."""
+    path, cuts = writing.matched.path, writing.matched.cuts
+    arcs = [cut.move for cut in cuts if path.motion[cut.move] == Motion.ARC]
+    blocks = (writing.program.block(int(path.block[move])) for move in arcs)
+    lines = sorted({block.line for block in blocks if any(word.is_expression for word in block.data)})
+    if not lines:
+        return []
+    return [
+        wording(
+            "The arcs of lines {lines} are computed in the given program; in the corrected one they are numbers, which "
+            "hold for the present values of its variables alone.",
+            lines=", ".join(map(str, lines)),
+        )
+    ]
 
 
 def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:
