@@ -34,7 +34,7 @@ def corrected(first: str, roughing: str, slope: float) -> Correction:
     touches = touches_on(profile)
     error_mm = 0.02 + slope * touches.nominal_mm[:, 1]
     return compensate(
-        Inputs(PartType("part"), profile, NOSE_MM, program, replace(touches, error_mm=error_mm), Options(), NOW)
+        Inputs(PartType("part"), profile, NOSE_MM, program, replace(touches, error_mm=error_mm), Options(tool=1), NOW)
     )
 
 

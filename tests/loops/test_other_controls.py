@@ -118,15 +118,6 @@ def test_a_move_that_other_words_shape_is_refused_beside_formulas(tmp_path: Path
     assert refused.value.hint
 
 
-def test_an_arc_that_begins_where_the_contour_ends_is_refused(tmp_path: Path) -> None:
-    """Its circle depends on its start, which would be displaced, and on its end, which would not."""
-    with pytest.raises(TrueloopError) as refused:
-        corrected(siemens_job(tmp_path, "G0 Z0.13125\n", "CT X-1 Z0.1 F1\nG0 Z0.13125\n"))
-    assert refused.value.code == Code.NC_EDIT, refused.value
-    assert refused.value.place.line == 23
-    assert "this arc begins where the displaced contour ends" in refused.value.message
-
-
 def test_a_program_that_leaves_diameters_to_machine_data_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TrueloopError) as refused:
         corrected(siemens_job(tmp_path, " DIAMON", ""))

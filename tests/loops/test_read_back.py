@@ -1,5 +1,6 @@
 """A writer that goes wrong is caught on reading back: a move too many, a turn the wrong way, an M code too early."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,7 +34,7 @@ def _inputs(dome: bytes | None = None) -> Inputs:
 
 
 def test_plunge_and_back_again_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every intended point is still passed; only looking at the written moves shows the two that nobody meant."""
+    """Every intended point is still passed; only the written moves show the two that nobody meant."""
 
     def with_plunge(program: Program, path: ToolPath, targets: Displacements) -> list[Edit]:
         plunge = insert_blocks_after(program, _block(program, CONE), ["G91 X-2", "X2", "G90"])
@@ -42,7 +43,7 @@ def test_plunge_and_back_again_is_refused(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(written, "corrected_source", with_plunge)
     refusal = refused(lambda: compensate(_inputs()))
     assert refusal.code is Code.CMP_READ_BACK
-    assert "goes 25.4" in refusal.message and "away from every move" in refusal.message
+    assert re.search(r"the written program has \d+ moves, where \d+ are those of the source", refusal.message)
 
 
 def test_arc_the_long_way_round_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

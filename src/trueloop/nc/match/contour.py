@@ -58,6 +58,12 @@ def contour_of_program(
     chain, offset_mm = moves_of_one_kind(chain, nose_radius_mm)
     if offset_mm != nose_radius_mm:
         notes.append("The pass is the contour itself: the control keeps the nose off it by G41 or G42.")
+    elif nose_radius_mm > 0:
+        notes.append(
+            "Without G41 or G42 the pass was taken for the path of the nose's centre, and the contour "
+            f"{nose_radius_mm:.4f} mm off it towards the material. Where the program moves the tool's imaginary tip or "
+            "the contour itself, sizes of this part are wrong by up to twice that: do not use it then."
+        )
     ordered = _material_on_the_right(chain, side)
     if ordered is not chain:
         way = "away from the chuck" if side is Side.INSIDE else "towards the chuck"

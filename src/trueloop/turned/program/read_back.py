@@ -200,7 +200,8 @@ def check_rapids(
     for old, image in enumerate(images):
         new = image[-1]
         stays = np.all(before.end_mm[old] == after.end_mm[new]) or np.all(after.start_mm[new] == after.end_mm[new])
-        if old in moves or before.motion[old] != Motion.RAPID or stays:
+        of_cycle = old < moves.start and np.all(before.word[old] < 0)  # which goes to the contour's beginning
+        if old in moves or before.motion[old] != Motion.RAPID or stays or of_cycle:
             continue
         clearance = [clearance_mm(profile, path.end_mm[m]) for path, m in ((before, old), (after, new))]
         follows = follows_mm if old == moves.stop and np.all(before.word[old] < 0) else 0.0
