@@ -20,6 +20,10 @@ MANUAL := src/trueloop/manual/index.html
 MANUAL_SOURCES := $(wildcard docs/* docs/*/* scripts/*.py scripts/manual/* scripts/manual/*/*) ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md
 PART ?= modbas2
 
+JOURNEYS := self finished certificate
+SEED := 1
+PARTS :=
+
 # One more than there are cores: tests that wait for LinuxCNC or a browser leave theirs to another.
 WORKERS := $(shell echo $$(( $$(nproc) + 1 )))
 
@@ -29,7 +33,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface demo-memory demo-realtime demo-factory docs web wheel test test-corpus check format bench fuzz miri setup clean
+.PHONY: help demo demo-surface demo-memory demo-realtime demo-factory docs web wheel test test-corpus test-journeys check format bench fuzz miri setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -104,6 +108,11 @@ test-corpus: $(SETUP) ## the tests on real programs and measurements: make test-
 	@[ -d '$(CORPUS)/data' ] || { echo "CORPUS='$(CORPUS)' holds no folder data/: make test-corpus CORPUS=DIR" >&2; exit 1; }
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql nginx-light openssl
 	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m corpus --corpus='$(CORPUS)'
+
+test-journeys: $(SETUP) ## a simulated shop that shares nothing with the product drives the command line: JOURNEYS='self finished', PARTS=4, SEED=1
+	for one in $(JOURNEYS); do \
+	    $(RUN)python tests/journeys/shop.py $$one --trueloop '$(abspath $(RUN)trueloop)' --seed $(SEED) $(if $(PARTS),--parts $(PARTS)) || exit 1; \
+	done
 
 check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core, lock files
 	$(RUN)ruff check --quiet

@@ -105,7 +105,7 @@ def outcomes(trial: Trial, name: str, world: World, seed: int) -> list[tuple[str
     part = simulate(trial, _workshop(world, seed), seed)
     kinds = [kind for kind, *_ in ASKED[name] for _ in range(len(HALF_ZONES_UM) * len(OFF_UM))]
     return [
-        (kind, one.after.probability_in, _is_in(trial, part, one.characteristic))
+        (kind, one.after.probability_in or 0.0, _is_in(trial, part, one.characteristic))
         for kind, one in zip(kinds, part.correction.characteristics, strict=True)
     ]
 

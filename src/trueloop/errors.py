@@ -233,6 +233,8 @@ class Code(StrEnum):
         "measurements that belong to another program",
         ("expected_sha256", "found_sha256"),
     )
+    CMP_ALLOWANCE = "CMP-ALLOWANCE", "a part that measures as if an allowance were still on", ("size_um",)
+    CMP_CUT_WITH = "CMP-CUT-WITH", "it is not stated what cut the measured part", ("corrections",)
     CMP_RAPID = "CMP-RAPID", "a rapid move that the correction would bring closer to the part", ("closer_um",)
     CMP_STOCK = "CMP-STOCK", "roughing that stays and would cut into the corrected contour", ("below_um",)
     CMP_READ_BACK = "CMP-READ-BACK", "a written program that, read again, is not what was intended"

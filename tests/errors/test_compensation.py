@@ -14,6 +14,7 @@ from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.in_force import InForce
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.program.feed_moves import feed_moves
@@ -65,6 +66,10 @@ def _rapid_along_the_contour() -> None:
     compensate(replace(inputs, touches=touches, program=read_program(source, "ge2000t", "short.nc"), semifinish=None))
 
 
+def _cut_by_nobody_knows_what() -> None:
+    compensate(replace(_inputs(), in_force=InForce(possible=("o1/record.json (319bcb4f5bd4419b)",))))
+
+
 def _not_as_intended() -> None:
     inputs = _inputs()
     shifts = [sampled(np.array([0.0]), np.array([0.01]))] * len(inputs.profile.features)
@@ -101,6 +106,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.CMP_AGE: _old,
     Code.CMP_TWICE: _twice,
     Code.CMP_OTHER_PROGRAM: _other_program,
+    Code.CMP_CUT_WITH: _cut_by_nobody_knows_what,
     Code.CMP_RAPID: _rapid_along_the_contour,
     Code.CMP_STOCK: _roughing_that_stays,
     Code.CMP_READ_BACK: _not_as_intended,

@@ -6,7 +6,9 @@ from pathlib import Path
 
 from tests.support.gauged import EXAMPLES, shaft_with
 from trueloop.errors import Code
-from trueloop.jobs.turned.job import read_job
+from trueloop.geometry.feature import Line
+from trueloop.geometry.profile import Profile
+from trueloop.jobs.turned.job import read_job, read_part
 
 HEADER = "feature,z_mm,diameter_mm\n"
 SIX = (EXAMPLES / "shaft" / "readings.csv").read_text(encoding="utf-8")
@@ -28,6 +30,26 @@ def _before_the_record() -> object:
         return read_job(job)
 
 
+def _allowance_still_on() -> object:
+    """About +30 µm along each normal, on cylinders and faces alike."""
+    profile = _profile()
+    touches = "point,feature,nominal_x_mm,nominal_z_mm,error_um\n"
+    for k, feature in enumerate(one for one in profile.features if isinstance(one, Line)):
+        x, z = feature.point_mm(feature.length_mm / 2)
+        touches += f"{k},{feature.name},{x:.6f},{z:.6f},{30 + k % 3}\n"
+    with tempfile.TemporaryDirectory() as folder:
+        job = shaft_with(Path(folder), SIX)
+        (Path(folder) / "t.csv").write_text(touches)
+        text = job.read_text(encoding="utf-8").replace('readings = "readings.csv"', 'touches = "t.csv"')
+        job.write_text(text, encoding="utf-8")
+        return read_job(job)
+
+
+def _profile() -> Profile:
+    with tempfile.TemporaryDirectory() as folder:
+        return read_part(shaft_with(Path(folder), SIX)).profile
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MSR_COLUMN: lambda: _read("feature,z_mm,diameter_mm,instrumnt\nseat-44,-85,44.0,5\n"),
     Code.MSR_NONE: lambda: _read("feature,runout_um\nseat-44,4\n"),
@@ -39,4 +61,5 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MSR_SCALE: lambda: _read(f"{HEADER}seat-44,-85,1.7334\nseat-36,-50,1.4182\n"),
     Code.MSR_SERIAL: lambda: _read(TWO_PARTS, 'serial = "A7"\n', "part"),
     Code.MSR_OLD: _before_the_record,
+    Code.CMP_ALLOWANCE: _allowance_still_on,
 }

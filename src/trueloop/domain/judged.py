@@ -15,14 +15,15 @@ class Judgement:
 
     `standard_u` is the standard uncertainty of `value` with `degrees_of_freedom` (None: as good as infinite).
     `probability_in` is that of being inside the limits; `margin` the distance to the nearer limit, negative outside.
+    Without limits there is nothing to judge: all three are None.
     """
 
     value: float
     standard_u: float
     degrees_of_freedom: int | None
-    probability_in: float
+    probability_in: float | None
     margin: float | None
-    verdict: Verdict
+    verdict: Verdict | None
 
 
 @dataclass(frozen=True)

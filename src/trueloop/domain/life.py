@@ -30,8 +30,9 @@ class Ran(StrEnum):
     """Which program a finish cut ran, of those that a correction gives."""
 
     CORRECTED = "corrected"  # the contour in the program is corrected
-    OFFSETS = "offsets"  # tool offsets alone, by the program or entered at the control
+    OFFSETS = "offsets"  # the program that holds tool offsets
     AS_PROGRAMMED = "as-programmed"  # the given program, nothing corrected
+    WEAR = "wear"  # the given program, the tool offset entered at the control
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class CuttingConditions:
 class Cut:
     """One cut of one part, as it was made: `setting` is the edge with the time at which it was set.
 
-    `program_sha256` is that of the text that ran, `correction` the id of the record in it; empty: none, as programmed.
+    `program_sha256` is that of the text that ran, `correction` the id of the record in force; empty: none, as
+    programmed. `offset_entered`: the correction is a tool offset that was entered at the control.
     `order` counts the parts of an edge as they were cut; None: by `at`. `order_in_doubt`: other facts contradict it.
     """
 
@@ -65,6 +67,7 @@ class Cut:
     at: datetime | None = None
     order: int | None = None
     order_in_doubt: bool = False
+    offset_entered: bool = False
     conditions: CuttingConditions = field(default_factory=CuttingConditions)
     schema: Literal[1] = field(default=1, kw_only=True)
 

@@ -15,6 +15,7 @@ from enum import StrEnum
 from typing import Final, Literal
 
 from trueloop._core import nc_mentions
+from trueloop.domain.cut_with import CutWith
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.judged import Judged
 from trueloop.domain.machine import Machine
@@ -76,8 +77,9 @@ class Record:
     `changes` are listed where the whole program was in memory, `edits` counts them in every case. `components`: of a
     correction of machine and process together. `inspections` are those it was made from; `edge` is the tool's
     that cuts, mounted and measured at `edge_set_at`. `tool_offset` is the change of the tool's offset that is the
-    correction, or could take its place. `characteristics` are those that the drawing asks for, judged. None and empty:
-    not stated, or written before there was a schema.
+    correction, or could take its place; it is the change against `cut_with`, what cut the part that was measured.
+    `characteristics` are those that the drawing asks for, judged. None and empty: not stated, or written before there
+    was a schema.
     """
 
     id: str
@@ -102,6 +104,7 @@ class Record:
     program: Program | None = None
     inspections: tuple[Inspection, ...] = ()
     tool_offset: ToolOffset | None = None
+    cut_with: CutWith | None = None
     characteristics: tuple[Judged, ...] = ()
 
     def __post_init__(self) -> None:

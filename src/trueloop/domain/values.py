@@ -5,13 +5,23 @@ from typing import Final
 from trueloop.domain.both_inspections import BothInspections, MachineStood
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.codec import Codec
+from trueloop.domain.cut_with import CutWith
 from trueloop.domain.factory.order import WorkOrder
 from trueloop.domain.factory.route import Block, BlockKind, Conditions, Route
 from trueloop.domain.factory.run import Run, RunFact
 from trueloop.domain.factory.states import FactKind
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.judged import Judged, Judgement
-from trueloop.domain.life import Cut, CuttingConditions, EdgeEvent, EdgeEventKind, InspectionLink, Quarantine, Stage
+from trueloop.domain.life import (
+    Cut,
+    CuttingConditions,
+    EdgeEvent,
+    EdgeEventKind,
+    InspectionLink,
+    Quarantine,
+    Ran,
+    Stage,
+)
 from trueloop.domain.machine import Machine
 from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part, PartType
@@ -27,7 +37,7 @@ CODEC: Final = Codec.of(
     *(ToolOffset, TableRow, HeldTool),
     *(Characteristic, Quantity, Judged, Judgement),
     *(Inspection, Touch, Reading, CmmPoint),
-    *(Cut, Stage, CuttingConditions, InspectionLink, Quarantine, EdgeEvent, EdgeEventKind),
+    *(Cut, CutWith, Ran, Stage, CuttingConditions, InspectionLink, Quarantine, EdgeEvent, EdgeEventKind),
     *(Record, ChangedWord, Component, Product),
     *(BothInspections, MachineStood, ModelVersion, ModelDecision, StandardPart),
     *(WorkOrder, Route, Block, BlockKind, Conditions, Run, RunFact, FactKind),

@@ -25,10 +25,14 @@ def judge(
     lower: float | None = None,
     upper: float | None = None,
 ) -> Judgement:
-    """A value against absolute limits, all in one unit; None: no limit on that side, as good as infinite freedom."""
+    """A value against absolute limits, all in one unit; None: no limit on that side, as good as infinite freedom.
+    Without any limit there is no verdict.
+    """
     guard = guard_band(standard_u, degrees_of_freedom)
     margins = [*([] if lower is None else [value - lower]), *([] if upper is None else [upper - value])]
     margin = min(margins, default=None)
+    if margin is None:
+        return Judgement(value, standard_u, degrees_of_freedom, None, None, None)
     return Judgement(
         value=value,
         standard_u=standard_u,
@@ -56,7 +60,7 @@ def probability_between(
     return max(below_upper - below_lower, 0.0)
 
 
-def _verdict(margin: float | None, guard: float) -> Verdict:
-    if margin is None or margin >= guard:
+def _verdict(margin: float, guard: float) -> Verdict:
+    if margin >= guard:
         return "in"
     return "out" if margin < -guard else "undecided"

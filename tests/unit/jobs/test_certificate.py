@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.loops.test_cut_with import FIRST, SECOND, correct
+from tests.support.cli import run
 from trueloop.domain.both_inspections import BothInspections, MachineStood
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
@@ -19,6 +21,7 @@ from trueloop.domain.program import ProgramText
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
+from trueloop.jobs.store.codec import store_codec
 from trueloop.report.monitor.certificate_shape import CertificateShape, CertifiedShape, hash_of
 from trueloop.storage.store import Store, keep, open_store
 
@@ -140,6 +143,39 @@ def test_what_was_in_force_stands_by_its_hash_and_what_is_not_known_is_said() ->
         "the edge that cut is not known",
         "correction c1 is not in the store",
     ]
+
+
+def test_an_inspection_by_a_named_device_is_not_said_to_be_of_the_machine() -> None:
+    cut = _cut()
+    cmm = inspected(JOURNAL, device="CMM 7")
+    one = only(certified(cut, cmm, InspectionLink(cmm.identity, cut.identity)))
+    assert (one.device, one.remarks) == ("CMM 7", [])
+
+
+def test_a_coordinate_without_limits_is_not_asked_for() -> None:
+    """A measuring machine reports where a circle is beside its diameter, which alone has limits."""
+    place = Reading("journal z", Quantity.POSITION, -12.001, -12.0, None, None, standard_u=0.001)
+    shown = certified(inspected(JOURNAL, place))
+    assert only(shown).characteristic == "journal" and shown.outcome == "conforms"
+
+
+def test_what_is_said_to_have_been_in_force_is_what_was(tmp_path: Path) -> None:
+    """Two parts by contour: no tool offset is stated, though either record proposes one; then one by wear entered."""
+    db = str(tmp_path / "m.db")
+    run("db", "init", db)
+    first = correct(tmp_path, 1, FIRST, "contour", db=db)
+    record = first.correction.record.id
+    correct(tmp_path, 2, SECOND, "contour", f'cut_with = "{record}"', db=db)
+    by_wear = f'cut_with = "{record}"\ncut_by = "wear"'
+    correct(tmp_path, 3, (0.006, 0.006, 0.006, 0.006), "offset", by_wear, db=db)
+    store = open_store(db, codec=store_codec())
+    found = {serial: {one.what: one for one in certificate_of(store, serial, None).in_force} for serial in "123"}
+    corrected = (tmp_path / "o1" / "corrected.nc").read_bytes()
+    assert found["1"]["correction"].words == "none: cut as programmed" and "tool offset" not in found["1"]
+    assert found["2"]["correction"].identity == record and "tool offset" not in found["2"]
+    assert found["2"]["program"].identity == hashlib.sha256(corrected).hexdigest()
+    assert found["3"]["tool offset"].words == "tool 3: X −25.0 µm (radius), Z +0.0 µm"
+    assert found["3"]["program"].identity == hashlib.sha256((tmp_path / "f.nc").read_bytes()).hexdigest()
 
 
 def test_the_hash_is_that_of_the_document_without_it(tmp_path: Path) -> None:

@@ -54,7 +54,7 @@ def test_a_finished_part_is_judged_as_measured() -> None:
     assert one.before.verdict == "out"
     assert one.before.value == pytest.approx(43.712, abs=2e-5)
     assert one.before.margin == pytest.approx(-0.004, abs=2e-5)
-    assert one.after.probability_in > 0.95
+    assert (one.after.probability_in or 0.0) > 0.95
 
 
 def test_what_moves_a_whole_cut_changes_no_length_between_faces() -> None:

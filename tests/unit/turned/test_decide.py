@@ -87,7 +87,20 @@ def test_the_words_say_the_offset_with_its_sign_on_the_radius() -> None:
     """10 µm left on everywhere: the tool is to go 10 µm towards the axis."""
     normals = np.tile([1.0, 0.0], (6, 1))
     found = decide(np.full(6, 0.010), normals, 0.001, np.inf, 0.0001, 1.0)
-    assert found.x.words.startswith("X: a constant offset of −10.0 µm (on the radius) would leave up to 0.0 µm")
+    assert found.x.words.startswith("X: a constant offset of −10.0 µm ± 0.8 µm (on the radius) would leave")
+
+
+def test_an_axis_that_one_touch_leans_towards_a_little_gets_no_offset() -> None:
+    """Three touches on cylinders, one on a cone of 11.3 degrees: their noise is five times as large along Z."""
+    cone = np.radians(11.3)
+    normals = np.array([[1.0, 0.0], [1.0, 0.0], [1.0, 0.0], [np.cos(cone), np.sin(cone)]])
+    errors = normals @ [0.015, 0.0] + [0.002, -0.002, 0.0, 0.004]
+    found = decide(errors, normals, 0.002, math.inf, 0.0001, 1.0)
+    assert found.z.offset_mm == 0.0 and "does not determine" in found.z.words
+    assert found.x.offset_mm == pytest.approx(-0.0160, abs=0.0002)
+    steep = np.vstack([normals, [[0.0, 1.0], [0.0, 1.0]]])
+    known = decide(steep @ [0.015, -0.004], steep, 0.002, math.inf, 0.0001, 1.0)
+    assert known.z.offset_mm == pytest.approx(0.004)
 
 
 def test_touches_that_have_all_in_common_know_an_offset_no_better_than_one() -> None:

@@ -67,8 +67,12 @@ class CutShown:
         Path | None, typer.Option("--program", help="The program that ran: its mark names the correction.")
     ] = None
     ran: Annotated[
-        Literal["corrected", "offsets", "as-programmed"] | None,
-        typer.Option("--ran", help="What was run; as-programmed: nothing corrected.  [default: what was to be run]"),
+        Literal["corrected", "offsets", "wear", "as-programmed"] | None,
+        typer.Option(
+            "--ran",
+            help="What was run; wear: the offset was entered at the control; as-programmed: nothing corrected.  "
+            "[default: what was to be run]",
+        ),
     ] = None
     minutes: Annotated[float | None, typer.Option("--minutes", help="Time in cut of the finish cut.", min=0)] = None
     order: Annotated[

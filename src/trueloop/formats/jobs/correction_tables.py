@@ -43,7 +43,9 @@ class GaugingTable(Table):
     ([measurements.md](measurements.md#tables-by-mapping)); `trueloop measure map` proposes one.
     """
     after_record: Path | None = None
-    """Record (`record.json`) of the last correction of this process: readings from before it are refused."""
+    """Record (`record.json`) of the last correction of this process: measurements from before it are refused. A
+    finished part is taken as cut with it, unless `programs.cut_with` says otherwise.
+    """
     probe: Path | None = None
     """The probe's file (`docs/probing.md`): needed to plan touches, to write probing programs and to read their logs.
     """

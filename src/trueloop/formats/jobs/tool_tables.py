@@ -136,6 +136,15 @@ class ProgramsTable(Table):
     """
     semifinish_allowance_mm: NotNegative | None = None
     """What the semi-finish program leaves on, along the normal."""
+    cut_with: str = ""
+    """What cut the finished part that was measured: `"given"`, the finish program as it is; or the record of the
+    correction that was in force, `"o1/record.json"` (of several tools or set-ups `"o1/part.json"`), with a store its id
+    too. The result is then the whole correction, of which the one in force is a part.
+    """
+    cut_by: Literal["corrected", "offsets", "wear"] | None = None
+    """How that correction was in force: by the `"corrected"` program, by the program with tool `"offsets"`, or as
+    `"wear"` entered at the control. To be given where the correction can be carried out in several ways.
+    """
     parameters: Annotated[dict[str, Finite], In("program's")] = Field(default_factory=dict)
     """Values of the programs' parameters, `{ P46 = 3.52 }`, in the programs' own unit."""
     unit: Literal["mm", "inch"] | None = None

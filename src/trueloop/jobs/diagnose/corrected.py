@@ -67,13 +67,15 @@ class Corrections:
         payload = None if correction is None else correction.payload
         if cut is None or not isinstance(payload, turned.Correction):
             return
-        if cut.program_sha256 == payload.programs_sha256.get(Ran.AS_PROGRAMMED) and not payload.runs_as_given:
+        given = payload.programs_sha256.get(Ran.AS_PROGRAMMED) == cut.program_sha256
+        if given and not cut.offset_entered and not payload.runs_as_given:
             return
         taken_mm = payload.prediction.before_mm - payload.commanded_mm - payload.prediction.after_mm
         for k, feature in enumerate(payload.profile.features):
             rows = payload.touches.of_feature(k)
             if len(rows):
-                yield feature.name, ErrorKind.RADIUS, float(np.mean(taken_mm[rows]))
+                before_mm = payload.in_force_mm(k, payload.touches.arc_length_mm[rows])
+                yield feature.name, ErrorKind.RADIUS, float(np.mean(taken_mm[rows] - before_mm))
 
 
 def _feature(asked: Characteristic) -> str:

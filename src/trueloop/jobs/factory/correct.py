@@ -53,7 +53,7 @@ def correct(store: Store, task: Task, working: Working) -> dict[str, str]:
     try:
         made = _corrected(store, given)
         if not _kept_already(store, made.correction):
-            keep_correction(store, made.inputs, made.correction, Keeping(), made.read.made_with)
+            keep_correction(store, made.inputs, made.correction, Keeping())
     except TrueloopError as refused:
         why = refused.code.value, f"{refused.message}; {refused.hint}"
         carry_out(store, CorrectionRefused(order, row, step, given.gauged_by, *why), SERVICE, working.clock())

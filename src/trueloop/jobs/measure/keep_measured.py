@@ -232,7 +232,11 @@ def _take_finished(given: _Given, lived: LivedPart, one: Inspection) -> None:
 
 
 def _under_conditions(given: _Given, cut: Cut) -> Cut:
-    """With depth of cut and material by the job and the feed by its finish program."""
+    """With depth of cut and material by the job and the feed by its finish program; a cut that is stored stays as it
+    is.
+    """
+    if cuts_of(given.store, cut.part, Stage.FINISH):
+        return cut
     job, files = given.files.job, given.files
     known = cut.conditions
     allowance_mm = job.own_programs.semifinish_allowance_mm

@@ -1,6 +1,6 @@
 """The certificate of a part from the store, and its files."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,9 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.user import user_name
 from trueloop.loops.monitor.certificate import Certificate, InForce, Seen, asked_of, certified
+from trueloop.loops.turned import correction as turned
+from trueloop.loops.turned.in_force import cut_with
+from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.report.monitor.certificate_page import certificate_page
 from trueloop.report.monitor.certificate_shape import CertificateShape, certificate_shape
 from trueloop.report.texts.texts import Texts
@@ -109,6 +112,7 @@ def _of_cut(store: Store, cut: Cut) -> Iterator[InForce]:
         yield InForce(wording("correction"), "", wording("none: cut as programmed"))
     for one in _corrections(store, cut):
         yield from _of_record(store, one.record)
+        yield from _offset_in_force(one, cut)
 
 
 def _lacking(store: Store, cut: Cut) -> Iterator[str]:
@@ -131,15 +135,24 @@ def _corrections(store: Store, cut: Cut) -> list[Correction[Any]]:
 def _of_record(store: Store, record: Record) -> Iterator[InForce]:
     said = wording("made {at} by {who}", at=record.made_at, who=record.made_by or "?")
     yield InForce(wording("correction"), record.id, said)
+    machine = record.options.get("machine")
+    model = machine.get("model") if isinstance(machine, Mapping) else None
     for name, sha256 in record.inputs_sha256.items():
-        if name == "model":
+        if name == "model" or sha256 == model:
             yield _model(store, sha256)
         else:
             yield InForce(wording("input of the correction"), sha256, name)
-    offset = record.tool_offset
-    if offset is not None:
-        x, z = Um(offset.x_radius_mm, "+.1f"), Um(offset.z_mm, "+.1f")
-        words = wording("tool {tool}: X {x} (radius), Z {z}", tool=offset.tool, x=x, z=z)
+
+
+def _offset_in_force(one: Correction[Any], cut: Cut) -> Iterator[InForce]:
+    """The tool offset by which the tool stood off the path of the program that ran; nothing where none was in force."""
+    record = one.record
+    if not isinstance(one.payload, turned.Correction) or record.tool_offset is None:
+        return
+    force = cut_with(record, program_that_ran(one.payload, cut))
+    if force.offset_mm != (0.0, 0.0):
+        x, z = (Um(value, "+.1f") for value in force.offset_mm)
+        words = wording("tool {tool}: X {x} (radius), Z {z}", tool=record.tool_offset.tool, x=x, z=z)
         yield InForce(wording("tool offset"), record.id, words)
 
 

@@ -12,7 +12,6 @@ from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.jobs.store.of_this_part import cuts_of
 from trueloop.loops.turned import correction as turned
-from trueloop.loops.turned.made_parts import recommended
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 
@@ -33,7 +32,8 @@ class SaidOfCut:
 
 
 def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turned.Correction]:
-    """The stored correction that a part was finished with: by the id, by the program's mark or hash, else its last one.
+    """The stored correction that a part was finished with: by the id, by the program's mark or hash, else as its finish
+    cut is known, else its last one.
 
     Raises STO-LINK where there is none, or where the one named was made for another part.
     """
@@ -45,6 +45,10 @@ def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turne
         marked = [one for one in _every(store) if _is_of(one, said.program)]
         own = [one for one in marked if any(i.part.identity == part.identity for i in one.record.inspections)]
         return _whole(store, part, own or marked, "whose program this is")
+    cut = next(iter(reversed(cuts_of(store, part, Stage.FINISH))), None)
+    if said.ran is None and cut is not None and cut.correction:
+        named = [one.value for one in find(store, Correction, identity=joined((cut.correction,)))]
+        return _whole(store, part, named or of_part, f"with the id {cut.correction!r}")
     return _whole(store, part, of_part, "of its own")
 
 
@@ -82,9 +86,15 @@ def finish_cut(store: Store, part: Part, correction: Correction[turned.Correctio
         record.machine,
         _sha256(made, ran, part),
         "" if ran is Ran.AS_PROGRAMMED else record.id,
+        offset_entered=(ran or made.recommended) is Ran.WEAR,
     )
     if known is not None and ran is None and said.record in (None, known.correction):
-        new = replace(new, correction=known.correction, program_sha256=known.program_sha256)
+        new = replace(
+            new,
+            correction=known.correction,
+            program_sha256=known.program_sha256,
+            offset_entered=known.offset_entered,
+        )
     before = CuttingConditions() if known is None else known.conditions
     order = None if known is None else known.order
     minutes = before.time_in_cut_min if said.minutes is None else said.minutes
@@ -150,13 +160,13 @@ def _whole(store: Store, part: Part, found: Iterable[Correction[Any]], which: st
 
 def _by_text(made: turned.Correction, program: bytes) -> Ran | None:
     """Which program a text is; None: one that its control or a person changed, as its mark alone says."""
-    sha256 = sha256_of(program)
-    return next((ran for ran, one in made.programs_sha256.items() if one == sha256), None)
+    sha256, hashes = sha256_of(program), made.programs_sha256
+    return next((ran for ran in (made.recommended, *Ran) if hashes.get(ran) == sha256), None)
 
 
 def _sha256(made: turned.Correction, ran: Ran | None, part: Part) -> str:
     hashes = made.programs_sha256
-    ran = ran or recommended(made)
+    ran = ran or made.recommended
     if ran not in hashes:
         raise TrueloopError(
             Code.STO_PROGRAM,

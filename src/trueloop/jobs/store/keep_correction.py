@@ -1,11 +1,12 @@
 """A turned part's correction as facts for the store: the part, what was measured, what was cut, what is to be run."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.life import Cut, InspectionLink, Ran, Stage
 from trueloop.domain.part import Part
 from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Setting
@@ -25,25 +26,20 @@ from trueloop.loops.turned.stored import enveloped
 from trueloop.storage.store import Store
 
 
-def keep_correction(
-    store: Store, inputs: Inputs, correction: Correction, keeping: Keeping, made_with: str = ""
-) -> KeptFacts:
+def keep_correction(store: Store, inputs: Inputs, correction: Correction, keeping: Keeping) -> KeptFacts:
     """Keeps a correction with its part, programs, inspections and the cut that was touched: all or none.
 
-    `made_with` is the record of the correction that a finished part was cut with, where the touches are of one. Raises
-    STO-PART, STO-OTHER-PART, STO-CLOCK, and what keeping refuses.
+    Raises STO-PART, STO-OTHER-PART, STO-CLOCK, and what keeping refuses.
     """
-    return keep_corrections(store, [(inputs, correction)], keeping, made_with)
+    return keep_corrections(store, [(inputs, correction)], keeping)
 
 
-def keep_corrections(
-    store: Store, made: Sequence[tuple[Inputs, Correction]], keeping: Keeping, made_with: str = ""
-) -> KeptFacts:
+def keep_corrections(store: Store, made: Sequence[tuple[Inputs, Correction]], keeping: Keeping) -> KeptFacts:
     """The same of several, each of a part of its own: all of them or none."""
     facts, findings = list[Any](), list[Finding]()
     for inputs, correction in made:
         findings += _noticed(store, inputs, keeping)
-        touched = _as_known(store, touched_cut(inputs, correction, part_of(inputs), made_with))
+        touched = _as_known(store, touched_cut(inputs, correction, part_of(inputs)))
         facts += facts_of(inputs, correction, touched)
     return keep_facts(store, facts, findings, supersede=keeping.supersede)
 
@@ -67,17 +63,19 @@ def part_of(inputs: Inputs) -> Part:
     return Part(inputs.part, serials[0] if serials else "")
 
 
-def touched_cut(inputs: Inputs, correction: Correction, part: Part, made_with: str) -> Cut:
-    """The cut whose surface was measured: of a finished part its finish cut."""
-    finished = inputs.measured_finished
+def touched_cut(inputs: Inputs, correction: Correction, part: Part) -> Cut:
+    """The cut whose surface was measured: of a finished part its finish cut, with what was in force."""
+    finished, force = inputs.measured_finished, inputs.in_force.cut_with
     cutting = inputs.program if finished else inputs.semifinish
+    sha256 = "" if cutting is None else sha256_of(cutting.source)
     return Cut(
         part,
         Stage.FINISH if finished else Stage.SEMIFINISH,
         None if inputs.edge is None else Setting(inputs.edge, inputs.edge_set_at),
         correction.record.machine,
-        "" if cutting is None else sha256_of(cutting.source),
-        made_with if finished else "",
+        force.program_sha256 if force.corrected else sha256,
+        force.correction,
+        offset_entered=force.ran is Ran.WEAR,
     )
 
 
@@ -89,10 +87,20 @@ def facts_of(inputs: Inputs, correction: Correction, touched: Cut) -> tuple[Any,
 
 
 def _as_known(store: Store, cut: Cut) -> Cut:
-    """The cut as it was kept with an inspection before, where it ran the same program; a finish cut in any case."""
+    """The cut as it was kept with an inspection before, where it ran the same program; of a finish cut what was in
+    force is what the correction took for it.
+    """
     known = next(iter(reversed(cuts_of(store, cut.part, cut.stage))), None)
-    same = known is not None and (cut.stage is Stage.FINISH or known.program_sha256 == cut.program_sha256)
-    return known if known is not None and same else cut
+    if known is None:
+        return cut
+    if cut.stage is Stage.FINISH:
+        return replace(
+            known,
+            correction=cut.correction,
+            program_sha256=cut.program_sha256 or known.program_sha256,
+            offset_entered=cut.offset_entered,
+        )
+    return known if known.program_sha256 == cut.program_sha256 else cut
 
 
 def _inspected(inspections: tuple[Inspection, ...], cut: Cut) -> Iterator[Inspection | InspectionLink]:

@@ -86,7 +86,7 @@ def compensate_and_keep(
         return Done(correction, write_all(folder, contents.items(), read.files))
     from trueloop.jobs.store.keep_correction import keep_correction  # slow to import, and most jobs have no store
 
-    kept = keep_correction(store, inputs, correction, keeping, read.made_with)
+    kept = keep_correction(store, inputs, correction, keeping)
     with kept_all_the_same(kept):
         return Done(correction, write_all(folder, contents.items(), read.files), kept)
 
@@ -114,15 +114,17 @@ def corrected_of(read: ReadJob, store: "Store | None", memory: Use | None = None
 
 
 def with_memory(store: "Store | None", inputs: Inputs, memory: Use | None) -> Inputs:
-    """The inputs with what the store knows of the edge; `memory` takes the place of the job's choice."""
+    """The inputs with what the store knows of the part and the edge; `memory` takes the place of the job's choice."""
     if memory is not None:
         inputs = replace(inputs, memory=replace(inputs.memory, memory=memory))
     if store is None:
         return inputs
-    from trueloop.jobs.store.remembered import with_history  # slow to import, and most jobs have no store
+    from trueloop.jobs.store.keep_correction import part_of
+    from trueloop.jobs.store.remembered import with_history
     from trueloop.jobs.tools.of_job import with_edge
+    from trueloop.jobs.turned.stored_cut import with_stored_cut  # slow to import, and most jobs have no store
 
-    return with_history(store, with_edge(store, inputs))
+    return with_history(store, with_edge(store, with_stored_cut(store, inputs, part_of(inputs))))
 
 
 def write_correction(

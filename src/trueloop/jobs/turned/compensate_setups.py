@@ -12,6 +12,7 @@ from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
 from trueloop.jobs.store.where import store_of
 from trueloop.jobs.turned.compensate import with_memory
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.new_tables import new_tables
 from trueloop.jobs.turned.of_edge import require_kept_apart, stored_inputs
 from trueloop.jobs.turned.setups import read_cuts_of_setups
 from trueloop.jobs.turned.several import keep_edges, label_of, outputs_of_edge, texts_of
@@ -78,10 +79,11 @@ def compensate_setups(
     corrected = corrected_setups(files, store, memory)
     options = files.page_options(language, unit)
     folder = files.output_folder if output is None else Path(output)
-    contents = outputs_of_setups(corrected, options, pdf)
+    made = [(files.with_setup(of), one.joint) for of, one in zip(files.job.setups, corrected.setups, strict=True)]
+    contents = [*new_tables(made), *outputs_of_setups(corrected, options, pdf).items()]
     kept = None if store is None else _kept(store, files, corrected, keeping)
     with kept_all_the_same(kept):
-        return DoneSetups(corrected, write_all(folder, contents.items(), files.sources.files), kept)
+        return DoneSetups(corrected, write_all(folder, contents, files.sources.files), kept)
 
 
 def _kept(store: "Store", files: JobFiles, corrected: CorrectedSetups, keeping: Keeping) -> "KeptFacts":

@@ -1,7 +1,7 @@
 """A turned part's job and the files it names, read into the values that the loop works on."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -19,13 +19,13 @@ from trueloop.formats.jobs.job import Job
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
 from trueloop.formats.option_tables import options_from
-from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.tool_tables.new_table import held_tool
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.turned.characteristics import characteristics_of, joined
+from trueloop.jobs.turned.cut_with import with_cut
 from trueloop.jobs.turned.inspection import part_errors, part_type, read_inspection, read_part_errors
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.part_on_machine import read_part_on_machine
@@ -43,8 +43,9 @@ from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
 from trueloop.turned.fit.nose_model import NoseModel
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
+from trueloop.turned.readings.vectors import nominal_words
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.touches import Gauging, in_order
+from trueloop.turned.touches.touches import Gauging, in_order, no_reference
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
 
@@ -54,7 +55,7 @@ class ReadJob:
     """A job as values, the files it was read from, and the folder for what comes of it.
 
     `tool_table` is the control's, where the job names it; `page` says how the report is shown; `store_db` is the store
-    that the job names, `made_with` the record of the correction before it: "" where it names none.
+    that the job names, "" where it names none.
     """
 
     inputs: Inputs
@@ -63,7 +64,6 @@ class ReadJob:
     tool_table: ToolTable | None = None
     page: PageOptions = field(default_factory=PageOptions)
     store_db: str = ""
-    made_with: str = ""
 
 
 @dataclass(frozen=True)
@@ -178,11 +178,10 @@ class ReadFiles:
     def with_inputs(self, inputs: Inputs) -> ReadJob:
         """The job of one tool."""
         files, job = self.files, self.files.job
-        tool, after = files.tool, job.gauging.after_record
+        tool = files.tool
         table = files.tool_table(tool.table) if tool.table is not None else None
-        made_with = "" if after is None else read_record(files.path.parent / after).id
         page = files.page_options()
-        return ReadJob(inputs, files.sources.files, files.output_folder, table, page, job.store.db, made_with)
+        return ReadJob(inputs, files.sources.files, files.output_folder, table, page, job.store.db)
 
 
 def read_files(files: JobFiles) -> ReadFiles:
@@ -206,7 +205,7 @@ def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
     job, sources, tool, measured = files.job, files.sources, files.tool, read.measured
     nose = _nose(files, tool.nose_from) if isinstance(tool, ToolsTable) else read.nose
     table = files.tool_table(tool.table) if tool.table is not None else None
-    return Inputs(
+    inputs = Inputs(
         part=part_type(job),
         profile=read.profile,
         nose_radius_mm=files.nose_radius_mm,
@@ -229,13 +228,14 @@ def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
         edge=edge_of_job(tool),
         edge_set_at=tool.set_at,
         held=held_tool(tool.table_name, tool.table_edge, tool.number, table),
-        inputs_sha256=sources.sha256,
         file=str(files.path),
         characteristics=measured.characteristics,
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
         notes=(*fit_notes(job.part, read.profile), *measured.notes),
         memory=options_from(MemoryOptions, job),
     )
+    inputs = with_cut(files, inputs)
+    return replace(inputs, inputs_sha256=sources.sha256)
 
 
 @dataclass(frozen=True)
@@ -262,7 +262,11 @@ def read_measured(files: JobFiles, profile: Profile, machine: PartOnMachine | No
     vectors = None
     if touches or file is not None:
         vectors = part_errors(touches, str(file) if file is not None else readings.file, job, profile)
+    elif (reference := options_from(Gauging, job).z_reference) is not None:
+        with files.located.at("gauging", "z_reference"):
+            raise no_reference(reference, 0)
     joint, notes = readings.joined(profile, vectors)
+    notes = (*notes, *nominal_words(joint))
     asked = characteristics_of(files.located, profile)
     characteristics, more = joined(asked, readings.asked, profile, readings.names)
     return Measured((*inspections, *readings.inspections), joint, characteristics, (*notes, *more))

@@ -39,6 +39,8 @@ class JobFiles:
     path: Path
     sources: Sources
     located: Located[Job]
+    setup: str = ""
+    """Name of the set-up that this is of, where the job has several."""
 
     @property
     def job(self) -> Job:
@@ -107,7 +109,8 @@ class JobFiles:
         decided = {name: cut for name, cut in self.job.feature.items() if _is_of(setup, cut)}
         gauging = self.job.gauging.model_copy(update={"program_sha256": setup.program_sha256})
         own = {"programs": setup.programs, "tools": setup.tools, "setups": (), "feature": decided, "gauging": gauging}
-        return replace(self, located=replace(self.located, model=self.job.model_copy(update=own)))
+        located = replace(self.located, model=self.job.model_copy(update=own))
+        return replace(self, located=located, setup=setup.name)
 
     @property
     def frames(self) -> tuple[SetupFrame, ...]:

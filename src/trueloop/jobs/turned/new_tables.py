@@ -1,5 +1,6 @@
 """The tool tables of a job of several edges, with the offsets of all edges that are corrected so."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from trueloop.formats.jobs.tool_tables import ToolsTable
@@ -10,17 +11,19 @@ from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.joint import Joint, OfEdge
 
 
-def new_tables(files: JobFiles, joint: Joint) -> list[tuple[str, bytes | None]]:
+def new_tables(made: Iterable[tuple[JobFiles, Joint]]) -> list[tuple[str, bytes | None]]:
     """File names and contents: of every table that the job's tools name `new-NAME`, None where no offset of it changes.
 
-    Edges that stand in one table are written into it one after the other. Raises OFS errors.
+    `made` are the programs of the job, one or that of each set-up. Edges that stand in one table are written into it
+    one after the other. Raises OFS errors.
     """
-    tables = {tool.called: tool for tool in files.job.tools}
     found: dict[Path, bytes | None] = {}
-    for one in joint.edges:
-        tool = tables[one.contour.edge.called]
-        if tool.table is not None:
-            found[tool.table] = _with_offset(files.with_tool(tool), tool, tool.table, one, found.get(tool.table))
+    for files, joint in made:
+        tables = {tool.called: tool for tool in files.job.tools}
+        for one in joint.edges:
+            tool = tables[one.contour.edge.called]
+            if tool.table is not None:
+                found[tool.table] = _with_offset(files.with_tool(tool), tool, tool.table, one, found.get(tool.table))
     return [(f"new-{path.name}", content) for path, content in found.items()]
 
 

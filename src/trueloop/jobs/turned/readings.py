@@ -3,7 +3,6 @@
 import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 from trueloop.domain.characteristic import Characteristic
@@ -16,7 +15,6 @@ from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
 from trueloop.formats.inspections.shared.names import feature_names
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.option_tables import options_from
-from trueloop.formats.record_file import read_record
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.sources import Sources
 from trueloop.jobs.turned.inspection import part_type
@@ -87,8 +85,6 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
             hint="fill in at least one value: a row without one was not measured",
             place=Place(str(files[0])),
         )
-    if files and job.gauging.after_record is not None:
-        _refuse_before(sources.file(job.gauging.after_record), files[0], inspections)
     notes += assumed_words(matched, gauging.readings_u_mm)
     one_file = str(files[0]) if len(files) == 1 else None
     return ReadReadings(
@@ -192,20 +188,3 @@ def _no_feature(profile: Profile, named: Sequence[str], line: int | None) -> Tru
         place=Place(line=line),
         values={"feature": name},
     )
-
-
-def _refuse_before(record: Path, file: Path, inspections: Sequence[Inspection]) -> None:
-    """Refuses readings from before the correction of a record, or of no known time."""
-    corrected_at = datetime.fromisoformat(read_record(record).made_at).astimezone(UTC)
-    for measured_at in (one.measured_at and one.measured_at.astimezone(UTC) for one in inspections):
-        if measured_at is None or measured_at < corrected_at:
-            when = "" if measured_at is None else measured_at.isoformat(timespec="minutes")
-            raise TrueloopError(
-                Code.MSR_OLD,
-                f"readings were taken at {when or 'a time that is not stated'}, the last correction was made at "
-                f"{corrected_at.isoformat(timespec='minutes')}",
-                hint="measure a part that was cut with the corrected program; `measured_at` says when",
-                place=Place(str(file)),
-                override="leave out gauging.after_record in the job",
-                values={"measured_at": when, "corrected_at": corrected_at.isoformat()},
-            )

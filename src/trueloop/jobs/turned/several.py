@@ -76,7 +76,7 @@ def correct_several(
     joint = correct_edges(cuts, name, None if store is None else known)
     options = files.page_options(language, unit)
     folder = files.output_folder if output is None else Path(output)
-    contents = [*new_tables(files, joint), *outputs_of_edges(joint, name, options, pdf).items()]
+    contents = [*new_tables([(files, joint)]), *outputs_of_edges(joint, name, options, pdf).items()]
     kept = None if store is None else keep_edges(store, joint.edges, keeping)
     with kept_all_the_same(kept):
         return DoneJoint(joint, name, write_all(folder, contents, files.sources.files), kept)

@@ -114,11 +114,15 @@ def certified(
 
 
 def asked_of(inspections: Iterable[Inspection]) -> tuple[Asked, ...]:
-    """What all inspections of a part type ask for together: the latest nominal and limits of each characteristic."""
+    """What all inspections of a part type ask for together: the latest nominal and limits of each characteristic.
+
+    A coordinate without limits says where a feature was measured, and is not asked for.
+    """
     found: dict[str, Asked] = {}
     for inspection in inspections:
         for one in inspection.readings:
-            if one.characteristic and (one.nominal is not None or _limits(one) != (None, None)):
+            limited = _limits(one) != (None, None)
+            if one.characteristic and (limited or (one.nominal is not None and one.quantity is not Quantity.POSITION)):
                 found[one.characteristic] = Asked(one.characteristic, one.quantity, one.nominal, *_limits(one))
     return tuple(found.values())
 
@@ -173,6 +177,12 @@ def _missing(asked: Asked, actual: float | None, u: float | None, by: Seen | Non
         yield wording("the device is not stated")
 
 
+def on_the_machine(inspection: Inspection) -> bool:
+    """Whether the part was measured by the probe of the machine: no other device is named."""
+    device = inspection.device.casefold()
+    return not device or "probe" in device or inspection.ball_radius_mm > 0.0
+
+
 def _remarks(by: Seen | None, temperature: float | None) -> Iterator[str]:
     """What does not forbid a certificate, but its reader has to know."""
     if temperature is None:
@@ -181,5 +191,5 @@ def _remarks(by: Seen | None, temperature: float | None) -> Iterator[str]:
         yield wording("measured at {t:.1f} °C, not at 20 °C", t=temperature)
     if by is not None and by.inspection.measured_at is None:
         yield wording("time of measuring not stated")
-    if by is not None and by.released is False:
+    if by is not None and by.released is False and on_the_machine(by.inspection):
         yield wording("measured on the machine that cut it, which does not see its own errors")

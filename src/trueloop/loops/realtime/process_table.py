@@ -73,7 +73,8 @@ def process_table(program: Program, run: Run, correction: Correction, placed: Pl
         contour = commanded(program, None, correction.profile, correction.nose_radius_mm, 0.0, run)
         _require_same(_pieces(correction, contour.finish), correction.commanded)
         moves = driven(program, contour, run, correction.nose_radius_mm, placed.tip)
-        offset_mm = np.array(correction.decision.offset_mm) * correction.decision.by_offset
+        cut = correction.cut_with
+        offset_mm = np.array(cut.still_to_do(correction.decision.whole_offset_mm)) * correction.decision.by_offset
         after = [_of_process(piece) for piece in correction.corrected]
         added = added_along(moves, Corrected(correction.profile, correction.commanded, after, offset_mm))
         traced = _traced(program, run)

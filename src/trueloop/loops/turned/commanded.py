@@ -5,8 +5,9 @@ error, a slip), the touches contain it, and the process must not be blamed for i
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from trueloop.errors import in_file
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile, Side
 from trueloop.loops.turned.deviations import SAMPLES, of_contour, of_surface, unevenness_mm
+from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.nc.check.rapid import sides_of_cuts
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
@@ -32,6 +34,9 @@ from trueloop.turned.compensation.shift import ZERO, Shift
 from trueloop.turned.compensation.targets import Cut
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um, wording
+
+SAME_SHARE: Final = 0.02
+"""Feeds and speeds that differ by no more than this share are the same."""
 
 
 @dataclass(frozen=True)
@@ -96,8 +101,9 @@ class Commanded:
 
     `finish` is by what the finish program's contour deviates from the nominal. `rounding` is that of it which is no
     more than the control resolves, and is kept; zero where it is more, which is corrected away. `measured` is what the
-    surface that was touched was commanded to deviate by; zero where that is rounding. `unevenness_mm` is by
-    how much the finish program's short lines deviate from the curves that they are chords of; 0 where it has none.
+    surface that was touched was commanded to deviate by; zero where that is rounding. `in_force` is by what the
+    corrected program that was in force deviates; empty: none was. `unevenness_mm` is by how much the finish program's
+    short lines deviate from the curves that they are chords of; 0 where it has none.
     """
 
     path: ToolPath
@@ -105,6 +111,7 @@ class Commanded:
     finish: tuple[Shift, ...]
     rounding: tuple[Shift, ...]
     measured: tuple[Shift, ...]
+    in_force: tuple[Shift, ...]
     resolution_mm: float
     unevenness_mm: float
     notes: tuple[str, ...]
@@ -130,11 +137,18 @@ class Commanded:
 
 
 def commanded(
-    program: Program, semifinish: Program | None, profile: Profile, nose_radius_mm: float, allowance_mm: float, run: Run
+    program: Program,
+    semifinish: Program | None,
+    profile: Profile,
+    nose_radius_mm: float,
+    allowance_mm: float,
+    run: Run,
+    force: InForce = NOTHING,
 ) -> Commanded:
     """Runs the programs and lays them on the profile. Raises NC errors of running and matching.
 
-    Without a semi-finish program the finish program's own deviation is taken for that of the measured surface.
+    Without a semi-finish program the finish program's own deviation is taken for that of the measured surface. The
+    contour of a corrected program in force is no deviation: it is kept, and errors are counted from it.
     """
     path = run.of(program)
     match = _matched(program, path, run.moves(program, path), profile, nose_radius_mm, 0.0, run.lines)
@@ -143,6 +157,10 @@ def commanded(
         before = run.of(semifinish)
         moves = run.moves(semifinish, before) or feed_moves(before)
         other = _matched(semifinish, before, moves, profile, nose_radius_mm, allowance_mm)
+    elif force.program is not None:
+        before = run.of(force.program)
+        moves = run.moves(force.program, before)
+        other = _matched(force.program, before, moves, profile, nose_radius_mm, 0.0, force.lines)
     resolution_mm = _resolution_mm(program, path, match)
     with in_file(program.file):
         require_unturned(path, [m.move.index for feature in match.features for m in feature.moves])
@@ -150,18 +168,21 @@ def commanded(
     measured = tuple(map(of_surface, other.features))
     slips = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, finish, strict=True)]
     meant = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, measured, strict=True)]
+    kept = force.program is not None
     return Commanded(
         path=path,
         match=match,
         finish=finish,
         rounding=tuple(ZERO if real else d for d, real in zip(finish, slips, strict=True)),
-        measured=tuple(d if real else ZERO for d, real in zip(measured, meant, strict=True)),
+        measured=tuple(d if real and not kept else ZERO for d, real in zip(measured, meant, strict=True)),
+        in_force=measured if kept else (),
         resolution_mm=resolution_mm,
         unevenness_mm=max(map(unevenness_mm, match.features, finish)),
         notes=(
             *_run_again(program, path, match, run),
             *(f"{found.message}; {found.hint}." for found in path_mode_findings(program, path)),
             *_notes(profile, finish, slips, wording("finish")),
+            *(() if semifinish is None else _conditions_words(path, match, before, other)),
             *(_notes(profile, measured, meant, wording("semi-finish")) if semifinish is not None else ()),
         ),
     )
@@ -208,6 +229,34 @@ def _matched(
 
 def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:
     return program.dialect.step_mm(bool(path.inch[match.features[0].moves[0].move.index]))
+
+
+def _conditions_words(path: ToolPath, match: ContourMatch, before: ToolPath, other: ContourMatch) -> Iterator[str]:
+    """Feed and speed of the two cuts where they differ: what was touched repeats at the same ones alone [6811 §2.0]."""
+    for what, name, mode in (
+        (wording("feed"), "feed", "feed_mode"),
+        (wording("spindle speed"), "spindle_speed", "spindle_mode"),
+    ):
+        semifinish, finish = _usual(before, other, name, mode), _usual(path, match, name, mode)
+        if semifinish is None or finish is None or semifinish == finish:
+            continue
+        (was, its), (now, new) = semifinish, finish
+        if its != new or abs(was - now) > SAME_SHARE * abs(now):
+            yield wording(
+                "The semi-finish cut has another {what} than the finish cut, {was:g} for {now:g}: what was measured "
+                "repeats in the finish cut only under the same conditions.",
+                what=what,
+                was=was,
+                now=now,
+            )
+
+
+def _usual(path: ToolPath, match: ContourMatch, name: str, mode: str) -> tuple[float, int] | None:
+    """Median over the moves along the contour, and its mode; None where the program states none."""
+    moves = [m.move.index for feature in match.features for m in feature.moves]
+    values = np.asarray(getattr(path, name))[moves]
+    known = values[np.isfinite(values) & (values > 0.0)]
+    return (float(np.median(known)), int(np.median(getattr(path, mode)[moves]))) if len(known) else None
 
 
 def _peak_mm(feature: Feature, deviation: Shift) -> float:

@@ -11,13 +11,13 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.limits import Limits
-from trueloop.domain.record import MARKED
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.deviations import SAMPLES
 from trueloop.loops.turned.part_on_machine import InMachine
-from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.displaced import Displacement, magnitude
 from trueloop.turned.compensation.limits import check_along, cut_mm
-from trueloop.turned.compensation.shift import ZERO, Shift
+from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_sum
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 
@@ -35,12 +35,13 @@ class Surface:
 
 
 def surface_of(
-    machine: InMachine, reported: ErrorVectors, semifinish: Program | None, nose_radius_mm: float, allowance_mm: float
+    machine: InMachine, reported: ErrorVectors, carried: bool, nose_radius_mm: float, allowance_mm: float
 ) -> Surface:
     """Touches of a part that stands in a machine, its errors taken out of them.
 
     COORDS_ACTUAL = COORDS_CONTROLLER − COMP_MTG(T_probing, COORDS_CONTROLLER), normal component, for touches taken on
-    the machine. What a reference point makes zero stays zero: its share is taken off all others.
+    the machine. `carried`: the touched surface carries E of the cut before. What a reference point makes zero stays
+    zero: its share is taken off all others.
     """
     part, normal = machine.part, reported.outward_normal
     surface_mm = reported.nominal_mm + allowance_mm * normal
@@ -48,10 +49,25 @@ def surface_of(
     if part.touched_on == "machine":
         ball_mm = surface_mm + part.ball_radius_mm * normal
         probed = _along(machine.probing.error_mm(ball_mm, -np.sign(np.round(normal, 9))), normal)
-    if part.semifinish_cut == "uncompensated" or (semifinish is not None and MARKED.search(semifinish.source)):
+    if carried:
         cut_in = _along(machine.semifinishing.error_mm(surface_mm + nose_radius_mm * normal, machine.travel), normal)
     actual = replace(reported, error_mm=reported.error_mm + _from_reference(reported, probed))
     return Surface(actual, reported.error_mm, _from_reference(reported, cut_in))
+
+
+def of_process(
+    machine: InMachine, profile: Profile, in_force: Sequence[Shift], nose_radius_mm: float
+) -> tuple[Shift, ...]:
+    """What of a composed correction in force is the process's: the contour that ran less COMP_MTG at the temperatures
+    of that cut.
+    """
+    kept = []
+    for feature, shift in zip(profile.features, in_force, strict=True):
+        s = np.linspace(0.0, feature.length_mm, SAMPLES)
+        normal = feature.outward_normal(s)
+        error_mm = machine.semifinishing.error_mm(feature.point_mm(s) + nose_radius_mm * normal, machine.travel)
+        kept.append(weighted_sum(((1.0, shift), (1.0, sampled(s, _along(error_mm, normal))))))
+    return tuple(kept)
 
 
 def check_composed(

@@ -8,6 +8,7 @@ import numpy as np
 
 from trueloop.arrays import Array, by_content
 from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.cut_with import GIVEN, CutWith
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.judged import Judged
 from trueloop.domain.life import Ran
@@ -20,6 +21,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.from_memory import FromMemory
+from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.memory.edge.options import IN_FULL, MemoryOptions
 from trueloop.memory.made_part import MadePart
@@ -51,7 +53,8 @@ class Inputs:
     what the touches were taken over. `history` are earlier parts of the edge in cutting order, and `memory` says how
     they take part. `called` is the edge whose part this is of a job of several; None: the program's one tool. `setup`
     is the frame in which all of this is, where the part has several set-ups; None: the part's. `no_offset`: why no
-    offset of the tool may be entered at the control; "": one may.
+    offset of the tool may be entered at the control; "": one may. `in_force` is what cut a finished part that was
+    measured.
     """
 
     part: PartType
@@ -86,6 +89,7 @@ class Inputs:
     called: CuttingEdge | None = None
     setup: SetupFrame | None = None
     no_offset: str = ""
+    in_force: InForce = NOTHING
 
     @property
     def part_zero_z_mm(self) -> float:
@@ -138,7 +142,8 @@ class Correction:
     program is run as given, and `wear`, which is known in every case, is entered at the control. `by_tool` is None
     where no offset can carry the correction: a machine model takes part, or none may be entered. `source_name` is the
     file name of the given program; `characteristics` are those that the inputs ask for, judged. `memory` is what
-    earlier parts of the edge said; None: there are none, or they were not to be used. `joint_name`: the file name of
+    earlier parts of the edge said; None: there are none, or they were not to be used. `in_force` is by feature what the
+    correction in force moved the contour by; this one is the whole. Empty: none was. `joint_name`: the file name of
     the program that carries the corrections of several edges; then `corrected_program` is that one. "": the program has
     one edge.
     """
@@ -168,6 +173,7 @@ class Correction:
     characteristics: tuple[Judged, ...] = ()
     by_tool: ByTool | None = None
     memory: FromMemory | None = None
+    in_force: tuple[Shift, ...] = ()
     joint_name: str = ""
 
     @property
@@ -175,7 +181,26 @@ class Correction:
         """What the tool offset alone is expected to leave at the touches, (n,), as `prediction.after_mm`."""
         vectors, expected_mm = self.model.vectors, self.model.as_told(self.model.vectors.error_mm)
         machine_mm = -self.composed.comp_mtg_mm if self.composed is not None else 0.0
-        return np.asarray(expected_mm + machine_mm + vectors.outward_normal @ np.array(self.decision.offset_mm))
+        left_mm = expected_mm + machine_mm + vectors.outward_normal @ np.array(self.decision.offset_mm)
+        for index in range(len(self.profile.features)):
+            rows = vectors.of_feature(index)
+            left_mm[rows] -= self.given_up_mm(index, vectors.arc_length_mm[rows])
+        return np.asarray(left_mm)
+
+    @property
+    def cut_with(self) -> CutWith:
+        """What cut the part that was measured."""
+        return self.record.cut_with or GIVEN
+
+    def in_force_mm(self, index: int, arc_length_mm: Array) -> Array:
+        """What a correction in force moved feature `index` by, along its normal, (n,)."""
+        moved = self.profile.features[index].outward_normal(arc_length_mm) @ np.array(self.cut_with.offset_mm)
+        return np.asarray(moved + (self.in_force[index].value_mm(arc_length_mm) if self.in_force else 0.0))
+
+    def given_up_mm(self, index: int, arc_length_mm: Array) -> Array:
+        """What of that an offset in its place gives up, (n,)."""
+        normal = self.profile.features[index].outward_normal(arc_length_mm)
+        return np.asarray(self.in_force_mm(index, arc_length_mm) - normal @ np.array(self.decision.in_force_mm))
 
     @property
     def commanded_mm(self) -> Array:
@@ -187,13 +212,20 @@ class Correction:
     def programs_sha256(self) -> Mapping[Ran, str]:
         """Hashes of the programs that can be run, by what they are; the given one with `wear` entered has its own."""
         given = self.corrected_program if self.joint_name else self.source_program
-        by_hand = given if self.runs_as_given else None
         programs = {
             Ran.CORRECTED: self.corrected_program,
-            Ran.OFFSETS: self.offsets_program or by_hand,
+            Ran.OFFSETS: self.offsets_program,
             Ran.AS_PROGRAMMED: self.source_program,
+            Ran.WEAR: given,
         }
         return {ran: sha256_of(content) for ran, content in programs.items() if content is not None}
+
+    @property
+    def recommended(self) -> Ran:
+        """How it is to be carried out, and what its prediction is of."""
+        if not self.decision.by_offset:
+            return Ran.CORRECTED
+        return Ran.WEAR if self.runs_as_given else Ran.OFFSETS
 
     @property
     def ending(self) -> str:

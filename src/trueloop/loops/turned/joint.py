@@ -12,10 +12,11 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from trueloop.domain.judged import Judged
-from trueloop.domain.record import ChangedWord, marks_of_record, record_id
+from trueloop.domain.record import marks_of_record, record_id
 from trueloop.errors import in_file
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.in_force import edits_of
 from trueloop.loops.turned.own_inputs import own_inputs, shared_words
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.loops.turned.shared_sizes import Share, shared_sizes
@@ -127,15 +128,6 @@ def _mark(program: Program, corrections: Sequence[Correction], joint_id: str) ->
     of_edges = [f"{one.record.options['edge']}: record {one.record.id}" for one in corrections]
     lines = [*marks_of_record(joint_id, program.source), *of_edges]
     return insert_heading(program, [program.dialect.comment(line) for line in lines])
-
-
-def edits_of(program: Program, changed: Sequence[ChangedWord]) -> list[Edit]:
-    """The edits that a record lists."""
-    found = []
-    for word in changed:
-        start = program.block(word.line - 1).start + word.column - 1
-        found.append(Edit(start, start + len(word.before.encode("latin-1")), word.after))
-    return found
 
 
 def require_sum(before: ToolPath, singles: Sequence[ToolPath], joint: ToolPath) -> None:

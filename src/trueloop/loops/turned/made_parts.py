@@ -86,17 +86,13 @@ def program_that_ran(correction: Correction, cut: Cut) -> Ran:
         return Ran.AS_PROGRAMMED
     if cut.correction != correction.record.id:
         raise _other_program(correction, cut, f"correction {cut.correction}")
-    meant = recommended(correction)
-    hashes = correction.programs_sha256
+    if cut.offset_entered:
+        return Ran.WEAR
+    meant, hashes = correction.recommended, correction.programs_sha256
     ran = [one for one in (meant, *Ran) if hashes.get(one) == cut.program_sha256]
     if cut.program_sha256 and not ran:
         raise _other_program(correction, cut, f"program {cut.program_sha256[:16]}…")
     return ran[0] if ran else meant
-
-
-def recommended(correction: Correction) -> Ran:
-    """Which of its programs a correction says to run, and which its prediction is of."""
-    return Ran.OFFSETS if correction.decision.by_offset else Ran.CORRECTED
 
 
 def taken_off_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
@@ -133,7 +129,11 @@ def _whole_mm(correction: Correction, ran: Ran) -> tuple[float, float]:
     decision = correction.decision
     if ran is Ran.AS_PROGRAMMED:
         return 0.0, 0.0
-    return decision.offset_mm if ran is Ran.OFFSETS or decision.by_offset else whole_mm(decision)
+    by_offset = ran in (Ran.OFFSETS, Ran.WEAR) or decision.by_offset
+    if by_offset:
+        return decision.whole_offset_mm
+    kept, change = correction.cut_with.offset_mm, whole_mm(decision)
+    return kept[0] + change[0], kept[1] + change[1]
 
 
 def _other_program(correction: Correction, cut: Cut, ran: str) -> TrueloopError:

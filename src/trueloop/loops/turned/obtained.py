@@ -7,7 +7,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.life import Cut
 from trueloop.loops.turned.correction import Correction
-from trueloop.loops.turned.made_parts import program_that_ran, recommended, rows_on_arcs
+from trueloop.loops.turned.made_parts import program_that_ran, rows_on_arcs
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -53,7 +53,7 @@ def obtained(correction: Correction, cut: Cut, found: ErrorVectors) -> Obtained 
     error is zero by definition, because z was taken from it, is left out. Raises STO-PROGRAM.
     """
     rows = np.setdiff1d(rows_on_arcs(correction.profile, found), np.flatnonzero(found.at_reference))
-    if len(rows) == 0 or program_that_ran(correction, cut) is not recommended(correction):
+    if len(rows) == 0 or program_that_ran(correction, cut) is not correction.recommended:
         return None
     at = found.chosen(rows)
     expected, standard_u, expanded_u = _promised_mm(correction, at)

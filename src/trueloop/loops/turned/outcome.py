@@ -63,7 +63,8 @@ def expected_mm(correction: Correction, index: int, arc_length_mm: Array) -> Arr
     error = curve.expected_mm(arc_length_mm)
     if correction.by_offset[index]:
         normal = correction.profile.features[index].outward_normal(arc_length_mm)
-        return np.asarray(error + curve.gain * (normal @ np.array(correction.decision.offset_mm)))
+        left = np.asarray(error + curve.gain * (normal @ np.array(correction.decision.offset_mm)))
+        return left - correction.given_up_mm(index, arc_length_mm) if correction.decision.by_offset else left
     if curve.next_cut is not None:
         return error - correction.options.weight * curve.gain * curve.value_mm(arc_length_mm)
     return (1.0 - correction.options.weight) * error

@@ -7,8 +7,9 @@ from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.composed import check_composed
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import InMachine
-from trueloop.loops.turned.shifts import Shifts
+from trueloop.loops.turned.shifts import Shifts, whole_mm
 from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
+from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.displaced import Constant, Displacement, Then, displaced_pieces
 from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset
 from trueloop.turned.compensation.shift import Shift
@@ -52,9 +53,11 @@ class Paths:
 
 
 def corrected_paths(
-    inputs: Inputs, matched: Commanded, shifts: Shifts, whole_mm: tuple[float, float], machine: InMachine | None
+    inputs: Inputs, matched: Commanded, shifts: Shifts, decision: Decision, machine: InMachine | None
 ) -> Paths:
-    """The paths with every feature shifted, then displaced by `whole_mm` and, on a known machine, by COMP_MTG.
+    """The paths with every feature shifted, then displaced by an offset that the contour carries and, on a known
+    machine, by COMP_MTG. An offset that was in force is carried by the contour too, but for what of it stands in the
+    control's wear table: that moves the tool anyhow.
 
     Raises GEO-NOSE where the nose would not fit, CMP-SIZE and CMP-SLOPE for a correction over the limits.
     """
@@ -63,11 +66,13 @@ def corrected_paths(
     def pieces(of: Sequence[Shift], nose_mm: float) -> tuple[CentrePiece, ...]:
         return centre_pieces(profile, shifted_contour(profile, of, nose_mm))
 
-    check_offset(whole_mm, limits)
+    cut, change_mm = inputs.in_force.cut_with, whole_mm(decision)
+    offset_mm = (change_mm[0] + cut.offset_mm[0], change_mm[1] + cut.offset_mm[1])
+    check_offset(offset_mm, limits)
     before, after = pieces(matched.finish, nose_radius_mm), pieces(shifts.contour, nose_radius_mm)
     check_nose(after)
     check_limits(after, shifts.correction, limits)
-    moved: Displacement = Constant(whole_mm)
+    moved: Displacement = Constant((0.0, 0.0) if decision.by_offset else cut.still_to_do(offset_mm))
     if machine is not None:
         moved = Then(moved, machine.comp_mtg)
         check_composed(after, shifts.correction, (machine.comp_mtg, moved), limits)

@@ -13,19 +13,25 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 
 
 def prediction_at_touches(
-    touches: ErrorVectors, model: ProfileErrorModel, decision: Decision, shifts: Shifts, weight: float
+    touches: ErrorVectors,
+    model: ProfileErrorModel,
+    decision: Decision,
+    shifts: Shifts,
+    weight: float,
+    not_kept_mm: Array,
 ) -> Prediction:
     """What the correction that was chosen leaves: a curve where the contour moves, a constant where an offset does.
 
     The constant comes from all touches together, so that it is known better than a curve and has an uncertainty of its
-    own. A touch left out as bad says nothing of the part: there, the error is what was fitted. Where earlier parts tell
-    the next cut, its error had nothing been corrected is what they and the touches say, not what was touched.
+    own. `not_kept_mm` (n,) is what of a correction in force is given up by an offset in its place. A touch left out as
+    bad says nothing of the part: there, the error is what was fitted. Where earlier parts tell the next cut, its error
+    had nothing been corrected is what they and the touches say, not what was touched.
     """
     left_out_as_bad = model.weight == 0.0
     fitted = model.vectors.error_mm - model.residual_mm
     process = expected_uncorrected_mm(model)
     left_out = process - np.where(left_out_as_bad, 0.0, model.leave_one_out_mm)
-    constant = -np.asarray(touches.outward_normal @ np.array(decision.offset_mm)) / weight
+    constant = (not_kept_mm - np.asarray(touches.outward_normal @ np.array(decision.offset_mm))) / weight
     leverage = decision.leverage(touches.outward_normal)
     without = process - (process - constant) / np.where(leverage < 1.0 - 1e-9, 1.0 - leverage, np.nan)
     by_offset = np.array(shifts.by_offset)[touches.feature_index]

@@ -5,19 +5,23 @@ curves to what is left, decide between contour and tool offset, move the contour
 that back, predict what it leaves.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.cut_with import CutWith
 from trueloop.domain.limits import check_scatter
+from trueloop.domain.record import MARKED
 from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
-from trueloop.loops.turned.composed import Surface, comp_mtg_at, model_u_mm, surface_of
+from trueloop.loops.turned.composed import Surface, comp_mtg_at, model_u_mm, of_process, surface_of
 from trueloop.loops.turned.contour_tools import ContourTools, contour_tools
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
+from trueloop.loops.turned.cumulative import cumulative_words
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.part_on_machine import InMachine, placed
 from trueloop.loops.turned.paths import Paths, corrected_paths
@@ -25,10 +29,11 @@ from trueloop.loops.turned.predicted import expected_uncorrected_mm, prediction_
 from trueloop.loops.turned.programs import write_programs
 from trueloop.loops.turned.provenance import id_of, record_of
 from trueloop.loops.turned.remembering import remembering
-from trueloop.loops.turned.shifts import corrected_shifts, whole_mm
+from trueloop.loops.turned.shifts import corrected_shifts
 from trueloop.loops.turned.written import Writing
 from trueloop.turned.compensation.decide import Decision, decide
 from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.table import correction_table
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
@@ -36,6 +41,7 @@ from trueloop.turned.fit.prior.remembered import angles_along
 from trueloop.turned.options import By, Options
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
 from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign
 
 
@@ -55,6 +61,8 @@ def compensate(inputs: Inputs) -> Correction:
     94.2 µm
     2.9 µm
     """
+    with in_file(inputs.file):
+        inputs.in_force.require_stated()
     unchecked = _refuse_misuse(inputs)
     with in_file(inputs.touches.file):
         return _corrected(inputs, unchecked)
@@ -72,19 +80,25 @@ def _refuse_misuse(inputs: Inputs) -> list[str]:
 
 
 def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
+    cut = inputs.in_force.cut_with
     matched = commanded(
-        inputs.program, inputs.semifinish, inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm, inputs.run
+        *(inputs.program, inputs.semifinish, inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm, inputs.run),
+        force=inputs.in_force,
     )
     machine = None if inputs.machine is None else placed(inputs.machine, matched)
+    if machine is not None and inputs.in_force.composed:
+        kept = of_process(machine, inputs.profile, matched.in_force, inputs.nose_radius_mm)
+        matched = replace(matched, in_force=kept)
     surface = _surface(inputs, machine)
     tools = contour_tools(inputs.program, matched, inputs.called is not None)
     model, memory = _error_model(inputs, matched, surface, len(set(tools.cut_by)))
-    decision = _decision(model, matched, inputs.options, tools.by(_asked(inputs)))
+    decision = _decision(model, matched, inputs.options, tools.by(_asked(inputs)), cut)
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
-    paths = corrected_paths(inputs, matched, shifts, whole_mm(decision), machine)
+    paths = corrected_paths(inputs, matched, shifts, decision, machine)
     programs = write_programs(inputs, writing(inputs, matched), decision, paths)
-    prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight)
-    by_tool = _by_tool(inputs, model, decision, paths, programs.wear, tools)
+    given_up = _given_up_mm(inputs, matched, decision, surface.touches)
+    prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight, given_up)
+    by_tool = _by_tool(inputs, matched, model, decision, paths, programs.wear, tools)
     composed = None if machine is None else _composed(machine, surface, model, prediction, inputs.nose_radius_mm)
     if machine is not None:
         u_mm = model_u_mm(machine, surface.touches, inputs.nose_radius_mm)
@@ -110,12 +124,15 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         source_name=inputs.program.file_name,
         wear=programs.wear,
         table=correction_table(
-            paths.commanded, paths.corrected, decision.offset_mm if decision.by_offset else (0.0, 0.0)
+            paths.commanded,
+            paths.corrected,
+            cut.still_to_do(decision.whole_offset_mm) if decision.by_offset else (0.0, 0.0),
         ),
         record=record_of(
             inputs, matched, model, decision, programs, surface.touches, composed, by_tool, judged, memory
         ),
         notes=(
+            *cumulative_words(inputs, matched, decision, shifts),
             *(one.words for one in model.suspects),
             *(() if memory is None else memory.words(inputs.profile)),
             *inputs.notes,
@@ -129,12 +146,15 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         characteristics=judged,
         by_tool=by_tool,
         memory=memory,
+        in_force=matched.in_force,
     )
 
 
 def _asked(inputs: Inputs) -> By:
-    """How to correct, where that is open."""
-    return inputs.options.by if inputs.machine is None and not inputs.no_offset else "contour"
+    """How to correct, where that is open. A contour in force is kept, unless an offset is wanted in its place."""
+    if inputs.machine is not None or inputs.no_offset:
+        return "contour"
+    return "contour" if inputs.options.by == "auto" and inputs.in_force.program is not None else inputs.options.by
 
 
 def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
@@ -142,7 +162,10 @@ def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
     reported = inputs.touches
     if machine is None:
         return Surface(reported, reported.error_mm, np.zeros(len(reported.error_mm)))
-    return surface_of(machine, reported, inputs.semifinish, inputs.nose_radius_mm, inputs.allowance_mm)
+    before, force = inputs.semifinish, inputs.in_force
+    carried = machine.part.semifinish_cut == "uncompensated" and not force.composed
+    carried = carried or (before is not None and bool(MARKED.search(before.source)))
+    return surface_of(machine, reported, carried, inputs.nose_radius_mm, inputs.allowance_mm)
 
 
 def _error_model(
@@ -164,10 +187,11 @@ def _error_model(
     return model, memory
 
 
-def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by: str) -> Decision:
+def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by: str, cut: CutWith) -> Decision:
     vectors = model.vectors.chosen(np.flatnonzero(model.weight))
     floor_mm = float(np.max(vectors.standard_u_mm))
     error_mm, outward_normal, correlation = _decided_on(model)
+    contour = _along(matched.in_force, vectors) if matched.in_force else None
     return decide(
         error_mm,
         outward_normal,
@@ -178,6 +202,8 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
         by,
         any(curve.from_memory for curve in model.curves),
         correlation,
+        cut.offset_mm,
+        contour,
     )
 
 
@@ -201,8 +227,28 @@ def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array, Array]:
     return np.concatenate(errors), np.concatenate(normals), correlation
 
 
+def _along(shifts: Sequence[Shift], vectors: ErrorVectors) -> Array:
+    pairs = zip(vectors.feature_index.tolist(), vectors.arc_length_mm, strict=True)
+    return np.array([float(shifts[i].value_mm(s)) for i, s in pairs])
+
+
+def _given_up_mm(inputs: Inputs, matched: Commanded, decision: Decision, touches: ErrorVectors) -> Array:
+    """At the touches, what of a correction in force an offset in its place gives up, (n,)."""
+    if not decision.by_offset:
+        return np.zeros(len(touches.error_mm))
+    offset = np.array(inputs.in_force.cut_with.offset_mm) - np.array(decision.in_force_mm)
+    moved = np.asarray(touches.outward_normal @ offset)
+    return moved + _along(matched.in_force, touches) if matched.in_force else moved
+
+
 def _by_tool(
-    inputs: Inputs, model: ProfileErrorModel, decision: Decision, paths: Paths, wear: WearOffset, tools: ContourTools
+    inputs: Inputs,
+    matched: Commanded,
+    model: ProfileErrorModel,
+    decision: Decision,
+    paths: Paths,
+    wear: WearOffset,
+    tools: ContourTools,
 ) -> ByTool | None:
     """What each tool gets; features cut before any T word are cut by the tool that gets the offset. None where no
     offset can carry the correction.
@@ -211,7 +257,16 @@ def _by_tool(
         return None
     cut_by = [number or wear.tool for number in tools.cut_by]
     weight, others = inputs.options.weight, [number for number in tools.others if number != wear.tool]
-    return answer_by_tool(inputs.profile, model, decision, weight, paths.commanded, wear, cut_by, others)
+    cut, profile = inputs.in_force.cut_with, inputs.profile
+
+    def in_force(index: int, s: Array) -> Array:
+        moved = profile.features[index].outward_normal(s) @ np.array(cut.offset_mm)
+        return np.asarray(moved + (matched.in_force[index].value_mm(s) if matched.in_force else 0.0))
+
+    before = in_force if cut.corrected else None
+    return answer_by_tool(
+        *(profile, model, decision, weight, paths.commanded, wear, cut_by, others), in_force=before, wear_mm=cut.wear_mm
+    )
 
 
 def writing(inputs: Inputs, matched: Commanded) -> Writing:

@@ -36,11 +36,12 @@ class Programs:
 
 def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: Paths) -> Programs:
     """Writes them and reads them back. Raises NC and CMP errors that name the program; CMP-SIZE for a large offset."""
-    wear, notes = _wear(writing, decision, inputs.options, inputs.held)
+    change_mm = inputs.in_force.cut_with.still_to_do(decision.whole_offset_mm)
+    wear, notes = _wear(writing, decision, change_mm, inputs.options, inputs.held)
     if inputs.machine is not None:
         offsets, more = None, _of_machine(inputs.machine)
     else:
-        offsets, more = _offset_variant(writing, decision, inputs.options, wear)
+        offsets, more = _offset_variant(writing, decision, change_mm, inputs.options, wear)
     notes += more
     if decision.by_offset:
         source, changed = offsets or (inputs.program.source, [])
@@ -71,8 +72,10 @@ def _of_machine(cut: PartOnMachine) -> list[str]:
     ]
 
 
-def _wear(writing: Writing, decision: Decision, options: Options, held: HeldTool) -> tuple[WearOffset, list[str]]:
-    """The offset as numbers to enter, of the tool that the job names, else that of the program's T word.
+def _wear(
+    writing: Writing, decision: Decision, change_mm: tuple[float, float], options: Options, held: HeldTool
+) -> tuple[WearOffset, list[str]]:
+    """The change of the offset as numbers to enter, of the tool that the job names, else that of the program's T word.
 
     Raises OFS-TOOL where the job names the tool's row of a table and the program runs with another row, and where the
     offset makes the correction and neither job nor program gives the tool a number.
@@ -96,7 +99,7 @@ def _wear(writing: Writing, decision: Decision, options: Options, held: HeldTool
         )
     edge = own.edge if own is not None and own.number == tool and held.row is None else held.edge
     with in_file(program.file):
-        return wear_offset(program, path, cut, decision.offset_mm, tool, options.offset_is_diameter, edge), notes
+        return wear_offset(program, path, cut, change_mm, tool, options.offset_is_diameter, edge), notes
 
 
 def no_number(program: Program, line: int) -> TrueloopError:
@@ -127,13 +130,13 @@ def _other_row(program: Program, tool: int, own: int, line: int) -> TrueloopErro
 
 
 def _offset_variant(
-    writing: Writing, decision: Decision, options: Options, wear: WearOffset
+    writing: Writing, decision: Decision, change_mm: tuple[float, float], options: Options, wear: WearOffset
 ) -> tuple[tuple[bytes, list[ChangedWord]] | None, list[str]]:
     """The program with offsets alone. It may be left out, which a note says: the offset can be entered by hand."""
     try:
-        check_offset(decision.offset_mm, options.limits)
+        check_offset(decision.whole_offset_mm, options.limits)
         with in_file(writing.program.file):
-            variant = write_offsets(writing, decision.offset_mm, wear.tool, options.offset_is_diameter)
+            variant = write_offsets(writing, change_mm, wear.tool, options.offset_is_diameter)
     except TrueloopError as refused:
         if refused.code is not Code.NC_OFFSET and (decision.by_offset or refused.code is not Code.CMP_SIZE):
             raise

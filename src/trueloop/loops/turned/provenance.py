@@ -54,9 +54,13 @@ def record_of(
         model=_model(model) | _memory(memory),
         decision=[
             *(decision.x.words, decision.z.words),
-            *(() if inputs.no_offset else (wording("As a tool offset: {wear}.", wear=programs.wear.words),)),
+            *(() if inputs.no_offset or inputs.machine is not None else (_offset_words(decision, programs),)),
             *(() if memory is None else memory.words(inputs.profile)),
-            *(() if by_tool is None else (f"{by_tool.words}.", by_tool.beyond_words, by_tool.moved_words)),
+            *(
+                ()
+                if by_tool is None
+                else (_by_tool_words(decision, by_tool), by_tool.beyond_words, by_tool.moved_words)
+            ),
         ],
         changes=programs.changes,
         components=_components(inputs.profile, touches, composed),
@@ -72,8 +76,21 @@ def record_of(
         tool_offset=None
         if inputs.machine is not None or inputs.no_offset
         else _tool_offset(inputs, decision, programs),
+        cut_with=inputs.in_force.cut_with if inputs.measured_finished else None,
         characteristics=characteristics,
     )
+
+
+def _offset_words(decision: Decision, programs: Programs) -> str:
+    if decision.by_offset:
+        return wording("As a tool offset: {wear}.", wear=programs.wear.words)
+    return wording("As a tool offset, instead of the corrected contour: {wear}.", wear=programs.wear.words)
+
+
+def _by_tool_words(decision: Decision, by_tool: ByTool) -> str:
+    if decision.by_offset:
+        return f"{by_tool.words}."
+    return wording("Instead of the corrected contour, not with it: {answer}.", answer=by_tool.words)
 
 
 def _tool_offset(inputs: Inputs, decision: Decision, programs: Programs) -> ToolOffset:
@@ -87,7 +104,9 @@ def _options(inputs: Inputs) -> dict[str, object]:
     edge = {} if inputs.called is None else {"edge": inputs.called.words, "features": list(inputs.profile.names)}
     frame = inputs.setup
     setup = {} if frame is None else {"setup": asdict(frame) | {"z_of_program": frame.words}}
-    return {**stated, **machine, **edge, **setup, **_memory_options(inputs)}
+    cut = inputs.in_force.cut_with
+    force = {"cut_with": asdict(cut)} if cut.corrected else {}
+    return {**stated, **machine, **edge, **setup, **force, **_memory_options(inputs)}
 
 
 def _memory_options(inputs: Inputs) -> dict[str, object]:

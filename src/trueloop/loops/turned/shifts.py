@@ -42,12 +42,15 @@ def corrected_shifts(
 
     With `errors_follow` = "nose" the correction holds on arcs what the error's slope asks for besides
     (`compensation.lean`). When the tool offset does it all nothing is shifted; when it could but the contour shall
-    carry it, only slips of the program are: `whole_mm` is then what the contour is displaced by as a whole.
+    carry it, only slips of the program are: `whole_mm` is then what the contour is displaced by as a whole. The contour
+    of a corrected program in force is kept, and the correction comes on top of it.
     """
     count = len(profile.features)
-    if decision.by_offset or decision.offset_is_enough:
-        contour = matched.finish if decision.by_offset else matched.rounding
-        return Shifts((ZERO,) * count, contour, (True,) * count, (ZERO,) * count)
+    if decision.by_offset:
+        return Shifts((ZERO,) * count, matched.finish, (True,) * count, (ZERO,) * count)
+    if decision.offset_is_enough:
+        contour = matched.in_force or matched.rounding
+        return Shifts(matched.in_force or (ZERO,) * count, contour, (True,) * count, (ZERO,) * count)
     by_offset = _by_offset(profile, decision)
     nose = options.errors_follow == "nose"
     curves = list(enumerate(model.curves))
@@ -57,10 +60,15 @@ def corrected_shifts(
         _constant(feature, decision) if by_one else weighted_sum(((-options.weight, error),))
         for feature, error, by_one in zip(profile.features, errors, by_offset, strict=True)
     )
-    contour = tuple(
-        weighted_sum(((1.0, c), (1.0, rounding))) for c, rounding in zip(correction, matched.rounding, strict=True)
-    )
+    if matched.in_force:
+        correction = tuple(map(_sum, correction, matched.in_force))
+        return Shifts(correction, correction, by_offset, tuple(unasked))
+    contour = tuple(_sum(one, rounding) for one, rounding in zip(correction, matched.rounding, strict=True))
     return Shifts(correction, contour, by_offset, tuple(unasked))
+
+
+def _sum(one: Shift, other: Shift) -> Shift:
+    return weighted_sum(((1.0, one), (1.0, other)))
 
 
 def _by_offset(profile: Profile, decision: Decision) -> tuple[bool, ...]:

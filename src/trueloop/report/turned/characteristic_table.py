@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.domain.judged import Judged, Judgement
+from trueloop.domain.judged import Judged, Judgement, Verdict
 from trueloop.report.markup import esc, table
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.turned.characteristics import VERDICTS, characteristics_words, share
@@ -52,8 +52,13 @@ def characteristic_table(judged: Sequence[Judged], say: Texts = ENGLISH) -> str:
 
 
 def tightest_first(judged: Sequence[Judged]) -> list[Judged]:
-    """By the probability of being in after the correction, then by the margin."""
-    return sorted(judged, key=lambda one: (one.after.probability_in, one.after.margin if one.after.margin else 0.0))
+    """By the probability of being in after the correction, then by the margin; what has no limits comes last."""
+
+    def place(one: Judged) -> tuple[float, float]:
+        probability = one.after.probability_in
+        return 2.0 if probability is None else probability, one.after.margin or 0.0
+
+    return sorted(judged, key=place)
 
 
 def _row(one: Judged, say: Texts) -> list[str]:
@@ -71,7 +76,7 @@ def _row(one: Judged, say: Texts) -> list[str]:
         _verdict(after, say),
         esc(share(after.probability_in, say)),
         "–" if after.margin is None else _number(after.margin, asked, say),
-        _bar(one, expanded, say),
+        "" if after.verdict is None else _bar(one, after.verdict, expanded, say),
     ]
 
 
@@ -83,6 +88,8 @@ def expanded_u(judgement: Judgement) -> float:
 def _verdict(judgement: Judgement, say: Texts) -> str:
     """A sign and a word; the colour repeats them."""
     verdict = judgement.verdict
+    if verdict is None:
+        return "–"
     return f'<span class="verdict-{verdict}">{SIGNS[verdict]} {esc(say.note(VERDICTS[verdict]))}</span>'
 
 
@@ -98,7 +105,7 @@ def _limit(value: float | None, asked: Characteristic, say: Texts) -> str:
     return "–" if value is None else _number(value, asked, say)
 
 
-def _bar(one: Judged, expanded: float, say: Texts) -> str:
+def _bar(one: Judged, verdict: Verdict, expanded: float, say: Texts) -> str:
     """The zone between the limits, and where the values are; a zone with one limit is open on the other side."""
     low, high = _zone(one, expanded)
     width, height = BAR
@@ -117,7 +124,7 @@ def _bar(one: Judged, expanded: float, say: Texts) -> str:
         if limit is not None
     )
     words = say("{name}: {verdict} after the correction", name=esc(one.characteristic.name),
-                verdict=esc(say.note(VERDICTS[one.after.verdict])))  # fmt: skip
+                verdict=esc(say.note(VERDICTS[verdict])))  # fmt: skip
     return (
         f'<svg class="bar" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" '
         f'aria-label="{words}"><path d="M{x(low):.1f} {middle}H{x(high):.1f}" class="zone"/>{limits}'

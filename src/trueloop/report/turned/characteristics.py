@@ -19,8 +19,11 @@ def characteristics_as_dicts(judged: Sequence[Judged]) -> list[dict[str, object]
 
 def characteristics_words(judged: Sequence[Judged], say: Texts = ENGLISH) -> list[str]:
     """How many are in and out, before and expected after, and which is the tightest; nothing without any."""
+    unlimited = sum(one.after.verdict is None for one in judged)
+    without = [say("Without limits, and not judged: {n}.", n=unlimited)] if unlimited else []
+    judged = [one for one in judged if one.after.verdict is not None]
     if not judged:
-        return []
+        return without
     before = [one.before for one in judged if one.before is not None]
     tightest = tightest_of(judged)
     words = [say("As measured: {counts}.", counts=_counted(before, say))] if before else []
@@ -32,16 +35,19 @@ def characteristics_words(judged: Sequence[Judged], say: Texts = ENGLISH) -> lis
             name=tightest.characteristic.name,
             probability=share(tightest.after.probability_in, say),
         ),
+        *without,
     ]
 
 
 def tightest_of(judged: Sequence[Judged]) -> Judged:
     """The one least likely to be in after the next cut."""
-    return min(judged, key=lambda one: one.after.probability_in)
+    return min(judged, key=lambda one: 2.0 if one.after.probability_in is None else one.after.probability_in)
 
 
-def share(probability: float, say: Texts = ENGLISH) -> str:
-    """A probability in per cent, never 100 % of what is not certain."""
+def share(probability: float | None, say: Texts = ENGLISH) -> str:
+    """A probability in per cent, never 100 % of what is not certain; a dash where nothing was judged."""
+    if probability is None:
+        return "–"
     if 0.9995 < probability < 1.0:
         return say("over {percent:.1f} %", percent=99.9)
     if 0.0 < probability < 0.0005:

@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Iterator
 
+from trueloop.domain.cut_with import CutWith
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import between_cuts_words
 from trueloop.report.program_diff import changed_lines, diff
@@ -18,6 +19,7 @@ from trueloop.report.turned.shapes import (
     CharacteristicShape,
     ComponentShape,
     CorrectionShape,
+    CutWithShape,
     FeatureShape,
     JunctionShape,
     LeftShape,
@@ -59,6 +61,8 @@ def _shape(correction: Correction) -> CorrectionShape:
         part=correction.part,
         record_id=record.id,
         program_to_run=correction.name_to_run,
+        carried_out_by=correction.recommended.value,
+        cut_with=_cut_with(record.cut_with),
         headline=headline(correction),
         characteristics=[CharacteristicShape.model_validate(one) for one in judged],
         features=[_feature(summary) for summary in feature_summaries(correction)],
@@ -82,6 +86,22 @@ def _shape(correction: Correction) -> CorrectionShape:
         inputs_sha256=record.inputs_sha256,
         options=record.options,
         memory=None if remembered is None else MemoryShape.model_validate(remembered),
+    )
+
+
+def _cut_with(cut: CutWith | None) -> CutWithShape | None:
+    if cut is None:
+        return None
+    offset_x_um, offset_z_um, wear_x_um, wear_z_um = (UM_PER_MM * one for one in (*cut.offset_mm, *cut.wear_mm))
+    return CutWithShape(
+        words=cut.words,
+        ran=cut.ran.value,
+        correction=cut.correction,
+        program_sha256=cut.program_sha256,
+        offset_x_um=offset_x_um,
+        offset_z_um=offset_z_um,
+        wear_x_um=wear_x_um,
+        wear_z_um=wear_z_um,
     )
 
 

@@ -28,7 +28,7 @@ from trueloop.report.turned.figures.part_drawing import times
 from trueloop.report.turned.figures.uncertainty import uncertainty
 from trueloop.report.turned.header import header, header_fields
 from trueloop.report.turned.remembered import memory_section
-from trueloop.report.turned.summary import feature_table, offset_words, verdict
+from trueloop.report.turned.summary import feature_table, offset_words, to_run, verdict
 from trueloop.report.turned.touch_table import touches_csv, touches_table
 from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.units import UM_PER_MM
@@ -64,7 +64,11 @@ def _head(correction: Correction, say: Texts) -> str:
         f'<p class="verdict"><span class="stamp">{say("Prediction")}</span>{verdict(correction, say)}</p>'
         + section("tolerances", say("Tolerances"), characteristic_table(correction.characteristics, say))
         + section(
-            "run", say("What to run"), by_tool_block(correction, say), f"<p id='wear'>{offset}{_blocks(correction)}</p>"
+            "run",
+            say("What to run"),
+            f"<p id='to-run'><strong>{to_run(correction, say)}</strong></p>",
+            by_tool_block(correction, say),
+            f"<p id='wear'>{offset}{_blocks(correction)}</p>",
         )
         + section("errors", say("Errors of the features"), feature_table(correction, say), _legend(correction, say))
     )

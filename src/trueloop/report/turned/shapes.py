@@ -19,12 +19,12 @@ class JudgementShape(Shape):
     """Its standard uncertainty."""
     degrees_of_freedom: int | None
     """Of that; null: as good as infinite."""
-    probability_in: float
-    """Probability of being inside the limits."""
+    probability_in: float | None
+    """Probability of being inside the limits; null: no limit."""
     margin: float | None
     """Distance to the nearer limit, negative outside; null: no limit."""
-    verdict: Literal["in", "out", "undecided"]
-    """By ISO 14253-1."""
+    verdict: Literal["in", "out", "undecided"] | None
+    """By ISO 14253-1; null: no limit."""
 
 
 class CharacteristicShape(Shape):
@@ -345,6 +345,27 @@ class MemoryShape(Shape):
     """All of it in words."""
 
 
+class CutWithShape(Shape):
+    """What cut the part that was measured. Offsets: how far the tool stood off the path of the program that ran."""
+
+    words: str
+    """The same in words."""
+    ran: str
+    """corrected, offsets, wear or as-programmed: which program ran, or that the offset was entered at the control."""
+    correction: str
+    """Id of the correction in force; empty: none."""
+    program_sha256: str
+    """Of the program that ran; empty: not known."""
+    offset_x_um: float
+    """In force in all; a radius."""
+    offset_z_um: float
+    """In force in all."""
+    wear_x_um: float
+    """Of it what stands in the control's wear table and stays in force; a radius."""
+    wear_z_um: float
+    """The same along Z."""
+
+
 class CorrectionShape(Shape):
     """Everything that the page of one correction says."""
 
@@ -358,6 +379,10 @@ class CorrectionShape(Shape):
     """Id of the record."""
     program_to_run: str
     """The file to finish with."""
+    carried_out_by: str
+    """corrected, offsets or wear: corrected contour, program with tool offsets, offset to be entered at the control."""
+    cut_with: CutWithShape | None
+    """What cut the finished part that was measured; null: the part was measured before its finish cut."""
     headline: str
     """What to expect, in words."""
     characteristics: list[CharacteristicShape]

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from trueloop.domain.life import Ran
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.markup import esc, table
 from trueloop.report.texts.texts import ENGLISH, Texts
@@ -52,6 +53,25 @@ def _untouched_words(correction: Correction, say: Texts) -> Iterator[str]:
     untouched = [f"{one.feature} {one.expected}" for one in summaries if not one.figures.touches]
     if untouched:
         yield say("Without a touch: {features}.", features="; ".join(untouched))
+
+
+def to_run(correction: Correction, say: Texts = ENGLISH) -> str:
+    """What to finish with, and what else may take its place: one of them (HTML)."""
+    program, joint = esc(correction.name_to_run), bool(correction.joint_name)
+    if correction.recommended is Ran.WEAR:
+        return say("Enter the tool offset, and run <code>{program}</code> as it is.", program=program)
+    if correction.recommended is Ran.OFFSETS:
+        return say(
+            "Run <code>{program}</code>; or enter the tool offset instead and run <code>{given}</code> as it is.",
+            program=program,
+            given=esc(correction.source_name),
+        )
+    if joint or correction.by_tool is None:
+        return say("Run <code>{program}</code>, the tool offset as it is.", program=program)
+    return say(
+        "Run <code>{program}</code>, the tool offset as it is. The offset below is instead of it, not with it.",
+        program=program,
+    )
 
 
 def offset_words(correction: Correction, say: Texts = ENGLISH) -> str:

@@ -26,8 +26,12 @@ def judged(asked: Characteristic, sizes: Measurand, error_mm: Array, covariance:
         judge(value, u, known, asked.lower_limit, asked.upper_limit)
         for value, u, known in zip(values.tolist(), standard_u.tolist(), freedom, strict=True)
     ]
-    worst = min(each, key=lambda one: (one.probability_in, one.margin or 0.0))
-    return worst if len(each) == 1 else _together(asked, worst, _drawn(values, sizes.gains, covariance))
+    worst = min(each, key=lambda one: (one.probability_in or 0.0, one.margin or 0.0))
+    return (
+        worst
+        if len(each) == 1 or worst.probability_in is None
+        else _together(asked, worst, _drawn(values, sizes.gains, covariance))
+    )
 
 
 def _together(asked: Characteristic, worst: Judgement, drawn: Array) -> Judgement:
@@ -35,7 +39,7 @@ def _together(asked: Characteristic, worst: Judgement, drawn: Array) -> Judgemen
     low = -np.inf if asked.lower_limit is None else asked.lower_limit
     high = np.inf if asked.upper_limit is None else asked.upper_limit
     share = float(np.mean(np.all((drawn >= low) & (drawn <= high), axis=1)))
-    probability = min(share, worst.probability_in)
+    probability = share if worst.probability_in is None else min(share, worst.probability_in)
     unproven = worst.verdict == "in" and probability < PROVEN
     return replace(worst, probability_in=probability, verdict="undecided" if unproven else worst.verdict)
 
@@ -43,10 +47,12 @@ def _together(asked: Characteristic, worst: Judgement, drawn: Array) -> Judgemen
 def _form(asked: Characteristic, drawn: Array) -> Judgement:
     """The range of what a fitted line or circle leaves: never negative, and so judged by its share alone."""
     form = np.ptp(drawn, axis=1)
-    upper = np.inf if asked.upper_limit is None else asked.upper_limit
-    share, value = float(np.mean(form <= upper)), float(np.mean(form))
+    upper, value = asked.upper_limit, float(np.mean(form))
+    if upper is None:
+        return Judgement(value, float(np.std(form)), None, None, None, None)
+    share = float(np.mean(form <= upper))
     verdict: Verdict = "in" if share >= PROVEN else "out" if share <= 1.0 - PROVEN else "undecided"
-    return Judgement(value, float(np.std(form)), None, share, None if np.isinf(upper) else upper - value, verdict)
+    return Judgement(value, float(np.std(form)), None, share, upper - value, verdict)
 
 
 def _drawn(values: Array, gains: Array, covariance: Covariance) -> Array:

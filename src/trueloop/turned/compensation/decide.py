@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc, fdtrc
+from scipy.special import chdtrc, fdtrc, stdtrit
 
 from trueloop.arrays import Array, by_content
 from trueloop.wording import Um, wording
@@ -20,6 +20,11 @@ FACES_AXIS: Final = 0.05
 """A touch informs an axis when its normal has at least this component along it (3 degrees)."""
 
 AXES: Final = ("X", "Z")
+DETERMINED: Final = 3.0
+"""An offset whose standard uncertainty is more than so many times that of a touch is not determined: it stays as it is.
+"""
+AS_NORMAL: Final = 1e9
+"""Degrees of freedom at which Student's distribution is the normal one, to 1e-9."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +44,11 @@ class AxisDecision:
 class Decision:
     """Both axes. `offset_is_enough` when neither needs a changed contour.
 
-    `by` is what the user asked for, "contour" or "offset", or "auto": what the test says. `unit_covariance` (2, 2) is
-    that of the two offsets per unit variance of a touch; zero on an axis no touch faces. `common_covariance` (2, 2) is
-    the same with what touches that lie close have in common; None: nothing, or they were not asked.
+    The offsets of the axes are changes, against what was in force when the errors were measured; `in_force_mm` (x as a
+    radius, z) is that as an offset. `by` is what the user asked for, "contour" or "offset", or "auto": what the test
+    says. `unit_covariance` (2, 2) is that of the two offsets per unit variance of a touch; zero on an axis no touch
+    faces. `common_covariance` (2, 2) is the same with what touches that lie close have in common; None: nothing, or
+    they were not asked.
     """
 
     x: AxisDecision
@@ -49,6 +56,7 @@ class Decision:
     unit_covariance: Array
     by: str = "auto"
     common_covariance: Array | None = None
+    in_force_mm: tuple[float, float] = (0.0, 0.0)
 
     @property
     def by_offset(self) -> bool:
@@ -62,8 +70,13 @@ class Decision:
 
     @property
     def offset_mm(self) -> tuple[float, float]:
-        """The tool offset (x as a radius, z) that takes out what a constant can."""
+        """The change of the tool offset (x as a radius, z) that takes out what a constant can."""
         return self.x.offset_mm, self.z.offset_mm
+
+    @property
+    def whole_offset_mm(self) -> tuple[float, float]:
+        """That on top of what was in force (x as a radius, z)."""
+        return self.x.offset_mm + self.in_force_mm[0], self.z.offset_mm + self.in_force_mm[1]
 
     def leverage(self, outward_normal: Array) -> Array:
         """By how much the offset along the normals (n, 2) of touches follows each touch's own error, (n,)."""
@@ -90,27 +103,40 @@ def decide(
     by: str = "auto",
     from_memory: bool = False,
     correlation: Array | None = None,
+    in_force_mm: tuple[float, float] = (0.0, 0.0),
+    contour_in_force_mm: Array | None = None,
 ) -> Decision:
     """Fits one offset to all touches and tests, axis by axis, what it leaves.
 
     `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
     degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`;
     `from_memory`: some of the places were not touched, their errors are from earlier parts. `correlation` (n, n): of
-    the touches' scatter; None: they have nothing in common.
+    the touches' scatter; None: they have nothing in common. `in_force_mm` is the offset (x as a radius, z) in
+    force, `contour_in_force_mm` (n,) what a contour in force moved the places by, of which the best offset counts.
     """
     informs = np.abs(outward_normal) > FACES_AXIS
-    inverse = np.linalg.pinv(np.where(np.any(informs, axis=0), outward_normal, 0.0), rcond=1e-9)
+    faces = np.any(informs, axis=0)
+    inverse = np.linalg.pinv(np.where(faces, outward_normal, 0.0), rcond=1e-9)
+    same = np.eye(len(process_error_mm)) if correlation is None else correlation
+    u_mm = _coverage(degrees_of_freedom) * sigma_mm * np.sqrt(np.diag(inverse @ same @ inverse.T))
+    known = np.sqrt(np.diag(inverse @ inverse.T)) <= DETERMINED
+    if not np.all(known):
+        inverse = np.linalg.pinv(np.where(known & faces, outward_normal, 0.0), rcond=1e-9)
     constants = inverse @ process_error_mm
     left = process_error_mm - outward_normal @ constants
     x, z = (
         _decide_axis(
-            *(axis, left, informs[:, axis], -weight * constants[axis]),
+            *(axis, left, informs[:, axis], -weight * constants[axis], float(u_mm[axis])),
             *(sigma_mm, degrees_of_freedom, resolution_mm, from_memory),
         )
+        if known[axis]
+        else _undetermined(axis, float(u_mm[axis]))
         for axis in range(2)
     )
     common = None if correlation is None else inverse @ correlation @ inverse.T
-    return Decision(x, z, inverse @ inverse.T, by, common)
+    moved = np.zeros(2) if contour_in_force_mm is None else inverse @ contour_in_force_mm
+    before = (in_force_mm[0] + float(moved[0]), in_force_mm[1] + float(moved[1]))
+    return Decision(x, z, inverse @ inverse.T, by, common, before)
 
 
 def _decide_axis(
@@ -118,6 +144,7 @@ def _decide_axis(
     left_mm: Array,
     informs: NDArray[np.bool_],
     offset_mm: float,
+    expanded_u_mm: float,
     sigma_mm: float,
     degrees_of_freedom: float,
     resolution_mm: float,
@@ -125,9 +152,8 @@ def _decide_axis(
 ) -> AxisDecision:
     name, n = AXES[axis], int(np.count_nonzero(informs))
     if n == 0:
-        return AxisDecision(
-            name, True, 0.0, 0.0, float("nan"), wording("{axis}: no touch faces {axis}; it stays as it is.", axis=name)
-        )
+        words = wording("{axis}: no touch faces {axis}; it stays as it is.", axis=name)
+        return AxisDecision(name, True, 0.0, 0.0, float("nan"), words)
     left = left_mm[informs]
     largest = float(np.max(np.abs(left)))
     ratio = float(left @ left) / max(n - 1, 1) / sigma_mm**2 if sigma_mm > 0 else float("inf")
@@ -143,7 +169,7 @@ def _decide_axis(
         "{axis}: a constant offset of {offset} would leave up to {left} at {places}, where {sigma} (one standard "
         "deviation) is repeatability; {verdict} (p = {p:.2g}).",
         axis=name,
-        offset=wording("{x} (on the radius)", x=Um(offset_mm, "+.1f")) if axis == 0 else Um(offset_mm, "+.1f"),
+        offset=_offset_words(axis, offset_mm, expanded_u_mm),
         left=Um(largest),
         places=wording("{n} touches and places that earlier parts tell", n=n) if from_memory else touches,
         sigma=Um(sigma_mm),
@@ -151,6 +177,27 @@ def _decide_axis(
         p=p_value,
     )
     return AxisDecision(name, enough, offset_mm, largest, p_value, words)
+
+
+def _undetermined(axis: int, expanded_u_mm: float) -> AxisDecision:
+    """An axis of which the touches say less than they scatter by: no offset."""
+    words = wording(
+        "{axis}: what was measured does not determine an offset along {axis} (± {u}); it stays as it is.",
+        axis=AXES[axis],
+        u=Um(expanded_u_mm),
+    )
+    return AxisDecision(AXES[axis], True, 0.0, 0.0, float("nan"), words)
+
+
+def _offset_words(axis: int, offset_mm: float, expanded_u_mm: float) -> str:
+    """The offset with its U (95 %), from what the touches scatter by."""
+    value, u = Um(offset_mm, "+.1f"), Um(expanded_u_mm)
+    words = wording("{offset} ± {u}", offset=value, u=u)
+    return wording("{x} (on the radius)", x=words) if axis == 0 else words
+
+
+def _coverage(degrees_of_freedom: float) -> float:
+    return float(stdtrit(min(degrees_of_freedom, AS_NORMAL), 0.975))
 
 
 def _upper_tail(ratio: float, over: float, under: float) -> float:

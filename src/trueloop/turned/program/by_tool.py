@@ -5,12 +5,13 @@ the normal, measured or not. Its share of the correction's size is 1 âˆ’ rms(c â
 evenly along the features that were touched: 1 where the offset is all of it, 0 where as much remains without it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
 from trueloop.turned.compensation.contour import CentrePiece
@@ -135,17 +136,24 @@ def answer_by_tool(
     offset: WearOffset,
     cut_by: Sequence[int],
     others: Sequence[int],
+    in_force: Callable[[int, Array], Array] | None = None,
+    wear_mm: tuple[float, float] = (0.0, 0.0),
 ) -> ByTool:
     """The answer of one correction.
 
     `commanded` says what the nose cuts of each feature, `cut_by` by the number of which offset, `others` are the
-    further numbers that the program runs with. Where `cut_by` holds several numbers no tool gets an offset.
+    further numbers that the program runs with. Where `cut_by` holds several numbers no tool gets an offset. `in_force`
+    gives what was in force along a feature, (n,), and `wear_mm` (x as a radius, z) what of an offset is in the
+    control's wear table: all is counted from there.
     """
-    offset_mm, touched = np.array(decision.offset_mm), set(model.vectors.feature_index.tolist())
+    entered = np.array(wear_mm)
+    offset_mm, touched = np.array(decision.whole_offset_mm) - entered, set(model.vectors.feature_index.tolist())
     features, own, left, places = [], [], [], []
     for index, (feature, curve, piece) in enumerate(zip(profile.features, model.curves, commanded, strict=True)):
         s = cut_mm(piece)
-        asked, moved = -weight * curve.value_mm(s), feature.outward_normal(s) @ offset_mm
+        normal = feature.outward_normal(s)
+        before = np.zeros(len(s)) if in_force is None else in_force(index, s) - normal @ entered
+        asked, moved = before - weight * curve.value_mm(s), normal @ offset_mm
         k = int(np.argmax(np.abs(asked - moved)))
         low, high, measured = float(np.min(moved)), float(np.max(moved)), index in touched
         features.append(MovedFeature(feature.name, low, high, float(asked[k]), float(moved[k]), measured))

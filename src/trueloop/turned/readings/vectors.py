@@ -17,6 +17,7 @@ from trueloop.turned.touches.plausibility import SAME_POINT_MM
 from trueloop.turned.touches.seen import Seen
 from trueloop.turned.touches.touches import Gauging
 from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
 
 SOLVED: Final = 1.0 - 1e-6
 """A face that lengths tie to the datum: less is a face whose error another one's may take."""
@@ -118,6 +119,10 @@ def _joined(profile: Profile, rows: Sequence[_Row], touches: ErrorVectors | None
     return both.chosen(np.lexsort((both.arc_length_mm, both.feature_index)))
 
 
+FEW_NOMINAL: Final = 3
+"""So many readings are not exactly nominal by chance."""
+NOMINAL_MM: Final = 1e-9
+
 ARRAYS: Final = (
     "feature_index",
     "arc_length_mm",
@@ -161,6 +166,14 @@ def _notes(
     if any(one.count > 1 for one in used):
         spread = max(one.count for one in used)
         yield f"Up to {spread} readings of one place: their spread is the gauge's repeatability, part of each ±U."
+
+
+def nominal_words(vectors: ErrorVectors) -> tuple[str, ...]:
+    """A remark where every reading is exactly nominal: gauges do not measure so, a sheet that is filled in does."""
+    read = [one.value_mm for one in vectors.seen if one.standard_u_mm > 0.0]
+    if len(read) < FEW_NOMINAL or any(abs(value) > NOMINAL_MM for value in read):
+        return ()
+    return (wording("All {n} readings are exactly nominal: were they measured, or filled in?", n=len(read)),)
 
 
 def assumed_words(readings: Sequence[MatchedReading], assumed_u_mm: float) -> tuple[str, ...]:

@@ -170,15 +170,21 @@ def _part_error(touches: Sequence[Touch], nominal: Array, normal: Array, gauging
     return error
 
 
+def no_reference(point: str, touches: int) -> TrueloopError:
+    """For a z reference that was not touched."""
+    return TrueloopError(
+        Code.TCH_REFERENCE,
+        f"the z reference {point!r} is none of the {touches} touches",
+        hint="`gauging.z_reference` names a point as it stands in the touches' column `point`; readings need none: "
+        "they count from a face of their own",
+        values={"point": point},
+    )
+
+
 def _from_reference(vectors: ErrorVectors, point: str) -> ErrorVectors:
     """Shifts the part frame along z so that the error at the reference point is zero [6811 §5.1]."""
     if point not in vectors.point:
-        raise TrueloopError(
-            Code.TCH_REFERENCE,
-            f"the z reference {point!r} is none of the {len(vectors.point)} touches",
-            hint="`gauging.z_reference` names a point as it stands in the touches' column `point`",
-            values={"point": point},
-        )
+        raise no_reference(point, len(vectors.point))
     k = vectors.point.index(point)
     facing = float(vectors.outward_normal[k, 1])
     if abs(facing) < REFERENCE_FACES:

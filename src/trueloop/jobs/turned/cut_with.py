@@ -1,0 +1,199 @@
+"""What cut a job's measured part: stated in the job, known to its store, or asked for."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Ran
+from trueloop.domain.record import Product, Record, sha256_of
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.jobs.tool_tables import ToolsTable
+from trueloop.formats.record_file import read_record
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.in_force import InForce, in_force
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.units import UM_PER_MM
+from trueloop.wording import listed, wording
+
+GIVEN: Final = "given"
+"""`programs.cut_with` of a part that the finish program cut as it is."""
+ID: Final = re.compile(r"[0-9a-f]{16}")
+FEWEST: Final = 4
+FACES: Final = 0.9
+"""A place faces an axis where its normal has at least this component along it (26 degrees)."""
+ALIKE: Final = 0.25
+"""Errors that differ by no more than this share of their mean are one amount."""
+SURE: Final = 3.0
+"""Standard uncertainties that the mean error has to be beyond."""
+OF_ALL: Final = "part.json"
+"""What the corrections of several edges or set-ups are named by: their records stand beside it."""
+
+
+def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
+    """Inputs with what cut the measured part, as far as the job and the corrections beside it say.
+
+    Raises MSR-OLD for measurements from before the correction that the job names, CMP-CUT-WITH and REC errors for what
+    it states and cannot be, CMP-OTHER-PROGRAM for a correction of another program.
+    """
+    programs, after = files.job.own_programs, files.job.gauging.after_record
+    if after is not None:
+        record = read_record(files.sources.file(_of_edge(files, after)))
+        require_later(record, inputs.inspections, files.path, time_needed=True)
+    stated = programs.cut_with or ("" if after is None else str(after))
+    if not inputs.measured_finished:
+        if programs.cut_with not in ("", GIVEN):
+            raise _not_finished(files, programs.cut_with)
+        return inputs
+    if not stated:
+        with in_file(files.path):
+            _require_no_allowance(inputs.touches)
+        return with_possible(inputs, tuple(_beside(files, inputs)))
+    by = None if programs.cut_by is None else Ran(programs.cut_by)
+    with in_file(files.path):
+        return replace(inputs, in_force=_stated(files, inputs, stated, by))
+
+
+def with_possible(inputs: Inputs, possible: tuple[str, ...]) -> Inputs:
+    """Inputs with corrections that may have been in force. Where the time of the measurement is known, they are made
+    before it, and what was in force is to be stated; else it is taken that none was, which a note says.
+    """
+    if inputs.measured_at is not None or not possible:
+        return replace(inputs, in_force=replace(inputs.in_force, possible=possible))
+    note = wording(
+        "Corrections of this program exist ({possible}); when the part was measured is not stated, and it is taken as "
+        "cut by the given program: `programs.cut_with` states what was in force.",
+        possible=listed(possible[:4]),
+    )
+    return replace(inputs, in_force=replace(inputs.in_force, possible=()), notes=(*inputs.notes, note))
+
+
+def _stated(files: JobFiles, inputs: Inputs, stated: str, by: Ran | None) -> InForce:
+    if stated == GIVEN:
+        return InForce(stated=True)
+    if ID.fullmatch(stated) and not (files.path.parent / stated).exists():
+        return InForce(stored=stated, by=by)
+    file = files.sources.file(stated)
+    if file.name == OF_ALL:
+        file = files.sources.file(_of_edge(files, Path(stated)))
+        if not file.is_file():  # nothing was measured of what the edge cuts
+            return InForce(stated=True)
+    record = read_record(file)
+    require_later(record, inputs.inspections, files.path, time_needed=False)
+    return replace(in_force(record, by, inputs.program, inputs.lines, _sha256_beside(file, record, by)), stated=True)
+
+
+def _of_edge(files: JobFiles, name: Path) -> Path:
+    """The record of the job's tool beside a `part.json`; any other file as it is."""
+    if name.name != OF_ALL or not isinstance(files.job.tool, ToolsTable):
+        return name
+    label = files.job.tool.called.words.replace(" ", "-")
+    return name.with_name(f"record-{f'{files.setup}-' if files.setup else ''}{label}.json")
+
+
+def _sha256_beside(file: Path, record: Record, by: Ran | None) -> str:
+    """The hash of the program that was written beside a record, known by its mark; "" where there is none."""
+    stem = "offsets" if by is Ran.OFFSETS else "corrected"
+    if by is Ran.WEAR:
+        return ""
+    for one in sorted(file.parent.glob(f"{stem}*")):
+        content = one.read_bytes() if one.is_file() else b""
+        if record.id.encode() in content:
+            return sha256_of(content)
+    return ""
+
+
+def _beside(files: JobFiles, inputs: Inputs) -> Iterator[str]:
+    """Corrections in folders beside the job that may have been in force, in words."""
+    given = sha256_of(inputs.program.source)
+    for file in sorted(files.path.parent.glob("*/record*.json")):
+        try:
+            if given in file.read_text(errors="replace"):
+                record = read_record(file)
+                if may_have_cut(record, inputs):
+                    yield f"{file.relative_to(files.path.parent).as_posix()} ({record.id})"
+        except (OSError, TrueloopError):
+            continue
+
+
+def may_have_cut(record: Record, inputs: Inputs) -> bool:
+    """Whether a correction may have been in force when the part was cut: it is of the same program and tool, was not
+    made from this measurement, and was made before it.
+    """
+    if record.product is not Product.TURNED or record.program is None:
+        return False
+    if record.program.sha256 != sha256_of(inputs.program.source):
+        return False
+    if inputs.called is None and record.tool is not None and record.tool.number != inputs.options.tool:
+        return False
+    if inputs.called is not None and record.options.get("edge") not in (None, inputs.called.words):
+        return False
+    own = {one.sha256 for one in inputs.inspections}
+    if own & {one.sha256 for one in record.inspections}:
+        return False
+    measured_at = inputs.measured_at
+    return measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= measured_at.astimezone(UTC)
+
+
+def require_later(record: Record, inspections: Sequence[Inspection], job: Path, *, time_needed: bool) -> None:
+    """Refuses measurements from before a correction, and, where `time_needed`, those of no known time: MSR-OLD."""
+    corrected_at = datetime.fromisoformat(record.made_at).astimezone(UTC)
+    for measured_at in (one.measured_at and one.measured_at.astimezone(UTC) for one in inspections):
+        if (measured_at is None and time_needed) or (measured_at is not None and measured_at < corrected_at):
+            when = "" if measured_at is None else measured_at.isoformat(timespec="seconds")
+            raise TrueloopError(
+                Code.MSR_OLD,
+                f"the part was measured at {when or 'a time that is not stated'}, correction {record.id} was made at "
+                f"{corrected_at.isoformat(timespec='minutes')}",
+                hint="a part that was cut before it was cut without it: leave out `gauging.after_record`, and state "
+                "what was in force then by `programs.cut_with`; `measured_at` states when a part was measured",
+                place=Place(str(job)),
+                values={"measured_at": when, "corrected_at": corrected_at.isoformat()},
+            )
+
+
+def _require_no_allowance(measured: ErrorVectors) -> None:
+    """Refuses a finished part that is too large by about one amount on cylinders and faces: CMP-ALLOWANCE.
+
+    No offset of a tool leaves the same on both; an allowance that is still on does.
+    """
+    rows = np.flatnonzero(measured.standard_u_mm > 0.0)
+    error_mm, normal = measured.error_mm[rows], np.abs(measured.outward_normal[rows])
+    both = len(rows) >= FEWEST and np.all(np.any(normal > FACES, axis=0))
+    if not both or np.min(error_mm) <= 0.0:
+        return
+    middle_mm = float(np.mean(error_mm))
+    beyond = middle_mm > SURE * float(np.max(measured.standard_u_mm[rows]))
+    if beyond and float(np.ptp(error_mm)) <= ALIKE * middle_mm:
+        size_um = middle_mm * UM_PER_MM
+        raise TrueloopError(
+            Code.CMP_ALLOWANCE,
+            f"all {len(rows)} measured places, on cylinders and on faces, are too large by about {size_um:.1f} µm: is "
+            "an allowance still on?",
+            hint=f"if it is: gauging.measured_allowance_mm = {middle_mm:.3f}, as it was meant; if the part is "
+            'finished: programs.cut_with = "given", or the record of the correction in force',
+            values={"size_um": size_um},
+        )
+
+
+def _not_finished(files: JobFiles, stated: str) -> TrueloopError:
+    return TrueloopError(
+        Code.CMP_CUT_WITH,
+        f"programs.cut_with is {stated!r}, and the part was measured before its finish cut: what cut it is the "
+        "semi-finish program",
+        hint="leave `programs.cut_with` out, or, where the finished part was measured, `programs.semifinish` and the "
+        "allowances",
+        place=Place(str(files.path)),
+        values={"corrections": [stated]},
+    )
+
+
+def stored_words(record: Record) -> str:
+    """A correction that only the store knows, as a possible one is named."""
+    return f"{record.id} of {record.made_at[:16]}, in the store"

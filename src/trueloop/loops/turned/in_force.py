@@ -1,0 +1,153 @@
+"""What was in force when a measured part was cut, as the loop takes it: the program that ran, and the tool's offset."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from trueloop.domain.cut_with import GIVEN, CutWith
+from trueloop.domain.life import Ran
+from trueloop.domain.record import ChangedWord, Product, Record, sha256_of
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.edit.edit import Edit, apply_edits
+from trueloop.nc.program.program import Program
+
+HINT: Final = 'state `programs.cut_with = "given"`, or the record of the correction in force'
+
+
+@dataclass(frozen=True)
+class InForce:
+    """What cut the measured part. `program` is the corrected one, where one ran, and `lines` its finish pass,
+    `composed` that it carries COMP_MTG of a machine model; None: the given program ran. `stated`: by the job or the
+    store. Else `stored` is the id of a correction that the store is to know and `by` how it was carried out, or
+    `possible` are, in words, corrections that may have been in force.
+    """
+
+    cut_with: CutWith = GIVEN
+    program: Program | None = None
+    lines: tuple[int, int] | None = None
+    composed: bool = False
+    stated: bool = False
+    stored: str = ""
+    by: Ran | None = None
+    possible: tuple[str, ...] = ()
+
+    def require_stated(self) -> None:
+        """Raises CMP-CUT-WITH where several things may have cut the part and none is stated, or one that no file and no
+        store tells.
+        """
+        if self.stored and not self.stated:
+            raise TrueloopError(
+                Code.CMP_CUT_WITH,
+                f"programs.cut_with names correction {self.stored!r}, and the job has no store that holds it",
+                hint='name the path to its record: cut_with = "o1/record.json"',
+                values={"corrections": [self.stored]},
+            )
+        if self.stated or not self.possible:
+            return
+        shown = ", ".join(self.possible[:4]) + (", …" if len(self.possible) > 4 else "")
+        raise TrueloopError(
+            Code.CMP_CUT_WITH,
+            f"what cut the measured part is not stated: the given program, or a correction of it: {shown}",
+            hint=f"{HINT} by its path or, with a store, its id, in the job's table [programs]",
+            values={"corrections": list(self.possible)},
+        )
+
+
+NOTHING: Final = InForce()
+"""The given program ran, and nothing was in force."""
+
+
+def in_force(
+    record: Record, by: Ran | None, program: Program, lines: tuple[int, int] | None, sha256: str = ""
+) -> InForce:
+    """A correction of `program` as it was in force, carried out `by` one of its ways; None: by its only one.
+
+    `lines` of the given program's finish pass; `sha256` of the text that ran, "" where it is not known. Raises
+    CMP-CUT-WITH where the record has several ways and none is stated, or cannot be carried out so, CMP-OTHER-PROGRAM
+    where it is of another program.
+    """
+    if record.product is not Product.TURNED or record.program is None:
+        raise TrueloopError(
+            Code.CMP_CUT_WITH,
+            f"record {record.id} is no correction of a turned part's program",
+            hint=HINT,
+            values={"corrections": [record.id]},
+        )
+    given = sha256_of(program.source)
+    if record.program.sha256 != given:
+        raise TrueloopError(
+            Code.CMP_OTHER_PROGRAM,
+            f"correction {record.id} is of the program with sha256 {record.program.sha256[:16]}…, this one has "
+            f"{given[:16]}…",
+            hint="name in `programs.finish` the program that the correction was made from",
+            values={"expected_sha256": record.program.sha256, "found_sha256": given},
+        )
+    ran = _way(record, by)
+    if ran is not Ran.CORRECTED:
+        return InForce(cut_with(record, ran, sha256 or (given if ran is Ran.WEAR else "")))
+    edits = edits_of(program, record.changes)
+    return InForce(
+        cut_with(record, ran, sha256),
+        program.rewritten(apply_edits(program, edits)),
+        None if lines is None else lines_after(record.changes, lines),
+        composed=bool(record.components),
+    )
+
+
+def _way(record: Record, by: Ran | None) -> Ran:
+    ways = ways_of(record)
+    if by is None and len(ways) == 1:
+        return ways[0]
+    beside = () if record.tool_offset is None else (Ran.OFFSETS, Ran.WEAR)
+    if by is not None and by in (*ways, *beside):
+        return by
+    said = " or ".join(f'"{way}"' for way in ways)
+    what = "can be carried out in several ways" if by is None else f"has no program {by.value!r}"
+    raise TrueloopError(
+        Code.CMP_CUT_WITH,
+        f"correction {record.id} {what}, and the job does not state which was in force: {said}",
+        hint=f"state it in the job's table [programs]: cut_by = {said} (the program of that name, or the offset "
+        "entered at the control)",
+        values={"corrections": [record.id]},
+    )
+
+
+def ways_of(record: Record) -> tuple[Ran, ...]:
+    """The ways in which a correction says that it is carried out: one for a contour; for a tool offset the program that
+    holds it, where one was written, or the control's wear table.
+    """
+    offset = record.tool_offset
+    if offset is None or not offset.makes_the_correction:
+        return (Ran.CORRECTED,)
+    if record.changes and "edge" not in record.options:
+        return (Ran.OFFSETS, Ran.WEAR)
+    return (Ran.WEAR,)
+
+
+def cut_with(record: Record, ran: Ran, program_sha256: str = "") -> CutWith:
+    """What is in force when a correction is carried out in one of its ways, on top of what stays in force."""
+    stays = GIVEN.wear_mm if record.cut_with is None else record.cut_with.wear_mm
+    offset = record.tool_offset
+    change = (0.0, 0.0) if offset is None else (offset.x_radius_mm, offset.z_mm)
+    moved = (0.0, 0.0) if ran is Ran.CORRECTED else change
+    whole = (stays[0] + moved[0], stays[1] + moved[1])
+    return CutWith(ran, record.id, program_sha256, whole, whole if ran is Ran.WEAR else stays)
+
+
+def edits_of(program: Program, changed: Sequence[ChangedWord]) -> list[Edit]:
+    """The edits that a record lists."""
+    found = []
+    for word in changed:
+        start = program.block(word.line - 1).start + word.column - 1
+        found.append(Edit(start, start + len(word.before.encode("latin-1")), word.after))
+    return found
+
+
+def lines_after(changed: Sequence[ChangedWord], lines: tuple[int, int]) -> tuple[int, int]:
+    """Where lines (from, to) of a program stand when changes were written into it, those of its heading left out."""
+
+    def more(before: int) -> int:
+        return sum(word.after.count("\n") - word.before.count("\n") for word in changed if word.line < before)
+
+    first, last = lines
+    return first + more(first), last + more(last + 1)

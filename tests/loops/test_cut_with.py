@@ -1,0 +1,249 @@
+"""What cut a measured part is a fact: the next correction is the whole one, however the last one was carried out."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from tests.support.cli import run
+from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.turned.compensate import Done, compensate_and_keep
+
+PROGRAM = """O1
+G21 G40 G99
+T0303
+G97 S1500 M3
+G0 X40. Z2.
+G0 X0
+G42 G1 Z0. F0.1
+X30. ,C1.
+Z-30.
+X36. ,C1.
+Z-50.
+G40 X42.
+G0 X100. Z100.
+M30
+"""
+PLACES = (("cylinder-2", -5, 30.0), ("cylinder-2", -25, 30.0), ("cylinder-1", -35, 36.0), ("cylinder-1", -45, 36.0))
+FIRST = (0.050, 0.050, 0.050, 0.050)
+SECOND = (0.004, 0.004, 0.004, 0.004)
+
+
+def correct(
+    folder: Path, part: int, readings: tuple[float, ...], by: str, programs: str = "", more: str = "", db: str = "none"
+) -> Done:
+    """The correction from the finished part's diameters, as deviations in mm, into the folder oPART."""
+    (folder / "f.nc").write_text(PROGRAM)
+    rows = [f"{name},{z},{d + e:.4f}" for (name, z, d), e in zip(PLACES, readings, strict=True)]
+    (folder / f"r{part}.csv").write_text("\n".join(["feature,z_mm,diameter_mm", *rows]) + "\n")
+    if "measured_at" not in more:
+        more = f"measured_at = {datetime.now(UTC).isoformat()}\n{more}"
+    (folder / f"j{part}.toml").write_text(
+        f'[part]\nname = "s"\nserial = "{part}"\nfrom_program = true\n'
+        f'[tool]\nnose_radius_mm = 0.2\nnumber = 3\nname = "T3"\ninsert = "DNMG"\ncorner = "1"\n'
+        f'[programs]\ndialect = "fanuc-lathe"\nfinish = "f.nc"\n{programs}\n'
+        f'[gauging]\nreadings = "r{part}.csv"\n{more}\n'
+        f'[compensation]\nby = "{by}"\n[output]\nfolder = "o{part}"\n'
+    )
+    return compensate_and_keep(folder / f"j{part}.toml", folder / f"o{part}", Keeping(db=db))
+
+
+def diameters(done: Done) -> list[str]:
+    """The words of both cylinders in the program to run, read from the file."""
+    text = next(file for file in done.files if file.name == done.correction.name_to_run).read_text()
+    assert text.count("X30.") + text.count("X36.") == 0 or done.correction.decision.by_offset
+    return [line for line in text.splitlines() if line.startswith(("X29.9", "X35.9"))]
+
+
+def whole_radius_mm(done: Done) -> float:
+    return done.correction.decision.whole_offset_mm[0]
+
+
+def entered_mm(done: Done) -> float:
+    offset = done.correction.record.tool_offset
+    assert offset is not None
+    return offset.x_radius_mm
+
+
+def test_a_contour_in_force_is_kept_and_the_rest_comes_on_top(tmp_path: Path) -> None:
+    """Ø +0.050, then +0.004 with the corrected program: X29.946 is to be cut, and is said to hold 25 µm of before."""
+    assert "X29.950" in " ".join(diameters(correct(tmp_path, 1, FIRST, "contour")))
+    second = correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"')
+    assert all("29.946" in line or "35.946" in line for line in diameters(second))
+    assert any("−27.0 µm, of which −25.0 µm were in force" in note for note in second.correction.notes)
+    third = correct(tmp_path, 3, (-0.002,) * 4, "contour", 'cut_with = "o2/record.json"')
+    assert all("29.948" in line or "35.948" in line for line in diameters(third))
+
+
+@pytest.mark.parametrize("by", ["contour", "offset"])
+def test_every_way_leads_to_the_same_third_part(tmp_path: Path, by: str) -> None:
+    """A wear number that was entered stays in force: what is left to enter or to write is less by it."""
+    correct(tmp_path, 1, FIRST, "offset")
+    ways = {
+        way: correct(tmp_path, part, SECOND, by, f'cut_with = "o1/record.json"\ncut_by = "{way}"')
+        for part, way in enumerate(("wear", "offsets"), 2)
+    }
+    assert {round(1e3 * whole_radius_mm(done), 1) for done in ways.values()} == {-27.0}
+    assert entered_mm(ways["wear"]) == pytest.approx(-0.002, abs=1e-9)
+    assert entered_mm(ways["offsets"]) == pytest.approx(-0.027, abs=1e-9)
+    if by == "contour":
+        assert all("29.946" in line or "35.946" in line for line in diameters(ways["offsets"]))
+        assert all("29.996" in line or "35.996" in line for line in diameters(ways["wear"]))
+
+
+def test_wear_adds_up_over_parts(tmp_path: Path) -> None:
+    correct(tmp_path, 1, FIRST, "offset")
+    by_wear = '"\ncut_by = "wear"'
+    second = correct(tmp_path, 2, SECOND, "offset", f'cut_with = "o1/record.json{by_wear}')
+    assert second.correction.record.cut_with is not None
+    third = correct(tmp_path, 3, (0.006,) * 4, "offset", f'cut_with = "o2/record.json{by_wear}')
+    assert third.correction.record.cut_with is not None
+    assert third.correction.record.cut_with.wear_mm[0] == pytest.approx(-0.027, abs=1e-9)
+    assert entered_mm(third) == pytest.approx(-0.003, abs=1e-9)
+    assert whole_radius_mm(third) == pytest.approx(-0.030, abs=1e-9)
+
+
+def test_an_offset_in_place_of_a_contour_holds_its_mean(tmp_path: Path) -> None:
+    """25 µm and 45 µm on the radius are in force by the contour; the best offset is 35 µm, and leaves 10 µm."""
+    correct(tmp_path, 1, (0.050, 0.050, 0.090, 0.090), "contour")
+    second = correct(tmp_path, 2, (0.0, 0.001, 0.0, 0.001), "offset", 'cut_with = "o1/record.json"')
+    assert entered_mm(second) == pytest.approx(-0.035, abs=0.0006)
+    left = second.correction.prediction.after_mm
+    assert sorted(round(1e3 * abs(one)) for one in left) == [10, 10, 10, 10]
+
+
+def test_a_weight_takes_its_share_of_what_is_left_and_keeps_the_rest(tmp_path: Path) -> None:
+    """Half of 25 µm, then half of the 12.5 µm left on: 18.75 µm in all."""
+    half = "[compensation]\nweight = 0.5\n"
+
+    def halved(part: int, readings: tuple[float, ...], programs: str) -> Done:
+        correct(tmp_path, part, readings, "contour", programs)
+        job = tmp_path / f"j{part}.toml"
+        job.write_text(job.read_text().replace("[compensation]\n", half))
+        return compensate_and_keep(job, tmp_path / f"o{part}", Keeping(db="none"))
+
+    assert "X29.975" in " ".join(line for line in _lines(halved(1, FIRST, "")))
+    second = halved(2, (0.025,) * 4, 'cut_with = "o1/record.json"')
+    assert any(word in " ".join(_lines(second)) for word in ("X29.962", "X29.963"))
+
+
+def _lines(done: Done) -> list[str]:
+    return [line for file in done.files if file.name == "corrected.nc" for line in file.read_text().splitlines()]
+
+
+def test_it_is_asked_for_where_a_correction_lies_beside_the_job(tmp_path: Path) -> None:
+    correct(tmp_path, 1, FIRST, "contour")
+    correct(tmp_path, 1, FIRST, "contour")  # made from this measurement: it cannot have cut the part
+    with pytest.raises(TrueloopError) as asked:
+        correct(tmp_path, 2, SECOND, "contour")
+    assert asked.value.code is Code.CMP_CUT_WITH and "o1/record.json" in asked.value.message
+    given = correct(tmp_path, 2, SECOND, "contour", 'cut_with = "given"')
+    assert all("29.996" in line or "35.996" in line for line in diameters(given))
+
+
+def test_without_a_time_of_the_measurement_a_note_names_the_corrections(tmp_path: Path) -> None:
+    correct(tmp_path, 1, FIRST, "contour")
+    second = correct(tmp_path, 2, SECOND, "contour", more="# measured_at is not stated")
+    assert any("o1/record.json" in note and "cut_with" in note for note in second.correction.notes)
+
+
+def test_it_is_asked_how_an_offset_was_in_force(tmp_path: Path) -> None:
+    correct(tmp_path, 1, FIRST, "offset")
+    with pytest.raises(TrueloopError) as asked:
+        correct(tmp_path, 2, SECOND, "offset", 'cut_with = "o1/record.json"')
+    assert asked.value.code is Code.CMP_CUT_WITH and "cut_by" in asked.value.hint
+
+
+def test_a_store_knows_the_corrections_of_the_program(tmp_path: Path) -> None:
+    """Asked for once; stated by the id; then the store itself knows what cut the part."""
+    db = str(tmp_path / "m.db")
+    run("db", "init", db)
+    first = correct(tmp_path, 1, FIRST, "contour", db=db)
+    for file in first.files:
+        if file.name == "record.json":
+            file.unlink()
+    with pytest.raises(TrueloopError) as asked:
+        correct(tmp_path, 2, SECOND, "contour", db=db)
+    record = first.correction.record.id
+    assert asked.value.code is Code.CMP_CUT_WITH and record in asked.value.message
+    second = correct(tmp_path, 2, SECOND, "contour", f'cut_with = "{record}"', db=db)
+    assert all("29.946" in line or "35.946" in line for line in diameters(second))
+    again = correct(tmp_path, 2, SECOND, "contour", db=db)
+    assert all("29.946" in line or "35.946" in line for line in diameters(again))
+
+
+def test_another_program_s_correction_was_not_in_force(tmp_path: Path) -> None:
+    correct(tmp_path, 1, FIRST, "contour")
+    record = tmp_path / "o1" / "record.json"
+    text = record.read_text()
+    given = text.split('"program": {')[1].split('"sha256": "')[1][:64]
+    record.write_text(text.replace(given, given[::-1]))
+    with pytest.raises(TrueloopError) as refused:
+        correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"')
+    assert refused.value.code is Code.CMP_OTHER_PROGRAM
+
+
+@pytest.mark.parametrize("key", ["touches", "readings"])
+def test_what_was_measured_before_the_correction_is_not_of_it(tmp_path: Path, key: str) -> None:
+    correct(tmp_path, 1, FIRST, "contour")
+    more = 'measured_at = 2026-01-01T00:00:00Z\nafter_record = "o1/record.json"'
+    if key == "touches":
+        (tmp_path / "t.csv").write_text("point,feature,nominal_x_mm,nominal_z_mm,error_um\na,cylinder-2,15,-5,2\n")
+        more = 'touches = "t.csv"\n' + more
+    with pytest.raises(TrueloopError) as refused:
+        correct(tmp_path, 2, SECOND, "contour", more=more)
+    assert refused.value.code is Code.MSR_OLD
+
+
+def test_a_z_reference_without_touches_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        correct(tmp_path, 1, FIRST, "contour", more='z_reference = "7"')
+    assert refused.value.code is Code.TCH_REFERENCE
+
+
+def test_readings_that_are_all_exactly_nominal_get_a_remark(tmp_path: Path) -> None:
+    def remarked(readings: tuple[float, ...]) -> bool:
+        notes = correct(tmp_path, 1, readings, "contour", 'cut_with = "given"').correction.notes
+        return any("All 4 readings are exactly nominal" in note for note in notes)
+
+    assert remarked((0.0, 0.0, 0.0, 0.0))
+    assert not remarked((0.0, 0.0, 0.0, 0.0001))
+
+
+def test_another_feed_or_speed_of_the_semi_finish_cut_is_reported(tmp_path: Path) -> None:
+    def words(semifinish: str) -> list[str]:
+        (tmp_path / "semi.nc").write_text(semifinish)
+        done = correct(tmp_path, 1, FIRST, "contour", 'semifinish = "semi.nc"')
+        return [note for note in done.correction.notes if "The semi-finish cut has another" in note]
+
+    assert words(PROGRAM) == []
+    (feed,) = words(PROGRAM.replace("F0.1", "F0.25"))
+    assert "another feed than the finish cut, 0.25 for 0.1" in feed
+    (speed,) = words(PROGRAM.replace("S1500", "S3000"))
+    assert "another spindle speed than the finish cut, 3000 for 1500" in speed
+
+
+def test_a_part_too_large_by_one_amount_on_all_sides_may_have_its_allowance_on(tmp_path: Path) -> None:
+    """30 µm along every normal: no offset of a tool does that. Stated as finished, it is corrected."""
+
+    def measured(programs: str, errors_um: tuple[float, ...]) -> Done:
+        places = (("cylinder-1", 18, -40), ("face-1", 16, -30), ("cylinder-2", 15, -10), ("face-2", 5, 0))
+        rows = [f"{k},{n},{x},{z},{e}" for k, ((n, x, z), e) in enumerate(zip(places, errors_um, strict=True))]
+        (tmp_path / "t.csv").write_text("\n".join(["point,feature,nominal_x_mm,nominal_z_mm,error_um", *rows]) + "\n")
+        correct_job = 'touches = "t.csv"\nreadings = []\n'
+        (tmp_path / "f.nc").write_text(PROGRAM)
+        (tmp_path / "j.toml").write_text(
+            '[part]\nname = "s"\nfrom_program = true\n[tool]\nnose_radius_mm = 0.2\nnumber = 3\n'
+            f'[programs]\ndialect = "fanuc-lathe"\nfinish = "f.nc"\n{programs}\n[gauging]\n{correct_job}'
+            '[output]\nfolder = "o"\n'
+        )
+        return compensate_and_keep(tmp_path / "j.toml", tmp_path / "out" / "o", Keeping(db="none"))
+
+    alike = (30.0, 31.0, 29.0, 30.0)
+    with pytest.raises(TrueloopError) as asked:
+        measured("", alike)
+    assert asked.value.code is Code.CMP_ALLOWANCE and "0.030" in asked.value.hint
+    assert measured('cut_with = "given"', alike).correction.decision.offset_mm[0] == pytest.approx(-0.030, abs=0.002)
+    measured("", (30.0, 4.0, 31.0, 5.0))
+    measured("", (-30.0, -31.0, -29.0, -30.0))
