@@ -72,3 +72,23 @@ def test_the_words_say_what_is_done(frame: SetupFrame, words: str, z_mm: float) 
     assert frame.words == words
     assert frame.z_mm(-50.0) == z_mm
     assert eval(words.removeprefix("Z = ").replace("−", "-"), {"z": -50.0}) == z_mm
+
+
+@pytest.mark.parametrize(
+    ("zero_mm", "flipped", "words", "z_mm"),
+    [
+        (-80.0, True, "Z = −80.0000 − z", -50.0),
+        (0.5, True, "Z = 0.5000 − z", 30.5),
+        (-80.0, False, "Z = z + 80.0000", 50.0),
+        (0.5, False, "Z = z − 0.5000", -30.5),
+        (0.0, False, "Z = z", -30.0),
+        (0.0, True, "Z = 0.0000 − z", 30.0),
+    ],
+)
+def test_places_and_directions_are_as_the_words_say(zero_mm: float, flipped: bool, words: str, z_mm: float) -> None:
+    """Of z = −30 mm; x stays as it is, and so does the x of a direction."""
+    frame = SetupFrame("frame", zero_mm, flipped=flipped)
+    assert frame.words == words
+    assert frame.points([[12.0, -30.0], [0.5, -30.0]]).tolist() == [[12.0, z_mm], [0.5, z_mm]]
+    assert frame.point((12.0, -30.0)) == (12.0, z_mm)
+    assert frame.directions([0.6, 0.8]).tolist() == [0.6, -0.8 if flipped else 0.8]

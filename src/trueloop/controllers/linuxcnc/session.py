@@ -121,11 +121,7 @@ def play(folder: Path, progress: Progress | None = None) -> None:
 @contextmanager
 def started(folder: Path) -> Iterator["subprocess.Popen[bytes]"]:
     """Starts LinuxCNC in namespaces of its own; ends it with everything it started when this is left."""
-    environment = os.environ | {
-        "HOME": str(folder / "home"),
-        "RTAPI_UID": "65534",
-        "RTAPI_FIFO_PATH": str(folder / "home" / "rtapi_fifo"),
-    }
+    environment = os.environ | {"RTAPI_UID": "65534"}
     environment.pop("DISPLAY", None)
     (folder / "session.sh").write_text(source("session.sh"))
     with (folder / "linuxcnc.log").open("ab") as log:

@@ -5,15 +5,18 @@ set -euo pipefail
 ip link set lo up
 
 # A new /tmp in which every entry of the old one is a link to it: programs, environments and results that lie there are
-# found and written as everywhere else. LinuxCNC's lock of a session outside must not be found.
+# found and written as everywhere else. LinuxCNC's lock of a session outside must not be found. FOLDER is there as
+# .session: LinuxCNC's real-time process is nobody's, and may not pass through folders that are its user's alone.
 mkdir "$1/tmp"
 mount -t tmpfs tmpfs "$1/tmp"
-mkdir "$1/tmp/.outside"
+mkdir "$1/tmp/.outside" "$1/tmp/.session"
+mount --bind "$1" "$1/tmp/.session"
 mount --rbind /tmp "$1/tmp/.outside"
 mount --rbind "$1/tmp" /tmp
 cd /tmp
 find .outside -mindepth 1 -maxdepth 1 ! -name 'linuxcnc.*' -print0 | xargs -0 -r ln -s -t .
 
-mount -t overlay overlay -o lowerdir="$1/modules":/usr/lib/linuxcnc/modules /usr/lib/linuxcnc/modules
-cd "$1/config"
+mount -t overlay overlay -o lowerdir=/tmp/.session/modules:/usr/lib/linuxcnc/modules /usr/lib/linuxcnc/modules
+export HOME=/tmp/.session/home RTAPI_FIFO_PATH=/tmp/.session/home/rtapi_fifo
+cd /tmp/.session/config
 exec linuxcnc -r machine.ini </dev/null
