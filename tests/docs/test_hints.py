@@ -1,0 +1,63 @@
+"""What a hint names exists: the command with its options, the target of make, the page, the key of a file."""
+
+import re
+import shlex
+
+import pytest
+
+from scripts.file_keys_page import tables
+from scripts.manual.contents import ROOT, pages
+from tests.docs.test_pages import unknown_in
+from tests.errors.expected import kept
+from tests.support.toml_files import KINDS
+
+HINTS = {name: text.partition("  hint: ")[2] for name, text in kept().items()}
+COMMAND = re.compile(r"`trueloop ([^`]+)`")
+TARGET = re.compile(r"(?:`|in a clone: )make ([a-z-]+)")
+PAGE = re.compile(r"\b([a-z-]+\.md)\b")
+KEY = re.compile(r"(?<![\w./-])(?!feature\.)([a-z]+)\.(?!html\b|toml\b|json\b|csv\b)([a-z_]{3,})\b(?![./(])")
+"""TABLE.key; the tables below `feature` have the names of the part's own features."""
+
+
+def hints(pattern: re.Pattern[str]) -> list[object]:
+    """The hints that have it, each with all it names."""
+    return [pytest.param(pattern.findall(text), id=name) for name, text in HINTS.items() if pattern.search(text)]
+
+
+def keys() -> set[str]:
+    """TABLE.key of every file, by the innermost name of its table."""
+    return {
+        f"{re.sub(r'[^a-z_.]', '', heading).strip('.').rpartition('.')[2]}.{key}"
+        for file in KINDS.values()
+        for heading, model in tables(file, "")
+        for key in model.model_fields
+    }
+
+
+@pytest.mark.parametrize("named", hints(COMMAND))
+def test_a_command_that_a_hint_names_exists_with_its_options(named: list[str]) -> None:
+    for words in named:
+        assert unknown_in(shlex.split(words.replace("…", "X"))) == []
+
+
+@pytest.mark.parametrize("named", hints(TARGET))
+def test_a_target_of_make_exists(named: list[str]) -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert [one for one in named if not re.search(rf"^{re.escape(one)}:", makefile, re.M)] == []
+
+
+@pytest.mark.parametrize("named", hints(PAGE))
+def test_a_page_is_one_of_the_manual(named: list[str]) -> None:
+    assert set(named) <= {page.source.name for page in pages()}
+
+
+@pytest.mark.parametrize("named", hints(KEY))
+def test_a_key_is_one_of_a_file(named: list[tuple[str, str]]) -> None:
+    known = keys()
+    tables_known = {one.partition(".")[0] for one in known}
+    wrong = [f"{table}.{key}" for table, key in named if table in tables_known and f"{table}.{key}" not in known]
+    assert wrong == []
+
+
+def test_many_hints_name_something() -> None:
+    assert min(len(hints(one)) for one in (COMMAND, KEY)) >= 15
