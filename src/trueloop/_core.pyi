@@ -57,9 +57,6 @@ class NcProgram:
         """What a code does (`Dwell`, `MEnd`); None where the word is no code that the dialect knows."""
 
     def block_at(self, offset: int) -> int: ...
-    def plain(self) -> NDArray[np.uint8]:
-        """What each block says at most, (blocks,): 0 other, 1 nothing, 2 moves, 3 moves without compensation."""
-
     def findings(self) -> list[tuple[str, str, str, str, int]]:
         """Severity, code, message, hint, byte offset."""
 
@@ -168,20 +165,6 @@ def nc_said(
 ) -> NDArray[np.bool_]:
     """Whether X, Y, Z stand where the program said, after each move (n, 3): from its block (n,), the words that set its
     end (n, 3), whether its coordinates are increments (n,), and how often each axis was renamed (n, 3).
-    """
-
-def nc_straights(
-    moves: tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]],
-    style: tuple[list[str], str, tuple[float, float, float], float, int, int, bool],
-    first: str,
-    standing: tuple[tuple[float, float, float], float, str, str],
-) -> tuple[str, tuple[tuple[float, float, float], float, str, str]]:
-    """Rapid moves and lines as blocks, and what is in force after them.
-
-    moves: ends in mm (n, 3), NaN along an axis that is not written; which are rapid (n,); feeds (n,), NaN for none.
-    style: codes of a rapid move and a line, what ends a rapid move, mm in a unit of X, Y and Z, what feeds are divided
-    by, decimals of positions and of feeds, whether numbers have signs. first: goes before the feed of the first block.
-    standing: position in mm, largest rounding in mm, the feed word wanted and the one in force.
     """
 
 @final

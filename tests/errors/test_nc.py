@@ -92,7 +92,7 @@ FANUC: list[tuple[str, Code, str]] = [
     ("G21 G00 X#7", Code.NC_PARAMETER, "parameter #7 has no value"),
     ("G21\n#1=[1.]2.", Code.NC_EXPRESSION, 'an operator is missing in "#1=[1.]2."'),
     ("G21 G00 X#<a>", Code.NC_WORD, '"X#<a>" is no word of the dialect fanuc-lathe'),
-    ("G00 X10", Code.NC_NUMBER, '"X10" has no decimal point: read as 10'),
+    ("G00 X10", Code.NC_NUMBER, '"X10" has no decimal point: what it counts is a parameter of the machine'),
     ("G21\nG28", Code.NC_MISPLACED, "a return to the reference point without an axis: nothing moves"),
     ("G21\nG70", Code.NC_MISPLACED, "G70 without P and Q: nothing moves"),
     ("G10 P1 X0.01", Code.NC_OPAQUE, "G10: only L2 with P1 to P6 and absolute values is followed"),

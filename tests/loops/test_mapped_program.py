@@ -292,8 +292,8 @@ def test_a_cycle_that_is_refused_is_not_said_to_need_no_mending(tmp_path: Path) 
 
 
 def test_an_unknown_code_is_seen_behind_a_thousand_slips(tmp_path: Path) -> None:
-    """Coordinates without a decimal point are worth a warning each; what nobody knows must not drown in them."""
-    slips = "".join(f"X{k} Y{k}\n" for k in range(1, 600))
+    """A radius on a straight move is worth a warning each; what nobody knows must not drown in them."""
+    slips = "".join(f"X{k}. Y{k}. R1.\n" for k in range(1, 600))
     with pytest.raises(TrueloopError) as refusal:
         mapped(tmp_path, f"G21 G90\nG0 X0. Y0. Z0.\nG1 F100.\n{slips}G123 X5.\nM30\n", MIXED, "fanuc-mill")
     assert (refusal.value.code, refusal.value.place.line) == (Code.NC_CODE, 603)

@@ -1,9 +1,11 @@
-"""The table in docs/dialects.md: a small program for each feature and dialect, and what becomes of it.
+"""The tables in docs/dialects.md: what becomes of a program of each feature, and what controls make of the same words.
 
-`python -m tests.support.dialect_table` prints it.
+`python -m tests.support.dialect_table` prints them.
 """
 
+import re
 from collections.abc import Mapping
+from pathlib import Path
 
 from tests.support.spelled_moves import GIVEN_UNIT
 from trueloop.errors import Code
@@ -35,6 +37,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G00 X1. Y0.\nG03 X0. Y1. I-1. J0.",
     ),
     "Arcs by radius": _for(
+        okuma_lathe="G00 X2 Z0\nG02 X4 Z-1 L1",
         heidenhain="0 BEGIN PGM A MM\n1 L X+1 Y+0 F100\n2 CR X+0 Y+1 R+1 DR+",
         siemens="G71 G0 X1 Y0\nG3 X0 Y1 CR=1",
         linuxcnc="G21 G18 G0 X1 Z0\nG3 X0 Z1 R1",
@@ -58,6 +61,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         ge2000t="G70 G91 G00 X1.0",
         linuxcnc="G21 G91 G0 X1",
         lathe="G21 G00 U1. W-1.",
+        fanuc_lathe_b="G21 G91 G00 X1. Z-1.",
         mill="G21 G91 G00 X1.",
     ),
     "Packed words": _for(
@@ -197,7 +201,11 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G92 X1.\nG53 G00 X0.",
     ),
     "Reference point (G28)": _for(
-        siemens="G74 X1=0", linuxcnc="G21 G28", lathe="G21 G28 U0. W0.", mill="G21 G91 G28 Z0."
+        siemens="G74 X1=0",
+        linuxcnc="G21 G28",
+        lathe="G21 G28 U0. W0.",
+        fanuc_lathe_b="G21 G91 G28 X0. Z0.",
+        mill="G21 G91 G28 Z0.",
     ),
     "Lengths of tools that are given (G43)": _for(linuxcnc="G43 H1", mill="G43 H01"),
     "Offsets of tools that are given (T0101)": _for(lathe="T0101"),
@@ -252,5 +260,20 @@ def table() -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
+CONTROLS = Path(__file__).parents[2] / "crates/nc-program/controls.tsv"
+PARAMETER = re.compile(r'Parameter \{ name: "([^"]+)", says: "([^"]+)" \}')
+EVIDENCE = {"manual": "manual", "secondary": "another text", "run": "interpreter run", "memory": "**not confirmed**"}
+
+
+def controls() -> str:
+    """What controls make of the same words, in Markdown: what is not confirmed first."""
+    lines = [line.split("\t") for line in CONTROLS.read_text(encoding="utf-8").splitlines()[1:]]
+    rows = [("Control", "Word or rule", "What it does", "Parameter", "Evidence", "By"), ("---",) * 6]
+    for names, item, value, meaning, source, evidence, _ in sorted(lines, key=lambda row: row[5] != "memory"):
+        asked = ", ".join(f"`{name}` ({says})" for name, says in PARAMETER.findall(value))
+        rows.append((names.replace(" ", ", "), item.replace("_", " "), meaning, asked, EVIDENCE[evidence], source))
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
 if __name__ == "__main__":
-    print(table())
+    print(table(), controls(), sep="\n\n")

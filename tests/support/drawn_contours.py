@@ -75,7 +75,7 @@ class _Drawing:
         if self.increments:
             words = [self._word(a, self._rounded(named[a] - at)) for a, at in zip(self.axes, self.at, strict=True)]
             return " ".join(filter(None, [code, *words, feed]))
-        increments = {**dict.fromkeys(LATHES, "UVW"), "siemens": "IC", "heidenhain": "I"}
+        increments = {"fanuc-lathe": "UVW", "haas-lathe": "UVW", "siemens": "IC", "heidenhain": "I"}
         if self.style.dialect in increments and self.draw(st.booleans()):
             words[0] = self._increment(self.axes[0], to[0] - self.at[0])
         return " ".join(filter(None, [code, *words, feed]))

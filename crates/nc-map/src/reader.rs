@@ -104,12 +104,16 @@ fn require_known(
         _ => false,
     };
     let met = findings.into_iter().filter(|found| found.at < end && refuses(found));
-    let first = first_unknown(program, end).into_iter().chain(met).min_by_key(|found| found.at);
-    match first {
+    let mut all: Vec<Finding> = first_unknown(program, end).into_iter().chain(met).collect();
+    all.sort_by_key(|found| found.at);
+    let more = all.len().saturating_sub(1);
+    match all.into_iter().next() {
         Some(found) => {
+            let further = if more > 0 { format!("; {more} more obstacles after it") } else { String::new() };
+            let message = found.message + &further;
             // What a note leaves as it is, a field over the whole program cannot.
             let hint = if found.severity == Severity::Note { WRITE_OUT.into() } else { found.hint };
-            Err(Refused { hint, ..Refused::new(found.code, found.at, found.message, "") })
+            Err(Refused { hint, ..Refused::new(found.code, found.at, message, "") })
         }
         None => Ok(()),
     }

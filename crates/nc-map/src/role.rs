@@ -31,10 +31,12 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
     let mut roles = HashMap::new();
     for word in program.words() {
         let role = match program.code(word) {
-            Some(G::MachineCoordinates) => Role::Machine,
+            Some(G::MachineCoordinates | G::BuilderCoordinates) => Role::Machine,
             Some(G::Home(_) | G::HomeNamed(_) | G::StoreHome(_)) => Role::Home,
             Some(G::SetRegister | G::OffsetRegister | G::SetData | G::SetWorkOffset | G::Shift(_)) => Role::Register,
-            Some(G::ToolOffset | G::Dwell | G::Pole(_) | G::Setting(..) | G::RoughContour(_)) => Role::Data,
+            Some(G::ToolOffset | G::Dwell | G::Pole(_) | G::Setting(..) | G::RoughContour(_) | G::DiameterByWord) => {
+                Role::Data
+            }
             Some(
                 G::OpaqueCycle
                 | G::OpaqueMotion
@@ -74,7 +76,7 @@ pub fn first_blocks(program: &Program) -> [Option<usize>; 4] {
         let what = match program.code(word) {
             Some(G::SetData | G::SetWorkOffset) => 0,
             Some(G::SetRegister) => 1,
-            Some(G::MachineCoordinates | G::Home(_) | G::HomeNamed(_)) => 2,
+            Some(G::MachineCoordinates | G::BuilderCoordinates | G::Home(_) | G::HomeNamed(_)) => 2,
             Some(G::Motion(Motion::Spline(_) | Motion::Tangent) | G::EndSpline) => 3,
             _ => continue,
         };

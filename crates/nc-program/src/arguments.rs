@@ -1,5 +1,6 @@
 //! Macros called with arguments (G65): letters become local parameters.
 
+use crate::expression::is_vacant;
 use crate::finding;
 use crate::request::Request;
 use crate::run::Runner;
@@ -49,7 +50,7 @@ impl Runner<'_> {
 
     /// Reports a value that an argument left out would decide: the control may take it as zero.
     pub(crate) fn require_value(&mut self, value: f64, at: usize) {
-        if value.is_nan() && self.in_macro() {
+        if value.is_nan() && !is_vacant(value) && self.in_macro() {
             let message = "an argument that was left out is part of this value".to_owned();
             self.refuse(finding::EXPRESSION, at, message, "give the argument where the macro is called");
         }

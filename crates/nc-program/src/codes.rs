@@ -5,10 +5,10 @@ use crate::drill::Drill;
 use crate::finding::{self, Severity};
 use crate::hole::Hole;
 use crate::lap::Lap;
-use crate::modal::{Compensation, FeedMode, Motion, Plane};
+use crate::modal::{Compensation, FeedMode, FeedUnit, Motion, Plane};
 use crate::profile_cycle::Profile;
 use crate::removal::Removal;
-use crate::request::Request;
+use crate::request::{Jump, Request};
 use crate::rough::Rough;
 use crate::run::Runner;
 use crate::spline::Spline;
@@ -19,6 +19,7 @@ use crate::tool::{Called, NONE_CALLED};
 pub(crate) enum Action {
     /// Its coordinates are a move; in machine coordinates if true.
     Motion(bool),
+    DiameterByWord,
     SetRegister,
     OffsetRegister,
     Shift(bool),
@@ -50,6 +51,9 @@ impl Runner<'_> {
         if request.codes().len() > 1 {
             self.check_groups(request);
         }
+        if !request.pointless.is_empty() {
+            self.count_steps(request);
+        }
         let action = self.apply_codes(request);
         if !self.state.unit.is_used {
             self.look_for_lengths(request, action);
@@ -67,12 +71,14 @@ impl Runner<'_> {
         match action {
             Action::Motion(in_machine) => {
                 let before = self.path.len();
+                self.plain_corner(request);
                 self.motion(request, in_machine);
                 self.ask_corner(request);
                 if self.path.len() > before {
                     self.call_modal_macro();
                 }
             }
+            Action::DiameterByWord => self.diameter_by_word(request),
             Action::SetRegister => self.set_register(request),
             Action::OffsetRegister => self.offset_register(request),
             Action::Pole(from) => self.set_pole(request, from),
@@ -106,6 +112,7 @@ impl Runner<'_> {
     fn apply_codes(&mut self, request: &Request) -> Action {
         let mut action = Action::Motion(false);
         for (code, word) in request.codes() {
+            let code = &if self.names_further_offset(request, *code) { G::ExtendedOffset } else { *code };
             if let G::Compensation(side) | G::CompensationGiven(side) = *code {
                 self.compensate(request, side, *code == G::CompensationGiven(side), *word as i32);
             }
@@ -127,6 +134,7 @@ impl Runner<'_> {
 
     /// G40, G41, G42: the tool is that of D, else the one in use.
     pub(crate) fn compensate(&mut self, request: &Request, side: Compensation, given: bool, word: i32) {
+        self.state.switched |= (side == Compensation::Off) != (self.state.modal.compensation == Compensation::Off);
         self.state.modal.compensation = side;
         if side == Compensation::Off {
             self.state.modal.called = NONE_CALLED;
@@ -175,7 +183,7 @@ impl Runner<'_> {
             G::Motion(motion) => modal.motion = motion,
             G::Heading => {
                 let inch = self.word_ends_with(word, b"INCH");
-                self.state_unit(inch);
+                self.state_unit(inch, word);
             }
             G::Fast if modal.motion == Motion::Line => modal.motion = Motion::Rapid,
             G::Drill(drill) => self.start_holes(drill, None, word),
@@ -186,9 +194,19 @@ impl Runner<'_> {
             }
             G::RetractToPlane(plane) => self.state.retracts_to_plane = plane,
             G::NoMotion | G::EndSpline => modal.motion = Motion::None,
+            G::EndCycle if matches!(modal.motion, Motion::Drill | Motion::Opaque) => {
+                modal.motion = self.state.under_cycle
+            }
             G::EndModalMacro => self.end_modal_macro(word),
             G::Plane(plane) => modal.plane = plane,
-            G::Inch(inch) => self.state_unit(inch),
+            G::Inch(inch) => {
+                self.state_unit(inch, word);
+                self.state.modal.feed_unit = FeedUnit::OfLengths;
+            }
+            G::LengthsInch(inch) => {
+                self.state_unit(inch, word);
+                self.state.modal.feed_unit = self.feed_unit_beside(inch);
+            }
             G::Incremental(incremental) => modal.incremental = incremental,
             G::CentreAbsolute(absolute) => modal.centre_absolute = absolute,
             G::Diameter(diameter) => {
@@ -201,6 +219,17 @@ impl Runner<'_> {
             }
             G::Feed(mode) => self.set_feed_mode(mode),
             G::Spindle(mode) => modal.spindle_mode = mode,
+            G::SpeedAndFeed(mode, feed) => {
+                modal.spindle_mode = mode;
+                self.set_feed_mode(feed);
+            }
+            G::SteadyFeed(steady) => {
+                self.state.steady_feed = steady;
+                if !steady {
+                    self.note_opaque(word, "the feed changes along the path: it is not given");
+                }
+            }
+            G::Procedure => self.enter_procedure(word),
             G::WorkOffset(number) => self.use_offset(number),
             G::StoreHome(number) => self.store_home(usize::from(number)),
             G::NoToolOffset => self.cancel_tool_offset(),
@@ -208,10 +237,21 @@ impl Runner<'_> {
                 modal.motion = Motion::None;
                 self.note_opaque(word, "the cycle's own moves are not in the path");
             }
-            G::OpaqueMotion => modal.motion = Motion::Opaque,
+            G::OpaqueMotion => {
+                self.keep_under_cycle();
+                self.state.modal.motion = Motion::Opaque;
+            }
             G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
             G::OpaqueMode => self.unfollowed(word),
             G::ToleranceCycle => self.tolerance_cycle(word),
+            G::Swivel if !self.word_ends_with(word, b"()") => self.unfollowed(word),
+            G::Preset => self.use_preset(word),
+            G::BuilderCoordinates => {
+                self.note_opaque(
+                    word,
+                    "a place counted from a point of the machine's builder, taken as the machine's zero",
+                );
+            }
             _ => {}
         }
         let beside_move = code == G::OpaqueMode && self.program.dialect().flow == FlowStyle::Labels; // M128
@@ -225,6 +265,7 @@ impl Runner<'_> {
 
     /// A drilling cycle comes into force; one that follows another goes on with its series.
     fn start_holes(&mut self, drill: Drill, along: Option<usize>, word: i32) {
+        self.keep_under_cycle();
         let third = along.unwrap_or(self.state.modal.plane.axes().2);
         let goes_on = self.state.hole.filter(|_| self.state.modal.motion == Motion::Drill);
         let initial = goes_on.map_or(self.state.position[third], |hole| hole.initial);
@@ -234,6 +275,42 @@ impl Runner<'_> {
         let new = || Hole::new(drill, along, self.dwells_at_bottom(word), initial, series);
         self.state.hole = Some(same.unwrap_or_else(new));
         self.state.modal.motion = Motion::Drill;
+    }
+
+    /// The motion in force stays so under a cycle, and comes back when it ends.
+    fn keep_under_cycle(&mut self) {
+        let motion = self.state.modal.motion;
+        if !matches!(motion, Motion::Drill | Motion::Opaque) {
+            self.state.under_cycle = motion;
+        }
+    }
+
+    /// Whether P beside G54 names one of the further work offsets: it belongs to no other code or call of the block.
+    fn names_further_offset(&self, request: &Request, code: G) -> bool {
+        let own = |code: G| {
+            let timed = matches!(code, G::Dwell | G::Drill(_) | G::DrillAlong(..) | G::Setting(..));
+            timed || action_of(code, 0).is_some_and(|action| action != Action::Motion(true))
+        };
+        let by_p = self.program.dialect().rules.offset_by_p && code == G::WorkOffset(1) && request.any(b"P");
+        by_p && request.jump == Jump::None && !request.codes().iter().any(|(code, _)| own(*code))
+    }
+
+    /// G10.9: words on X are diameters or radii from here on.
+    fn diameter_by_word(&mut self, request: &Request) {
+        if let Some(diameter) = request.get(b'X') {
+            (self.state.modal.diameter, self.state.modal.radius_increments) = (diameter != 0.0, false);
+        }
+    }
+
+    /// What F counts where a code switches lengths alone: the machine's basic unit; mm as delivered, if lengths are, too.
+    fn feed_unit_beside(&self, inch: bool) -> FeedUnit {
+        let given = self.program.dialect().rules.basic_unit.and_then(|known| self.parameter(known));
+        let at_start = self.options.initial.filter(|_| self.options.unit_is_known).map(|initial| initial.inch);
+        match given.map(|value| value == 0.0).or(at_start) {
+            Some(inch) => FeedUnit::Fixed(inch),
+            None if inch => FeedUnit::Unknown,
+            None => FeedUnit::Fixed(false),
+        }
     }
 
     /// A feed in another unit has to be given anew.
@@ -251,16 +328,47 @@ impl Runner<'_> {
         self.warn(finding::OPAQUE, self.word_start(word), message, hint);
     }
 
+    /// An F in mm or as an inverse time; negative where its unit is not known.
+    pub(crate) fn feed_mm(&mut self, request: &Request, feed: f64) -> f64 {
+        let feed = self.feed_of(request, feed);
+        let mm = match self.state.modal.feed_unit {
+            _ if self.state.modal.feed_mode == FeedMode::InverseTime => 1.0,
+            FeedUnit::OfLengths => self.state.modal.mm(),
+            FeedUnit::Fixed(inch) => [1.0, 25.4][usize::from(inch)],
+            FeedUnit::Unknown => {
+                if let Some(parameter) = self.program.dialect().rules.basic_unit {
+                    let what = "F counts the machine's basic unit, whatever lengths are in";
+                    self.ask(parameter, Severity::Warning, request.word(b'F'), what);
+                }
+                -1.0
+            }
+        };
+        if mm < 0.0 || feed < 0.0 && request.get(b'F').is_some_and(|word| word >= 0.0) {
+            -1.0
+        } else {
+            feed * mm
+        }
+    }
+
     pub(crate) fn note_opaque(&mut self, word: i32, what: &str) {
         let message = format!("{}: {what}", self.word_text(word));
-        let hint = "nothing to mend; a correction never touches these blocks";
+        let hint = "it is kept as it is; a correction that would have to move it refuses the program";
         self.report(Severity::Note, finding::OPAQUE, self.word_start(word), message, hint);
     }
 
     fn apply_feed_speed_tool(&mut self, request: &Request, action: Action) {
-        if let Some(feed) = request.get(b'F').filter(|_| !(self.is_corner(request) || action == Action::Nothing)) {
-            let unit = if self.state.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.state.modal.mm() };
-            self.state.modal.feed = feed * unit;
+        if self.is_corner(request) || action == Action::Nothing {
+        } else if let Some(feed) = request.get(b'F') {
+            if std::mem::take(&mut self.state.feed_by_revolution) {
+                self.set_feed_mode(FeedMode::PerMinute);
+            }
+            self.state.modal.feed = self.feed_mm(request, feed);
+        } else if let Some(feed) = request.get(b'f') {
+            self.set_feed_mode(FeedMode::PerRevolution);
+            (self.state.modal.feed, self.state.feed_by_revolution) = (feed * self.state.modal.mm(), true);
+        } else if request.any(b"z") {
+            self.state.modal.feed = -1.0;
+            self.note_opaque(request.word(b'z'), "a feed a tooth: the number of teeth is not in the program");
         }
         match request.get(b'S') {
             // With the position register S is the greatest speed, not the one to run at.
@@ -273,9 +381,11 @@ impl Runner<'_> {
 }
 
 /// What the code makes of its block's coordinates; `None` leaves it to the other codes.
-fn action_of(code: G, word: i32) -> Option<Action> {
+pub(crate) fn action_of(code: G, word: i32) -> Option<Action> {
     match code {
-        G::MachineCoordinates => Some(Action::Motion(true)),
+        G::MachineCoordinates | G::BuilderCoordinates => Some(Action::Motion(true)),
+        G::DiameterByWord => Some(Action::DiameterByWord),
+        G::Procedure => Some(Action::Nothing),
         G::SetRegister => Some(Action::SetRegister),
         G::OffsetRegister => Some(Action::OffsetRegister),
         G::Shift(adds) => Some(Action::Shift(adds)),
@@ -299,7 +409,7 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::Lap(lap) => Some(Action::Lap(lap, word)),
         G::Removal(removal) => Some(Action::Removal(removal, word)),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
-        G::Setting(..) | G::ToleranceCycle => Some(Action::Nothing),
+        G::Setting(..) | G::ToleranceCycle | G::Swivel | G::Preset => Some(Action::Nothing),
         _ => None,
     }
 }

@@ -15,6 +15,9 @@ pub(crate) const CORNERS: [u8; 3] = [ROUND, LEG, FACE];
 const ROUND: u8 = b'r';
 const LEG: u8 = b'c';
 const FACE: u8 = b'w';
+/// Addresses of the feed of a corner, and of every corner that follows.
+const CORNER_FEED: u8 = b'y';
+const EVERY_FEED: u8 = b'v';
 /// Address of the rounding of every corner that follows.
 pub(crate) const EVERY_ROUND: u8 = b's';
 
@@ -74,7 +77,12 @@ impl Runner<'_> {
             None => return,
         };
         let word = letter.map_or(INHERITED, |letter| request.word(letter));
-        let feed = request.get(b'F').filter(|_| self.is_corner(request)).map(|feed| feed * mm);
+        if let Some(feed) = request.get(EVERY_FEED) {
+            self.state.corner_feed = feed;
+        }
+        let every = Some(self.state.corner_feed).filter(|feed| *feed > 0.0);
+        let own = request.get(b'F').filter(|_| self.is_corner(request));
+        let feed = own.or(request.get(CORNER_FEED)).or(every).map(|feed| self.feed_mm(request, feed));
         let asked = Asked { corner, block: self.block, word, feed };
         let follows = self.has_cut() || self.is_corner(request);
         match &mut self.state.contouring.line {

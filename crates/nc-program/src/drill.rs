@@ -130,7 +130,7 @@ impl Runner<'_> {
         if pecks && !hole.noted && self.program.dialect().flow == FlowStyle::Macro {
             hole.noted = true;
             let what = format!("how far this cycle's pecks go back is the control's; taken as {PECK_CLEARANCE} mm");
-            let hint = "nothing to mend; the holes are where the program says";
+            let hint = "the holes are where the program says";
             self.report(Severity::Note, finding::OPAQUE, self.block_start(), what, hint);
         }
     }

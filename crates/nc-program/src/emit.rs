@@ -35,8 +35,10 @@ impl Runner<'_> {
         let state = if kind == MoveKind::Thread {
             let feed = if self.lead_mm.is_nan() { self.state.modal.feed } else { self.lead_mm };
             self.path.state_index(&Modal { feed, feed_mode: FeedMode::PerRevolution, ..self.state.modal }, origin)
-        } else {
+        } else if self.state.steady_feed {
             self.path.state_index(&self.state.modal, origin)
+        } else {
+            self.path.state_index(&Modal { feed: -1.0, ..self.state.modal }, origin)
         };
         self.path.push(kind, self.state.position, end, words, self.block as i32, state);
         self.state.position = end;

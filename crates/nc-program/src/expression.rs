@@ -18,6 +18,23 @@ pub struct Fault {
     pub what: String,
 }
 
+/// The value of a macro's parameter that has none: a word of it is as good as not written, in a sum it counts as zero.
+pub const VACANT: f64 = f64::from_bits(0x7ff8_0000_5ac0_0001);
+
+/// Whether a value is that of a parameter without one, with whatever sign.
+pub fn is_vacant(value: f64) -> bool {
+    value.to_bits() << 1 == VACANT.to_bits() << 1
+}
+
+/// As it counts in a sum, a product or a function.
+pub(crate) fn counted(value: f64) -> f64 {
+    if is_vacant(value) {
+        0.0
+    } else {
+        value
+    }
+}
+
 /// What an expression needs besides its text.
 pub trait Values {
     /// The value of a parameter; one that was never given should be noted and read as NaN.
@@ -170,7 +187,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn brackets(&mut self) -> Result<f64, Box<Fault>> {
+    pub(crate) fn brackets(&mut self) -> Result<f64, Box<Fault>> {
         self.open()?;
         let value = self.expression(0)?;
         self.close()?;
@@ -200,7 +217,9 @@ impl<'a> Reader<'a> {
             let at = self.at;
             self.at += operator.text.len();
             let right = self.expression(operator.strength)?;
-            left = match (operator.apply)(left, right) {
+            let compares = operator.strength == 1;
+            let (one, other) = if compares { (left, right) } else { (counted(left), counted(right)) };
+            left = match (operator.apply)(one, other) {
                 Err(what) if !self.dry => return self.fault(at, what),
                 result => result.unwrap_or(f64::NAN),
             };
@@ -280,7 +299,7 @@ impl<'a> Reader<'a> {
         if name == b"exists" && !macros {
             return self.exists();
         }
-        let argument = self.brackets()?;
+        let argument = counted(self.brackets()?);
         match name.as_slice() {
             b"atan" => self.arc_tangent(argument),
             name => match if macros { macro_function(name, argument) } else { function(name, argument) } {

@@ -42,6 +42,8 @@ pub(crate) enum Flow {
     Section,
     /// Declares variables.
     Declare,
+    /// A jump by a value: `CASE(R1) OF 1 GOTOF A 2 GOTOF B DEFAULT GOTOF C`.
+    Case,
     /// The label of a section; 0 ends one that was called.
     Label,
     /// Calls or repeats a section.
@@ -90,7 +92,7 @@ impl Flow {
 
     /// Whether it belongs to no other line.
     fn stands_alone(self) -> bool {
-        matches!(self, Self::Call | Self::Jump | Self::JumpIf | Self::Section | Self::Declare)
+        matches!(self, Self::Call | Self::Jump | Self::JumpIf | Self::Section | Self::Declare | Self::Case)
             || matches!(self, Self::Label | Self::CallLabel | Self::Compare)
     }
 

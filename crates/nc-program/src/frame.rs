@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::finding::{self, Severity};
+use crate::number;
 use crate::path::Origin;
 use crate::request::Request;
 use crate::rotary::Rotary;
@@ -20,6 +21,8 @@ pub(crate) struct Frame {
     pub active: usize,
     /// Offset made by setting the position register.
     pub register: [f64; 3],
+    /// What additive shifts (ATRANS) have put on the offset of the last one (TRANS).
+    pub fine: [f64; 3],
     /// A register offset put aside.
     pub set_aside: [f64; 3],
     /// Tool offset; zero where it is not known.
@@ -44,6 +47,7 @@ impl Frame {
             work: work.iter().copied().collect(),
             active: 1,
             register: [0.0; 3],
+            fine: [0.0; 3],
             set_aside: [0.0; 3],
             tool: [0.0; 3],
             tool_is_known,
@@ -133,11 +137,28 @@ impl Runner<'_> {
                 "write X0, or try it on air",
             );
         }
+        let kept = if adds { [0.0; 3] } else { self.kept_fine(request) };
         self.reframe(|frame| {
-            let before = if adds { frame.register } else { [0.0; 3] };
+            let before = if adds { frame.register } else { kept };
+            frame.fine = if adds { [0, 1, 2].map(|axis| frame.fine[axis] + given[axis]) } else { kept };
             frame.register = [0, 1, 2].map(|axis| before[axis] + given[axis]);
             frame.set_aside = frame.register;
         });
+    }
+
+    /// What a shift leaves of the additive ones before it: by a parameter of the machine. Without axes it leaves nothing.
+    fn kept_fine(&mut self, request: &Request) -> [f64; 3] {
+        let fine = self.state.frame.fine;
+        let Some(parameter) = self.program.dialect().rules.kept_fine.filter(|_| fine != [0.0; 3] && request.any(&AXES))
+        else {
+            return [0.0; 3];
+        };
+        let word = AXES.iter().map(|letter| request.word(*letter)).find(|word| *word >= 0).unwrap_or(-1);
+        let what = "the shift takes away what was added to the one before, or leaves it";
+        match self.ask(parameter, Severity::Error, word, what) {
+            Some(value) if value != 0.0 => fine,
+            _ => [0.0; 3],
+        }
     }
 
     pub(crate) fn cancel_register(&mut self, forget: bool) {
@@ -200,6 +221,19 @@ impl Runner<'_> {
             return self.warn(finding::MISPLACED, self.word_start(word), message, "name the offset: G54.1 P1");
         };
         self.use_offset((EXTENDED + number.round()) as u16);
+    }
+
+    /// CYCL DEF 247: the preset of Q339, which stands in the same line or the next one.
+    pub(crate) fn use_preset(&mut self, word: i32) {
+        let (start, blocks) = (self.word_start(word), self.program.blocks());
+        let end = blocks.get(self.block + 1).or(blocks.get(self.block)).map_or(start, |block| block.end as usize);
+        let text = self.program.source().get(start..end).unwrap_or(&[]);
+        let at = text.windows(5).position(|window| window == b"Q339=").map(|at| at + 5);
+        let number = at.and_then(|at| number::read(text, at)).filter(|(value, _)| (0.0..=9999.0).contains(value));
+        match number {
+            Some((value, _)) => self.use_offset(value.max(1.0) as u16),
+            None => self.unfollowed(word),
+        }
     }
 
     pub(crate) fn use_offset(&mut self, number: u16) {

@@ -1,5 +1,7 @@
 //! Operators and functions of expressions.
 
+use crate::expression::counted;
+
 /// An operator and how strongly it binds.
 #[derive(Clone, Copy)]
 pub(crate) struct Operator {
@@ -42,10 +44,10 @@ pub(crate) const MACRO: [Operator; 10] = [
     Operator { text: b"or", strength: 3, apply: |a, b| bits(a, b, |a, b| a | b) },
     Operator { text: b"eq", strength: 1, apply: |a, b| truth(same(a, b)) },
     Operator { text: b"ne", strength: 1, apply: |a, b| truth(!same(a, b)) },
-    Operator { text: b"gt", strength: 1, apply: |a, b| logical(a, b, a > b) },
-    Operator { text: b"ge", strength: 1, apply: |a, b| logical(a, b, a >= b) },
-    Operator { text: b"lt", strength: 1, apply: |a, b| logical(a, b, a < b) },
-    Operator { text: b"le", strength: 1, apply: |a, b| logical(a, b, a <= b) },
+    Operator { text: b"gt", strength: 1, apply: |a, b| greater(a, b, |a, b| a > b) },
+    Operator { text: b"ge", strength: 1, apply: |a, b| greater(a, b, |a, b| a >= b) },
+    Operator { text: b"lt", strength: 1, apply: |a, b| greater(a, b, |a, b| a < b) },
+    Operator { text: b"le", strength: 1, apply: |a, b| greater(a, b, |a, b| a <= b) },
 ];
 
 /// Those of Sinumerik, in the order of its manual: comparisons bind least, so that `(R1>0) AND (R2>0)` needs its brackets.
@@ -105,6 +107,12 @@ fn near(a: f64, b: f64) -> bool {
 #[allow(clippy::unnecessary_wraps)] // the type of `Operator::apply`
 fn logical(a: f64, b: f64, holds: bool) -> Result<f64, &'static str> {
     Ok(if a.is_nan() || b.is_nan() { f64::NAN } else { f64::from(u8::from(holds)) })
+}
+
+/// Compares sizes: a parameter without a value counts as zero.
+fn greater(a: f64, b: f64, compare: fn(f64, f64) -> bool) -> Result<f64, &'static str> {
+    let (a, b) = (counted(a), counted(b));
+    logical(a, b, compare(a, b))
 }
 
 /// Two parameters without a value are equal: `#1 EQ #0`.

@@ -1,7 +1,8 @@
 //! Gathering: the words of a block become values by letter and codes.
 
+use crate::codes::action_of;
 use crate::dialect::{Dialect, FlowStyle, Name, G, M};
-use crate::expression::{self, Fault, Values};
+use crate::expression::{self, is_vacant, Fault, Values};
 use crate::finding::{self, Severity};
 use crate::parameters::Key;
 use crate::program::{Word, WordKind};
@@ -17,6 +18,7 @@ impl Runner<'_> {
     pub(crate) fn gather(&mut self, request: &mut Request) {
         request.clear();
         let program = self.program;
+        let counts = program.dialect().rules.point.is_some();
         for index in program.word_range(self.block) {
             let Some(word) = program.words().get(index) else { return };
             let value = match word.kind {
@@ -28,7 +30,7 @@ impl Runner<'_> {
                     }
                     let start = program.value_start(word);
                     let value = self.value(start).0;
-                    if value.is_nan() && self.in_macro() && self.is_parameter(start, word.end()) {
+                    if is_vacant(value) {
                         continue;
                     }
                     self.require_value(value, start);
@@ -46,14 +48,18 @@ impl Runner<'_> {
                     request.jump = Jump::Named(index);
                     continue;
                 }
+                WordKind::Unknown if !self.options.optional_blocks && program.begins_skip(word) => return,
                 WordKind::Statement | WordKind::Flow | WordKind::Label | WordKind::Unknown => continue,
             };
             match word.letter {
                 b'G' => self.gather_g(value, index, request),
-                b'M' => self.gather_m(value, request),
+                b'M' => self.gather_m(value, index, request),
                 b'L' if self.program.dialect().flow == FlowStyle::Structured => request.jump = Jump::Named(index),
                 letter => {
                     request.set(letter, value, index);
+                    if counts && word.kind == WordKind::Number && !program.text(word).contains(&b'.') {
+                        request.pointless.add(letter);
+                    }
                     if let Some(increment) = self.program.reference(word) {
                         request.refer(letter, increment);
                     }
@@ -70,7 +76,11 @@ impl Runner<'_> {
         if shapes_contour || !self.program.dialect().other_axes.has(letter) {
             return;
         }
-        let is_argument = request.codes().iter().any(|(code, _)| matches!(code, G::CallMacro | G::ModalMacro));
+        // U and W are words of cycles, too.
+        let is_argument = request.codes().iter().any(|(code, _)| match letter {
+            b'U' | b'W' => action_of(*code, 0).is_some(),
+            _ => matches!(code, G::CallMacro | G::ModalMacro),
+        });
         if !is_argument && !self.state.other_axes.contains(&letter) {
             self.state.other_axes.push(letter);
             self.note_opaque(index as i32, "this axis is not in the path");
@@ -96,8 +106,11 @@ impl Runner<'_> {
         }
     }
 
-    fn gather_m(&mut self, value: f64, request: &mut Request) {
+    fn gather_m(&mut self, value: f64, index: usize, request: &mut Request) {
         if let Some(function) = self.program.dialect().m_code(value) {
+            if function == M::CallCycle {
+                self.note_opaque(index as i32, "the moves of the cycle defined last are not in the path");
+            }
             self.apply_function(function, request);
         }
     }
@@ -121,7 +134,7 @@ impl Runner<'_> {
             M::CallProgram => request.jump = Jump::Program,
             M::CallBlock => request.jump = Jump::Block,
             M::Return => request.jump = Jump::Return,
-            M::Inert => {}
+            M::CallCycle | M::Inert => {}
         }
     }
 

@@ -19,6 +19,9 @@ impl Runner<'_> {
         let goes = |axis: usize| !some || [AXES[axis], increments[axis]].iter().any(|l| request.get(*l).is_some());
         let end = [0, 1, 2].map(|axis| if goes(axis) { home[axis] - total[axis] } else { self.state.position[axis] });
         self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
+        if self.program.dialect().rules.home_ends_length {
+            self.cancel_tool_offset();
+        }
     }
 
     /// The same of the axes named; without one nothing moves.

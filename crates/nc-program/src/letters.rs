@@ -32,6 +32,18 @@ impl Letters {
         (b'A'..=b'z').filter(|letter| self.has(*letter)).map(char::from).collect()
     }
 
+    /// Without a letter.
+    #[inline]
+    pub fn remove(&mut self, letter: u8) {
+        self.0 &= !bit(letter);
+    }
+
+    /// Whether there is none.
+    #[inline]
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
     /// One letter more.
     #[inline]
     pub fn add(&mut self, letter: u8) {

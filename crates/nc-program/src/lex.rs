@@ -63,12 +63,14 @@ impl Lexer<'_> {
                 Class::Slash if first && !optional => {
                     optional = true;
                     self.at += 1;
+                    self.skip_level();
                 }
                 Class::Percent if first => {
                     tape_mark = true;
                     self.at = self.scanner.line_end(self.at);
                 }
                 Class::Digit if first => self.block_number(),
+                Class::Slash if self.dialect.rules.slash_within => self.slash_within(),
                 Class::Slash | Class::Percent | Class::Digit | Class::Space | Class::Letter | Class::Other => {
                     self.unknown(self.at)
                 }
@@ -77,6 +79,23 @@ impl Lexer<'_> {
         let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
         self.blocks.push(Block { start, end, first_word, optional, tape_mark });
         self.at += 1;
+    }
+
+    /// Over the level of a leading slash: `/2 G00`, `/3N40`. Where blocks begin with their number it may be that.
+    fn skip_level(&mut self) {
+        let level = matches!(self.source.get(self.at), Some(b'1'..=b'9'));
+        let ends = !self.source.get(self.at + 1).is_some_and(|next| next.is_ascii_digit() || *next == b'.');
+        if level && ends && self.dialect.flow != FlowStyle::Labels && self.dialect.flow != FlowStyle::OWords {
+            self.at += 1;
+        }
+    }
+
+    /// A slash between two words, with its level.
+    fn slash_within(&mut self) {
+        let start = self.at;
+        self.at += 1;
+        self.skip_level();
+        self.push_unknown(start, self.at);
     }
 
     /// What comes after white space and words that start with a letter, nearly all there is: between them the place is

@@ -2,11 +2,11 @@
 
 use std::cell::OnceCell;
 
-use crate::dialect::{Dialect, FlowStyle, G};
+use crate::asked::lengths;
+use crate::dialect::{Dialect, FlowStyle};
 use crate::finding::{self, Finding, Severity};
 use crate::labels::{called, Labels};
 use crate::program::{Program, Word, WordKind};
-use crate::rough::Rough;
 
 /// Unknown words and codes, words twice in a block, numbers oddly written. At most `finding::MOST`.
 pub fn lint(program: &Program) -> Vec<Finding> {
@@ -40,7 +40,9 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
 #[inline(always)]
 fn unknown(program: &Program, word: &Word) -> Option<Finding> {
     let dialect = program.dialect();
-    if word.kind == WordKind::Unknown || word.letter.is_ascii_uppercase() && !dialect.letters.has(word.letter) {
+    if word.kind == WordKind::Unknown && !program.begins_skip(word)
+        || word.letter.is_ascii_uppercase() && !dialect.letters.has(word.letter)
+    {
         return Some(unknown_word(program, word));
     }
     (word.kind == WordKind::Number && !known_code(dialect, word)).then(|| unknown_code(program, word))
@@ -67,10 +69,19 @@ fn odd_number(program: &Program, word: &Word) -> Option<Finding> {
         let message = format!("\"{}\" has a comma for its decimal point: read as {}", text(), word.value);
         return Some(warning(finding::NUMBER, word, message, "write a point"));
     }
-    if word.kind == WordKind::Number && dialect.point_decides && lacks_point(program, word) {
-        let message = format!("\"{}\" has no decimal point: read as {}", text(), word.value);
-        let hint = "a control may count least increments instead, by its parameters; write a point";
-        return Some(warning(finding::NUMBER, word, message, hint));
+    if let Some(parameter) = dialect.rules.point.filter(|_| word.kind == WordKind::Number && lacks_point(program, word))
+    {
+        let message = format!("\"{}\" has no decimal point: what it counts is a parameter of the machine", text());
+        let hint = format!("write a point; {}: {}", parameter.name, parameter.says);
+        return Some(warning(finding::NUMBER, word, message, &hint));
+    }
+    let most = usize::from(dialect.rules.most_digits);
+    if most > 0 && word.kind == WordKind::Number && matches!(word.letter, b'I'..=b'K' | b'R' | b'U'..=b'Z') {
+        let digits = program.text(word).iter().filter(|byte| byte.is_ascii_digit()).count();
+        if digits > most {
+            let message = format!("\"{}\" has {digits} digits: the control takes {most} at most", text());
+            return Some(warning(finding::NUMBER, word, message, "round it"));
+        }
     }
     None
 }
@@ -94,14 +105,12 @@ fn unknown_name(program: &Program, word: &Word, labels: &OnceCell<Labels>) -> Op
 
 /// Whether a coordinate other than zero is written without a decimal point.
 fn lacks_point(program: &Program, word: &Word) -> bool {
-    let coordinate = matches!(word.letter, b'I'..=b'K' | b'R' | b'U'..=b'Z');
-    coordinate && word.value != 0.0 && !program.text(word).contains(&b'.') && !counts(program, word)
-}
-
-/// R of a pattern that is repeated (G73) is a number of passes, of a setting (G05.1) one of machining conditions.
-fn counts(program: &Program, word: &Word) -> bool {
-    let counted = |code| matches!(program.code(code), Some(G::RoughContour(Rough::Pattern) | G::Setting(..)));
-    word.letter == b'R' && program.words_of(program.block_at(word.start as usize)).iter().any(counted)
+    let plain = word.value != 0.0 && !program.text(word).contains(&b'.');
+    plain && (word.letter.is_ascii_uppercase()) && {
+        let codes =
+            program.words_of(program.block_at(word.start as usize)).iter().filter_map(|word| program.code(word));
+        lengths(codes).has(word.letter)
+    }
 }
 
 fn warning(code: &'static str, word: &Word, message: String, hint: &str) -> Finding {

@@ -69,6 +69,17 @@ pub enum FeedMode {
     PerRevolution = 95,
 }
 
+/// The unit in which F counts lengths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FeedUnit {
+    /// That of lengths.
+    OfLengths,
+    /// Inch (true) or mm, whatever lengths are in.
+    Fixed(bool),
+    /// The machine's basic unit, which nobody has said.
+    Unknown,
+}
+
 /// Unit of spindle speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -110,8 +121,10 @@ pub struct Modal {
     pub centre_absolute: bool,
     /// Unit of feed.
     pub feed_mode: FeedMode,
-    /// Feed in mm/min or mm/rev; negative before the first F word.
+    /// Feed in mm/min or mm/rev; negative before the first F word, or where it is not known.
     pub feed: f64,
+    /// What F counts: the unit of lengths, or the machine's own.
+    pub feed_unit: FeedUnit,
     /// Unit of spindle speed.
     pub spindle_mode: SpindleMode,
     /// The S word as programmed; negative before the first.
@@ -139,6 +152,7 @@ impl Modal {
         centre_absolute: false,
         feed_mode: FeedMode::PerMinute,
         feed: -1.0,
+        feed_unit: FeedUnit::OfLengths,
         spindle_mode: SpindleMode::Revolutions,
         spindle_speed: -1.0,
         spindle_limit: -1.0,

@@ -3,10 +3,11 @@
 use std::f64::consts::TAU;
 
 use crate::arc::{self, Circle, Point};
+use crate::controls::MachineIncrements;
 use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::dialect::{FlowStyle, G};
 use crate::finding;
-use crate::modal::Motion;
+use crate::modal::{Compensation, FeedMode, Motion};
 use crate::offset::minus;
 use crate::path::{MoveKind, INHERITED};
 use crate::request::Request;
@@ -51,9 +52,17 @@ impl Runner<'_> {
             Motion::Spline(spline) => return self.spline(request, spline),
             _ => {}
         }
+        if in_machine && !self.obeys_machine(request) {
+            return;
+        }
+        if self.state.modal.motion == Motion::None {
+            self.first_motion(request);
+        }
         let (mut end, mut words) = self.target(request, in_machine);
         self.angled_target(request, &mut end, &mut words);
+        self.check_inverse_time(request);
         let kind = match self.state.modal.motion {
+            _ if in_machine && self.program.dialect().rules.machine_moves_rapid => MoveKind::Rapid,
             Motion::Rapid => MoveKind::Rapid,
             Motion::Line if request.any(b"m") => MoveKind::Probe,
             Motion::Line => MoveKind::Line,
@@ -72,15 +81,68 @@ impl Runner<'_> {
         if kind == MoveKind::Thread {
             self.lead_mm = self.lead(request);
         }
+        self.state.switched &= !self.moves_in_plane(request);
         self.emit(kind, end, words);
         let of_arcs: &[u8] = if kind == MoveKind::Thread { b"R" } else { b"RIJK" };
         if let Some(letter) = of_arcs.iter().find(|letter| request.get(**letter).is_some()) {
             let word = request.word(*letter);
+            if self.program.dialect().flow == FlowStyle::None
+                && request.codes().iter().any(|(code, _)| matches!(code, G::Compensation(_)))
+            {
+                return self.note_opaque(word, "how the tool comes to the contour is not in the path");
+            }
             let message = format!("{} on a straight move has no meaning", self.word_text(word));
             let hint =
                 "a block may have lost its G02 or G03; a corner as older lathes have it is written with ,R or ,C";
             self.warn(finding::MISPLACED, self.word_start(word), message, hint);
         }
+    }
+
+    /// Whether a move to a place of the machine is obeyed: not under increments, where the control stops or ignores it.
+    fn obeys_machine(&mut self, request: &Request) -> bool {
+        let refuses = self.program.dialect().rules.machine_increments == MachineIncrements::Refused;
+        if !(refuses && self.state.modal.incremental) {
+            return true;
+        }
+        let coded = request.codes().iter().find(|(code, _)| *code == G::MachineCoordinates);
+        let word = coded.map_or(INHERITED, |(_, word)| *word as i32);
+        let message = format!("\"{}\" under increments: the control stops, or does not obey it", self.word_text(word));
+        self.refuse(finding::MISPLACED, self.word_start(word), message, "write G90 before it");
+        false
+    }
+
+    /// A cut by an inverse time without one of its own.
+    fn check_inverse_time(&mut self, request: &Request) {
+        let cuts = matches!(self.state.modal.motion, Motion::Line | Motion::Clockwise | Motion::Counterclockwise);
+        let each =
+            self.program.dialect().rules.inverse_time_each_cut && self.state.modal.feed_mode == FeedMode::InverseTime;
+        if cuts && each && !request.any(b"F") {
+            let message = "a cut under G93 without its F: the control stops".into();
+            self.refuse(finding::FEED, self.block_start(), message, "write F in every cut: 1 over its minutes");
+        }
+    }
+
+    /// Compensation that would begin or end on an arc, where the control takes a straight move only.
+    fn check_entry(&mut self) {
+        let rules = self.program.dialect().rules;
+        let off = self.state.modal.compensation == Compensation::Off;
+        if std::mem::take(&mut self.state.switched) && (if off { rules.straight_exit } else { rules.straight_entry }) {
+            let does = if off { "ends" } else { "begins" };
+            let message = format!("compensation {does} on an arc: the control stops");
+            self.refuse(
+                finding::ENTRY,
+                self.block_start(),
+                message,
+                "begin and end it on a straight move in the plane",
+            );
+        }
+    }
+
+    /// Whether the block names an axis of the plane.
+    fn moves_in_plane(&self, request: &Request) -> bool {
+        let (first, second, _) = self.state.modal.plane.axes();
+        let increments = self.dialect_increments().unwrap_or_default();
+        request.any(&[AXES[first], AXES[second], increments[first], increments[second]]) || request.any(&POLAR)
     }
 
     /// A position and an increment of one axis.
@@ -166,6 +228,7 @@ impl Runner<'_> {
     }
 
     fn arc(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) {
+        self.check_entry();
         if self.arc_by_angle(request, end, words) {
             return;
         }
@@ -210,7 +273,7 @@ impl Runner<'_> {
         let clockwise = self.state.modal.motion == Motion::Clockwise;
         let (from, to) = ([self.state.position[first], self.state.position[second]], [end[first], end[second]]);
         let mm = self.state.modal.mm();
-        if let Some(radius) = request.get(b'R').map(|radius| radius * mm) {
+        if let Some(radius) = request.get(self.program.dialect().rules.radius_letter).map(|radius| radius * mm) {
             let circle = arc::with_radius(from, to, radius, clockwise, self.longer_mm());
             let chord = (to[0] - from[0]).hypot(to[1] - from[1]);
             let why = || format!("an arc of radius {radius:.5} mm over a chord of {chord:.5} mm cannot exist");
@@ -224,6 +287,9 @@ impl Runner<'_> {
         }
         if given == [None, None] {
             return Err(format!("G0{} without R or the centre's coordinates", if clockwise { 2 } else { 3 }));
+        }
+        if self.program.dialect().rules.centre_whole && self.state.modal.centre_absolute && given.contains(&None) {
+            return Err("an absolute centre with one of its two words: the control stops".to_owned());
         }
         let centre = [0, 1].map(|at| self.centre_coordinate(request, [first, second][at], from[at]));
         let why = || format!("an arc whose centre ({:.5}, {:.5}) mm is its start or end", centre[0], centre[1]);

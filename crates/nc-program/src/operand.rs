@@ -31,7 +31,19 @@ impl<'a> Reader<'a> {
             let value = self.value()?;
             return Ok(if value.is_nan() { value } else { f64::from(u8::from(value == 0.0)) });
         }
-        if self.source.get(skip(self.source, end, |byte| byte == b' ')) == Some(&b'(') {
+        let bracket = self.source.get(skip(self.source, end, |byte| byte == b' '));
+        let of_macro = self.dialect.functions == Functions::Macro && functions::macro_function(&name, 0.0).is_some();
+        if of_macro && bracket == Some(&self.dialect.brackets.0) {
+            self.at = end;
+            self.peek();
+            let argument = self.brackets()?;
+            return match functions::macro_function(&name, argument) {
+                Some(value) if value.is_finite() || argument.is_nan() => Ok(value),
+                _ if self.dry => Ok(f64::NAN),
+                _ => self.fault(start, &format!("the function has no value at {argument}")),
+            };
+        }
+        if bracket == Some(&b'(') {
             self.at = end;
             let arguments = self.arguments()?;
             return self.called(start, &name, &arguments);

@@ -29,6 +29,9 @@ impl<'a> Key<'a> {
     pub fn parse(text: &'a str, dialect: &Dialect) -> Option<Self> {
         let mark = char::from(dialect.parameters.mark);
         let text = text.trim();
+        if let Some(known) = dialect.rules.parameters().find(|known| known.name.eq_ignore_ascii_case(text)) {
+            return Some(Self::Name(Cow::Owned(known.name.to_ascii_lowercase().into_bytes())));
+        }
         if dialect.parameters.named == Naming::Plain {
             return Self::plain(text.as_bytes(), dialect);
         }

@@ -195,6 +195,13 @@ impl Program {
         }
     }
 
+    /// Whether a text within a block leaves out the words after it, where the operator has that switched on: `/`, `/2`.
+    pub fn begins_skip(&self, word: &Word) -> bool {
+        let text = self.text(word);
+        let level = text.strip_prefix(b"/").is_some_and(|rest| rest.is_empty() || matches!(rest, [b'1'..=b'9']));
+        word.kind == WordKind::Unknown && self.dialect.rules.slash_within && level
+    }
+
     /// What a word does as a code, where it is one that the dialect knows: `G01`, `TRANS`, `L`.
     #[inline]
     pub fn code(&self, word: &Word) -> Option<G> {

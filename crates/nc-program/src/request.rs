@@ -32,6 +32,8 @@ pub struct Request {
     present: Letters,
     increments: Letters,
     positions: Letters,
+    /// Letters whose number has no decimal point.
+    pub pointless: Letters,
     codes: [(G, u32); CODES],
     code_count: usize,
     /// Values given to parameters in this block, with the offset of each.
@@ -53,6 +55,7 @@ impl Request {
             present: Letters::default(),
             increments: Letters::default(),
             positions: Letters::default(),
+            pointless: Letters::default(),
             codes: [(G::Inert, 0); CODES],
             code_count: 0,
             assignments: Vec::new(),
@@ -65,7 +68,7 @@ impl Request {
     /// Forgets the block before.
     #[inline]
     pub fn clear(&mut self) {
-        (self.present, self.increments, self.positions) = Default::default();
+        (self.present, self.increments, self.positions, self.pointless) = Default::default();
         self.code_count = 0;
         self.assignments.clear();
         self.ends = false;
@@ -90,6 +93,18 @@ impl Request {
         let index = usize::from(letter.wrapping_sub(b'A'));
         let value = self.values.get(index)?;
         self.present.has(letter).then_some(*value)
+    }
+
+    /// Takes a value away, as if its word were not there.
+    pub fn take(&mut self, letter: u8) {
+        self.present.remove(letter);
+    }
+
+    /// Multiplies a value.
+    pub fn scale(&mut self, letter: u8, by: f64) {
+        if let Some(slot) = self.values.get_mut(usize::from(letter.wrapping_sub(b'A'))) {
+            *slot *= by;
+        }
     }
 
     /// Says that the value of a letter is an increment (true) or a position (false), whatever mode is in force.

@@ -1,6 +1,6 @@
 //! What parameters read as while a program runs: the program's own values, then those the control keeps.
 
-use crate::expression::Values;
+use crate::expression::{Values, VACANT};
 use crate::frame::Frame;
 use crate::modal::Modal;
 use crate::parameters::{Key, Store, LAST_MACRO_LOCAL};
@@ -25,13 +25,13 @@ pub(crate) struct Scope<'a> {
 impl Values for Scope<'_> {
     fn get(&mut self, key: &Key, at: usize) -> f64 {
         if self.has_null && *key == Key::Number(0) {
-            return f64::NAN;
+            return VACANT;
         }
         if let Some(value) = self.store.get(key).or_else(|| self.system(key)) {
             return value;
         }
         if self.in_macro && matches!(key, Key::Number(1..=LAST_MACRO_LOCAL)) {
-            return f64::NAN;
+            return VACANT;
         }
         self.undefined.push((key.clone().into_owned(), at));
         if self.unset_is_zero && has_value(key) {

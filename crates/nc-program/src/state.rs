@@ -4,7 +4,7 @@ use crate::contouring::Contouring;
 use crate::dialect::ToolOffset;
 use crate::frame::Frame;
 use crate::hole::Hole;
-use crate::modal::{Modal, Plane};
+use crate::modal::{Modal, Motion, Plane};
 use crate::modal_macro::ModalMacro;
 use crate::parameters::{Key, Store};
 use crate::pass::Passes;
@@ -46,6 +46,18 @@ pub(crate) struct State {
     pub oversize: f64,
     /// The drilling cycle in force.
     pub hole: Option<Hole>,
+    /// The motion that stays in force when a drilling cycle ends.
+    pub under_cycle: Motion,
+    /// Compensation was switched, and no move in its plane has come since.
+    pub switched: bool,
+    /// The feed holds over a move.
+    pub steady_feed: bool,
+    /// F was said by FU: a revolution until the next F.
+    pub feed_by_revolution: bool,
+    /// Feed of every corner that follows, in program units; zero without one.
+    pub corner_feed: f64,
+    /// Parameters of the machine that were asked for already.
+    pub asked: Vec<&'static str>,
     /// The simple turning cycle in force.
     pub passes: Option<Passes>,
     /// What the first block of a threading cycle said.
@@ -94,6 +106,12 @@ impl State {
             edge: (1, dialect.initial.plane),
             oversize: 0.0,
             hole: None,
+            under_cycle: dialect.rules.starts_with,
+            switched: false,
+            steady_feed: true,
+            feed_by_revolution: false,
+            corner_feed: 0.0,
+            asked: Vec::new(),
             passes: None,
             thread: ThreadData::NONE,
             rough: RoughData::NONE,

@@ -56,6 +56,7 @@ impl Runner<'_> {
             Flow::EndFor => self.again_for(statement),
             Flow::Jump => self.jump_from(statement.at, next),
             Flow::JumpIf => self.jump_if(statement, next),
+            Flow::Case => self.jump_by_value(statement, next),
             Flow::Declare => {
                 self.declare(statement.arguments);
                 next
@@ -118,6 +119,33 @@ impl Runner<'_> {
         let line_end = self.program.blocks().get(statement.block).map_or(end, |block| block.end as usize);
         let otherwise = source.get(end..line_end).and_then(|rest| position(rest, b"ELSE"));
         otherwise.map_or(next, |offset| self.jump_from(end + offset + 4, next))
+    }
+
+    /// The jump behind the value that fits, else the one behind DEFAULT.
+    fn jump_by_value(&mut self, statement: &Statement, next: usize) -> usize {
+        let (value, end) = self.value(statement.arguments);
+        let line_end = self.program.blocks().get(statement.block).map_or(end, |block| block.end as usize);
+        let source = self.program.source().get(..line_end).unwrap_or(&[]);
+        let Some(mut at) = after(source, end, b"OF").filter(|_| end > statement.arguments) else {
+            self.refuse(finding::FLOW, statement.at, "CASE without its OF".into(), "write CASE(R1) OF 1 GOTOF A");
+            return next;
+        };
+        loop {
+            if let Some(otherwise) = after(source, at, b"DEFAULT") {
+                return self.jump_from(otherwise, next);
+            }
+            let start = names::skip(source, at, |byte| matches!(byte, b' ' | b'\t'));
+            if start >= line_end {
+                return next;
+            }
+            let (constant, behind) = self.value(start);
+            if behind == start || constant == value {
+                return self.jump_from(behind, next);
+            }
+            let jump = JUMPS.iter().find_map(|(word, _)| after(source, behind, word)).unwrap_or(behind);
+            let label = names::skip(source, jump, |byte| matches!(byte, b' ' | b'\t'));
+            at = names::skip(source, label, names::is_name).max(start + 1);
+        }
     }
 
     /// A jump written at a byte; `next` where it leads nowhere.

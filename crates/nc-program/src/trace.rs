@@ -11,10 +11,6 @@ pub struct Executed {
     pub moves: i32,
     /// Index into the path's states: what was in force then.
     pub state: i32,
-    /// Where the tool was then, mm.
-    pub position: [f64; 3],
-    /// Machine less program position then, mm, by the offsets that the program says itself.
-    pub offset: [f64; 3],
 }
 
 impl Runner<'_> {
@@ -25,15 +21,14 @@ impl Runner<'_> {
         }
         let (block, moves) = (self.block as i32, self.path.len() as i32);
         let state = self.path.state_index(&self.state.modal, self.state.frame.origin());
-        let (position, offset) = (self.state.position, self.state.frame.total());
-        self.path.executed.push(Executed { block, moves, state, position, offset });
+        self.path.executed.push(Executed { block, moves, state });
     }
 
     /// Counts a move made after its block was noted as that block's.
     pub(crate) fn trace_return(&mut self) {
-        let (moves, position) = (self.path.len() as i32, self.state.position);
+        let moves = self.path.len() as i32;
         if let Some(last) = self.path.executed.last_mut() {
-            (last.moves, last.position) = (moves, position);
+            last.moves = moves;
         }
     }
 }

@@ -32,7 +32,7 @@ impl Unit {
 
 /// What states the unit in a program of a dialect, where that is in its words.
 fn unit_codes(dialect: &Dialect) -> &'static str {
-    let states = |tenths: u16| matches!((dialect.g)(tenths), Some(G::Inch(_)));
+    let states = |tenths: u16| matches!((dialect.g)(tenths), Some(G::Inch(_) | G::LengthsInch(_)));
     match dialect.flow {
         FlowStyle::Labels => "write BEGIN PGM with MM or INCH before it, or ",
         _ if states(200) => "write G20 or G21 before it, or ",
@@ -43,8 +43,14 @@ fn unit_codes(dialect: &Dialect) -> &'static str {
 
 impl Runner<'_> {
     /// The program states its unit. Before any length that is its own, whatever it was run with.
-    pub(crate) fn state_unit(&mut self, inch: bool) {
+    pub(crate) fn state_unit(&mut self, inch: bool, word: i32) {
         let unit = self.state.unit;
+        if unit.is_used && inch != self.state.modal.inch && self.program.dialect().rules.unit_once {
+            let message = format!("\"{}\" after a length in the other unit", self.word_text(word));
+            let hint =
+                "the control does not switch its unit within a program: its offsets would count in the other one";
+            self.refuse(finding::UNIT, self.word_start(word), message, hint);
+        }
         if !unit.is_stated && !unit.is_used {
             self.path.unit_stated = Some((self.block, inch));
         }

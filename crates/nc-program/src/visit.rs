@@ -4,6 +4,7 @@ use crate::dialect::FlowStyle;
 use crate::finding;
 use crate::labels::{label, program_name, Labels};
 use crate::modal::Modal;
+use crate::names::is_name;
 use crate::path::{MoveKind, INHERITED};
 use crate::request::{Jump, Request};
 use crate::rough::Rough;
@@ -12,12 +13,20 @@ use crate::run::Runner;
 /// Calls may nest this deep.
 const DEPTH: usize = 64;
 
+/// What a subprogram that saves brings back at its end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Saved {
+    modal: Modal,
+    register: [f64; 3],
+    fine: [f64; 3],
+}
+
 /// Somewhere to come back from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Visit {
     /// A subprogram: its first block, the runs left, and the block to go on with; whether it has parameters of its own,
     /// and whether it was called after a move (G66).
-    Program { start: usize, left: u64, back: usize, own: bool, modal: bool },
+    Program { start: usize, left: u64, back: usize, own: bool, modal: bool, saved: Option<Saved> },
     /// A contour: its last block, the block to go on with, the machine position to return to, if any, and the modal state that
     /// is put back then.
     Contour { last: usize, back: usize, from: Option<[f64; 3]>, after: Option<Modal> },
@@ -55,9 +64,12 @@ impl Runner<'_> {
                 }
             }
             Jump::Return => {
-                request.ends = !self.go_back() && target.is_none();
+                let called = self.go_back();
+                request.ends = !called && target.is_none();
                 if let Some(number) = target {
-                    if let Some(block) = self.numbered_block(number, self.word_start(request.word(b'P'))) {
+                    // P is the number of a block of the program that called.
+                    let from = if called { self.next.saturating_sub(1) } else { self.block };
+                    if let Some(block) = self.numbered_from(number, self.word_start(request.word(b'P')), from) {
                         self.next = block;
                     }
                 }
@@ -85,7 +97,7 @@ impl Runner<'_> {
             return;
         }
         self.path.enter_call(self.block);
-        self.visits.push(Visit::Program { start, left, back: self.next, own: false, modal: false });
+        self.visits.push(Visit::Program { start, left, back: self.next, own: false, modal: false, saved: None });
         (self.state.program_start, self.next) = (Some(start), start);
     }
 
@@ -113,23 +125,51 @@ impl Runner<'_> {
     /// Ends the innermost call, or starts its next run. False when there is none.
     pub(crate) fn go_back(&mut self) -> bool {
         while let Some(visit) = self.visits.pop() {
-            let Visit::Program { start, left, back, own, modal } = visit else {
+            let Visit::Program { start, left, back, own, modal, saved } = visit else {
                 self.path.leave_call();
                 continue;
             };
             (self.state.program_start, self.next) = (Some(usize::MAX), back);
             if left > 1 {
-                self.visits.push(Visit::Program { start, left: left - 1, back, own, modal });
+                self.visits.push(Visit::Program { start, left: left - 1, back, own, modal, saved });
                 (self.state.program_start, self.next) = (Some(start), start);
             } else {
                 self.path.leave_call();
                 if own {
                     self.state.store.leave();
                 }
+                if let Some(saved) = saved {
+                    self.bring_back(saved);
+                }
             }
             return true;
         }
         false
+    }
+
+    /// PROC with SAVE: the caller's modes and shift come back when the program ends.
+    pub(crate) fn enter_procedure(&mut self, word: i32) {
+        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
+        let text = found.map_or(&[][..], |word| self.program.text(word));
+        let saves = text.split(|byte| !is_name(*byte)).any(|name| name.eq_ignore_ascii_case(b"SAVE"));
+        let (modal, register, fine) = (self.state.modal, self.state.frame.register, self.state.frame.fine);
+        if let Some(Visit::Program { saved, .. }) = self.visits.last_mut().filter(|_| saves) {
+            *saved = saved.or(Some(Saved { modal, register, fine }));
+        }
+    }
+
+    /// The modes as they were; tool, speed and the work offset stay as they are, and so does F in the same unit.
+    fn bring_back(&mut self, saved: Saved) {
+        let now = self.state.modal;
+        self.state.modal = Modal {
+            feed: if now.feed_mode == saved.modal.feed_mode { now.feed } else { -1.0 },
+            spindle_speed: now.spindle_speed,
+            spindle_limit: now.spindle_limit,
+            tool: now.tool,
+            work_offset: now.work_offset,
+            ..saved.modal
+        };
+        self.reframe(|frame| (frame.register, frame.fine) = (saved.register, saved.fine));
     }
 
     /// A finishing cycle runs the contour from N of P to N of Q.
@@ -230,11 +270,16 @@ impl Runner<'_> {
 
     /// The block of an N number; one that is missing, or there more than once, is reported.
     pub(crate) fn numbered_block(&mut self, number: f64, at: usize) -> Option<usize> {
+        self.numbered_from(number, at, self.block)
+    }
+
+    /// The same, looked for after a block, in the program that it is of.
+    fn numbered_from(&mut self, number: f64, at: usize, from: usize) -> Option<usize> {
         if number.is_nan() {
             return None; // reported already
         }
         let whole = (0.0..=99_999_999.0).contains(&number).then(|| number.round() as u32);
-        match whole.and_then(|whole| self.labels().block(whole, self.block)) {
+        match whole.and_then(|whole| self.labels().block(whole, from)) {
             Some((block, several)) => {
                 if several {
                     let message = format!("block N{number} is there more than once: the next one is taken");

@@ -2,10 +2,9 @@
 
 use bytes::Bytes;
 use nc_program::{
-    lint, meaning, offset_statements, parameters_used, plain, run, Dialect, Finding, Key, Options,
-    Plane, Program, Severity, Tool, ToolPath, Word, WordKind,
+    lint, meaning, offset_statements, parameters_used, run, Dialect, Finding, Key, Options, Plane,
+    Program, Severity, Tool, ToolPath, Word, WordKind,
 };
-use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -122,17 +121,6 @@ impl NcProgram {
     /// Index of the block that holds a byte.
     fn block_at(&self, offset: usize) -> usize {
         self.program.block_at(offset)
-    }
-
-    /// What each block says at most, (blocks,), as `Plain` has it.
-    fn plain<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u8>> {
-        let blocks = 0..self.block_count();
-        let found: Vec<u8> = py.detach(|| {
-            blocks
-                .map(|block| plain(&self.program, block) as u8)
-                .collect()
-        });
-        found.into_pyarray(py)
     }
 
     /// What can be said without running it.

@@ -51,10 +51,6 @@ pub fn moves<'py>(
     let executed = path.executed;
     let blocks = executed.iter().map(|row| [row.block, row.moves, row.state]);
     columns.set_item("executed", rows(py, blocks.collect())?)?;
-    let positions = executed.iter().map(|row| row.position);
-    columns.set_item("executed_at_mm", rows(py, positions.collect())?)?;
-    let offsets = executed.iter().map(|row| row.offset);
-    columns.set_item("executed_offset_mm", rows(py, offsets.collect())?)?;
     columns.set_item("call", column(py, path.call))?;
     columns.set_item("calls", rows(py, path.calls)?)?;
     let (before, seconds): (Vec<usize>, Vec<f64>) = path.dwells.into_iter().unzip();

@@ -1,9 +1,8 @@
 //! Binds how numbers are written and words found.
 
 use nc_map::{mentions, Step};
-use nc_program::straights::{write_straights, Moves, Standing, Style};
 use nc_program::table::{write_rows, Column};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::PyReadonlyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -98,68 +97,12 @@ fn nc_rows(
     Ok(String::from_utf8(out)?)
 }
 
-/// Codes, end of a rapid move, units of X, Y, Z and feed in mm, decimals of positions and of feeds, whether signed.
-type StyleGiven = ([String; 2], String, [f64; 3], f64, usize, usize, bool);
-
-/// Position in mm, largest rounding in mm, feed word wanted and in force.
-type StandingGiven = ([f64; 3], f64, String, String);
-
-/// Rapid moves and lines as blocks, and what is in force after them; `first` goes before the feed of the first block.
-#[pyfunction]
-fn nc_straights(
-    py: Python<'_>,
-    moves: (
-        PyReadonlyArray2<'_, f64>,
-        PyReadonlyArray1<'_, bool>,
-        PyReadonlyArray1<'_, f64>,
-    ),
-    style: StyleGiven,
-    first: &str,
-    standing: StandingGiven,
-) -> PyResult<(String, StandingGiven)> {
-    let (end, rapid, feed) = &moves;
-    if end.shape() != [rapid.len(), 3] || feed.len() != rapid.len() {
-        return Err(PyValueError::new_err("columns of unlike length"));
-    }
-    let (end, _) = end.as_slice()?.as_chunks::<3>();
-    let (rapid, feed) = (rapid.as_slice()?, feed.as_slice()?);
-    let (codes, rapid_end, unit_mm, feed_unit, decimals, feed_decimals, signed) = style;
-    let style = Style {
-        codes,
-        rapid_end,
-        unit_mm,
-        decimals,
-        feed: (feed_unit, feed_decimals),
-        signed,
-    };
-    let (at, rounded, wanted_feed, in_force) = standing;
-    let mut now = Standing {
-        at,
-        rounded,
-        wanted_feed,
-        feed: in_force,
-    };
-    let mut out = Vec::new();
-    py.detach(|| {
-        write_straights(
-            &mut out,
-            &style,
-            Moves { end, rapid, feed },
-            first,
-            &mut now,
-        )
-    });
-    let standing = (now.at, now.rounded, now.wanted_feed, now.feed);
-    Ok((String::from_utf8(out)?, standing))
-}
-
 /// Adds what this file binds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(nc_mentions, module)?)?;
     module.add_function(wrap_pyfunction!(nc_number, module)?)?;
     module.add_function(wrap_pyfunction!(nc_restyled, module)?)?;
     module.add_function(wrap_pyfunction!(nc_rows, module)?)?;
-    module.add_function(wrap_pyfunction!(nc_straights, module)?)?;
     module.add_function(wrap_pyfunction!(nc_with_term, module)?)?;
     module.add_function(wrap_pyfunction!(nc_writes_comma, module)?)?;
     module.add_function(wrap_pyfunction!(nc_written_decimals, module)?)

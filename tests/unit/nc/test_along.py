@@ -34,7 +34,7 @@ def test_the_middle_of_a_move_is_where_it_is_by_hand(block: str, start: tuple[fl
 
 
 def test_an_axis_stands_where_a_position_said_and_no_longer_after_a_way_home() -> None:
-    source = b"G21 G90\nG0 X1\nG91 Y2\nG90 Z3\nY4\nG28 Z9\nG1 X5 F99\nZ1\nM30\n"
+    source = b"G21 G90\nG0 X1.\nG91 Y2.\nG90 Z3.\nY4.\nG28 Z9.\nG1 X5. F99\nZ1.\nM30\n"
     program = read_program(source, "fanuc-mill")
     path = program.run()
     before, after = said_ends(program, path)

@@ -66,7 +66,7 @@ def test_a_run_that_milled_in_an_earlier_part_is_not_judged() -> None:
 
 
 def test_the_first_cut_without_feed_counts_those_of_all_parts() -> None:
-    source = "G21 G18\nG0 X1\nG1 X2\nG1 X3\nF100\nG1 X4\n"
+    source = "G21 G18\nG0 X1.\nG1 X2.\nG1 X3.\nF100.\nG1 X4.\n"
     assert compare(source, Code.NC_FEED, dialect="fanuc-lathe") == [3]
 
 

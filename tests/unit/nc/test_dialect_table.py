@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.dialect_table import FEATURES, KEPT, NOT_YET, WORKS, outcome, table
+from tests.support.dialect_table import FEATURES, KEPT, NOT_YET, WORKS, controls, outcome, table
 from trueloop.nc.program.dialect import DIALECTS
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "dialects.md").read_text(encoding="utf-8")
@@ -13,6 +13,7 @@ DOCUMENT = (Path(__file__).parents[3] / "docs" / "dialects.md").read_text(encodi
 
 def test_the_page_carries_the_table_as_it_is_today() -> None:
     assert f"\n{table()}\n" in DOCUMENT
+    assert f"\n{controls()}\n" in DOCUMENT
 
 
 def test_every_dialect_is_introduced_and_has_a_program_that_works() -> None:

@@ -107,7 +107,7 @@ def test_a_label_with_rep_in_its_name_is_called_once() -> None:
         ("1 CYCL CALL M3", Code.NC_OPAQUE, "CYCL CALL M3: what it does is not in the path"),
         ("1 PLANE SPATIAL SPA0 SPB0", Code.NC_OPAQUE, "the path goes on as if it were not there"),
         ("1 L A+90 FMAX", Code.NC_OPAQUE, "A+90: this axis is not in the path"),
-        ("1 L X+1 M99", Code.NC_CODE, '"M99" is no code of the dialect heidenhain'),
+        ("1 L X+1 M99", Code.NC_OPAQUE, "M99: the moves of the cycle defined last are not in the path"),
         ("1 FL X+1", Code.NC_WORD, "is no word of the dialect heidenhain"),
     ],
 )

@@ -20,7 +20,7 @@ def codes(text: str, dialect: str) -> list[tuple[Code, int | None, int | None]]:
     return [(found.code, found.place.line, found.place.column) for found in findings]
 
 
-@pytest.mark.parametrize("dialect", ["fanuc-lathe", "fanuc-lathe-b", "haas-lathe"])
+@pytest.mark.parametrize("dialect", ["fanuc-lathe", "haas-lathe"])
 @pytest.mark.parametrize(
     ("words", "end", "column"),
     [

@@ -66,7 +66,7 @@ def test_a_byte_order_mark_is_no_part_of_the_first_word(dialect: str) -> None:
 
 
 def test_a_colon_is_the_o_of_a_program_s_number() -> None:
-    text = "%\n:1000(PLATE)\nG21G90\nM98P2000\nM30\n:2000\nG1X5.F1\nM99\n%\n"
+    text = "%\n:1000(PLATE)\nG21G90\nM98P2000\nM30\n:2000\nG1X5.F1.\nM99\n%\n"
     for dialect in ("fanuc-mill", "haas-mill", "fanuc-lathe"):
         program = read_program(text.encode(), dialect)
         assert [word.letter for word in program.block(1).words] == ["O"]

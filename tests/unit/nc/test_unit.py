@@ -49,13 +49,16 @@ def test_the_place_is_that_of_the_first_length_and_a_later_unit_does_not_reach_b
 
 
 def test_the_given_unit_is_the_one_in_force_at_the_start_and_the_programs_own_comes_after_it() -> None:
-    path = run("G90\nG0 X1. Y0.\nG21\nG1 X2. F100\n", unit="inch")
+    path = run("G90\nG0 X1. Y0.\nG21\nG1 X2. F100\n", "linuxcnc", unit="inch")
     assert path.end_mm[:, 0].tolist() == [INCH_MM, 2.0]
     assert unit_of_path("inch", path) == {"unit": "inch", "stated_by": "--unit or programs.unit"}
 
 
 def test_a_program_with_both_units_is_read_with_both() -> None:
-    path = run("G20\nG0 X1. Y0.\nG21\nG0 X1.\n")
+    """A control of the Fanuc kind refuses the second: its offsets would count in the other unit."""
+    text = "G20\nG0 X1. Y0.\nG21\nG0 X1.\n"
+    assert refusal(text).place.line == 3
+    path = run(text, "linuxcnc")
     assert path.end_mm[:, 0].tolist() == [INCH_MM, 1.0]
     assert unit_of_path(None, path) == {"unit": "inch", "stated_by": "the program, line 1"}
 

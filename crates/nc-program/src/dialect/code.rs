@@ -30,10 +30,14 @@ pub enum G {
     RetractToPlane(bool),
     /// No motion until the next motion code.
     NoMotion,
+    /// Ends a drilling cycle: the motion before it stays in force.
+    EndCycle,
     /// Plane of arcs.
     Plane(Plane),
     /// Inch (true) or metric (false).
     Inch(bool),
+    /// The same of lengths alone: F stays in the machine's basic unit.
+    LengthsInch(bool),
     /// Increments (true) or absolute positions (false).
     Incremental(bool),
     /// Arc centres absolute (true) or from the start point (false).
@@ -42,10 +46,18 @@ pub enum G {
     Diameter(bool),
     /// X is a diameter in absolute positions, a radius in increments.
     DiameterOfPositions,
+    /// Words on X are diameters (X1) or radii (X0) from here on: nothing moves.
+    DiameterByWord,
     /// Unit of feed.
     Feed(FeedMode),
     /// Unit of spindle speed.
     Spindle(SpindleMode),
+    /// Both at once.
+    SpeedAndFeed(SpindleMode, FeedMode),
+    /// The feed holds over the path (true), or changes along it.
+    SteadyFeed(bool),
+    /// The head of a subprogram: SAVE brings the caller's modes back at its end.
+    Procedure,
     /// Cutter compensation.
     Compensation(Compensation),
     /// The same with the tool's diameter in D and its tip in L.
@@ -122,6 +134,12 @@ pub enum G {
     Setting(u8, &'static [f64]),
     /// The same by the arguments of a cycle: CYCLE832.
     ToleranceCycle,
+    /// A swivelled plane by the arguments of a cycle; without arguments none: CYCLE800().
+    Swivel,
+    /// Selects a preset, the number of which stands in its text or in the line after it.
+    Preset,
+    /// A place of the machine counted from a point of its builder's.
+    BuilderCoordinates,
     /// Without influence on the path.
     Inert,
 }
@@ -145,6 +163,8 @@ pub enum M {
     RestoreState,
     /// Puts the tool of T into the spindle.
     ChangeTool,
+    /// Runs the cycle defined last at the end of the move.
+    CallCycle,
     /// Without influence on the path.
     Inert,
 }

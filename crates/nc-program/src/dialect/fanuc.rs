@@ -4,9 +4,9 @@
 //! manuals leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
 
 use super::{
-    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules,
-    ToolOffset, G, M,
+    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, ToolOffset, G, M,
 };
+use crate::controls;
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::pass::Pass;
@@ -17,17 +17,24 @@ pub const FANUC_LATHE: Dialect = Dialect {
     name: "fanuc-lathe",
     letters: Letters::of(b"ACDEFGHIJKLMNOPQRSTUVWXYZ"),
     line_angle: b"Aa",
-    rules: Rules { drills_from_start: true, ..Rules::USUAL },
+    rules: controls::FANUC_LATHE,
     increments: Some(*b"UVW"),
     tool_offset: ToolOffset::InT,
     other_axes: Letters::of(b"CH"),
-    g: lathe_a,
+    g: |tenths| controls::fanuc_lathe(tenths).or_else(|| lathe_a(tenths)),
     initial: Modal { diameter: true, plane: Plane::Zx, feed_mode: FeedMode::PerRevolution, ..Modal::INITIAL },
     ..FANUC_MILL
 };
 
 /// Turning, code system B: G90/G91, G94/G95 as in milling, cycles G77 to G79.
-pub const FANUC_LATHE_B: Dialect = Dialect { name: "fanuc-lathe-b", g: lathe_b, ..FANUC_LATHE };
+pub const FANUC_LATHE_B: Dialect = Dialect {
+    name: "fanuc-lathe-b",
+    g: |tenths| controls::fanuc_lathe_b(tenths).or_else(|| lathe_b(tenths)),
+    rules: controls::FANUC_LATHE_B,
+    increments: None,
+    other_axes: Letters::of(b"CHUW"),
+    ..FANUC_LATHE
+};
 
 /// Milling.
 pub const FANUC_MILL: Dialect = Dialect {
@@ -50,14 +57,13 @@ pub const FANUC_MILL: Dialect = Dialect {
     about_pole: false,
     flow: FlowStyle::Macro,
     increments: None,
-    point_decides: true,
     tool_offset: ToolOffset::Code,
-    rules: Rules::USUAL,
+    rules: controls::FANUC_MILL,
     other_axes: Letters::of(b"ABC"),
     letters: Letters::of(b"ABCDEFGHIJKLMNOPQRSTXYZ"),
-    g: mill,
+    g: |tenths| controls::fanuc_mill(tenths).or_else(|| mill(tenths)),
     m: m_code,
-    initial: Modal { ..Modal::INITIAL },
+    initial: Modal::INITIAL,
     resolution: (1e-4, 1e-3),
     comment: ("(", ")"),
 };
@@ -116,7 +122,6 @@ fn lathe(tenths: u16) -> Option<G> {
         740 => G::Groove(2),
         750 => G::Groove(0),
         760 => G::Thread,
-        800 => G::NoMotion,
         830 => G::DrillAlong(Drill::Peck, 2),
         840 => G::DrillAlong(Drill::Tap, 2),
         850 => G::DrillAlong(Drill::Ream, 2),
@@ -174,7 +179,6 @@ pub(super) fn mill(tenths: u16) -> Option<G> {
         830 => G::Drill(Drill::Peck),
         850 | 890 => G::Drill(Drill::Ream),
         760 | 870 | 880 => G::OpaqueMotion,
-        800 => G::NoMotion,
         900 => G::Incremental(false),
         910 => G::Incremental(true),
         920 => G::SetRegister,

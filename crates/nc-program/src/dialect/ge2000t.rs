@@ -4,9 +4,9 @@
 //! than a quadrant. Parameters P1, P2, … of a cycle are words of its block; others are variables.
 
 use super::{
-    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules,
-    ToolOffset, G, M,
+    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, ToolOffset, G, M,
 };
+use crate::controls;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
@@ -25,9 +25,8 @@ pub const GE2000T: Dialect = Dialect {
     about_pole: false,
     flow: FlowStyle::None,
     increments: None,
-    point_decides: false,
     tool_offset: ToolOffset::Unknown,
-    rules: Rules::USUAL,
+    rules: controls::GE2000T,
     other_axes: Letters::of(b""),
     letters: Letters::of(b"FGIJKMNPQRSTXYZ"),
     g: g_code,

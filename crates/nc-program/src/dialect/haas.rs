@@ -1,8 +1,10 @@
 //! Haas: what differs from Fanuc. G28 alone sends every axis home; M97 calls blocks of the same program.
 
 use super::fanuc::{lathe_a, m_code, mill, FANUC_LATHE, FANUC_MILL};
-use super::{Dialect, Rules, G, M};
+use super::{Dialect, G, M};
+use crate::controls;
 use crate::drill::Drill;
+use crate::modal::Modal;
 
 /// Fanuc's settings of speed and smoothing, which Haas has no codes for; G05 is a spindle's.
 fn only_fanuc(tenths: u16) -> bool {
@@ -10,11 +12,24 @@ fn only_fanuc(tenths: u16) -> bool {
 }
 
 /// Turning.
-pub const HAAS_LATHE: Dialect =
-    Dialect { name: "haas-lathe", g: lathe_code, m: haas_m_code, rules: Rules::USUAL, ..FANUC_LATHE };
+pub const HAAS_LATHE: Dialect = Dialect {
+    name: "haas-lathe",
+    g: |tenths| controls::haas_lathe(tenths).or_else(|| lathe_code(tenths)),
+    m: haas_m_code,
+    rules: controls::HAAS_LATHE,
+    initial: Modal { motion: controls::HAAS_LATHE.starts_with, ..FANUC_LATHE.initial },
+    ..FANUC_LATHE
+};
 
 /// Milling.
-pub const HAAS_MILL: Dialect = Dialect { name: "haas-mill", g: mill_code, m: haas_m_code, ..FANUC_MILL };
+pub const HAAS_MILL: Dialect = Dialect {
+    name: "haas-mill",
+    g: |tenths| controls::haas_mill(tenths).or_else(|| mill_code(tenths)),
+    m: haas_m_code,
+    rules: controls::HAAS_MILL,
+    initial: Modal { motion: controls::HAAS_MILL.starts_with, ..FANUC_MILL.initial },
+    ..FANUC_MILL
+};
 
 fn lathe_code(tenths: u16) -> Option<G> {
     Some(match tenths {

@@ -6,8 +6,9 @@
 
 use super::{
     common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom,
-    Rules, ToolOffset, G, M,
+    ToolOffset, G, M,
 };
+use crate::controls;
 use crate::flow::Flow;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane};
 
@@ -43,9 +44,8 @@ pub const HEIDENHAIN: Dialect = Dialect {
     about_pole: true,
     flow: FlowStyle::Labels,
     increments: None,
-    point_decides: false,
     tool_offset: ToolOffset::Call,
-    rules: Rules::USUAL,
+    rules: controls::HEIDENHAIN,
     other_axes: Letters::of(b"ABCUVW"),
     letters: Letters::of(b"ABCFMNQRSTUVWXYZ"),
     g: |_| None,
@@ -55,11 +55,11 @@ pub const HEIDENHAIN: Dialect = Dialect {
     comment: ("; ", ""),
 };
 
-/// M codes not listed are the machine builder's. M89 and M99 run a cycle, whose moves are not known.
+/// M codes not listed are the machine builder's. M89 and M99 run the cycle defined last.
 fn m_code(number: u16) -> Option<M> {
     match number {
         2 | 30 => Some(M::End),
-        89 | 99 => None,
+        89 | 99 => Some(M::CallCycle),
         0..=999 => Some(M::Inert),
         _ => None,
     }
@@ -92,7 +92,7 @@ const NAMES: Names = Names::of(&[
     ("CYCL DEF 19.", FRAME),
     ("CYCL DEF 26.", FRAME),
     ("CYCL DEF 32.", TEXT),
-    ("CYCL DEF 247", FRAME),
+    ("CYCL DEF 247", Name::Text(G::Preset)),
     ("CYCL DEF", CYCLE),
     ("C\t", Name::Code(G::Motion(Motion::Counterclockwise))),
     ("DEP\t", CYCLE),
@@ -120,7 +120,7 @@ const NAMES: Names = Names::of(&[
     ("FUNCTION RESET TCPM", TEXT),
     ("FUNCTION S-PULSE", TEXT),
     ("FUNCTION", FRAME),
-    ("FZ", Name::Address(b'f')),
+    ("FZ", Name::Address(b'z')),
     ("FU", Name::Address(b'f')),
     ("IPA", Name::Increment(b'q')),
     ("IPR", Name::Increment(b'p')),
@@ -146,9 +146,11 @@ const NAMES: Names = Names::of(&[
     ("M144\t", Name::Code(G::OpaqueMode)),
     ("M91\t", Name::Code(G::MachineCoordinates)),
     ("M140 MB", CYCLE),
-    ("M92\t", Name::Code(G::OpaqueBlock)),
+    ("M92\t", Name::Code(G::BuilderCoordinates)),
     ("PA", Name::Address(b'q')),
     ("PR", Name::Address(b'p')),
+    ("PLANE RESET STAY", TEXT),
+    ("PLANE RESET TURN", TEXT),
     ("PLANE", FRAME),
     ("R0\t", Name::Code(G::Compensation(Compensation::Off))),
     ("RL\t", Name::Code(G::Compensation(Compensation::Left))),

@@ -1,9 +1,9 @@
 //! RS-274 as LinuxCNC 2.9 reads it.
 
 use super::{
-    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules,
-    ToolOffset, G, M,
+    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, ToolOffset, G, M,
 };
+use crate::controls;
 use crate::drill::Drill;
 use crate::level_cuts::Pockets;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
@@ -32,15 +32,8 @@ pub const LINUXCNC: Dialect = Dialect {
     about_pole: false,
     flow: FlowStyle::OWords,
     increments: None,
-    point_decides: false,
     tool_offset: ToolOffset::Code,
-    rules: Rules {
-        tip_in_front: true,
-        enters_beside_next: false,
-        retracts_to_plane: true,
-        lead_along_thread: true,
-        ..Rules::USUAL
-    },
+    rules: controls::LINUXCNC,
     other_axes: Letters::of(b"ABCUVW"),
     letters: Letters::of(b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"),
     g: g_code,

@@ -10,6 +10,7 @@ mod linuxcnc;
 mod okuma;
 mod siemens;
 
+pub use crate::controls::Rules;
 pub use crate::curve::PoleFrom;
 pub use crate::letters::Letters;
 pub(crate) use crate::names::{Name, Names};
@@ -110,38 +111,6 @@ pub enum Functions {
     Klartext,
 }
 
-/// What controls do differently with the same codes.
-#[derive(Clone, Copy, Debug)]
-pub struct Rules {
-    /// Orientations of a lathe tool's tip are counted with the turret in front of the axis, as LinuxCNC does.
-    pub tip_in_front: bool,
-    /// Compensation begins square to the second move's start; else square to the first move's end.
-    pub enters_beside_next: bool,
-    /// R of a drilling cycle counts from where the cycle begins, and one without Q makes no pecks.
-    pub drills_from_start: bool,
-    /// Drilling cycles retract to the plane R (G99) from the start on; else to where they began (G98).
-    pub retracts_to_plane: bool,
-    /// Whether X is a diameter at the start is machine data: a turning program has to say it.
-    pub diameter_is_machine_data: bool,
-    /// The lead of a tapered thread counts along the thread; else along the axis on which it is longer.
-    pub lead_along_thread: bool,
-    /// Blocks may have names behind N: `NLAP1`.
-    pub sequence_names: bool,
-}
-
-impl Rules {
-    /// Those of most controls.
-    pub const USUAL: Self = Self {
-        tip_in_front: false,
-        enters_beside_next: true,
-        drills_from_start: false,
-        retracts_to_plane: false,
-        diameter_is_machine_data: false,
-        lead_along_thread: false,
-        sequence_names: false,
-    };
-}
-
 /// A dialect's rules.
 #[derive(Debug)]
 pub struct Dialect {
@@ -173,8 +142,6 @@ pub struct Dialect {
     pub flow: FlowStyle,
     /// Letters that increase X, Y, Z, whatever mode is in force.
     pub increments: Option<[u8; 3]>,
-    /// A coordinate without decimal point may count least increments: it is reported.
-    pub point_decides: bool,
     /// How the offset of a tool comes into force.
     pub tool_offset: ToolOffset,
     /// What codes do beyond their meaning.
@@ -203,7 +170,8 @@ impl Dialect {
 
     /// How the radius of an arc is written, up to its value: `R`, `CR=`.
     pub fn radius_address(&self) -> String {
-        self.names.spelt(Name::Address(b'R')).map_or_else(|| "R".to_owned(), |name| format!("{name}="))
+        let letter = char::from(self.rules.radius_letter);
+        self.names.spelt(Name::Address(b'R')).map_or_else(|| letter.to_string(), |name| format!("{name}="))
     }
 
     /// Meaning of the G code of that number, which counts to the tenth.

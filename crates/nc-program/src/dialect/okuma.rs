@@ -4,9 +4,10 @@
 //! second turret and flow control are said and not followed.
 
 use super::{
-    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, Rules,
-    ToolOffset, G, M,
+    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, ToolOffset,
+    G, M,
 };
+use crate::controls;
 use crate::lap::Lap;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::rough::Rough;
@@ -27,12 +28,11 @@ pub const OKUMA_LATHE: Dialect = Dialect {
     about_pole: false,
     flow: FlowStyle::None,
     increments: None,
-    point_decides: false,
     tool_offset: ToolOffset::Edge(b'u'),
-    rules: Rules { sequence_names: true, ..Rules::USUAL },
-    other_axes: Letters::of(b"CY"),
+    rules: controls::OKUMA_LATHE,
+    other_axes: Letters::of(b"CUWY"),
     letters: Letters::of(b"CDEFGHIJKLMNOPQSTUVWXYZ"),
-    g: g_code,
+    g: |tenths| controls::okuma_lathe(tenths).or_else(|| g_code(tenths)),
     m: m_code,
     initial: Modal { diameter: true, plane: Plane::Zx, feed_mode: FeedMode::PerRevolution, ..Modal::INITIAL },
     resolution: (1e-4, 1e-3),
@@ -69,7 +69,7 @@ fn g_code(tenths: u16) -> Option<G> {
         95 => G::Feed(FeedMode::PerRevolution),
         96 => G::Spindle(SpindleMode::SurfaceSpeed),
         97 => G::Spindle(SpindleMode::Revolutions),
-        20 | 21 | 30..=33 | 71..=74 | 77 | 78 | 88 => G::OpaqueBlock,
+        20 | 21 | 30..=32 | 71..=74 | 77 | 78 | 88 => G::OpaqueBlock,
         14 | 34 | 35 | 75 | 76 | 84 | 101..=103 | 107 | 136..=138 => G::OpaqueMode,
         13 | 64 | 65 | 110 | 111 | 140 | 141 => G::Inert,
         _ => return None,

@@ -1,41 +1,102 @@
-"""Which dialect a program is written in, where its text and its file's name leave no doubt."""
+"""Recognises the dialect of a program by its words and its file's name, where they leave no doubt."""
 
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.understood import NOT_UNDERSTOOD
 
+FANUC: Final = ("fanuc-lathe", "fanuc-lathe-b", "fanuc-mill")
+HAAS: Final = ("haas-lathe", "haas-mill")
+LATHES: Final = ("fanuc-lathe", "fanuc-lathe-b", "haas-lathe")
+MILLS: Final = ("fanuc-mill", "haas-mill")
+MARKS: Final[tuple[tuple[str, int, tuple[str, ...], str], ...]] = (
+    (r"^\s*\d*\s*BEGIN PGM\b", 10, ("heidenhain",), "BEGIN PGM"),
+    (r"\bTOOL CALL\b|\bFMAX\b|\bCYCL DEF\b", 5, ("heidenhain",), "TOOL CALL, FMAX or CYCL DEF"),
+    (r"^%_N_\w+_(MPF|SPF)|^;\$PATH=", 10, ("siemens",), "a head %_N_NAME_MPF"),
+    (r"\b(GOTO[FB]|DIAMO[NF]|SUPA|MCALL|CYCLE\d+\s*\(|A?TRANS\b|MSG\s*\(|G500\b)", 6, ("siemens",), "CYCLE, DIAMON"),
+    (r"^[^(;]*\bR\d+\s*=|\b(CR|RND|CHR)\s*=", 5, ("siemens",), "R1= or CR="),
+    (r"#<\w+>|^\s*o<?\w+>?\s+(sub|call|if|while|repeat)\b", 8, ("linuxcnc",), "#<name> or an O word"),
+    (r"\(\s*(debug|print|msg)\s*,|\bG64\s*P|\bG43\.1|\bG3[38]\.", 5, ("linuxcnc",), "(MSG, …), G64 P or G38.2"),
+    (r"\(UPD\s*,|\bTOV\(", 10, ("ge2000t",), "(UPD, …)"),
+    (r"\bNLAP\w*|\bNAT\d+|\bV[CST][A-Z0-9]*\s*=|\bTG=|^\$", 8, ("okuma-lathe",), "NLAP1, VC1= or TG="),
+    (r"\bG(154|187|103)\b|\bM97\b|\bHAAS\b", 8, HAAS, "G154, G187, M97 or the name Haas"),
+    (r"\bG(05|08|10\.9|54\.1|68\.2)\b|\bFANUC\b", 8, FANUC, "G05, G08, G54.1 or the name Fanuc"),
+    (r"^\s*[O:]\d{4,5}\b|\bM98\s*P|\bG65\s*P|#\d+\s*=", 4, (*FANUC, *HAAS), "O1000, M98 P or #1="),
+    (r"\bT\d{4}\b|\bG50\s*S|\bG7[126]\s*(P|U|W)|\bG96\b", 5, LATHES, "T0101, G50 S or G71"),
+    (r"\b[UW]-?\d*\.", 6, ("fanuc-lathe", "haas-lathe"), "U and W"),
+    (r"\bG98\b.*\bF|\bG99\b.*\bF\.?0?\.\d", 2, ("fanuc-lathe", "haas-lathe"), "G98 or G99 beside a feed"),
+    (r"\bY-?\d*\.?\d|\bG43\s*H|\bT\d+\s*M0?6\b|\bG8[1-9]\b.*\bR", 5, MILLS, "Y, G43 H or T1 M6"),
+)  # fmt: skip
+"""What stands in programs of some dialects alone: a pattern of a line, its points, the dialects, its name."""
+ENDINGS: Final = {".mpf": "siemens", ".spf": "siemens", ".h": "heidenhain", ".ngc": "linuxcnc", ".min": "okuma-lathe"}
+OF_ENDING: Final = 12
+SURE: Final = 5
+"""The best score counts so much at least, and so much more than the next one."""
+LOOKED_AT: Final = 1 << 17
+
+
+@dataclass(frozen=True)
+class Score:
+    """How much speaks for a dialect: the sum of the marks found, what they are, and words it does not know."""
+
+    points: int
+    reasons: tuple[str, ...]
+    strange: int
+
+
+def scores(source: bytes, file: str | None = None) -> Mapping[str, Score]:
+    """Scores every dialect for a program: marks in its first 128 KiB, and the ending of its file's name."""
+    text = source[:LOOKED_AT].decode("latin-1")
+    found = [(count, of, name) for pattern, count, of, name in MARKS if re.search(pattern, text, re.M | re.I)]
+    ending = Path(file or "").suffix.lower()
+    if ending in ENDINGS:
+        found.append((OF_ENDING, (ENDINGS[ending],), f"the ending {ending}"))
+    return {name: _score(source, name, found) for name in DIALECTS}
+
+
+def _score(source: bytes, dialect: str, found: list[tuple[int, tuple[str, ...], str]]) -> Score:
+    own = [(count, name) for count, of, name in found if dialect in of]
+    return Score(sum(count for count, _ in own), tuple(name for _, name in own), _strange_words(source, dialect))
+
 
 def guess_dialect(source: bytes, file: str | None = None, option: str = "--dialect {}") -> str:
-    """The only dialect in which every word of the program makes sense. Raises NC-DIALECT for none or several.
+    """Returns the only dialect in which every word makes sense; of several the one for which most speaks.
 
-    `option` is how a user says which. Of several, the one is taken whose control alone uses the ending of the file's
-    name: .ngc of LinuxCNC.
+    Where it makes sense in none, the one is taken for which most speaks, if it knows nearly as many words as any.
+    `option` is how a user says which. Raises NC-DIALECT, with the scores and their reasons, where that is in doubt.
     """
-    strange = _strange(source)
-    fitting = [name for name, count in strange.items() if count == 0]
-    by_ending = [name for name in fitting if DIALECTS[name].file_ending == Path(file or "").suffix.lower()]
-    if len(only := by_ending or fitting) == 1:
-        return only[0]
-    counts = ", ".join(f"{name} {count}" for name, count in strange.items())
+    all_of = scores(source, file)
+    least = min(score.strange for score in all_of.values())
+    fitting = {name: score for name, score in all_of.items() if score.strange <= (0 if least == 0 else 2 * least)}
+    if least == 0 and len(fitting) == 1:
+        return next(iter(fitting))
+    first, *rest = sorted(fitting, key=lambda name: -fitting[name].points)
+    second = fitting[rest[0]].points if rest else 0
+    if fitting[first].points >= SURE and fitting[first].points - second >= SURE:
+        return first
+    listed = sorted(all_of, key=lambda name: (all_of[name].strange, -all_of[name].points))
     raise TrueloopError(
         Code.NC_DIALECT,
-        f"the program does not tell its dialect: strange words when read as {counts}",
-        hint=f"say which: {' or '.join(map(option.format, fitting or DIALECTS))}",
+        f"the program does not tell its dialect: {'; '.join(_told(name, all_of[name]) for name in listed[:5])}",
+        hint=f"say which: {' or '.join(map(option.format, list(fitting) if least == 0 else DIALECTS))}",
         place=Place(file),
     )
 
 
+def _told(name: str, score: Score) -> str:
+    by = f" ({', '.join(score.reasons)})" if score.reasons else ""
+    return f"{name} {score.points} points{by}, {score.strange} strange words"
+
+
 def likeliest_dialect(source: bytes) -> str:
-    """The dialect in which the fewest words are strange, the first of several: enough to split a line into words."""
-    strange = _strange(source)
-    return min(strange, key=lambda name: strange[name])
-
-
-def _strange(source: bytes) -> dict[str, int]:
-    return {name: _strange_words(source, name) for name in DIALECTS}
+    """Returns the dialect with the fewest strange words, the first of several: enough to split a line into words."""
+    return min(DIALECTS, key=lambda name: _strange_words(source, name))
 
 
 def _strange_words(source: bytes, dialect: str) -> int:

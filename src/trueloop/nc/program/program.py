@@ -9,9 +9,6 @@ from functools import cached_property
 from pathlib import PurePath
 from typing import Literal, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
 from trueloop._core import NcProgram, nc_writes_comma, nc_written_decimals
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.nc.program.cutter_tool import CutterTool, tool_rows
@@ -23,12 +20,6 @@ BLOCK_LIMIT = 10_000_000
 
 Unit: TypeAlias = Literal["mm", "inch"]
 """What a length of a program counts."""
-
-
-PLAIN_EMPTY, PLAIN_MOVES, UNCOMPENSATED = 1, 2, 3
-"""What a plain block says at most: nothing; moves along X, Y and Z by numbers and their feed; the same without cutter
-compensation.
-"""
 
 
 @dataclass(frozen=True)
@@ -135,16 +126,6 @@ class Program:
     def blocks(self) -> Iterator[Block]:
         """All blocks in order."""
         return (self.block(index) for index in range(self.block_count))
-
-    @cached_property
-    def plain(self) -> NDArray[np.uint8]:
-        """What each block (blocks,) says at most: `PLAIN_EMPTY`, `PLAIN_MOVES`, `UNCOMPENSATED`; 0 where it is more."""
-        return self.core.plain()
-
-    @property
-    def other_blocks(self) -> Iterator[Block]:
-        """The blocks that are not plain, in order."""
-        return (self.block(index) for index in np.flatnonzero(self.plain == 0).tolist())
 
     def word(self, index: int) -> Word:
         """The word of that index, from 0 through the whole program."""

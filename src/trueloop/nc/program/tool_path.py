@@ -64,9 +64,8 @@ class ToolPath:
 
     `unit_stated`: the block, from 0, that states the unit before any length, and whether it is the inch.
 
-    Of a traced run also the m blocks executed, in order: `executed` (m, 3), block, number of moves and state after it;
-    `executed_at_mm` (m, 3), where the tool was then; `executed_offset_mm` (m, 3), machine less program position then,
-    by the offsets that the program says itself. Otherwise m is 0.
+    Of a traced run also the m blocks executed, in order: `executed` (m, 3), block, number of moves and state after it.
+    Otherwise m is 0.
     """
 
     motion: Integers
@@ -86,8 +85,6 @@ class ToolPath:
     unit_stated: tuple[int, bool] | None
     states: dict[str, NDArray[Any]]
     executed: Integers = field(default_factory=lambda: np.empty((0, 3), dtype=np.int32))
-    executed_at_mm: Array = field(default_factory=lambda: np.empty((0, 3)))
-    executed_offset_mm: Array = field(default_factory=lambda: np.empty((0, 3)))
     findings: tuple[Finding, ...] = ()
 
     def __len__(self) -> int:
