@@ -1,14 +1,16 @@
 """Every way in which the service refuses."""
 
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
+from contextlib import suppress
+from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 from unittest.mock import patch
 
 from starlette.requests import Request
 
 from tests.support.awaited import awaited
-from trueloop.errors import Code
+from trueloop.errors import Code, TrueloopError
 from trueloop.server import cursors, etags, manual, once, problems
 from trueloop.server.access import ADMIN, require
 from trueloop.server.gates import too_large
@@ -42,9 +44,12 @@ def _missing() -> None:
 
 
 def _too_often() -> None:
-    store = _store()
-    for k in range(attempts.OF_ACCOUNT.free + 1):
-        attempts.begin(store, "otto", "127.0.0.1", AT + timedelta(milliseconds=k))
+    store, tried = _store(), attempts.Attempts(count(0.0, 0.001).__next__)
+    for _ in range(attempts.OF_ACCOUNT.free):
+        with suppress(TrueloopError), tried.attempt("otto", "127.0.0.1"):
+            sessions.account_by_password(store, "otto", "correct horse battery")
+    with tried.attempt("otto", "127.0.0.1"):
+        pass
 
 
 def _twice() -> None:
@@ -60,7 +65,7 @@ def _another_host() -> None:
 
 
 def _login() -> None:
-    sessions.sign_in(_store(), Settings(), "otto", "correct horse battery", "127.0.0.1", AT)
+    sessions.account_by_password(_store(), "otto", "correct horse battery")
 
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
