@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Final
 
-from scripts.nist_errors import Cut, errors, of_family, places_of, table, wrapped
+from scripts.nist_errors import Cut, errors, of_family, places_of, seen_points, table, wrapped
 from trueloop.diagnosis.causes.judge import judge
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
 from trueloop.report.diagnosis.names import share
@@ -21,7 +21,13 @@ def diagnosed(family: str, cut: Cut) -> SeriesDiagnosisShape:
     """The parts of one design as a series, in the tables' order."""
     made = of_family(family)
     seen = [
-        SeenPart(part.number, k, {SeenBy.MACHINE: tuple(errors(part, cut).values())}) for k, part in enumerate(made)
+        SeenPart(
+            part.number,
+            k,
+            {SeenBy.MACHINE: tuple(errors(part, cut).values())},
+            {SeenBy.MACHINE: seen_points(part, cut)},
+        )
+        for k, part in enumerate(made)
     ]
     series = SeenSeries(places_of(made[0].profile), tuple(seen))
     return series_shape(family, series, judge(series))
@@ -48,28 +54,20 @@ def causes_section() -> str:
 
 
 def _compared() -> Sequence[str]:
-    before, after = diagnosed("MODBAS2", "semifinish").causes, diagnosed("MODBAS2", "finish").causes
-    assert before is not None and after is not None
-    by_key = {one.key: one.probability for one in before.candidates}
-    offset = sum(by_key.get(key, 0.0) for key in ("tool-setting", "tool-wear", "part-probe-offset"))
-    first = after.candidates[0]
+    worn, after = diagnosed("MODBAS2", "semifinish").causes, diagnosed("MODBAS2", "finish").causes
+    typed = diagnosed("FACETST", "semifinish").causes
+    assert worn is not None and after is not None and typed is not None
+    nose = sum(one.probability for one in worn.candidates if one.key == "nose-form")
+    other = sum(one.probability for one in typed.candidates if one.key == "other")
     return (
-        "**MODBAS2, semi-finish.** The cylinders err alike on all four parts: offset of the tool, its wear, or offset "
-        f"of the part probe ({share(min(offset, 1.0))} together); nothing acts with {share(before.sound)}. The "
-        "authors say that the insert was worn. These touches do not tell which of the three it is, without minutes in "
-        "cut, a CMM or a standard part, and the diagnosis names none of them alone.",
-        "**FACETST.** Tapers typed into the program, others on every part, are none of the catalogue's causes, and it "
-        "names none: the last column has them. A job that names the semi-finish program finds them, because the "
-        "contour that was programmed differs from the nominal one.",
-        "**PIECS11, cones and arcs.** Causes are weighed on cylinders, faces, lengths and tapers of shafts. A worn "
-        "nose shows on cones and arcs by the contact angle, which the catalogue does not weigh: the "
-        "nose model does, above.",
-        f"**MODBAS2, finish.** The likeliest cause is {first.name} ({share(first.probability)}), for some −3 µm on "
-        "the small cylinder. Nothing in the report supports it: the authors cut little at a time so that deflection "
-        "would be small (§5.1), and a part that gives way is left too large, not too small, unless its correction "
-        "went too far. Four parts of a few µm are too little for a name; nothing acts with " + share(after.sound) + ".",
-        "**PIECS11, finish.** The mean of the knob stays off by some µm on every part. The authors note that the "
-        "errors left on arcs grow towards the next feature (§6).",
+        "**MODBAS2 and PIECS11, semi-finish.** Errors follow the contact angle, alike on all parts: the form of the "
+        f"tool's nose (MODBAS2: {share(nose)}). The authors say that the insert was worn.",
+        "**FACETST, semi-finish.** Tapers typed into the program, others on every part, are none of the catalogue's "
+        f"causes: something that is not in the catalogue, {share(other)}. A job that names the semi-finish program "
+        "finds them, because the contour that was programmed differs from the nominal one.",
+        f"**MODBAS2, finish.** Nothing acts with {share(after.sound)}; the report names no cause either.",
+        "**PIECS11, finish.** Four micrometres and less are left, on arcs most. The authors note that the errors left "
+        "on arcs grow towards the next feature (§6).",
     )
 
 

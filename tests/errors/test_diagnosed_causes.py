@@ -15,7 +15,7 @@ def _arrived_twice() -> object:
 
 
 def _cut_before_the_one_before() -> object:
-    return noticed(SeenSeries({}, (SeenPart("A", 0, {}, LATER), SeenPart("B", 1, {}, EARLIER))), 1.0, 1.0)[0]
+    return noticed(SeenSeries({}, (SeenPart("A", 0, {}, at=LATER), SeenPart("B", 1, {}, at=EARLIER))), 1.0, 1.0)[0]
 
 
 PRODUCERS: dict[Code, Callable[[], object]] = {

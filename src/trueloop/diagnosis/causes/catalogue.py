@@ -6,7 +6,7 @@ the others, and the loose tool, of which §4.1 says no more than that fixturing 
 
 from typing import Final
 
-from trueloop.diagnosis.causes.cause import Cause, Over, Sign, Weight
+from trueloop.diagnosis.causes.cause import Cause, Over, Sign
 from trueloop.diagnosis.causes.seen_part import SeenBy
 from trueloop.diagnosis.features.feature_error import ErrorKind
 from trueloop.wording import wording
@@ -30,12 +30,11 @@ FIXTURING: Final = (
         wording(
             "Probe a point of the part ten times right after clamping: spread, drift or a step mean that it moves."
         ),
-        any_of=True,
     ),
     Cause(
         "fixturing-tool-probe",
         wording("unstable fixturing of the tool probe"),
-        (Sign(ErrorKind.RADIUS, BOTH, (Over.SETTING,), alike=True, weight=Weight.ALONG_X),),
+        (Sign(ErrorKind.RADIUS, BOTH, (Over.SETTING,), alike=True),),
         0.02,
         wording("Fix the tool probe by hand, then set all tools anew."),
         "4.1",
@@ -44,7 +43,7 @@ FIXTURING: Final = (
     Cause(
         "fixturing-part-probe",
         wording("unstable fixturing of the part probe"),
-        (Sign(ErrorKind.RADIUS, PROBE, (Over.SCATTER, Over.STEP), alike=True, weight=Weight.ALONG_X),),
+        (Sign(ErrorKind.RADIUS, PROBE, (Over.SCATTER, Over.STEP), alike=True),),
         0.05,
         wording("Fix the part probe by hand, calibrate it anew and probe the last part again."),
         "4.1",
@@ -55,7 +54,7 @@ FIXTURING: Final = (
         "tool-seat",
         wording("tool loose in its seat"),
         (
-            Sign(ErrorKind.RADIUS, BOTH, (Over.SCATTER, Over.STEP), alike=True, weight=Weight.ALONG_X),
+            Sign(ErrorKind.RADIUS, BOTH, (Over.SCATTER, Over.STEP), alike=True),
             Sign(ErrorKind.LENGTH, BOTH, (Over.SCATTER, Over.STEP), alike=True, needed=False),
         ),
         0.04,
@@ -70,7 +69,7 @@ OFFSETS: Final = (
     Cause(
         "tool-setting",
         wording("tool offset set wrongly"),
-        (Sign(ErrorKind.RADIUS, BOTH, (Over.CONSTANT, Over.SETTING), alike=True, weight=Weight.ALONG_X),),
+        (Sign(ErrorKind.RADIUS, BOTH, (Over.CONSTANT, Over.SETTING), alike=True),),
         0.15,
         wording("Correct the x offset of the tool in the control by a weighted share of the radius error."),
         "3.1, 4.2",
@@ -91,9 +90,19 @@ OFFSETS: Final = (
         of_tool=True,
     ),
     Cause(
+        "nose-form",
+        wording("form of the tool's nose"),
+        (Sign(ErrorKind.RADIUS, BOTH, (Over.CONSTANT,)),),
+        0.08,
+        wording("Correct the contour by the error of the nose, or change the insert."),
+        "2.5",
+        wording("Change the insert and cut one more part: what follows the contact angle is another form."),
+        of_tool=True,
+    ),
+    Cause(
         "part-probe-offset",
         wording("offset of the part probe"),
-        (Sign(ErrorKind.RADIUS, PROBE, (Over.CONSTANT,), alike=True, weight=Weight.ALONG_X),),
+        (Sign(ErrorKind.RADIUS, PROBE, (Over.CONSTANT,), alike=True),),
         0.10,
         wording("Correct the probe's offset, but only from a standard part under standard conditions."),
         "4.2",
@@ -106,7 +115,7 @@ LENGTHS: Final = (
     Cause(
         "unequal-depth",
         wording("unequal depths of cut"),
-        (Sign(ErrorKind.LENGTH, BOTH, (Over.DEPTH,), alike=True),),
+        (Sign(ErrorKind.LENGTH, BOTH, (Over.DEPTH,)), Sign(ErrorKind.RADIUS, BOTH, (Over.DEPTH,), needed=False)),
         0.08,
         wording("Make the depths of semi-finish and finish cut equal on all features."),
         "4.2",
@@ -125,7 +134,10 @@ LENGTHS: Final = (
     Cause(
         "wear-between",
         wording("tool wear between two passes"),
-        (Sign(ErrorKind.LENGTH, BOTH, (Over.CONSTANT, Over.WEAR)),),
+        (
+            Sign(ErrorKind.LENGTH, BOTH, (Over.CONSTANT, Over.WEAR), alike=True),
+            Sign(ErrorKind.RADIUS, BOTH, (Over.CONSTANT, Over.WEAR), alike=True),
+        ),
         0.04,
         wording("Inspect the tool by hand: it may be dull; change the edge before the finish cuts."),
         "4.2",
@@ -138,14 +150,23 @@ DEFLECTION: Final = (
         "part-deflection",
         wording("deflection of the part"),
         (
-            Sign(ErrorKind.SHAFT_TAPER, BOTH, (Over.DEPTH,), alike=True, weight=Weight.CANTILEVER),
-            Sign(ErrorKind.RADIUS, BOTH, (Over.DEPTH,), alike=True, weight=Weight.CANTILEVER),
+            Sign(ErrorKind.SHAFT_TAPER, BOTH, (Over.DEPTH,), alike=True),
+            Sign(ErrorKind.RADIUS, BOTH, (Over.DEPTH,), alike=True),
             Sign(ErrorKind.STRAIGHTNESS, BOTH, (Over.DEPTH,), needed=False),
         ),
         0.10,
         wording("Change the slope of the tool path by the taper, reduce the depth of cut, or support the part."),
         "4.2",
         wording("Cut one part with half the depth: a taper by deflection halves too."),
+    ),
+    Cause(
+        "tailstock",
+        wording("alignment of the tailstock"),
+        (Sign(ErrorKind.SHAFT_TAPER, BOTH, (Over.CONSTANT,), alike=True),),
+        0.06,
+        wording("True the tailstock, or change the slope of the tool path by the taper."),
+        "-",
+        wording("Cut one part without the tailstock, or true it: a taper by the tailstock is gone."),
     ),
     Cause(
         "tool-deflection",
@@ -181,8 +202,6 @@ FORM: Final = (
             Sign(ErrorKind.STRAIGHTNESS, BOTH, (Over.SCATTER,), needed=False),
             Sign(ErrorKind.ECCENTRICITY, BOTH, (Over.SCATTER,), needed=False),
             Sign(ErrorKind.LOBING, BOTH, (Over.SCATTER,), needed=False),
-            Sign(ErrorKind.SHAFT_TAPER, BOTH, (Over.SCATTER,), needed=False),
-            Sign(ErrorKind.RADIUS, BOTH, (Over.SCATTER,), needed=False),
         ),
         0.08,
         wording("Change spindle speed, feed or overhang, and watch the tool's vibration while it cuts."),
@@ -192,7 +211,7 @@ FORM: Final = (
     Cause(
         "chuck",
         wording("eccentric chuck: one wave a turn"),
-        (Sign(ErrorKind.ECCENTRICITY, BOTH, (Over.CONSTANT,)),),
+        (Sign(ErrorKind.ECCENTRICITY, BOTH, (Over.CONSTANT, Over.SCATTER), alike=True),),
         0.05,
         wording("Clean the chuck, true the jaws, and cut everything of a part in one clamping."),
         "-",
@@ -202,7 +221,7 @@ FORM: Final = (
         "jaws",
         wording("clamping force of three jaws: three waves a turn"),
         (
-            Sign(ErrorKind.LOBING, OUTSIDE, (Over.CONSTANT,)),
+            Sign(ErrorKind.LOBING, OUTSIDE, (Over.CONSTANT, Over.SCATTER)),
             Sign(ErrorKind.SHAFT_TAPER, OUTSIDE, (Over.CONSTANT,), needed=False),
             Sign(ErrorKind.STRAIGHTNESS, OUTSIDE, (Over.CONSTANT,), needed=False),
         ),
@@ -226,8 +245,8 @@ MACHINE: Final = Cause(
     "machine",
     wording("the machine's error that its model left"),
     (
-        Sign(ErrorKind.RADIUS, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE), alike=True, weight=Weight.ALONG_X),
-        Sign(ErrorKind.RADIUS, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE), weight=Weight.ALONG_X),
+        Sign(ErrorKind.RADIUS, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE), alike=True),
+        Sign(ErrorKind.RADIUS, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE)),
         Sign(ErrorKind.LENGTH, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE)),
         Sign(ErrorKind.SHAFT_TAPER, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE)),
         Sign(ErrorKind.FACE_TAPER, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE)),
@@ -237,9 +256,20 @@ MACHINE: Final = Cause(
     wording("Refine the model of the machine; correcting path or offsets would only mend parts of this type."),
     "3.3, 3.4, 4.2",
     wording("Measure parts cut with tools of other lengths and at other temperatures on a CMM."),
-    any_of=True,
 )
 
-CAUSES: Final[tuple[Cause, ...]] = (*FIXTURING, *OFFSETS, *LENGTHS, *DEFLECTION, *FORM, MACHINE)
-SIZES_OF_FORM: Final = frozenset({ErrorKind.STRAIGHTNESS, ErrorKind.WAVINESS, ErrorKind.ECCENTRICITY, ErrorKind.LOBING})
-"""Kinds that are never negative."""
+OTHER: Final = Cause(
+    "other",
+    wording("something that is not in the catalogue"),
+    tuple(
+        Sign(kind, seen_by, (Over.CONSTANT, Over.SCATTER), needed=False)
+        for seen_by in (BOTH, PROBE, OUTSIDE)
+        for kind in (ErrorKind.RADIUS, ErrorKind.LENGTH, ErrorKind.SHAFT_TAPER, ErrorKind.FACE_TAPER)
+    ),
+    0.10,
+    wording("Look at the errors of the features that it acts on: no cause of the catalogue leaves them so."),
+    "-",
+    wording("Inspect one more part at more places of these features, on the machine and on a measuring machine."),
+)
+
+CAUSES: Final[tuple[Cause, ...]] = (*FIXTURING, *OFFSETS, *LENGTHS, *DEFLECTION, *FORM, MACHINE, OTHER)

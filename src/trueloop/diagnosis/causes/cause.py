@@ -19,15 +19,6 @@ class Over(StrEnum):
     STEP = "step"  # another value from some part on, though nothing was set
 
 
-class Weight(StrEnum):
-    """By what one size of a cause shows more on one feature than on another."""
-
-    PLAIN = "plain"  # as much on each
-    ALONG_X = "along x"  # the radius of a bore takes the other sign than that of a shaft
-    CANTILEVER = "cantilever"  # by the cube of the distance from the chuck, one size for radii and tapers
-    ACROSS = "across"  # by the range of radii of a face
-
-
 @dataclass(frozen=True)
 class Sign:
     """How a cause shows: on one kind of error, to whom, over the parts.
@@ -39,7 +30,6 @@ class Sign:
     seen_by: tuple[SeenBy, ...]
     over: tuple[Over, ...]
     alike: bool = False
-    weight: Weight = Weight.PLAIN
     needed: bool = True
 
 
@@ -49,8 +39,7 @@ class Cause:
 
     `remedy` says what to do, `section` where the source says it, `decided_by` which measurement would tell it from
     others. `on_standard_part`: a calibrated part shows it too, on which nothing was cut. `of_tool`: it is one tool's,
-    so that each tool is asked for; a length between two tools takes the sign of the face that the tool cut. `any_of`:
-    one of its signs may show without the others.
+    so that each tool is asked for.
     """
 
     key: str
@@ -62,4 +51,3 @@ class Cause:
     decided_by: str
     on_standard_part: bool = False
     of_tool: bool = False
-    any_of: bool = False

@@ -7,100 +7,113 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array
-from trueloop.diagnosis.causes.catalogue import CAUSES, SIZES_OF_FORM
-from trueloop.diagnosis.causes.columns import Variant, columns, variants
-from trueloop.diagnosis.causes.form import Cell, log_form
-from trueloop.diagnosis.causes.rows import Row, values_mm
+from trueloop.arrays import Array, Integers
+from trueloop.diagnosis.causes.catalogue import CAUSES
 from trueloop.diagnosis.causes.seen_part import SeenSeries
-from trueloop.diagnosis.causes.weighing import Weighed, log_evidence, weighed
+from trueloop.diagnosis.causes.surface import SurfaceErrors
+from trueloop.diagnosis.causes.ways import SEEN_MM, Way, block_of, ways
+from trueloop.diagnosis.causes.weighing import Products, Weighed, log_evidence, products_of
 
 NONE, ONE, TWO = 0.85, 0.135, 0.015
 """Beforehand: how probable no cause, one cause and two are."""
-LIKELY: Final = 12
-"""Variants of which all pairs are tried, beside those of the likeliest half of them with every other."""
+LIKELY: Final = 3
+"""The likeliest ways, which are tried with every other; those of the likeliest causes are tried with each other."""
+BEST: Final = 12
+WIDE: Final = 60
+"""Columns of two blocks together beyond which they are not tried as a pair."""
 Hypothesis = tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class Asked:
-    """Variants with their columns beside each other: variant v has `columns[:, blocks[v]]`; `prior` is its share."""
+    """Ways with their columns: way v has `columns[:, blocks[v]]`, several may share one; `prior` is its share."""
 
-    variants: tuple[Variant, ...]
-    blocks: tuple[slice, ...]
+    ways: tuple[Way, ...]
+    blocks: tuple[Integers, ...]
     columns: Array
     prior: tuple[float, ...]
+    products: Products
 
 
-def asked(rows: Sequence[Row], form: Mapping[Cell, tuple[str, float, float]], series: SeenSeries) -> Asked:
-    """All variants that could show on these errors; of two that would leave the same, both."""
-    kept, blocks, found, at = [], [], [np.zeros((len(rows), 0))], 0
+def asked(errors: SurfaceErrors, series: SeenSeries) -> Asked:
+    """All ways that an instrument would see; of two causes that would leave the same, both."""
+    kept, blocks, found = list[Way](), list[Integers](), dict[bytes, Array]()
+    number: dict[bytes, int] = {}
     for cause in CAUSES:
-        of_form = any((sign.kind, by) in form for sign in cause.signs for by in sign.seen_by if sign.needed)
-        of_form = of_form and all(sign.kind in SIZES_OF_FORM for sign in cause.signs if sign.needed)
-        seen: list[Array] = []
-        for variant in variants(cause, series):
-            block = columns(variant, rows, series)
-            known = any(one.shape == block.shape and np.array_equal(one, block) for one in seen)
-            if known or not (block.shape[1] or of_form):
+        seen = set[tuple[int, ...]]()
+        for way in ways(cause, errors, series):
+            block = block_of(way, errors)
+            keys = [column.tobytes() for column in block.T]
+            found |= dict(zip(keys, block.T, strict=True))
+            columns = tuple(number.setdefault(key, len(number)) for key in keys)
+            if columns in seen or not (columns or way.wavy):
                 continue
-            seen.append(block)
-            kept.append(variant)
-            blocks.append(slice(at, at + block.shape[1]))
-            found.append(block)
-            at += block.shape[1]
-    return Asked(tuple(kept), tuple(blocks), np.hstack(found), _shares(kept))
+            seen.add(columns)
+            kept.append(way)
+            blocks.append(np.array(columns, dtype=np.intp))
+    joined = np.column_stack([np.zeros((len(errors), 0)), *(found[key] for key in number)])
+    products = products_of(errors, joined)
+    visible = [v for v, way in enumerate(kept) if way.wavy or _visible(products, blocks[v])]
+    chosen = [kept[v] for v in visible]
+    return Asked(tuple(chosen), tuple(blocks[v] for v in visible), joined, _shares(chosen), products)
 
 
-def log_weights(
-    given: Asked, rows: Sequence[Row], form: Mapping[Cell, tuple[str, float, float]], series: SeenSeries, gain: float
-) -> dict[Hypothesis, float]:
-    """Prior times likelihood of every hypothesis, as logarithms, by the numbers of its variants."""
-    tools = {name: place.tool for name, place in series.features.items()}
-    one = weighed(rows, tools, given.columns, values_mm(tuple(rows), gain))
-    found: dict[Hypothesis, float] = {(): np.log(NONE) + log_evidence(one, [])}
+def log_weights(given: Asked, gain: float) -> dict[Hypothesis, float]:
+    """Prior times likelihood of every hypothesis, as logarithms, by the numbers of its ways."""
+    whole = given.products.at(gain)
+    by_waves = (whole.only(wavy=False), whole.only(wavy=True))
+    found: dict[Hypothesis, float] = {(): np.log(NONE) + log_evidence(by_waves[0], [])}
     for v, share in enumerate(given.prior):
-        found[(v,)] = np.log(ONE * share) + _log_likelihood(given, one, form, (v,))
-    return found | _pairs(given, one, form, found)
+        found[(v,)] = np.log(ONE * share) + _log_likelihood(given, by_waves, (v,))
+    return found | _pairs(given, by_waves, found)
+
+
+def acting(given: Asked, chosen: Hypothesis) -> list[int]:
+    """Those that have columns."""
+    return [v for v in chosen if len(given.blocks[v])]
+
+
+def _visible(products: Products, block: Integers) -> bool:
+    """Whether the largest size that matters would be seen with more than one standard uncertainty."""
+    information = np.diagonal(products.joined[0])[block]
+    return bool(np.max(information, initial=0.0) * SEEN_MM**2 > 1.0)
 
 
 def _pairs(
-    given: Asked, one: Weighed, form: Mapping[Cell, tuple[str, float, float]], singles: Mapping[Hypothesis, float]
+    given: Asked, by_waves: tuple[Weighed, Weighed], singles: Mapping[Hypothesis, float]
 ) -> dict[Hypothesis, float]:
-    """Pairs of the likeliest variants with each other, and of the likeliest few with all."""
+    """Pairs of the likeliest ways with each other, and of the likeliest few with all."""
     order = sorted((h[0] for h in singles if h), key=lambda v: -singles[(v,)])
     best: dict[tuple[str, str], int] = {}
     for v in order:
-        best.setdefault(given.variants[v].who, v)
+        best.setdefault(given.ways[v].who, v)
     first = list(best.values())
-    tried = {*combinations(sorted(first), 2)}
-    tried |= {(min(a, b), max(a, b)) for a in [*order[:3], *first[:4]] for b in order if a != b}
+    tried = {*combinations(sorted(first[:BEST]), 2)}
+    tried |= {(min(a, b), max(a, b)) for a in {*order[:LIKELY], *first[:LIKELY]} for b in order if a != b}
     found: dict[Hypothesis, float] = {}
     for a, b in sorted(tried):
-        if given.variants[a].who != given.variants[b].who:
+        wide = sum(len(given.blocks[v]) for v in (a, b)) > WIDE
+        if given.ways[a].who != given.ways[b].who and not wide:
             prior = TWO * 2 * given.prior[a] * given.prior[b]
-            found[(a, b)] = np.log(prior) + _log_likelihood(given, one, form, (a, b))
+            found[(a, b)] = np.log(prior) + _log_likelihood(given, by_waves, (a, b))
     return found
 
 
-def _log_likelihood(
-    given: Asked, one: Weighed, form: Mapping[Cell, tuple[str, float, float]], chosen: Hypothesis
-) -> float:
-    blocks = [given.blocks[v] for v in chosen if given.blocks[v].stop > given.blocks[v].start]
-    return log_evidence(one, blocks) + log_form(form, [given.variants[v].cause for v in chosen])
+def _log_likelihood(given: Asked, by_waves: tuple[Weighed, Weighed], chosen: Hypothesis) -> float:
+    wavy = any(given.ways[v].wavy for v in chosen)
+    return log_evidence(by_waves[wavy], [given.blocks[v] for v in acting(given, chosen)])
 
 
-def _shares(kept: Sequence[Variant]) -> tuple[float, ...]:
+def _shares(kept: Sequence[Way]) -> tuple[float, ...]:
     """A cause's prior in equal shares for its tools and ways to show; steps share one of these."""
-    ways: dict[str, set[object]] = {}
-    for one in kept:
-        ways.setdefault(one.cause.key, set()).add(_way(one))
+    of: dict[str, set[object]] = {}
     steps: dict[object, int] = {}
     for one in kept:
-        steps[(one.cause.key, _way(one))] = steps.get((one.cause.key, _way(one)), 0) + 1
-    found = [one.cause.prior / len(ways[one.cause.key]) / steps[(one.cause.key, _way(one))] for one in kept]
+        of.setdefault(one.cause.key, set()).add(_way(one))
+        steps[_way(one)] = steps.get(_way(one), 0) + 1
+    found = [one.cause.prior / len(of[one.cause.key]) / steps[_way(one)] for one in kept]
     return tuple(share / sum(found) for share in found)
 
 
-def _way(one: Variant) -> object:
-    return one.tool, one.over, one.signs
+def _way(one: Way) -> object:
+    return one.cause.key, one.tool, one.over, one.form, one.seen_by

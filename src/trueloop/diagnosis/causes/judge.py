@@ -1,18 +1,17 @@
-"""What is wrong with a series of parts: probabilities of causes from feature errors of all parts [4773 §4]."""
+"""What is wrong with a series of parts: probabilities of causes from errors at all points of all parts [4773 §4]."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 
 from trueloop.diagnosis.causes.candidate import Candidate, Diagnosis
-from trueloop.diagnosis.causes.form import Cell, largest
-from trueloop.diagnosis.causes.hypotheses import Asked, Hypothesis, asked, log_weights
+from trueloop.diagnosis.causes.hypotheses import Asked, Hypothesis, acting, asked, log_weights
 from trueloop.diagnosis.causes.noticed import noticed
-from trueloop.diagnosis.causes.rows import Row, rows_of, signed, sizes, values_mm
 from trueloop.diagnosis.causes.seen_part import SeenSeries
-from trueloop.diagnosis.causes.weighing import Size, Weighed, size_of, weighed
-from trueloop.diagnosis.causes.words import against, decide, support
+from trueloop.diagnosis.causes.surface import SurfaceErrors, surface_errors
+from trueloop.diagnosis.causes.weighing import Size, Weighed, size_of
+from trueloop.diagnosis.causes.words import Shown, against, decide, shown, support
 from trueloop.diagnosis.evidence import shares
 from trueloop.errors import Code, TrueloopError
 
@@ -20,104 +19,109 @@ GAINS: Final = {1.0: 0.98, 0.0: 0.01, 2.0: 0.01}
 """What share of a recorded correction may have arrived on the parts, and how probable that is beforehand."""
 SHOWN: Final = 0.001
 """Candidates that are less probable are left out."""
+LINE: Final = 2
+"""Coefficients of a line."""
 
 
 def judge(series: SeenSeries) -> Diagnosis:
     """Probabilities of the causes in the catalogue, with evidence, and what would decide where several are left.
 
     The answer is a set: causes that leave the same share the probability as they had it beforehand. Errors are taken as
-    they had been without the corrections that are recorded. Raises DIA-FEW where there is no feature error at all.
-    Valid while errors add, scatter is normal and at most two causes act.
+    they had been without the corrections that are recorded. Raises DIA-FEW where there is no point at all. Valid while
+    errors add, scatter is normal and at most two causes act.
     """
-    rows = rows_of(series)
-    if not rows:
+    errors = surface_errors(series)
+    if errors is None:
         raise TrueloopError(
             Code.DIA_FEW,
-            f"{len(series.parts)} parts with 0 feature errors, of at least 1 that a diagnosis needs",
+            f"{len(series.parts)} parts with 0 points on their features, of at least 1 that a diagnosis needs",
             hint="inspect the parts on the machine, by a gauge or on a measuring machine",
             values={"count": 0, "needed": 1},
         )
-    errors, form = signed(rows), largest(sizes(rows))
-    given = asked(errors, form, series)
-    by_gain = {gain: log_weights(given, errors, form, series, gain) for gain in _gains(errors)}
+    given = asked(errors, series)
+    by_gain = {gain: log_weights(given, gain) for gain in GAINS if gain == 1.0 or np.any(errors.corrected_mm)}
     whole = {gain: np.log(GAINS[gain]) + np.logaddexp.reduce(list(log.values())) for gain, log in by_gain.items()}
     gain, certain = next(iter(shares(whole).items()))
     found = shares(by_gain[gain])
-    candidates = _candidates(given, errors, form, series, gain, found)
+    candidates = _candidates(given, errors, series, gain, found)
     return Diagnosis(
-        candidates, _by_key(given, found), found[()], decide(candidates, series, rows), gain,
-        noticed(series, gain, certain),
-    )  # fmt: skip
-
-
-def _gains(errors: Sequence[Row]) -> list[float]:
-    return [gain for gain in GAINS if gain == 1.0 or any(row.corrected_mm for row in errors)]
+        candidates, _by_key(given, found), found[()], decide(candidates, series), gain, noticed(series, gain, certain)
+    )
 
 
 def _by_key(given: Asked, found: Mapping[Hypothesis, float]) -> tuple[tuple[tuple[str, ...], float], ...]:
     by_key: dict[tuple[str, ...], float] = {}
     for hypothesis, share in found.items():
-        key = tuple(sorted({given.variants[v].cause.key for v in hypothesis}))
+        key = tuple(sorted({given.ways[v].cause.key for v in hypothesis}))
         by_key[key] = by_key.get(key, 0.0) + share
     return tuple(sorted(by_key.items(), key=lambda item: -item[1]))
 
 
 def _candidates(
-    given: Asked,
-    errors: Sequence[Row],
-    form: Mapping[Cell, tuple[str, float, float]],
-    series: SeenSeries,
-    gain: float,
-    found: Mapping[Hypothesis, float],
+    given: Asked, errors: SurfaceErrors, series: SeenSeries, gain: float, found: Mapping[Hypothesis, float]
 ) -> tuple[Candidate, ...]:
     """One a cause and tool, sized as in the likeliest hypothesis that holds it."""
     total: dict[tuple[str, str], float] = {}
     first: dict[tuple[str, str], tuple[Hypothesis, int]] = {}
     for hypothesis, share in found.items():
         for v in hypothesis:
-            who = given.variants[v].who
+            who = given.ways[v].who
             total[who] = total.get(who, 0.0) + share
             first.setdefault(who, (hypothesis, v))
-    tools = {name: place.tool for name, place in series.features.items()}
-    one = weighed(errors, tools, given.columns, values_mm(tuple(errors), gain))
+    whole = given.products.at(gain)
     made = []
     for who, probability in sorted(total.items(), key=lambda item: -item[1]):
         if probability >= SHOWN:
-            made.append(_candidate(given, errors, form, series, one, *first[who], probability))
+            hypothesis, v = first[who]
+            size = _size(given, whole, errors, hypothesis, v)
+            seen = shown(given.ways[v], errors, series, size)
+            made.append(_candidate(given, errors, series, seen, size, v, probability))
     return tuple(made)
 
 
+def _size(given: Asked, whole: Weighed, errors: SurfaceErrors, hypothesis: Hypothesis, v: int) -> Size:
+    if given.ways[v].wavy:
+        return _waviness(errors)
+    used = acting(given, hypothesis)
+    some = whole.only(wavy=any(given.ways[u].wavy for u in hypothesis))
+    return size_of(some, [given.blocks[u] for u in used], used.index(v), given.columns[:, given.blocks[v]])
+
+
+def _waviness(errors: SurfaceErrors) -> Size:
+    """What points scatter by about a line on the waviest feature, root mean square over parts and devices."""
+    share, found = errors.places.number("share"), dict[str, list[tuple[float, float, int]]]()
+    labels = errors.places.labels(("part", "device", "feature"))
+    for label in dict.fromkeys(labels):
+        rows = np.array([one == label for one in labels]) & (errors.places.number("face") == 0.0)
+        if rows.sum() > LINE and np.ptp(share[rows]):
+            line = np.polynomial.Polynomial.fit(share[rows], errors.value_mm[rows], 1)
+            rest = errors.value_mm[rows] - line(share[rows])
+            noise = float(np.mean(errors.standard_u_mm[rows] ** 2))
+            spare = int(rows.sum()) - LINE
+            found.setdefault(str(label[2]), []).append((float(rest @ rest) / spare, noise, spare))
+    if not found:
+        return Size(0.0, 0.0, np.zeros(len(errors)))
+    means = {name: np.mean(some, axis=0) for name, some in found.items()}
+    name = max(means, key=lambda one: float(means[one][0]))
+    squares, noise, spare = means[name].tolist()
+    size = float(np.sqrt(max(squares - noise, 0.0)))
+    u = float(np.sqrt(squares / (2.0 * spare * len(found[name]))))
+    own = np.array([label[2] == name for label in labels])
+    return Size(size, u, np.where(own, size, 0.0))
+
+
 def _candidate(
-    given: Asked,
-    errors: Sequence[Row],
-    form: Mapping[Cell, tuple[str, float, float]],
-    series: SeenSeries,
-    one: Weighed,
-    hypothesis: Hypothesis,
-    v: int,
-    probability: float,
+    given: Asked, errors: SurfaceErrors, series: SeenSeries, seen: Shown | None, size: Size, v: int, probability: float
 ) -> Candidate:
-    variant, block = given.variants[v], given.blocks[v]
-    cells = [
-        cell
-        for cell in form
-        if any(s.needed and s.kind is cell[0] and cell[1] in s.seen_by for s in variant.cause.signs)
-    ]
-    if block.stop > block.start:
-        acting = [u for u in hypothesis if given.blocks[u].stop > given.blocks[u].start]
-        size = size_of(one, [given.blocks[u] for u in acting], acting.index(v), given.columns[:, block])
-        features = _features(errors, size)
-    else:
-        feature, mean, u = max((form[cell] for cell in cells), key=lambda item: item[1])
-        size, features = Size(mean, u, np.zeros(len(errors))), (feature,)
+    way = given.ways[v]
     return Candidate(
-        variant.cause, features, probability, size.mm, size.standard_u_mm,
-        support(variant, errors, form, series, size, cells), against(variant, errors, form, series, size, cells),
-        variant.tool,
+        way.cause, _features(errors, size), probability, size.mm, size.standard_u_mm, support(way, seen, size),
+        against(way, seen, size, series), way.tool,
     )  # fmt: skip
 
 
-def _features(errors: Sequence[Row], size: Size) -> tuple[str, ...]:
+def _features(errors: SurfaceErrors, size: Size) -> tuple[str, ...]:
     """Those on which it leaves a third of its largest effect or more."""
-    much = np.abs(size.effect_mm) >= abs(size.mm) / 3
-    return tuple(dict.fromkeys(row.feature for row, is_much in zip(errors, much, strict=True) if is_much))
+    much = np.abs(size.effect_mm) >= max(abs(size.mm), 1e-12) / 3
+    labels = [feature for (feature,) in errors.places.labels(("feature",))]
+    return tuple(dict.fromkeys(name for name, is_much in zip(labels, much, strict=True) if is_much))

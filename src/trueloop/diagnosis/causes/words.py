@@ -1,68 +1,94 @@
 """The evidence of a cause in words with figures, and which measurement would decide between causes."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from trueloop.diagnosis.causes.candidate import Candidate
 from trueloop.diagnosis.causes.cause import Over
-from trueloop.diagnosis.causes.columns import Variant, minutes_in_cut, tool_of
-from trueloop.diagnosis.causes.form import Cell
-from trueloop.diagnosis.causes.rows import Row
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenSeries
+from trueloop.diagnosis.causes.surface import SurfaceErrors
+from trueloop.diagnosis.causes.ways import Way
 from trueloop.diagnosis.causes.weighing import Size
 from trueloop.wording import Um, Wording, wording
 
 OPEN, SETTLED = 0.02, 0.98
 """Causes between these probabilities are told apart by a further measurement."""
-Form = Mapping[Cell, tuple[str, float, float]]
 
 
-def support(
-    variant: Variant, errors: Sequence[Row], form: Form, series: SeenSeries, size: Size, cells: Sequence[Cell]
-) -> tuple[str, ...]:
+@dataclass(frozen=True)
+class Shown:
+    """The feature on which a cause shows most: its mean error as each device saw it, over how many parts.
+
+    Means are of the points there, as they had been without correction. `by_part_mm` is what the cause leaves on each
+    part that was cut, `minutes` the longest time in cut there; `first_serial` is the first part on which it acts.
+    """
+
+    feature: str
+    mean_mm: Mapping[SeenBy, tuple[float, int]]
+    by_part_mm: Mapping[int, float]
+    minutes: float
+    first_serial: str
+
+
+def shown(way: Way, errors: SurfaceErrors, series: SeenSeries, size: Size) -> Shown | None:
+    """Where a cause shows most; None where it leaves nothing on parts that were cut."""
+    cut = errors.places.number("cut") == 1.0
+    effect = np.where(cut, size.effect_mm, 0.0)
+    if not np.any(effect):
+        return None
+    largest = int(np.argmax(np.abs(effect)))
+    labels = errors.places.labels(("feature", "at", "device", "part"))
+    feature, place = labels[largest][:2]
+    # a shape that changes sign along the feature is shown at the place where it is largest, any other by its mean
+    own = np.array([label[0] == feature for label in labels]) & cut
+    changes = np.min(effect[own]) < -0.3 * abs(effect[largest]) and np.max(effect[own]) > 0.3 * abs(effect[largest])
+    rows = own & np.array([label[1] == place for label in labels]) if changes and way.over is not Over.SCATTER else own
+    means = {}
+    for seen_by in SeenBy:
+        some = np.flatnonzero(rows & np.array([label[2] == seen_by.value for label in labels]))
+        if len(some):
+            parts = len({labels[k][3] for k in some})
+            means[seen_by] = (float(np.mean(errors.value_mm[some] + errors.corrected_mm[some])), parts)
+    at_place = [k for k, label in enumerate(labels) if label[1] == place and cut[k] and effect[k]]
+    by_part = {labels[k][3]: float(effect[k]) for k in at_place}
+    minutes = float(errors.places.number("minutes")[at_place].max(initial=0.0))
+    return Shown(str(feature), means, by_part, minutes, series.parts[way.step].serial)
+
+
+def support(way: Way, seen: Shown | None, size: Size) -> tuple[str, ...]:
     """Why it is probable."""
-    said = [_form(form, cell) for cell in cells]
-    shown = _shown(errors, size)
-    if shown is None:
-        return tuple(said)
-    if _agrees(variant, errors, series, shown):
-        said.append(_by_device(errors, series, shown))
-    said += _course(variant, errors, series, size, shown)
-    return tuple(said)
+    if seen is None:
+        return ()
+    said = [_by_device(seen)] if _agrees(way, seen) else []
+    return (*said, *_course(way, seen, size))
 
 
-def against(
-    variant: Variant, errors: Sequence[Row], form: Form, series: SeenSeries, size: Size, cells: Sequence[Cell]
-) -> tuple[str, ...]:
+def against(way: Way, seen: Shown | None, size: Size, series: SeenSeries) -> tuple[str, ...]:
     """What does not fit, and what is not known."""
-    said = [wording("{kind} of {feature} is no larger than noise.", kind=str(cell[0]), feature=form[cell][0])
-            for cell in cells if form[cell][1] < 2 * form[cell][2]]  # fmt: skip
-    shown = _shown(errors, size)
-    if shown is None:
-        return tuple(said)
-    if not _agrees(variant, errors, series, shown):
-        said.append(_by_device(errors, series, shown))
-    if variant.over is Over.DEPTH and not any(shown.feature in part.depth_of_cut_mm for part in series.parts):
+    if seen is None:
+        return ()
+    said: list[str] = [] if _agrees(way, seen) else [_by_device(seen)]
+    if way.over is Over.DEPTH and not any(part.depth_of_cut_mm for part in series.parts):
         said.append(wording("The depths of cut are not recorded."))
-    tool = variant.tool or tool_of(shown.feature, series)
-    if variant.over is Over.WEAR and not any(tool in part.minutes_in_cut for part in series.parts):
+    if way.over is Over.WEAR and not any(part.minutes_in_cut for part in series.parts):
         said.append(wording("The minutes in cut are not recorded: parts since the tool was set are counted instead."))
     if abs(size.mm) < 2 * size.standard_u_mm:
         said.append(wording("Its size, {size}, is less than twice its standard uncertainty.", size=Um(size.mm)))
     return tuple(said)
 
 
-def decide(candidates: Sequence[Candidate], series: SeenSeries, rows: Sequence[Row]) -> tuple[str, ...]:
+def decide(candidates: Sequence[Candidate], series: SeenSeries) -> tuple[str, ...]:
     """Measurements that would tell apart what is left; () where nothing is."""
     left = [one for one in candidates if OPEN < one.probability < SETTLED]
     if not left:
         return ()
     said: list[str] = []
-    cut = [row for row in rows if not series.parts[row.part].standard]
+    seen = {by for part in series.parts if not part.standard for by, points in part.points.items() if points.feature}
     for seen_by, sentence in _MISSING.items():
-        if not any(row.seen_by is seen_by for row in cut):
+        if seen_by not in seen:
             said.append(sentence)
     keys = {one.cause.key for one in left}
     if keys & _PROBE and not any(part.standard for part in series.parts):
@@ -85,91 +111,51 @@ _MISSING: Final = {
 }
 
 
-def _shown(errors: Sequence[Row], size: Size) -> Row | None:
-    """The error on which it shows most."""
-    return errors[int(np.argmax(np.abs(size.effect_mm)))] if len(errors) and np.any(size.effect_mm) else None
-
-
-def _means(errors: Sequence[Row], series: SeenSeries, shown: Row) -> dict[SeenBy, tuple[float, int]]:
-    """The mean of an error over the parts and their number, by who saw it; as it had been without correction."""
-    found = {}
-    for seen_by in SeenBy:
-        some = [row.value_mm + row.corrected_mm for row in _same(errors, series, shown) if row.seen_by is seen_by]
-        if some:
-            found[seen_by] = (float(np.mean(some)), len(some))
-    return found
-
-
-def _same(errors: Sequence[Row], series: SeenSeries, shown: Row) -> list[Row]:
-    """The same error of all parts that were cut."""
-    of = (shown.feature, shown.other, shown.kind)
-    return [row for row in errors if (row.feature, row.other, row.kind) == of and not series.parts[row.part].standard]
-
-
-def _agrees(variant: Variant, errors: Sequence[Row], series: SeenSeries, shown: Row) -> bool:
+def _agrees(way: Way, seen: Shown) -> bool:
     """Whether who sees most of it is who should."""
-    means = _means(errors, series, shown)
-    seen_by = next(sign.seen_by for sign in variant.signs if sign.kind is shown.kind)
-    if len(means) < 2:
+    if len(seen.mean_mm) < 2 or way.over is Over.SCATTER:
         return True
-    (machine, _), (cmm, _) = means[SeenBy.MACHINE], means[SeenBy.CMM]
-    largest = max(abs(machine), abs(cmm))
-    alike = abs(machine - cmm) < 0.5 * largest
-    if len(seen_by) == 2:
+    (machine, _), (cmm, _) = seen.mean_mm[SeenBy.MACHINE], seen.mean_mm[SeenBy.CMM]
+    alike = abs(machine - cmm) < 0.5 * max(abs(machine), abs(cmm))
+    if len(way.seen_by) == 2:
         return alike
-    return not alike and (abs(cmm) > abs(machine)) == (seen_by == (SeenBy.CMM,))
+    return not alike and (abs(cmm) > abs(machine)) == (way.seen_by == (SeenBy.CMM,))
 
 
-def _by_device(errors: Sequence[Row], series: SeenSeries, shown: Row) -> Wording:
-    means = _means(errors, series, shown)
-    if len(means) == 2:
-        (machine, parts), (cmm, _) = means[SeenBy.MACHINE], means[SeenBy.CMM]
+def _by_device(seen: Shown) -> Wording:
+    if len(seen.mean_mm) == 2:
+        (machine, parts), (cmm, _) = seen.mean_mm[SeenBy.MACHINE], seen.mean_mm[SeenBy.CMM]
         return wording(
-            "{kind} of {feature}: the machine's probe finds {machine}, the CMM {cmm}, on average of {parts} parts.",
-            kind=str(shown.kind), feature=shown.feature, machine=Um(machine), cmm=Um(cmm), parts=parts,
+            "{feature}: the machine's probe finds {machine}, the CMM {cmm}, on average of {parts} parts.",
+            feature=seen.feature, machine=Um(machine), cmm=Um(cmm), parts=parts,
         )  # fmt: skip
-    ((seen_by, (mean, parts)),) = means.items() if means else {shown.seen_by: (shown.value_mm, 1)}.items()
+    ((seen_by, (mean, parts)),) = seen.mean_mm.items()
     if seen_by is SeenBy.MACHINE:
         return wording(
-            "{kind} of {feature}: the machine's probe finds {mean} on average of {parts} parts; no CMM has seen it.",
-            kind=str(shown.kind), feature=shown.feature, mean=Um(mean), parts=parts,
+            "{feature}: the machine's probe finds {mean} on average of {parts} parts; no CMM has measured it.",
+            feature=seen.feature, mean=Um(mean), parts=parts,
         )  # fmt: skip
     return wording(
-        "{kind} of {feature}: the CMM finds {mean} on average of {parts} parts; the machine has not probed it.",
-        kind=str(shown.kind), feature=shown.feature, mean=Um(mean), parts=parts,
+        "{feature}: the CMM finds {mean} on average of {parts} parts; the machine has not probed it.",
+        feature=seen.feature, mean=Um(mean), parts=parts,
     )  # fmt: skip
 
 
-def _course(variant: Variant, errors: Sequence[Row], series: SeenSeries, size: Size, shown: Row) -> list[Wording]:
+def _course(way: Way, seen: Shown, size: Size) -> list[Wording]:
     """How it goes over the parts."""
-    same = [row for row in _same(errors, series, shown) if row.seen_by is shown.seen_by]
-    effect = {row.part: mm for row, mm in zip(errors, size.effect_mm.tolist(), strict=True)
-              if row.seen_by is shown.seen_by and (row.feature, row.kind) == (shown.feature, shown.kind)}  # fmt: skip
-    low, high = Um(min(effect.values())), Um(max(effect.values()))
-    tool = variant.tool or tool_of(shown.feature, series)
-    first = series.parts[variant.step].serial if variant.step < len(series.parts) else ""
-    minutes = max((minutes_in_cut(row.part, tool, series) for row in same), default=0.0)
+    low, high = Um(min(seen.by_part_mm.values())), Um(max(seen.by_part_mm.values()))
     u = Um(size.standard_u_mm)
-    said = {
+    followed = {
         Over.WEAR: wording("It goes with the minutes in cut, from {low} to {high} in {minutes:.0f} min.",
-                           low=low, high=high, minutes=minutes),
+                           low=low, high=high, minutes=seen.minutes),
         Over.TEMPERATURE: wording("It goes with {signal}, from {low} to {high}.",
-                                  signal=variant.signal, low=low, high=high),
+                                  signal=way.signal, low=low, high=high) if way.signal else
+                          wording("It changes steadily over the parts, from {low} to {high}.", low=low, high=high),
         Over.DEPTH: wording("It goes with the depth of cut, from {low} to {high}.", low=low, high=high),
         Over.SETTING: wording("It changes where the tool was set anew, from {low} to {high}.", low=low, high=high),
         Over.SCATTER: wording("It is another one on every part, from {low} to {high}.", low=low, high=high),
-        Over.STEP: wording("It begins at part {serial}, {size}.", serial=first, size=Um(size.mm)),
+        Over.STEP: wording("It begins at part {serial}, {size}.", serial=seen.first_serial, size=Um(size.mm)),
         Over.CONSTANT: wording("It is the same on all parts: {size}, standard uncertainty {u}.", size=Um(size.mm), u=u),
     }  # fmt: skip
-    followed = variant.over not in (Over.CONSTANT, Over.STEP)
-    return [] if followed and str(low) == str(high) else [said[variant.over]]
-
-
-def _form(form: Form, cell: Cell) -> Wording:
-    feature, mean, u = form[cell]
-    seen = _SEEN[cell[1]]
-    return wording("{kind} of {feature} is {mean} as {seen} it, with a standard uncertainty of {u}.",
-                   kind=str(cell[0]), feature=feature, mean=Um(mean), seen=seen, u=Um(u))  # fmt: skip
-
-
-_SEEN: Final = {SeenBy.MACHINE: wording("the machine's probe finds"), SeenBy.CMM: wording("the CMM finds")}
+    changing = way.over not in (Over.CONSTANT, Over.STEP)
+    return [] if changing and str(low) == str(high) else [followed[way.over]]

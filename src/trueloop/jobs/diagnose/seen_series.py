@@ -73,6 +73,7 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
         part.serial,
         number,
         {},
+        {},
         at,
         {tool: settings.count(cut)} if cut is not None and tool else {},
         settings.minutes(cut, tool),

@@ -34,7 +34,9 @@ class Inspected:
 
     def with_errors(self, places: Mapping[str, FeaturePlace]) -> SeenPart:
         """As a diagnosis of causes takes it."""
-        return replace(self.made, errors={by: errors_of(points, places) for by, points in self.points(places).items()})
+        points = self.points(places)
+        errors = {by: errors_of(some, places) for by, some in points.items()}
+        return replace(self.made, errors=errors, points=points)
 
 
 def against_calibrated(one: Inspection, standard: StandardPart | None) -> Inspection:

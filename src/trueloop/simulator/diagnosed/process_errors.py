@@ -72,7 +72,7 @@ def process_errors(
     turned, along = points.angle_rad, points.at_mm[:, 1]
     shafts = points.is_of([place.name for place in places.values() if place.kind == "shaft"])
     found = found + shafts * chatter * np.sqrt(2) * np.sin(2 * np.pi * along / wave + 16.4 * turned + phase[0])
-    found = found + shafts * truth.size_mm(Fault.RUN_OUT) * np.cos(turned - phase[1])
+    found = found + points.normal[:, 0] * truth.size_mm(Fault.RUN_OUT) * np.cos(turned - phase[1])
     lobes = shafts * truth.size_mm(Fault.JAWS) * np.cos(3 * turned) * np.exp(-along / JAWS_REACH_MM)
     return Left(found, found + lobes)
 

@@ -102,9 +102,10 @@ def _standard_u_mm(series: Series, by: SeenBy) -> float:
 
 def _part(series: Series, made: Made, order: int, errors_of: ErrorsOf) -> SeenPart:
     errors = {by: errors_of(series, read, _standard_u_mm(series, by)) for by, read in made.read_mm.items()}
+    seen = {by: seen_points(series, made, by) for by in made.read_mm}
     cut, at = made.cut, BEGIN + timedelta(minutes=made.moment.minutes)
     return SeenPart(
-        f"S{order + 1:03d}", order, errors, at, dict(cut.setting), dict(cut.minutes), dict(cut.depth_mm),
+        f"S{order + 1:03d}", order, errors, seen, at, dict(cut.setting), dict(cut.minutes), dict(cut.depth_mm),
         dict(made.moment.read_c), _recorded(made, errors), made.standard,
     )  # fmt: skip
 

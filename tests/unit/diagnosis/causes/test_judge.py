@@ -3,12 +3,13 @@
 from dataclasses import replace
 from datetime import datetime, timedelta
 
+import numpy as np
 import pytest
 
 from trueloop.diagnosis.causes.candidate import Diagnosis
 from trueloop.diagnosis.causes.judge import judge
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
+from trueloop.diagnosis.features.seen_points import SeenPoints
 from trueloop.errors import Code, TrueloopError
 from trueloop.simulator.diagnosed.seen import seen_series
 from trueloop.simulator.diagnosed.shop import Shop, cut_series
@@ -31,7 +32,8 @@ def probability(found: Diagnosis, key: str) -> float:
 
 
 def seen_only_by(whole: SeenSeries, seen_by: SeenBy) -> SeenSeries:
-    return replace(whole, parts=tuple(replace(part, errors={seen_by: part.errors[seen_by]}) for part in whole.parts))
+    parts = (replace(part, points={seen_by: part.points[seen_by]}) for part in whole.parts)
+    return replace(whole, parts=tuple(parts))
 
 
 @pytest.mark.parametrize(
@@ -126,8 +128,49 @@ def test_parts_without_errors_are_refused() -> None:
 
 
 def test_one_part_gives_a_set() -> None:
-    error = FeatureError("shaft", ErrorKind.RADIUS, 0.02, 0.001, 9)
-    found = judge(SeenSeries({}, (SeenPart("A", 0, {SeenBy.MACHINE: (error,), SeenBy.CMM: (error,)}),)))
+    whole = series(Wrong(Fault.TOOL_OFFSET, 0.02, "T1"))
+    found = judge(replace(whole, parts=whole.parts[1:2]))
     assert found.sound < 0.1
     assert len([one for one in found.candidates if one.probability > 0.02]) > 2
     assert found.decide
+
+
+def without_tools(whole: SeenSeries) -> SeenSeries:
+    """As a store has it where neither a job nor a cut names a tool: no settings, no times, no depths."""
+    features = {name: replace(place, tool="") for name, place in whole.features.items()}
+    parts = (replace(part, setting={}, minutes_in_cut={}, depth_of_cut_mm={}) for part in whole.parts)
+    return SeenSeries(features, tuple(parts))
+
+
+ONE_SETTING = Shop(tools=("T1",), parts=6, set_anew=(), cut_mm=0.0005)
+
+
+@pytest.mark.parametrize("size_mm", [0.012, -0.006])
+def test_a_tool_set_off_is_first_though_nothing_names_the_tool(size_mm: float) -> None:
+    found = judge(without_tools(series(Wrong(Fault.TOOL_OFFSET, size_mm, "T1"), shop=ONE_SETTING)))
+    assert best(found) == ("tool-setting",)
+    assert probability(found, "fixturing-tool-probe") < probability(found, "tool-setting")
+    assert found.candidates[0].size_mm == pytest.approx(size_mm, abs=0.0015)
+
+
+def test_one_length_that_is_off_alone_is_that_of_two_tools() -> None:
+    shop = replace(ONE_SETTING, tools=("T1", "T2"))
+    found = judge(without_tools(series(Wrong(Fault.TWO_TOOLS, -0.015, "T2"), shop=shop)))
+    assert best(found) == ("two-tools",)
+
+
+def test_a_form_that_no_cause_leaves_is_not_in_the_catalogue() -> None:
+    """One feature of six stands off by other amounts on every part, the others do not."""
+    whole = series(shop=ONE_SETTING)
+    rng = np.random.default_rng(3)
+
+    def bent(part: SeenPart) -> SeenPart:
+        by, change = dict[SeenBy, SeenPoints](), rng.normal(0.0, 0.012)
+        for seen_by, points in part.points.items():
+            own = np.array([name == "shaft 2" for name in points.feature])
+            by[seen_by] = replace(points, error_mm=points.error_mm + change * own)
+        return replace(part, points=by)
+
+    found = judge(replace(whole, parts=tuple(bent(part) for part in whole.parts)))
+    assert best(found) == ("other",)
+    assert found.candidates[0].features == ("shaft 2",)
