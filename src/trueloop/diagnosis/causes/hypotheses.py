@@ -12,13 +12,14 @@ from trueloop.diagnosis.causes.catalogue import CAUSES
 from trueloop.diagnosis.causes.seen_part import SeenSeries
 from trueloop.diagnosis.causes.surface import SurfaceErrors
 from trueloop.diagnosis.causes.ways import SEEN_MM, Way, block_of, ways
-from trueloop.diagnosis.causes.weighing import Products, Weighed, log_evidence, products_of
+from trueloop.diagnosis.causes.weighing import Products, Weighed, log_beside, log_evidence, products_of
 
 NONE, ONE, TWO = 0.85, 0.135, 0.015
 """Beforehand: how probable no cause, one cause and two are."""
 LIKELY: Final = 3
-"""The likeliest ways, which are tried with every other; those of the likeliest causes are tried with each other."""
-BEST: Final = 12
+"""The likeliest ways are looked at with every other."""
+BEST: Final = 8
+"""So many of the likeliest causes are tried with each other, and so many with each of the likeliest ways."""
 WIDE: Final = 60
 """Columns of two blocks together beyond which they are not tried as a pair."""
 Hypothesis = tuple[int, ...]
@@ -89,14 +90,25 @@ def _pairs(
         best.setdefault(given.ways[v].who, v)
     first = list(best.values())
     tried = {*combinations(sorted(first[:BEST]), 2)}
-    tried |= {(min(a, b), max(a, b)) for a in {*order[:LIKELY], *first[:LIKELY]} for b in order if a != b}
+    for a in {*order[:LIKELY], *first[:LIKELY]}:
+        others = [b for b in order if _may_join(given, a, b)]
+        looked = log_beside(by_waves[given.ways[a].wavy], given.blocks[a], [given.blocks[b] for b in others])
+        weights = [np.log(given.prior[b]) + log for b, log in zip(others, looked, strict=True)]
+        promising = sorted(range(len(others)), key=lambda k: -weights[k])[:BEST]
+        waves = [k for k, b in enumerate(others) if given.ways[b].wavy]
+        tried |= {(min(a, others[k]), max(a, others[k])) for k in (*promising, *waves)}
     found: dict[Hypothesis, float] = {}
     for a, b in sorted(tried):
-        wide = sum(len(given.blocks[v]) for v in (a, b)) > WIDE
-        if given.ways[a].who != given.ways[b].who and not wide:
+        if _may_join(given, a, b):
             prior = TWO * 2 * given.prior[a] * given.prior[b]
             found[(a, b)] = np.log(prior) + _log_likelihood(given, by_waves, (a, b))
     return found
+
+
+def _may_join(given: Asked, a: int, b: int) -> bool:
+    """Whether two ways are of two causes, and no more columns than can be tried."""
+    wide = len(given.blocks[a]) + len(given.blocks[b]) > WIDE
+    return given.ways[a].who != given.ways[b].who and not wide
 
 
 def _log_likelihood(given: Asked, by_waves: tuple[Weighed, Weighed], chosen: Hypothesis) -> float:

@@ -9,15 +9,17 @@ from trueloop.diagnosis.causes.seen_part import SeenBy
 from trueloop.estimate.places import Places
 from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
 
-PROCESS_MM: Final = ((0.0003, 0.3), (0.0008, 0.35), (0.0018, 0.2), (0.0045, 0.15))
-"""What cuts of a sound process differ by from part to part, with how probable each is beforehand."""
+PROCESS_MM: Final = (
+    (0.0005, 0.0003, 0.25), (0.0005, 0.0010, 0.2), (0.0015, 0.0003, 0.2), (0.0015, 0.0010, 0.2), (0.0040, 0.0030, 0.15),
+)  # fmt: skip
+"""What cuts of a sound process differ by from part to part: a tool, a feature beside that, and how probable each is."""
 SCATTER_MM: Final = ((0.0002, 0.4), (0.0008, 0.4), (0.0018, 0.2))
 """What places of one sound part differ by, with how probable each is beforehand."""
 CHATTER_MM: Final = (0.003, 0.008)
 """What places of shafts differ by beside that where there is waviness, each as probable."""
 
 _DATUM: Final = "z counts from a face that each device finds anew, on a part that is not unclamped for it"
-_PROCESS: Final = "half of what cuts differ by is the tool's, half each feature's own"
+_PROCESS: Final = "a part clamped again, a turret indexed, minutes of heat: some micrometres at most"
 _DEVICE: Final = "zero of a device, and parts that cool between two inspections: half a micrometre"
 _SURFACE: Final = "roughness and marks of the feed under a touch: some tenths of a micrometre to some micrometres"
 _FRAME: Final = "the frame of a part on a measuring machine is turned by some microradians"
@@ -29,6 +31,12 @@ def _cut(places: Places) -> Array:
 
 def _normal(places: Places) -> Array:
     return np.column_stack([places.number("normal_x"), places.number("normal_z")])
+
+
+def _datum(places: Places) -> Array:
+    """Where z counts from; of faces alone too, as corrections of lengths do not say what was taken off all of them."""
+    along = places.number("normal_z")
+    return np.column_stack([along, along * places.number("face")])
 
 
 def _shaft(places: Places) -> Array:
@@ -49,21 +57,22 @@ def _along(places: Places, degree: int) -> Array:
 
 OF_PART: Final = Catalogue(
     (
-        Term("datum", ("part", "device"), lambda p: p.number("normal_z")[:, None], lambda s: np.array([s["datum"]])),
-        Term("clamping", ("part", "tool"), lambda p: _normal(p) * _cut(p), lambda s: np.full(2, 0.7 * s["process"])),
+        Term("datum", ("part", "device"), _datum, lambda s: np.full(2, s["datum"])),
+        Term("clamping", ("part", "tool"), lambda p: _normal(p) * _cut(p), lambda s: np.full(2, s["clamping"])),
         Term("frame", ("part", "device"), _tilted, lambda s: np.full(2, [s["across"], s["tilt"]])),
         Term(
             "group of the part",
             ("part", "feature"),
             lambda p: np.column_stack([np.ones(len(p)), p.number("share")]) * _cut(p),
-            lambda s: s["process"] * np.array([0.7, 0.4]),
+            lambda s: s["group"] * np.array([1.0, 0.6]),
         ),
         Term("surface", ("part", "at"), _cut, lambda s: np.array([s["surface"]])),
         Term("waviness", ("part", "at"), lambda p: _shaft(p) * _cut(p), lambda s: np.array([s["waviness"]])),
     ),
     lambda places, sizes: np.zeros(len(places)),
     {
-        "process": Prior(0.0008, 0.9, _PROCESS),
+        "clamping": Prior(0.0010, 0.9, _PROCESS),
+        "group": Prior(0.0006, 0.9, _PROCESS),
         "datum": Prior(0.020, 0.5, _DATUM),
         "across": Prior(0.0005, 0.5, _FRAME),
         "tilt": Prior(4.0e-6, 0.5, _FRAME),

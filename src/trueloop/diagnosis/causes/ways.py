@@ -70,6 +70,8 @@ def ways(cause: Cause, errors: SurfaceErrors, series: SeenSeries) -> Iterator[Wa
                 for tool in [*several, ""]:
                     if tool == "" and several and cause.key == TWO_TOOLS:
                         continue  # the z offsets of all tools alike are where z counts from
+                    if over is Over.SCATTER and not _tells_scatter(cause, number, seen_by, len(forms)):
+                        continue
                     way = Way(cause, over, (), tool, form=number, seen_by=seen_by)
                     yield from _over(way, form, errors, series)
 
@@ -94,10 +96,6 @@ def _x(p: Places) -> Array:
 
 def _z(p: Places) -> Array:
     return p.number("normal_z")[:, None]
-
-
-def _normal(p: Places) -> Array:
-    return np.ones((len(p), 1))
 
 
 def _shafts(p: Places) -> Array:
@@ -163,6 +161,14 @@ def _any(p: Places) -> Array:
     return np.column_stack([np.ones(len(p)), share, share**2])
 
 
+def _level(p: Places) -> Array:
+    return np.ones((len(p), 1))
+
+
+def _line(p: Places) -> Array:
+    return _any(p)[:, :2]
+
+
 def _axis(normal: str, *along: str) -> Basis:
     """An error of the machine along x or z that grows with positions."""
 
@@ -185,9 +191,9 @@ _FORMS: Final[Mapping[str, tuple[Form, ...]]] = {
     "fixturing-part-probe": (((_ALL, _x),),),
     "tool-seat": (((_ALL, _x),), ((_ALL, _x), (_ALL, _z))),
     "tool-setting": (((_ALL, _x),),),
-    "tool-wear": (((("tool",), _normal),), ((("tool",), _shafts),)),
+    "tool-wear": (((("tool",), _level),), ((("tool",), _shafts),)),
     "nose-form": (((("tool",), _nose),),),
-    "part-probe-offset": (((_ALL, _x),), ((_ALL, _normal),)),
+    "part-probe-offset": (((_ALL, _x),), ((_ALL, _level),)),
     "wear-between": (((_ALL, _along_path),),),
     "part-deflection": (((_ALL, _cubic),),),
     "tailstock": (((_ALL, _linear),),),
@@ -204,16 +210,24 @@ _FORMS: Final[Mapping[str, tuple[Form, ...]]] = {
 }
 
 
+def _tells_scatter(cause: Cause, number: int, seen_by: tuple[SeenBy, ...], forms: int) -> bool:
+    """Whether a form is weighed as another one on every part: not with more coefficients than parts can tell."""
+    if cause.key in ("chuck", "jaws"):
+        return number == 0
+    return cause.key != "other" or (2 * number > forms and len(seen_by) == len(SeenBy))
+
+
 def _forms(cause: Cause, errors: SurfaceErrors, tools: bool) -> list[Form]:
     if cause.key == "unequal-depth":
         if errors.depths_known:
-            return [((_ALL, _usual(_face)),), ((_ALL, _usual(_normal)),)]
-        return [((_EACH, _normal),)]  # any feature may have been cut deeper than the others
+            return [((_ALL, _usual(_face)),), ((_ALL, _usual(_level)),)]
+        return [((_EACH, _level),)]  # any feature may have been cut deeper than the others
     if cause.key == TWO_TOOLS:
         return [((_ALL, _face_z),)] if tools else [((_ALL, _on(faces, _z)),) for faces in _split(errors)]
     if cause.key == "other":
         names = dict.fromkeys(name for (name,) in errors.places.labels(_EACH))
-        return [((_EACH, _any),), *(((_ALL, _on((name,), _any)),) for name in names)]
+        every = ((_EACH, _level),)
+        return [every, *(((_ALL, _on((name,), of)),) for of in (_any, _line) for name in names)]
     if cause.key == "machine" and len(set(errors.places.labels(("tool",)))) > 1:
         return [*_FORMS[cause.key], ((("tool",), _x),)]  # an angle of a slide, by the length of each tool
     return list(_FORMS.get(cause.key, ()))
@@ -293,8 +307,13 @@ def _among(parts: Sequence[int]) -> Basis:
 
 
 def _worn(p: Places) -> Array:
-    """Evenly with the minutes in cut, and with their root while an edge breaks in."""
-    return np.column_stack([p.number("minutes"), np.sqrt(p.number("minutes"))])
+    """Evenly with the minutes in cut, and with their root while an edge breaks in; and what it wears along one pass.
+
+    At the place where a share q of a pass is done the edge has cut m + q·Δm minutes: w(m) + q·Δm·w'(m).
+    """
+    minutes, along = p.number("minutes"), p.number("reach")
+    root = np.sqrt(minutes)
+    return np.column_stack([minutes, root, along, along / np.maximum(minutes, 1.0)])
 
 
 def _made(way: Way, form: Form, scope: tuple[str, ...], course: Basis) -> Way:

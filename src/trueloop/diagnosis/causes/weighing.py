@@ -13,15 +13,18 @@ from typing import Final
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from trueloop.arrays import Array, Integers, by_content
+from trueloop.arrays import Array, Flags, Integers, by_content
 from trueloop.diagnosis.causes.sound import CHATTER_MM, LASTING, OF_PART, PROCESS_MM, SCATTER_MM, columns, of_one_size
 from trueloop.diagnosis.causes.surface import SurfaceErrors
 from trueloop.estimate.state import State
 
 STATED: Final = 30.0
 """How many observations the stated uncertainties are worth, beside what the errors themselves say of their noise."""
+QUICK_MM: Final = (0.004, 0.030)
 SIZES_MM: Final = (0.002, 0.006, 0.020, 0.080, 0.400)
-"""Standard deviations of what a cause leaves: what is tried."""
+"""Standard deviations of what a cause leaves: what is tried at first look, and what is tried."""
+GROWING: Final = ("clamping", "group", "surface", "waviness")
+"""Sizes of a sound process that are tried, and of waviness."""
 SURFACES_MM: Final = (
     *((scatter, 0.0, share) for scatter, share in SCATTER_MM),
     *((SCATTER_MM[1][0], waviness, 1.0 / len(CHATTER_MM)) for waviness in CHATTER_MM),
@@ -46,7 +49,10 @@ class Weighed:
 
     def only(self, wavy: bool) -> "Weighed":
         """With waviness, or without."""
-        rows = self.wavy == float(wavy)
+        return self.chosen(self.wavy == float(wavy))
+
+    def chosen(self, rows: Flags) -> "Weighed":
+        """Some sizes of the process."""
         return Weighed(
             self.log_prior[rows], self.columns[rows], self.with_values[rows], self.values[rows], self.count,
             self.wavy[rows],
@@ -91,10 +97,10 @@ def products_of(errors: SurfaceErrors, of_causes: Array) -> Products:
     joined = np.column_stack([lasting, of_causes, errors.value_mm, errors.corrected_mm])
     parts = [_Part.of(errors, rows, joined) for rows in errors.parts()]
     found, log_prior, wavy = [], [], []
-    for (process, of_process), (surface, waviness, of_surface) in product(PROCESS_MM, SURFACES_MM):
+    for (clamping, group, of_process), (surface, waviness, of_surface) in product(PROCESS_MM, SURFACES_MM):
         total, half = np.zeros((joined.shape[1], joined.shape[1])), 0.0
         for part in parts:
-            lower = part.factor(process, surface, waviness)
+            lower = part.factor((clamping, group, surface, waviness))
             white = solve_triangular(lower, part.columns, lower=True, check_finite=False)
             total[np.ix_(part.used, part.used)] += white.T @ white
             half += float(np.log(np.diag(lower)).sum())
@@ -112,9 +118,7 @@ class _Part:
     used: Integers
     columns: Array
     fixed_mm2: Array
-    process: Array
-    surface: Array
-    waviness: Array
+    growing: tuple[Array, ...]
 
     @classmethod
     def of(cls, errors: SurfaceErrors, rows: Integers, joined: Array) -> "_Part":
@@ -128,16 +132,16 @@ class _Part:
 
         fixed = np.diag(errors.standard_u_mm[rows] ** 2)
         for name, size in OF_PART.medians.items():
-            if name not in ("process", "surface", "waviness"):
+            if name not in GROWING:
                 fixed = fixed + size**2 * covariance(name)
         used = np.flatnonzero(np.any(joined[rows] != 0.0, axis=0))
-        grows = (covariance(name) for name in ("process", "surface", "waviness"))
-        return cls(used, joined[np.ix_(rows, used)], fixed, *grows)
+        return cls(used, joined[np.ix_(rows, used)], fixed, tuple(covariance(name) for name in GROWING))
 
-    def factor(self, process_mm: float, surface_mm: float, waviness_mm: float) -> Array:
-        """Lower factor of the covariance of its errors."""
-        whole = self.fixed_mm2 + process_mm**2 * self.process
-        whole = whole + surface_mm**2 * self.surface + waviness_mm**2 * self.waviness
+    def factor(self, sizes_mm: Sequence[float]) -> Array:
+        """Lower factor of the covariance of its errors, with sizes in the order of `GROWING`."""
+        whole = self.fixed_mm2.copy()
+        for size, covariance in zip(sizes_mm, self.growing, strict=True):
+            whole += size**2 * covariance
         return np.asarray(cholesky(whole, lower=True, check_finite=False))
 
 
@@ -145,6 +149,19 @@ def log_evidence(given: Weighed, blocks: Sequence[Integers]) -> float:
     """Logarithm of the marginal likelihood of the values if the columns of these blocks act."""
     log, _ = _tried(given, blocks)
     return float(np.logaddexp.reduce(log, axis=None) - np.log(log.shape[1]))
+
+
+def log_beside(given: Weighed, first: Integers, others: Sequence[Integers]) -> list[float]:
+    """The same of one block with each of several others, at the process and the size that are the first's best.
+
+    What is left out is small beside what tells the others apart: a quick first look at many pairs.
+    """
+    log, scales = _tried(given, [first])
+    row, best = np.unravel_index(int(np.argmax(log)), log.shape)
+    at = given.chosen(np.arange(len(given.wavy)) == row)
+    blocks, sizes = ([first], [(float(scales[best][0]),)]) if len(first) else ([], [])
+    looked = (_tried(at, [*blocks, one], [*sizes, QUICK_MM])[0] for one in others)
+    return [float(np.logaddexp.reduce(log, axis=None)) for log in looked]
 
 
 def size_of(given: Weighed, blocks: Sequence[Integers], asked: int, of_block: Array) -> Size:
@@ -164,11 +181,13 @@ def size_of(given: Weighed, blocks: Sequence[Integers], asked: int, of_block: Ar
     return Size(float(effect[largest]), u, effect)
 
 
-def _tried(given: Weighed, blocks: Sequence[Integers]) -> tuple[Array, Array]:
+def _tried(
+    given: Weighed, blocks: Sequence[Integers], sizes_mm: Sequence[Sequence[float]] | None = None
+) -> tuple[Array, Array]:
     """Logarithms by process (p, m) and sizes of all columns (m, k)."""
     chosen = np.concatenate([np.arange(0), *blocks]).astype(int)
     widths = [len(one) for one in blocks]
-    scales = np.array([np.repeat(sizes, widths) for sizes in product(SIZES_MM, repeat=len(blocks))])
+    scales = np.array([np.repeat(sizes, widths) for sizes in product(*(sizes_mm or [SIZES_MM] * len(blocks)))])
     products = given.columns[:, chosen[:, None], chosen]
     inner = np.eye(len(chosen)) + scales[:, :, None] * products[:, None] * scales[:, None, :]
     lower = np.linalg.cholesky(inner)

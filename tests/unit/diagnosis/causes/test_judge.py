@@ -16,7 +16,7 @@ from trueloop.simulator.diagnosed.shop import Shop, cut_series
 from trueloop.simulator.diagnosed.truth import Fault, Truth, Wrong
 
 TOOLS = ("T1", "T2", "T3")
-SHOP = Shop(tools=TOOLS, standard_at=(0,))
+SHOP = Shop(tools=TOOLS, parts=8, set_anew=(4,), standard_at=(0,))
 
 
 def series(*wrong: Wrong, shop: Shop = SHOP, gain: float = 1.0, seed: int = 5) -> SeenSeries:
@@ -87,7 +87,7 @@ def test_a_tool_that_stands_too_far_out_leaves_that_much_on() -> None:
 
 
 def test_an_offset_that_only_the_machine_was_asked_about_stays_a_set() -> None:
-    shop = replace(SHOP, standard_at=(), set_anew=())
+    shop = replace(SHOP, tools=("T1",), standard_at=(), set_anew=())
     found = judge(seen_only_by(series(Wrong(Fault.TOOL_OFFSET, 0.012, "T1"), shop=shop), SeenBy.MACHINE))
     assert probability(found, "part-probe-offset") > 0.1
     assert probability(found, "tool-setting") > 0.1
@@ -96,7 +96,7 @@ def test_an_offset_that_only_the_machine_was_asked_about_stays_a_set() -> None:
 
 
 def test_without_a_probe_on_the_machine_tool_and_machine_stay_a_set() -> None:
-    shop = replace(SHOP, standard_at=(), set_anew=(), steady=True)
+    shop = replace(SHOP, tools=("T1",), standard_at=(), set_anew=(), steady=True)
     found = judge(seen_only_by(series(Wrong(Fault.TOOL_OFFSET, 0.012, "T1"), shop=shop), SeenBy.CMM))
     assert probability(found, "machine") > 0.05
     assert probability(found, "tool-setting") > 0.1
