@@ -134,11 +134,15 @@ def _faces(degree: int, along: str) -> Basis:
 
 
 def _waves(per_turn: int, along: bool = False) -> Basis:
-    """Waves around the turn; `along`: of an amplitude that changes along the feature."""
+    """Waves around the turn; `along`: of an amplitude that changes along the feature.
+
+    Fewer than 2n + 1 different angles do not show n waves, and one angle alone would take any radius for one.
+    """
 
     def basis(p: Places) -> Array:
         angle, share = p.number("spindle_rad"), p.number("share")[:, None]
-        known = np.where(np.isnan(angle), 0.0, 1.0) * p.number("normal_x")
+        different = len(np.unique(np.round(angle[~np.isnan(angle)], 4)))
+        known = np.where(np.isnan(angle) | (different < 2 * per_turn + 1), 0.0, p.number("normal_x"))
         angle = np.where(np.isnan(angle), 0.0, per_turn * angle)
         waves = np.column_stack([known * np.cos(angle), known * np.sin(angle)])
         return np.hstack([waves, share * waves, share**2 * waves]) if along else waves

@@ -121,6 +121,15 @@ def test_what_no_instrument_sees_is_not_weighed() -> None:
     assert {"tool-setting", "part-probe-offset", "other"} <= keys
 
 
+def test_one_angle_around_the_turn_shows_no_waves() -> None:
+    whole = series(SeenBy.CMM)
+    seen = replace(points(np.zeros(len(PLACES))), spindle_rad=np.zeros(len(PLACES)))
+    parts = tuple(replace(part, points={SeenBy.CMM: seen}) for part in whole.parts)
+    at_one_angle = replace(whole, parts=parts)
+    keys = {way.cause.key for way in asked(errors_of(at_one_angle), at_one_angle).ways}
+    assert not keys & {"chuck", "jaws"}
+
+
 def test_corrections_of_lengths_are_added_up_from_the_chuck() -> None:
     whole = series(SeenBy.CMM)
     taken = {("far", "length"): 0.004, ("end", "length"): 0.001, ("shaft", "radius"): 0.003, ("bore", "radius"): 0.002}
