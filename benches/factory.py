@@ -20,16 +20,13 @@ from sqlalchemy import insert, text
 
 from tests.support.factory import AT, ENGINEER, PLAN, SHA, keep_programs
 from trueloop.cli.serve import HELD_OPEN
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import FactKind, PartState
+from trueloop.domain.factory import FactKind, PartState, Run, RunFact
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
-from trueloop.factory.shown.life import part_life
-from trueloop.factory.shown.orders import order_rows
-from trueloop.factory.shown.parts import part_rows
-from trueloop.factory.shown.today import today
+from trueloop.factory.shown.orders import order_rows, today
+from trueloop.factory.shown.parts import part_life, part_rows
 from trueloop.storage.factory_tables import EVENT, stamp
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, open_store

@@ -12,7 +12,7 @@ from benches.machine_evaluator import mill_model
 from benches.nc_program import EVERYWHERE, RS274, milling_program
 from benches.ratio import Contender, compare, process
 from trueloop.jobs.machine.mapped_program import map_program
-from trueloop.machine.correct.setup import Setup, compensation_field
+from trueloop.machine.correct import Setup, compensation_field
 
 BLOCKS = 1_000_000
 SETUP = Setup({1: (250.0, 0.0, -100.0)})

@@ -6,8 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from benches.ratio import Contender, compare, verdict
-from trueloop.surface.separation.moran import moran_i
-from trueloop.surface.separation.weights import Weights
+from trueloop.surface.separation.moran import Weights, moran_i
 
 SCATTERED = (625, 2_500, 10_000, 40_000)
 ESDA_MOST, DENSE_MOST, MANY = 2_500, 10_000, 1_000_000

@@ -18,7 +18,7 @@ from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.realtime import session
 from trueloop.controllers.linuxcnc.realtime.session import Driven, Setup, Step, put, sleep
 from trueloop.formats.tables.control_tables import linuxcnc_comp
-from trueloop.machine.correct.axis_table import axis_table
+from trueloop.machine.correct import axis_table
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import segments

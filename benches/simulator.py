@@ -15,7 +15,7 @@ from trueloop.loops.simulated.simulated import Trial, finish, measured_part, sem
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.presets import nist
-from trueloop.simulator.stock import REACH_MM, sweep
+from trueloop.simulator.process import REACH_MM, sweep
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SEGMENTS = 10_000

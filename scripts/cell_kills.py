@@ -27,9 +27,7 @@ from sqlalchemy import select
 from trueloop.controllers.linuxcnc.cell.control import ControlNow
 from trueloop.controllers.linuxcnc.cell.journal import read
 from trueloop.controllers.linuxcnc.cell.known import known
-from trueloop.domain.factory.route import Block, BlockKind, Conditions
-from trueloop.domain.factory.run import Run
-from trueloop.domain.factory.states import PartState, StepState
+from trueloop.domain.factory import Block, BlockKind, Conditions, PartState, Run, StepState
 from trueloop.domain.program import ProgramText
 from trueloop.errors import TrueloopError
 from trueloop.factory import requests as ask

@@ -20,9 +20,9 @@ from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import SimulatedPart, Trial, simulate, trial_of
+from trueloop.simulator.path import SAME, Transfer
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
-from trueloop.simulator.transfer import SAME, Transfer
 from trueloop.turned.characteristics.measurand import Measurand, measurand
 from trueloop.turned.characteristics.nominal import profile_has
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts

@@ -20,13 +20,11 @@ from hashlib import sha256
 from typing import Final
 
 from scripts.store_kills import killed
-from trueloop.domain.factory.route import Block, BlockKind, Conditions
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.factory import Block, BlockKind, Conditions, FactKind, PartState, Run, RunFact, StepState
 from trueloop.domain.program import ProgramText
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
-from trueloop.factory.decisions.run_state import state_of
+from trueloop.factory.decisions.runs import state_of
 from trueloop.factory.known import OrderNow
 from trueloop.factory.load import Known, order_of, runs_of
 from trueloop.factory.roles import By, Role

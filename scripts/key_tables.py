@@ -26,7 +26,7 @@ from trueloop.formats.jobs import (
 from trueloop.formats.toml_tables import In
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, PartDiagnosisShape, SeriesDiagnosisShape
-from trueloop.report.series.shapes import SeriesShape
+from trueloop.report.series.values import SeriesShape
 from trueloop.report.shape import Shape
 from trueloop.report.turned.shapes import CorrectionShape
 

@@ -19,7 +19,7 @@ from scripts.running_lathe import RunningLathe, running_lathe
 from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
 from trueloop.controllers.linuxcnc.cell.linuxcnc import LinuxCnc
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
-from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory import BlockKind
 
 HOME_MM: Final = (300.0, 100.0)
 PROBE_HAL: Final = b"""

@@ -14,10 +14,9 @@ from typing import Final, Literal
 
 from tests.support.serial_control import FAULTS, Fault, SerialControl, VirtualLine
 from trueloop.controllers.links.changes import Change
-from trueloop.controllers.links.line.codes import LineCode
+from trueloop.controllers.links.line import LineCode
 from trueloop.errors import TrueloopError
-from trueloop.jobs.links.opened import Opened
-from trueloop.jobs.links.send import send
+from trueloop.jobs.links import Opened, send
 
 CODES: Final[tuple[LineCode, ...]] = ("ascii", "iso", "eia")
 FLOWS: Final[tuple[Literal["xon-xoff", "rts-cts"], ...]] = ("xon-xoff", "rts-cts")

@@ -11,7 +11,7 @@ from trueloop.formats.measurements.points_csv import points_to_csv
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.dialect import dialect_named
-from trueloop.simulator.surface_process import published_process
+from trueloop.simulator.process import published_process
 from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
 
 FOLDER = Path(__file__).parents[1] / "examples" / "surface"

@@ -29,16 +29,13 @@ from trueloop.loops.simulated.simulated import finish_along, finishing_machine, 
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.machine import VirtualMachine
-from trueloop.simulator.machine_error import ErrorTerm, MachineError
+from trueloop.simulator.machine import ErrorTerm, MachineError, VirtualMachine
+from trueloop.simulator.mill import VirtualCmm
 from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import CentrePath, path_along, path_of_positions
+from trueloop.simulator.path import CentrePath, Transfer, path_along, path_of_positions
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.probe import VirtualProbe
-from trueloop.simulator.process import Backlash, Deflection, Repeatability
-from trueloop.simulator.stock import Stock
-from trueloop.simulator.transfer import Transfer
+from trueloop.simulator.process import Backlash, Deflection, Repeatability, Stock
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.readings.matched import matched_by_name
 from trueloop.turned.readings.vectors import with_readings

@@ -1,6 +1,6 @@
 """How well a refined model does on part types that it was not refined from: the tables of docs/refinement-study.md.
 
-The truth is the warm lathe of plain transforms (`simulator/lathe/truth.py`), measured and fitted as `trueloop machine
+The truth is the warm lathe of plain transforms (`simulator/lathe.py`), measured and fitted as `trueloop machine
 fit` does, which no form of model matches. After the fit it is changed by formulas typed here: a slide wears, a screw is
 changed, a headstock is hotter. Parts of some types are then cut with the old model in force; the model is refined with
 the guilty errors named; parts of other types say what it is worth.
@@ -17,7 +17,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.formats.examples import example
 from trueloop.formats.jobs.machine_toml import read_machine
-from trueloop.formats.measurements.virtual_readings_csv import angles_csv, lengths_csv, signals_csv
+from trueloop.formats.measurements.readings_csv import angles_csv, lengths_csv, signals_csv
 from trueloop.jobs.machine.machine_model import readings_of
 from trueloop.machine.identify.form import fit_form
 from trueloop.machine.model.history import Clock, History, lag_signals
@@ -27,9 +27,7 @@ from trueloop.machine.refine.guilty import Guilty
 from trueloop.machine.refine.judged import left_by
 from trueloop.machine.refine.left import LeftOnParts
 from trueloop.machine.refine.refine import Refined, refine
-from trueloop.simulator.lathe.instruments import UNTIL_S, measured_day
-from trueloop.simulator.lathe.truth import WarmLathe
-from trueloop.simulator.lathe.warm_up import WarmUp, warm_up
+from trueloop.simulator.lathe import UNTIL_S, WarmLathe, WarmUp, measured_day, warm_up
 from trueloop.simulator.process import Backlash
 from trueloop.statistics import rms
 

@@ -26,9 +26,9 @@ from trueloop.loops.simulated.several import SeveralTrial, several_trial, simula
 from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
 from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.program.called import Called
+from trueloop.simulator.path import SAME
 from trueloop.simulator.presets import Workshop, grooving, nist, with_nose
 from trueloop.simulator.process import Repeatability
-from trueloop.simulator.transfer import SAME
 from trueloop.statistics import rms
 from trueloop.turned.fit.between_cuts import NONE
 from trueloop.turned.touches.error_vectors import ErrorVectors

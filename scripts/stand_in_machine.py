@@ -22,7 +22,7 @@ from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
 from trueloop.controllers.linuxcnc.cell.decide import Patience
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.controllers.linuxcnc.cell.service import Service
-from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory import BlockKind
 from trueloop.nc.witness import LOG_FILE
 
 EMPTY: Final = "nothing.ngc"

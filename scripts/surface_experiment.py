@@ -12,7 +12,7 @@ import numpy as np
 
 from scripts.surface_truths import GRID, NEAR, SQUARE
 from trueloop.arrays import Array
-from trueloop.simulator.surface_process import (
+from trueloop.simulator.process import (
     EXTREME_MM,
     EXTREME_OF_625,
     LEAST_MM,

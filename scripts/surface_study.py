@@ -14,7 +14,7 @@ from scripts.surface_experiment import LEFT_BY_15, PARTS, THREE_SIGMA, WAYS, Out
 from scripts.surface_truths import GRID, NEAR, NOISE_MM, SQUARE, TRUTHS, heavy, spline, white
 from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
-from trueloop.simulator.surface_process import EXTREME_OF_625, published_process
+from trueloop.simulator.process import EXTREME_OF_625, published_process
 from trueloop.surface.pattern.pattern import pattern_of
 from trueloop.surface.separation.separate import Separation, of_size, separate
 from trueloop.surface.separation.spline_surface import Size

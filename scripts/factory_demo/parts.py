@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
-from trueloop.controllers.linuxcnc.contour_program import contour_program
+from trueloop.controllers.linuxcnc.loop import contour_program
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import settings_of
 from trueloop.geometry.offset import nose_centre_path

@@ -10,8 +10,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code
 from trueloop.jobs.db.checked import check_store
 from trueloop.jobs.db.exported import read_export
-from trueloop.jobs.db.imported import import_files
-from trueloop.jobs.db.inspected import Inspected
+from trueloop.jobs.db.imported import Inspected, import_files
 from trueloop.jobs.db.named import named
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.opened import made

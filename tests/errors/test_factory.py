@@ -6,8 +6,7 @@ from datetime import timedelta
 from hashlib import sha256
 
 from tests.support.factory import CELL, OPERATOR, PLAN, SERVICE, VIEWER, Shop
-from trueloop.domain.factory.route import Conditions
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import Conditions, FactKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.roles import By, Role

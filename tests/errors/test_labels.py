@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 
-from trueloop.domain.labelled import contradictions
-from trueloop.domain.labels import read_label
+from trueloop.domain.labels import contradictions, read_label
 from trueloop.domain.part import PartType
 from trueloop.errors import Code
 

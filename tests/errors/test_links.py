@@ -5,15 +5,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from trueloop.controllers.links.focas.focas import Focas
+from trueloop.controllers.links.focas import Focas
 from trueloop.controllers.links.folder import Folder, named_in
-from trueloop.controllers.links.line.codes import encoded
-from trueloop.controllers.links.line.line import Line
+from trueloop.controllers.links.line import Line, encoded
 from trueloop.controllers.links.link import checked_name
 from trueloop.errors import Code
 from trueloop.formats.links_toml import read_link
-from trueloop.jobs.links.opened import Opened
-from trueloop.jobs.links.send import send
+from trueloop.jobs.links import Opened, send
 
 
 @contextmanager

@@ -13,9 +13,7 @@ from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.measurements.positioning_data import read_positioning
 from trueloop.formats.tables.control_tables import linuxcnc_comp
-from trueloop.machine.correct.axis_table import AxisTable
-from trueloop.machine.correct.point_program import displace_points
-from trueloop.machine.correct.setup import Setup, state_at
+from trueloop.machine.correct import AxisTable, Setup, displace_points, state_at
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.identify.time_constants import at_bounds
@@ -28,8 +26,7 @@ from trueloop.machine.model.term import Part, Term
 from trueloop.machine.model.validity import check_state, require_in_force, require_serial
 from trueloop.machine.model.version import Version
 from trueloop.machine.refine.refine import refine, require_better
-from trueloop.machine.standards.planar_field import QuadrupoleField
-from trueloop.machine.standards.plates import LeftOut, require_repeating
+from trueloop.machine.standards import LeftOut, QuadrupoleField, require_repeating
 from trueloop.nc.program.program import read_program
 
 MILL = Machine("mill", chain_of("mill-gantry"))

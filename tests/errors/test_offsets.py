@@ -13,8 +13,7 @@ from tests.support.files import read_as_file
 from tests.support.tool_tables import FANUC, HAAS, HEIDENHAIN, LINUXCNC, OFFSET, SIEMENS, made_at, record_with
 from trueloop.domain.tool_offset import HeldTool, ToolOffset
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.tables.tool_tables.known import read_tool_table
-from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
+from trueloop.formats.tables.tool_tables.known import nose_radius_mm, read_tool_table
 from trueloop.formats.tables.tool_tables.tool_table import Unit
 from trueloop.jobs.turned.tool_offsets import apply_offset
 from trueloop.turned.program.wear_words import counted

@@ -17,7 +17,7 @@ from trueloop.jobs.simulated import workshop_and_trial
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.simulated.simulated_surface import surface_trial
 from trueloop.simulator.nose import Nose
-from trueloop.simulator.transfer import Transfer
+from trueloop.simulator.path import Transfer
 
 LOOP = EXAMPLES / "loop"
 

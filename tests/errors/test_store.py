@@ -11,7 +11,7 @@ import psycopg
 
 from tests.support.stores import touched
 from trueloop.errors import Code
-from trueloop.storage.failures import understood
+from trueloop.storage.engines import understood
 from trueloop.storage.store import Store, keep, open_store
 
 

@@ -26,12 +26,10 @@ from trueloop.loops.surface.figures import SurfaceFigures, check_support
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.program import corrected_program
-from trueloop.surface.compensation.samples import SurfaceJob
-from trueloop.surface.compensation.shift import corrected_surface
+from trueloop.surface.compensation.shift import SurfaceJob, corrected_surface
 from trueloop.surface.compensation.zigzag import ZigzagOptions, zigzag
-from trueloop.surface.deviations.deviations import refuse_trimmed, surface_deviations
+from trueloop.surface.deviations.deviations import refuse_trimmed, sampling_advice, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
-from trueloop.surface.deviations.sampling import sampling_advice
 from trueloop.surface.pattern.pattern import pattern_of
 from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import of_size, separate

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from tests.support.tools import NOW, at, mount, put, set_anew, turn
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import Code
-from trueloop.jobs.tools.edge import edge_of, require_touches_since
+from trueloop.jobs.tools import edge_of, require_touches_since
 from trueloop.storage.store import Store, open_store
 
 

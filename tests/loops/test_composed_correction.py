@@ -32,7 +32,7 @@ from trueloop.loops.turned.composed import check_composed
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
-from trueloop.simulator.machine_error import ErrorTerm, MachineError
+from trueloop.simulator.machine import ErrorTerm, MachineError
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.turned.compensation.contour import centre_pieces, shifted_contour

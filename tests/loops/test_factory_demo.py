@@ -14,8 +14,7 @@ import httpx2
 import pytest
 
 from scripts.factory_demo.office import Person
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import FactKind, Run, RunFact
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.jobs.store.codec import store_codec
 from trueloop.storage.store import Store, find, open_store

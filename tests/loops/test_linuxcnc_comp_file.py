@@ -9,7 +9,7 @@ from tests.support.machines import chain_with_travel, random_model
 from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.session import _run, _session
 from trueloop.formats.tables.control_tables import linuxcnc_comp
-from trueloop.machine.correct.axis_table import axis_table
+from trueloop.machine.correct import axis_table
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import segments

@@ -26,9 +26,9 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.simulated import workshop_and_trial
 from trueloop.loops.simulated.simulated import simulate
+from trueloop.simulator.path import SAME
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.process import Repeatability
-from trueloop.simulator.transfer import SAME
 
 UM = 1e-3
 LOOP = EXAMPLES / "loop"

@@ -8,7 +8,7 @@ import pytest
 from tests.support.machined_path import corrected, run_points
 from tests.support.machines import set_back_chain
 from trueloop.arrays import Array
-from trueloop.machine.correct.setup import Setup
+from trueloop.machine.correct import Setup
 from trueloop.machine.model.chain import AxisKind
 from trueloop.machine.model.kinematics import bed_to_work
 from trueloop.machine.model.model import Machine, MachineModel, State

@@ -6,9 +6,9 @@ import pytest
 
 from tests.support.refusals import refused
 from trueloop.errors import Code
-from trueloop.jobs.machine.points import write_corrected_points
+from trueloop.jobs.machine.mapped_program import write_corrected_points
 from trueloop.loops.machine import points as machine_points
-from trueloop.machine.standards.planar_field import QuadrupoleField
+from trueloop.machine.standards import QuadrupoleField
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.program.program import Program, read_program
 

@@ -9,7 +9,7 @@ from tests.support.machined_path import corrected
 from tests.support.machines import chain_with_travel
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine.mapped_program import map_program
-from trueloop.machine.correct.setup import Setup, compensation_field
+from trueloop.machine.correct import Setup, compensation_field
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import CONSTANT, polynomial

@@ -11,9 +11,9 @@ from tests.support.machined_path import corrected
 from tests.support.machines import chain_with_travel, random_model
 from tests.support.mapped import mapped
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.correct.setup import Setup
+from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import Machine
-from trueloop.machine.model.standard import mill_terms, turning_terms
+from trueloop.machine.model.structure import mill_terms, turning_terms
 from trueloop.nc.field.field import Field, function_field, machine_field
 from trueloop.nc.field.machine_frame import field_in_machine
 from trueloop.nc.program.cutter_tool import CutterTool

@@ -13,10 +13,10 @@ from tests.support.mapped import mapped
 from tests.support.refusals import refused
 from trueloop.cli.failure import ExitStatus
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.jobs.machine.points import write_corrected_points
+from trueloop.jobs.machine.mapped_program import write_corrected_points
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.machine.standards.planar_field import QuadrupoleField
+from trueloop.machine.standards import QuadrupoleField
 from trueloop.nc.check.check import check
 from trueloop.nc.field.field import affine_field
 from trueloop.nc.program.program import read_program

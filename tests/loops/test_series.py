@@ -17,12 +17,20 @@ from trueloop.loops.post_process.by_tool import fitted_offset, moved_by_offset
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import usable
 from trueloop.loops.post_process.options import SeriesOptions
-from trueloop.loops.post_process.order import When, parts_in_order
 from trueloop.loops.post_process.propose import Made, effect_of, proposals_of
-from trueloop.loops.post_process.replay import replay
-from trueloop.loops.post_process.series import PartSeen, Series, series_of
-from trueloop.loops.post_process.simulated import CYLINDER, simulate
-from trueloop.loops.post_process.stages import ADJUSTS, Parameter, Stage, may_change, stage_of
+from trueloop.loops.post_process.replay import CYLINDER, replay, simulate
+from trueloop.loops.post_process.series import (
+    ADJUSTS,
+    Parameter,
+    PartSeen,
+    Series,
+    Stage,
+    When,
+    may_change,
+    parts_in_order,
+    series_of,
+    stage_of,
+)
 from trueloop.loops.post_process.tracked import capability, tracked
 from trueloop.memory.level.whitening import REDUCED
 from trueloop.simulator.series import Shop, draw

@@ -20,11 +20,11 @@ from trueloop.loops.simulated.simulated_surface import (
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import read_program
 from trueloop.simulator.mill import EndMill
-from trueloop.simulator.surface_process import SurfaceProcess
+from trueloop.simulator.process import SurfaceProcess
 from trueloop.simulator.virtual_mill import VirtualMill
 from trueloop.statistics import rms
 from trueloop.surface.compensation.cutter import Cutter
-from trueloop.surface.compensation.samples import SurfaceJob
+from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface"

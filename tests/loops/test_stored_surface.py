@@ -13,8 +13,8 @@ from trueloop.formats.record_file import read_record
 from trueloop.jobs.machine.mapped_program import displace_program
 from trueloop.jobs.surface.files import corrected_files
 from trueloop.jobs.surface.job import read_surface
-from trueloop.loops.machine import stored as machine
-from trueloop.loops.surface import stored as surface
+from trueloop.loops.machine import points as machine
+from trueloop.loops.surface import correction as surface
 from trueloop.loops.surface.correction import correct_parts
 from trueloop.nc.field.field import similarity_field
 

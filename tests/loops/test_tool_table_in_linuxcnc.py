@@ -11,8 +11,7 @@ import pytest
 from tests.support.linuxcnc import Tool, interpret, require_linuxcnc
 from tests.support.tool_tables import LINUXCNC, OFFSET
 from trueloop.arrays import Array
-from trueloop.formats.tables.tool_tables.known import read_tool_table
-from trueloop.formats.tables.tool_tables.new_table import new_table
+from trueloop.formats.tables.tool_tables.known import new_table, read_tool_table
 from trueloop.formats.tables.tool_tables.tool_table import UNIT_MM, Unit
 
 READ_BACK = "G20 {mode} G18 G40 G90 G94 F10\nT3 M6\nG43\n(debug,#5401 #5403 #5410)\nG1 X1 Z1\nM2\n"

@@ -12,8 +12,8 @@ from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.surface.job import options_of
 from trueloop.jobs.turned.job import read_job
-from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.machine_error import ErrorTerm
+from trueloop.simulator.machine import ErrorTerm
+from trueloop.simulator.mill import VirtualCmm
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
 from trueloop.surface.options import SurfaceOptions

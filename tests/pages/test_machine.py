@@ -14,8 +14,8 @@ from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import CONSTANT
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import Part, Term
-from trueloop.report.machine.components import components_page
 from trueloop.report.machine.positioning import drift_figure
+from trueloop.report.machine.summary import components_page
 
 TARGETS, CYCLES = 6, 5
 

@@ -13,8 +13,7 @@ from trueloop.loops.post_process.replay import replay
 from trueloop.loops.post_process.series import PartSeen, series_of
 from trueloop.report.markup import text_of
 from trueloop.report.series.page import series_page
-from trueloop.report.series.shapes import SeriesShape
-from trueloop.report.series.values import replay_shape
+from trueloop.report.series.values import SeriesShape, replay_shape
 from trueloop.report.style import IN, OUT
 from trueloop.report.texts.texts import Texts
 

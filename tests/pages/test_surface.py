@@ -12,9 +12,8 @@ from tests.support.chromium import console_errors, dump_dom
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.surface.surface import SurfaceModel, correct, maps_of, model_of, pattern_model
 from trueloop.report.style import LEFT_ON, TAKEN
-from trueloop.report.surface.maps import colour, colour_range_um, flat, rgb
+from trueloop.report.surface.maps import caption, colour, colour_range_um, flat, maps_of_part, rgb
 from trueloop.report.surface.page import maps, maps_picture, surface_page
-from trueloop.report.surface.parts import caption, maps_of_part
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
 

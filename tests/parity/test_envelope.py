@@ -12,7 +12,7 @@ from trueloop.arrays import Array
 from trueloop.geometry.feature import Arc, contact_angle_rad
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.path import path_along
-from trueloop.simulator.stock import Stock, sweep
+from trueloop.simulator.process import Stock, sweep
 
 NANOMETRE = 1e-6
 FAR = 100.0

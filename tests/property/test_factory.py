@@ -17,13 +17,11 @@ from random import Random
 import pytest
 
 from tests.support.factory import AT, BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SERVICE, TEXTS, touches_of
-from trueloop.domain.factory.route import BlockKind, Conditions
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.factory import BlockKind, Conditions, FactKind, PartState, Run, RunFact, StepState
 from trueloop.errors import TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.changes import Changes, Offer
-from trueloop.factory.decisions import offer, people, plan, runs
+from trueloop.factory.decisions import people, plan, runs
 from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
 from trueloop.factory.known import OrderNow
 
@@ -89,7 +87,7 @@ class Shop:
 
     def ask_for_the_next_block(self, lost: bool, broken: bool) -> None:
         """The answer may be lost; the service may be ended before it commits, and then nothing of it is there."""
-        chosen = offer.candidate([self.order])
+        chosen = plan.candidate([self.order])
         what = None
         if chosen is not None:
             order, part = chosen
@@ -99,7 +97,7 @@ class Shop:
             text = self.programs.get(step.program_sha256)
             what = Candidate(order, part, step, text, self.corrections.get(made))
         run = None if what is None else self.runs.get(what.step.run)
-        changes = offer.next_block(offer.NextFacts(MACHINE, what, run), ask.NextBlock("lathe"), CELL, self.now)
+        changes = plan.next_block(plan.NextFacts(MACHINE, what, run), ask.NextBlock("lathe"), CELL, self.now)
         if broken:
             return
         self.commit(changes)

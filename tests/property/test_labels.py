@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.labels import copies, materials, numbers, part_labels, patterns, program_labels
-from trueloop.domain.labelled import contradictions, label_of, names_part
-from trueloop.domain.labels import Label, PartLabel, labels_in, read_label
+from trueloop.domain.labels import Label, PartLabel, contradictions, label_of, labels_in, names_part, read_label
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, TrueloopError
 

@@ -11,12 +11,11 @@ from hypothesis import strategies as st
 
 from tests.support.machines import any_model, chain_with_travel, random_model, set_back_chain
 from trueloop.arrays import Array
-from trueloop.machine.correct.axis_table import axis_table
+from trueloop.machine.correct import axis_table
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.kinematics import bed_to_work
 from trueloop.machine.model.model import Machine, MachineModel, State, design
-from trueloop.machine.model.standard import mill_terms, turning_terms
-from trueloop.machine.model.structure import PRESETS
+from trueloop.machine.model.structure import PRESETS, mill_terms, turning_terms
 
 ROUNDING = 2e-15
 """Of the sum of what the errors contribute: some dozens of operations, each to 1e-16."""

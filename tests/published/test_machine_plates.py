@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from tests.support.cli import output_of
-from trueloop.formats.measurements.plate_report import read_plate_report
-from trueloop.machine.standards.planar_field import Plate, fit_pattern
-from trueloop.machine.standards.plates import after_pattern_mm
-from trueloop.machine.standards.similarity import fit_similarity
+from trueloop.formats.measurements.positioning_data import read_plate_report
+from trueloop.machine.standards import Plate, after_pattern_mm, fit_pattern, fit_similarity
 
 pytestmark = pytest.mark.corpus
 

@@ -13,8 +13,8 @@ import pytest
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.machine.drift.model import fit_drift
-from trueloop.machine.model.lag import lagged
+from trueloop.machine.drift import fit_drift
+from trueloop.machine.model.history import lagged
 
 pytestmark = pytest.mark.corpus
 

@@ -19,7 +19,7 @@ from tests.support.factory import Shop
 from tests.support.full_shop import SCRIPT, full_shop
 from tests.support.served import served
 from tests.support.service import API, PASSWORD, Caller, Running, problem
-from trueloop.factory.shown.proposals import proposal_views
+from trueloop.factory.shown.programs import proposal_views
 from trueloop.server.access import ACCESS
 from trueloop.server.identity.keys import NewKey, add_key
 from trueloop.server.identity.who import ROLES

@@ -17,8 +17,7 @@ from tests.unit.controllers.cell.test_client import PACE, Table
 from trueloop.controllers.linuxcnc.cell.client import Client
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.controllers.linuxcnc.cell.service import RefusedError, Service
-from trueloop.domain.factory.route import Block, BlockKind
-from trueloop.domain.factory.run import RunFact
+from trueloop.domain.factory import Block, BlockKind, RunFact
 from trueloop.domain.program import Program, ProgramText
 from trueloop.factory import requests as ask
 from trueloop.jobs.store.codec import store_codec

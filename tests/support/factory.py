@@ -6,9 +6,7 @@ from hashlib import sha256
 from typing import Any
 
 from trueloop.domain.correction import Correction
-from trueloop.domain.factory.route import Block, BlockKind, Conditions
-from trueloop.domain.factory.run import RunFact
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import Block, BlockKind, Conditions, FactKind, RunFact
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program, ProgramText

@@ -8,7 +8,7 @@ from tests.support.correction import example_correction
 from tests.support.factory import CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, TEXTS, Shop
 from tests.support.kept import EDGE, MADE_AT, SET_AT, TYPE, cut_of, inspected, of_part
 from tests.support.series import inspection, reading
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import FactKind
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind, Stage
 from trueloop.domain.part import Part, PartType

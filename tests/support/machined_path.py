@@ -14,7 +14,7 @@ from trueloop.arrays import Array
 from trueloop.domain.map_options import MapOptions
 from trueloop.domain.record import MARK
 from trueloop.jobs.machine.mapped_program import map_program
-from trueloop.machine.correct.setup import Setup, compensation_field
+from trueloop.machine.correct import Setup, compensation_field
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion

@@ -9,8 +9,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Literal
 
-from trueloop.controllers.links.line.line import Line
-from trueloop.controllers.links.line.port import Port
+from trueloop.controllers.links.line import Line, Port
 
 Fault = Literal["none", "nul", "held for ever", "cut sending", "cut receiving", "answers", "noise", "edited"]
 FAULTS: tuple[Fault, ...] = (

@@ -13,8 +13,7 @@ from tests.support import erring_lathe
 from tests.support.probing import EXAMPLES
 from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.component import virtual_part
-from trueloop.controllers.linuxcnc.contour_program import contour_program
-from trueloop.controllers.linuxcnc.loop import paths_near_part, surface_mm
+from trueloop.controllers.linuxcnc.loop import contour_program, paths_near_part, surface_mm
 from trueloop.controllers.linuxcnc.realtime.session import (
     QUIET,
     Driven,
@@ -49,10 +48,9 @@ from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
 from trueloop.probing.stylus import Stylus
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
+from trueloop.simulator.path import SAME
 from trueloop.simulator.presets import Workshop
-from trueloop.simulator.process import Repeatability
-from trueloop.simulator.stock import Stock
-from trueloop.simulator.transfer import SAME
+from trueloop.simulator.process import Repeatability, Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
 

@@ -5,8 +5,7 @@ from typing import Final
 
 from trueloop.domain.life import EdgeEvent, EdgeEventKind
 from trueloop.domain.machine import Machine
-from trueloop.jobs.tools.events import Happened, Mounting, mounting, of_mounted, turning
-from trueloop.jobs.tools.keeping import keep_events
+from trueloop.jobs.tools import Happened, Mounting, keep_events, mounting, of_mounted, turning
 from trueloop.storage.store import Store
 
 DAY: Final = 2

@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 from tests.support.factory import OPERATOR, SHA, Shop
 from tests.support.full_shop import full_shop
 from tests.support.served import Browsing, served
-from trueloop.domain.factory.states import PartState, StepState
+from trueloop.domain.factory import PartState, StepState
 from trueloop.factory import requests as ask
 from trueloop.factory.shown.orders import order_view
 from trueloop.jobs.store.codec import store_codec

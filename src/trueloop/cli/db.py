@@ -58,7 +58,7 @@ def backup(file: Copy, db: Db = None) -> None:
 def restore(file: Backup, db: New) -> None:
     """Make a new store of what a backup or an export holds. A store that is there is never changed."""
     from trueloop.jobs.db.copied import restore as restored
-    from trueloop.storage.shown import shown
+    from trueloop.storage.reading import shown
 
     with busy(f"restoring {file}") as progress:
         copied = restored(file, db, progress)
@@ -171,8 +171,7 @@ class Meant:
 def import_(files: Files, meant: Meant, db: Db = None, as_json: AsJson = False) -> None:
     """Keep files in the store, each whole or not at all. What is there already is found and not kept twice."""
     from trueloop.formats.inspections.measured_file import Stated
-    from trueloop.jobs.db.imported import import_files
-    from trueloop.jobs.db.inspected import Inspected
+    from trueloop.jobs.db.imported import Inspected, import_files
     from trueloop.jobs.store.opened import opened
 
     store = opened(db)
@@ -197,7 +196,7 @@ def init(place: Place = None) -> None:
     """Make an empty store: a SQLite file, or tables in a PostgreSQL database by its URL."""
     from trueloop.jobs.store.opened import made
     from trueloop.jobs.store.where import BESIDE
-    from trueloop.storage.shown import shown
+    from trueloop.storage.reading import shown
 
     made(place or BESIDE)
     typer.echo(f"made: {shown(place or BESIDE)}", err=True)

@@ -15,7 +15,7 @@ from trueloop.domain.page_options import Language, LengthUnit
 
 if TYPE_CHECKING:
     from trueloop.jobs.diagnose.asked import Asked
-    from trueloop.report.series.shapes import FindingShape
+    from trueloop.report.series.values import FindingShape
     from trueloop.report.shape import Shape
 
 Accept = Annotated[

@@ -12,9 +12,7 @@ from trueloop.cli.terminal import AsJson, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
     from trueloop.controllers.links.link import Listed
-    from trueloop.jobs.links.offsets import AtControl
-    from trueloop.jobs.links.opened import Opened
-    from trueloop.jobs.links.recorded import Recorder
+    from trueloop.jobs.links import AtControl, Opened, Recorder
 
 NotRunning = Annotated[bool, typer.Option("--not-running", help="It does not run: for links that cannot know it.")]
 
@@ -34,7 +32,7 @@ class LinkOf:
 
     def opened(self) -> "Opened":
         """The link; what its user has to know goes to stderr."""
-        from trueloop.jobs.links.opened import opened
+        from trueloop.jobs.links import opened
 
         found = opened(self.settings, self.link, lambda said: typer.echo(said, err=True))
         if found.link.note:
@@ -45,7 +43,7 @@ class LinkOf:
         """What keeps the transfer, where a store is named."""
         if db is None:
             return None
-        from trueloop.jobs.links.recorded import Recorder
+        from trueloop.jobs.links import Recorder
         from trueloop.jobs.store.opened import opened
 
         return Recorder(opened(db), self.link)
@@ -71,7 +69,7 @@ def offsets(
     as_json: AsJson = False,
 ) -> None:
     """Show a control's tool table as it is in force, or write it with the offset of a correction in it."""
-    from trueloop.jobs.links.offsets import apply_at, fetched_table, with_table
+    from trueloop.jobs.links import apply_at, fetched_table, with_table
     from trueloop.report.tool_tables import heading_words, table_as_dict, table_lines
 
     opened = with_table(control.opened(), table, unit)
@@ -167,8 +165,7 @@ def put_(
     """Send a program to a control, and read it back; what it replaces is written to a file first."""
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input
-    from trueloop.jobs.links.by_line import drip
-    from trueloop.jobs.links.send import send
+    from trueloop.jobs.links import drip, send
 
     content = read_input(file, Code.NC_FILE, hint="name the program to be sent")
     if drip_feed:
@@ -208,7 +205,7 @@ def compare(
     from trueloop.controllers.links.link import checked_name
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input
-    from trueloop.report.link_differences import HEADINGS, difference_rows, differences_as_dict
+    from trueloop.report.program_diff import HEADINGS, difference_rows, differences_as_dict
 
     content = read_input(file, Code.NC_FILE, hint="name the program to be compared")
     found = control.opened()

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from trueloop.arrays import Array
     from trueloop.jobs.machine.kept import Decomposed
     from trueloop.jobs.store.keep_facts import KeptFacts
-    from trueloop.machine.correct.setup import Setup
+    from trueloop.machine.correct import Setup
     from trueloop.machine.identify.hold_out import HeldOut
     from trueloop.machine.model.chain import Vector
     from trueloop.machine.model.model import MachineModel
-    from trueloop.machine.standards.planar_field import PlanarField
+    from trueloop.machine.standards import PlanarField
 
 MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE.toml", help="Structure, travels and error terms.")]
 ReadingFiles = Annotated[list[Path], typer.Argument(metavar="READINGS.csv", help="Laser, straight edge, ball bar …")]
@@ -107,7 +107,7 @@ def accept(
     The offered file stays as it is. With a store the decision is kept there, and both versions.
     """
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.jobs.machine.versions import accept_model
+    from trueloop.jobs.machine.machine_model import accept_model
 
     written, kept = accept_model(model, out, why=why, who=who, db=db)
     version = read_model(written).version
@@ -163,7 +163,7 @@ class InMachine:
 
     def setup(self, known: "MachineModel") -> "Setup":
         """As the loop takes it. Raises NC-FILE and what reading logs does."""
-        from trueloop.machine.correct.setup import Setup
+        from trueloop.machine.correct import Setup
 
         if not (self.work_zero or self.offsets_file):
             raise typer.BadParameter("give it, or --offsets", param_hint="--work-zero")
@@ -204,7 +204,7 @@ def compensate(
 
     The model lives in machine coordinates: --work-zero and --tool, or --offsets, say where the program is in them.
     """
-    from trueloop.cli.nc.map import print_mapped
+    from trueloop.cli.nc import print_mapped
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
     from trueloop.jobs.machine.mapped_program import ModelFile, compensate_program
@@ -264,7 +264,7 @@ def decompose(
     from trueloop.formats.tables.model_file import read_model
     from trueloop.jobs.machine.kept import Decomposed
     from trueloop.loops.machine.post_process import decompose_part, states_of
-    from trueloop.report.machine.components import components_page
+    from trueloop.report.machine.summary import components_page
 
     if db and not serial:
         raise typer.BadParameter("needs --serial: a part is known by its serial number", param_hint="--db")
@@ -331,11 +331,10 @@ def drift_fit(
     from trueloop.errors import in_file
     from trueloop.formats.measurements.history_csv import read_drift
     from trueloop.formats.outputs import write_all
-    from trueloop.formats.tables.drift_file import drift_to_json
+    from trueloop.formats.tables.model_file import drift_to_json
     from trueloop.jobs.machine.machine_model import hashes_of
-    from trueloop.machine.drift.hold_out import held_out, judged_models
-    from trueloop.report.machine.drift import drift_model_page
-    from trueloop.report.machine.summary import drift_lines, drift_summary
+    from trueloop.machine.drift import held_out, judged_models
+    from trueloop.report.machine.summary import drift_lines, drift_model_page, drift_summary
 
     test = read_drift(log)
     with in_file(log):
@@ -364,8 +363,8 @@ def drift_predict(
     from trueloop.errors import in_file
     from trueloop.formats.measurements.history_csv import drift_csv, read_drift
     from trueloop.formats.outputs import write_all
-    from trueloop.formats.tables.drift_file import read_drift_models
-    from trueloop.machine.drift.hold_out import compared, predicted_um
+    from trueloop.formats.tables.model_file import read_drift_models
+    from trueloop.machine.drift import compared, predicted_um
 
     models, test = read_drift_models(model), read_drift(log, displacements=False)
     with in_file(log):
@@ -399,10 +398,9 @@ def add_drift(
     """Make drifts terms of a machine model, for `compensate`: a channel is the tool as seen from the work."""
     from trueloop.errors import in_file
     from trueloop.formats.outputs import write_all
-    from trueloop.formats.tables.drift_file import read_drift_models
-    from trueloop.formats.tables.model_file import model_to_json, read_model
+    from trueloop.formats.tables.model_file import model_to_json, read_drift_models, read_model
     from trueloop.jobs.machine.machine_model import hashes_of
-    from trueloop.machine.drift.terms import turned, with_drift
+    from trueloop.machine.drift import turned, with_drift
     from trueloop.machine.model.names import error_name
 
     known, drifts = read_model(model), read_drift_models(drift)
@@ -444,7 +442,7 @@ def export(
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.control_tables import TABLES
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.machine.correct.axis_table import axis_table
+    from trueloop.machine.correct import axis_table
 
     known, tables, out = read_model(model), TABLES[wanted.control], wanted.out
     base, signals = positions_of(known, wanted.at), signals_of(known, temperatures)
@@ -584,9 +582,9 @@ def plates(
     """Find what drilled plates have in common: each one's own similarity, then a pattern of errors in the plane."""
     from trueloop.errors import Code
     from trueloop.formats.measurements.field_csv import plane_csv
-    from trueloop.formats.measurements.plate_report import read_plate_report
+    from trueloop.formats.measurements.positioning_data import read_plate_report
     from trueloop.formats.outputs import write_all
-    from trueloop.machine.standards.plates import judged_pattern
+    from trueloop.machine.standards import judged_pattern
     from trueloop.report.machine.summary import plates_lines, plates_summary
 
     read, names = [read_plate_report(path) for path in reports], [path.name for path in reports]
@@ -634,7 +632,7 @@ class PlaneErrors:
 
     def read(self) -> "tuple[PlanarField, dict[str, object]]":
         """The field, and what identifies it. Raises NC-FIELD and MCH-PATTERN."""
-        from trueloop.machine.standards.planar_field import QuadrupoleField
+        from trueloop.machine.standards import QuadrupoleField
 
         if (self.quadrupole is None) == (self.table is None):
             raise typer.BadParameter("give --quadrupole or --table, one of them")
@@ -655,8 +653,8 @@ class PlaneErrors:
 def _table(table: Path, *, unproven: bool) -> "tuple[PlanarField, dict[str, object]]":
     from trueloop.errors import in_file
     from trueloop.formats.measurements.field_csv import read_field, read_left_out
-    from trueloop.machine.correct.point_program import TableField
-    from trueloop.machine.standards.plates import require_repeating
+    from trueloop.machine.correct import TableField
+    from trueloop.machine.standards import require_repeating
 
     with in_file(table):
         known = TableField(read_field(table))
@@ -680,8 +678,8 @@ def points(
     as_json: AsJson = False,
 ) -> None:
     """Take errors in the plane out of a drilling program: every X and Y word, whatever cycles and macros it calls."""
-    from trueloop.formats.program_file import read_program
-    from trueloop.jobs.machine.points import write_corrected_points
+    from trueloop.formats.input_file import read_program
+    from trueloop.jobs.machine.mapped_program import write_corrected_points
 
     field, provenance = errors.read()
     done = write_corrected_points(
@@ -740,7 +738,7 @@ def drift(
     """Analyse a drift test after ISO 230-3: ranges over all and within a time, plots beside the temperatures."""
     from trueloop.formats.measurements.history_csv import read_drift
     from trueloop.formats.outputs import write_all
-    from trueloop.machine.drift.drift import drift as analysed
+    from trueloop.machine.drift import drift as analysed
     from trueloop.report.machine.positioning import drift_page
 
     test = read_drift(log)

@@ -35,7 +35,7 @@ def certify(
     """Certify a part: what was measured by what, verdicts, what was in force. Exit status 1 unless it conforms."""
     from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
     from trueloop.jobs.store.opened import opened
-    from trueloop.report.monitor.certificate_lines import HEAD, certificate_rows, in_force_lines
+    from trueloop.report.monitor.certificate import HEAD, certificate_rows, in_force_lines
 
     shown = certificate_of(opened(db), serial, part_type, u_um, who or "")
     files = write_certificate(shown, output, page.language, page.unit)
@@ -98,7 +98,7 @@ def chart(
     """Control charts of each characteristic: alarms with their likely causes, capability with intervals."""
     from trueloop.jobs.monitor.charts import charts_of, write_charts
     from trueloop.jobs.store.opened import opened
-    from trueloop.report.monitor.chart_lines import alarm_lines, chart_head, chart_rows
+    from trueloop.report.monitor.chart_values import alarm_lines, chart_head, chart_rows
 
     options = _options(rules, baseline, each_setting, what)
     with busy("charting the series"):
@@ -157,7 +157,7 @@ def gauge(
     """Bias, repeatability and drift of gauges and probes by checks on standard parts. Exit status 1 on an alarm."""
     from trueloop.jobs.monitor.gauges import gauges_of, write_gauges
     from trueloop.jobs.store.opened import opened
-    from trueloop.report.monitor.gauge_lines import HEAD, gauge_rows, remark_lines
+    from trueloop.report.monitor.gauge import HEAD, gauge_rows, remark_lines
 
     shown = gauges_of(opened(db), name)
     files = write_gauges(shown, output, page.language, page.unit)

@@ -91,7 +91,7 @@ def serve(
     import ipaddress
 
     from trueloop.controllers.mtconnect.adapter import listening
-    from trueloop.controllers.mtconnect.observed import Limits
+    from trueloop.controllers.mtconnect.agent import Limits
     from trueloop.controllers.mtconnect.run import Source, run
 
     source = Source(of.machine(), Limits(silent_s, temperature_age_s), python, part_file)

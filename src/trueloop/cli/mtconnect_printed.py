@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.cli.terminal import print_json, print_table
-from trueloop.controllers.mtconnect.agent import Seen
-from trueloop.controllers.mtconnect.temperatures import temperature_log
+from trueloop.controllers.mtconnect.agent import Seen, temperature_log
 from trueloop.formats.outputs import write_all
 
 COLUMNS: Final = ("item", "name", "type", "units", "time", "sequence", "value")

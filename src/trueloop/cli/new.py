@@ -122,7 +122,7 @@ def new(
 def _asked_dialect(program: Path) -> str | None:
     """The control, where the program could be for several."""
     from trueloop.errors import Code, TrueloopError
-    from trueloop.formats.program_file import read_program
+    from trueloop.formats.input_file import read_program
     from trueloop.nc.program.dialect import DIALECTS
 
     try:

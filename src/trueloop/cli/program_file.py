@@ -65,7 +65,7 @@ class Reading:
 
     def program(self, file: Path) -> "Program":
         """The program. Raises NC-FILE and NC-DIALECT."""
-        from trueloop.formats.program_file import read_program
+        from trueloop.formats.input_file import read_program
 
         return read_program(file, self.dialect, self.unit)
 

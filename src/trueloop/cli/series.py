@@ -15,10 +15,9 @@ from trueloop.units import UM_PER_MM
 if TYPE_CHECKING:
     from trueloop.domain.proposal import Proposal, ProposalDecision
     from trueloop.factory.book import Book
-    from trueloop.jobs.series.added import Added
-    from trueloop.jobs.series.proposed import Written
+    from trueloop.jobs.series import Added, Written
     from trueloop.loops.post_process.options import SeriesOptions
-    from trueloop.report.series.shapes import SeriesShape
+    from trueloop.report.series.values import SeriesShape
     from trueloop.storage.store import Store
 
 Files = Annotated[
@@ -59,7 +58,7 @@ class Said:
 def add(files: Files, said: Said, db: Db = None, as_json: AsJson = False) -> None:
     """Take inspections of finished parts into the store, each file whole or not at all."""
     from trueloop.formats.inspections.measured_file import Stated
-    from trueloop.jobs.series.added import Adding, add_files
+    from trueloop.jobs.series import Adding, add_files
     from trueloop.jobs.store.opened import opened
 
     cut_with = None if said.cut_with is None else tuple(one for one in said.cut_with if one != NONE)
@@ -166,7 +165,7 @@ def propose(
     as_json: AsJson = False,
 ) -> None:
     """Propose what to change for the next part: offsets, memory begun anew after an alarm, weights."""
-    from trueloop.jobs.series import proposed as series
+    from trueloop.jobs import series
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.options import SeriesOptions, classes_named
     from trueloop.report.series.lines import proposal_as_dict, proposal_lines
@@ -214,7 +213,7 @@ class Offset:
 
     def where(self) -> "Written | None":
         """As a job takes it; None: nowhere."""
-        from trueloop.jobs.series.proposed import Written
+        from trueloop.jobs.series import Written
 
         if self.output is None:
             if self.control is not None or self.table is not None:
@@ -245,7 +244,7 @@ def accept(
     as_json: AsJson = False,
 ) -> None:
     """Accept a proposal: from now on parts are taken as cut with it. Writes its tool offset where that is asked for."""
-    from trueloop.jobs.series.proposed import accepted
+    from trueloop.jobs.series import accepted
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.options import SeriesOptions
 
@@ -259,7 +258,7 @@ def accept(
 @guarded
 def reject(proposal: Id, who: Who = None, why: Why = "", db: Db = None, as_json: AsJson = False) -> None:
     """Reject a proposal: it is kept with who rejected it, and why."""
-    from trueloop.jobs.series.proposed import rejected
+    from trueloop.jobs.series import rejected
     from trueloop.jobs.store.opened import opened
 
     found, decision = rejected(opened(db), proposal, who=who or "", why=why)
@@ -285,7 +284,7 @@ Output = Annotated[
 @guarded
 def status(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
     """Show each characteristic: parts, last error, level with its band, weight, drift, alarms, what is proposed."""
-    from trueloop.jobs.series.pages import status_of, write_series
+    from trueloop.jobs.series import status_of, write_series
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.options import SeriesOptions
     from trueloop.report.series.lines import HEAD, proposal_lines, status_rows
@@ -308,7 +307,7 @@ def status(which: Which, page: Page, output: Output = None, db: Db = None, as_js
 @guarded
 def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
     """Go through the stored parts in order: what would have been proposed for each, and what that would have left."""
-    from trueloop.jobs.series.pages import replay_of, write_series
+    from trueloop.jobs.series import replay_of, write_series
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.options import SeriesOptions
 
@@ -338,7 +337,7 @@ class Shop:
 @guarded
 def simulate(shop: Shop, page: Page, output: Output = None, as_json: AsJson = False) -> None:
     """Simulate a series that wears and warms up: what memory leaves, beside doing nothing and simpler rules."""
-    from trueloop.jobs.series.pages import WhatIf, simulated, write_series
+    from trueloop.jobs.series import WhatIf, simulated, write_series
 
     with busy(f"simulating {shop.parts} parts"):
         given = WhatIf(shop.parts, shop.seed, shop.gain, shop.tool_changed_at, shop.jump_at, shop.jump_um)

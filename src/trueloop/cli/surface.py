@@ -37,8 +37,7 @@ def compare(
     from trueloop.formats.outputs import write_all
     from trueloop.jobs.surface.job import compare_jobs, read_surface
     from trueloop.loops.surface.surface import Work
-    from trueloop.report.surface.compare_page import compare_page
-    from trueloop.report.surface.compare_summary import comparison_json, comparison_lines, comparison_summary
+    from trueloop.report.surface.compare_page import compare_page, comparison_json, comparison_lines, comparison_summary
 
     with busy(f"comparing {before} and {after}") as progress:
         jobs = read_surface(before), read_surface(after)
@@ -285,7 +284,7 @@ def compensate(
     from trueloop.jobs.surface.added import with_store
     from trueloop.jobs.surface.files import corrected_files
     from trueloop.jobs.surface.job import correct_surface
-    from trueloop.jobs.surface.kept import keep_surface
+    from trueloop.jobs.surface.kept_parts import keep_surface
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
     together = with_store(read(job), store.db, keep_outliers=keep_outliers)
@@ -366,7 +365,7 @@ def sampling(
 ) -> None:
     """How densely to touch a surface with a ball, and whether the ball reaches everywhere."""
     from trueloop.report.surface.summary import sampling_lines, sampling_summary
-    from trueloop.surface.deviations.sampling import sampling_advice
+    from trueloop.surface.deviations.deviations import sampling_advice
 
     with busy(f"reading {surface.nominal}"):
         nominal = surface.read()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from trueloop.domain.edge_life import EdgeLife
     from trueloop.domain.life import EdgeEvent
     from trueloop.domain.machine import Machine
-    from trueloop.jobs.tools.events import Happened
+    from trueloop.jobs.tools import Happened
 
 ToolName = Annotated[str, typer.Argument(metavar="TOOL", help="Its number, T3 or 3, or the name of its holder.")]
 MachineName = Annotated[
@@ -65,10 +65,9 @@ class When:
     ) -> None:
         """Keeps what is decided of the lives known, and prints it. `values` that are None are not stated."""
         from trueloop.jobs.store.opened import opened
-        from trueloop.jobs.tools.events import Happened
-        from trueloop.jobs.tools.keeping import keep_events
+        from trueloop.jobs.tools import Happened, keep_events
         from trueloop.jobs.user import user_name
-        from trueloop.report.tool.summary import event_as_dict, event_line
+        from trueloop.report.tool import event_as_dict, event_line
 
         now = datetime.now(UTC).replace(microsecond=0).astimezone()
         given = {name: value for name, value in values.items() if value is not None}
@@ -123,7 +122,7 @@ class Mounted:
 @guarded
 def mount(tool: ToolName, mounted: Mounted, when: When, again: Again = False, as_json: AsJson = False) -> None:
     """A new insert, or with --again one that was removed; what was in its holder before is removed with it."""
-    from trueloop.jobs.tools.events import Mounting, mounting
+    from trueloop.jobs.tools import Mounting, mounting
 
     wanted = Mounting(tool, mounted.holder, mounted.insert, mounted.corner, mounted.nose_radius_mm, again)
     when.keep(lambda known, happened: mounting(known, wanted, happened), mounted.offsets.values(), as_json=as_json)
@@ -140,7 +139,7 @@ def turn(
     as_json: AsJson = False,
 ) -> None:
     """The insert indexed: another corner cuts, of which nothing is known yet."""
-    from trueloop.jobs.tools.events import turning
+    from trueloop.jobs.tools import turning
 
     when.keep(
         lambda known, happened: turning(known, tool, corner, happened, again=again), offsets.values(), as_json=as_json
@@ -192,8 +191,7 @@ def show(
     """The life of an edge and what it has taught: form, transfer to the finish cut, setting, part types."""
     from trueloop.jobs.store.opened import opened
     from trueloop.jobs.tool_life import shown_edge
-    from trueloop.report.tool.page import edge_page
-    from trueloop.report.tool.summary import edge_as_dict, edge_lines
+    from trueloop.report.tool import edge_as_dict, edge_lines, edge_page
 
     with busy(f"parts of {tool}"):
         shown = shown_edge(opened(db), tool, corner, machine_named(machine))
@@ -216,7 +214,7 @@ def list_(
     """The edges that are mounted."""
     from trueloop.jobs.store.opened import opened
     from trueloop.jobs.tool_life import listed
-    from trueloop.report.tool.summary import life_as_dict, life_line
+    from trueloop.report.tool import life_as_dict, life_line
 
     known = listed(opened(db), machine_named(machine), every=every)
     if as_json:
@@ -228,6 +226,6 @@ def list_(
 def _keep(tool: str, kind: str, when: When, values: dict[str, float | None], *, as_json: bool) -> None:
     """An event of the edge that is mounted."""
     from trueloop.domain.life import EdgeEventKind
-    from trueloop.jobs.tools.events import of_mounted
+    from trueloop.jobs.tools import of_mounted
 
     when.keep(lambda known, happened: of_mounted(known, tool, EdgeEventKind(kind), happened), values, as_json=as_json)

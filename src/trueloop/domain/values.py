@@ -6,10 +6,7 @@ from trueloop.domain.both_inspections import BothInspections, MachineStood
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.codec import Codec
 from trueloop.domain.cut_with import CutWith
-from trueloop.domain.factory.order import WorkOrder
-from trueloop.domain.factory.route import Block, BlockKind, Conditions, Route
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import Block, BlockKind, Conditions, FactKind, Route, Run, RunFact, WorkOrder
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.judged import Judged, Judgement
 from trueloop.domain.life import (

@@ -13,7 +13,7 @@ from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.domain.tool import Edge
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
-from trueloop.factory.decisions import offer, people, plan, records, runs, silence
+from trueloop.factory.decisions import people, plan, records, runs
 from trueloop.factory.decisions.plan import PlanFacts
 from trueloop.factory.decisions.records import ProgramFacts, ProposalFacts
 from trueloop.factory.known import OrderNow
@@ -85,11 +85,11 @@ def _require_version(orders: Mapping[str, OrderNow], expected: str | None) -> No
 def _orders_in(facts: Any) -> Mapping[str, OrderNow]:
     if isinstance(facts, OrderNow):
         return {facts.order.id: facts}
-    if isinstance(facts, silence.SilenceFacts):
+    if isinstance(facts, runs.SilenceFacts):
         return {facts.order.order.id: facts.order}
     if isinstance(facts, runs.RunsFacts):
         return facts.orders
-    if isinstance(facts, offer.NextFacts) and facts.candidate is not None:
+    if isinstance(facts, plan.NextFacts) and facts.candidate is not None:
         return {facts.candidate.order.order.id: facts.candidate.order}
     return {}
 
@@ -152,7 +152,7 @@ def _order(known: Known, request: Any, _: Any) -> OrderNow:
 _How = tuple[Callable[..., Any], Callable[..., Any]]
 _HOW: Final[Mapping[type, _How]] = {
     ask.PlanOrder: (_plan, plan.plan_order),
-    ask.NextBlock: (lambda known, request, _: next_of(known, request.machine), offer.next_block),
+    ask.NextBlock: (lambda known, request, _: next_of(known, request.machine), plan.next_block),
     ask.RecordFacts: (
         lambda known, request, _: runs_of(known, [one.run for one in request.facts]),
         runs.record_facts,
@@ -168,7 +168,7 @@ _HOW: Final[Mapping[type, _How]] = {
     ask.CorrectionRefused: (_order, people.correction_refused),
     ask.CellSilent: (
         lambda known, request, _: silence_of(known, request.order, request.part, request.step),
-        silence.cell_silent,
+        runs.cell_silent,
     ),
     ask.ReleaseProgram: (_program, records.release_program),
     ask.RecordTransfer: (_program, records.record_transfer),

@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from trueloop.domain.factory.route import Block
-from trueloop.domain.factory.run import Run
+from trueloop.domain.factory import Block, Run
 from trueloop.factory.known import OrderNow
 
 

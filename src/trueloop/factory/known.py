@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from trueloop.domain.factory.order import WorkOrder
-from trueloop.domain.factory.route import Block, BlockKind
-from trueloop.domain.factory.states import PartState, StepState
+from trueloop.domain.factory import Block, BlockKind, PartState, StepState, WorkOrder
 from trueloop.domain.part import Part
 from trueloop.errors import Code, TrueloopError
 

@@ -11,15 +11,11 @@ from sqlalchemy import Connection, select
 
 from trueloop.domain.codec import Codec
 from trueloop.domain.correction import Correction
-from trueloop.domain.factory.order import WorkOrder
-from trueloop.domain.factory.route import BlockKind
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import PartState, StepState
+from trueloop.domain.factory import BlockKind, PartState, Run, RunFact, StepState, WorkOrder
 from trueloop.domain.program import ProgramText
 from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
-from trueloop.factory.decisions.offer import NextFacts, candidate
-from trueloop.factory.decisions.runs import RunKnown, RunsFacts
-from trueloop.factory.decisions.silence import SilenceFacts
+from trueloop.factory.decisions.plan import NextFacts, candidate
+from trueloop.factory.decisions.runs import RunKnown, RunsFacts, SilenceFacts
 from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
 from trueloop.storage.factory_tables import (
     ALARM,

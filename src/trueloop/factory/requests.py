@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Literal
 
-from trueloop.domain.factory.route import Block, Conditions
-from trueloop.domain.factory.run import RunFact
+from trueloop.domain.factory import Block, Conditions, RunFact
 
 Verdict = Literal["made", "not-made", "reject"]
 

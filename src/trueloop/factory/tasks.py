@@ -13,8 +13,8 @@ from sqlalchemy import and_, insert, or_, select, update
 
 from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
+from trueloop.storage.engines import AWAY
 from trueloop.storage.factory_tables import TASK, stamp
-from trueloop.storage.failures import AWAY
 from trueloop.storage.store import Store
 
 LEASE_S: Final = 60.0

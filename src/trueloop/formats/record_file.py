@@ -1,17 +1,39 @@
 """The record of a correction as JSON: every one that trueloop wrote, also those from before they had a schema."""
 
 import json
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final, TypeVar, get_args
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from trueloop.domain.record import Product, Record
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 from trueloop.formats.outputs import Named
+
+T = TypeVar("T")
+
+
+def read_json(path: Path, name: str, made: Callable[[dict[str, Any]], T], *, hint: str) -> T:
+    """What `made` makes of the file's content. Raises MCH-FILE where its "format" is not `name`, or `made` fails."""
+    text = read_text(path, Code.MCH_FILE, hint=hint)
+    try:
+        with in_file(path):
+            content = json.loads(text)
+            if content["format"] != name:
+                raise ValueError(f"format {content['format']!r} is not {name!r}")
+            return made(content)
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+        raise TrueloopError(
+            Code.MCH_FILE,
+            f"{path.name!r} is no {name}: {type(error).__name__}: {error}",
+            hint=hint,
+            place=Place(str(path)),
+        ) from error
+
 
 SCHEMA: Final[int] = get_args(Record.__annotations__["schema"])[0]
 PRODUCTS: Final = {"curves": Product.TURNED, "control_um": Product.SURFACE, "terms": Product.MACHINE}

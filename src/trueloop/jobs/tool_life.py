@@ -11,13 +11,11 @@ from trueloop.domain.life import Cut
 from trueloop.domain.machine import Machine
 from trueloop.domain.tool import Edge
 from trueloop.jobs.store.history import history_of
-from trueloop.jobs.tools.edge import lives_in
-from trueloop.jobs.tools.find import edges_of
-from trueloop.jobs.tools.keeping import cuts_after_end, cuts_of
+from trueloop.jobs.tools import cuts_after_end, cuts_of, edges_of, lives_in
 from trueloop.memory.edge.learnt import learnt
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.made_part import MadePart
-from trueloop.report.tool.shown import ShownEdge
+from trueloop.report.tool import ShownEdge
 from trueloop.storage.store import Store, find
 
 BEYOND_DEG: Final = 20

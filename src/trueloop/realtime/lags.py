@@ -1,4 +1,4 @@
-"""Lags of a model while the machine runs: one step at a time, as exact as `lagged` (`machine/model/lag.py`) is.
+"""Lags of a model while the machine runs: one step at a time, as exact as `lagged` (`machine/model/history.py`) is.
 
 A lag follows from all that its sensor ever said. What was before the first reading is not known: the lag begins in
 equilibrium, and whatever that hides dies away with e^(−t/τ). It counts as known when `settle` time constants have

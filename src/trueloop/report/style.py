@@ -6,6 +6,7 @@ because Plotly reads tags and entities in it.
 
 import html
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from statistics import fmean
 from typing import Any, Final, TypeAlias
@@ -175,3 +176,27 @@ def apart(ends: Mapping[str, float], least: float) -> dict[str, float]:
         places.append(max(ends[name], places[-1] + least) if places else ends[name])
     shift = fmean(ends.values()) - fmean(places) if places else 0.0
     return {name: place + shift for name, place in zip(order, places, strict=True)}
+
+
+DARK: Final = {
+    LEFT_ON: "#ff7a8a",
+    TAKEN: "#7db4ff",
+    AFTER: "#4fd1bd",
+    IN: "#66b8ea",
+    OUT: "#ff9d4d",
+    INK: "#e8edf2",
+    SOFT: "#b4bec8",
+    FAINT: "#6d7a86",
+    GRID: "#39424b",
+    STEEL: "#3a4652",
+    PALE_STEEL: "#2b343d",
+    BAND: "rgba(232,237,242,0.2)",
+    "#ffffff": "#242424",
+}
+"""By the colour on white; the last one is the ground, which fills open marks."""
+_COLOUR: Final = re.compile("|".join(f'(?<="){re.escape(one)}(?=")' for one in DARK))
+
+
+def in_the_dark(svg: str) -> str:
+    """A still with its colours changed; red stays material left on, blue too much taken. Words stay as they are."""
+    return _COLOUR.sub(lambda found: DARK[found.group()], svg)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Final
 
-from trueloop.formats.tables.tool_tables.new_table import NewNumber, NewTable
+from trueloop.formats.tables.tool_tables.known import NewNumber, NewTable
 from trueloop.formats.tables.tool_tables.tool_table import Number, ToolRow, ToolTable
 
 HEADINGS: Final = ("tool", "kind", "X", "Z", "nose", "tip", "name", "further numbers")

@@ -18,7 +18,7 @@ from starlette.requests import ClientDisconnect
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.log import log
-from trueloop.storage.failures import AWAY
+from trueloop.storage.engines import AWAY
 
 _STATUS: Final[Mapping[str, int]] = {
     "SRV-SIGN-IN": 401,

@@ -2,18 +2,46 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
 from trueloop._core import NoseSweep
 from trueloop.arrays import Array
 from trueloop.geometry.feature import contact_angle_rad
-from trueloop.simulator.machine_error import REFERENCE_C, MachineError
 from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import CentrePath
-from trueloop.simulator.process import Backlash, Deflection, Repeatability
-from trueloop.simulator.stock import Stock, sweep
-from trueloop.simulator.transfer import SAME, Transfer
+from trueloop.simulator.path import SAME, CentrePath, Transfer
+from trueloop.simulator.process import Backlash, Deflection, Repeatability, Stock, sweep
+
+PER_MM: Final = 0.01
+REFERENCE_C: Final = 20.0
+
+
+@dataclass(frozen=True)
+class ErrorTerm:
+    """One term; `axis` 0 is x, 1 is z."""
+
+    axis: int
+    coefficient_mm: float
+    x_power: int = 0
+    z_power: int = 0
+    temperature_power: int = 0
+
+
+@dataclass(frozen=True)
+class MachineError:
+    """All terms. Without any the machine goes where it is commanded."""
+
+    terms: tuple[ErrorTerm, ...] = ()
+
+    def error_mm(self, position_mm: Array, temperature_c: float) -> Array:
+        """E at positions (n, 2), (n, 2)."""
+        error = np.zeros_like(position_mm)
+        x, z, warmer = position_mm[:, 0] * PER_MM, position_mm[:, 1] * PER_MM, temperature_c - REFERENCE_C
+        for term in self.terms:
+            shape = x**term.x_power * z**term.z_power * warmer**term.temperature_power
+            error[:, term.axis] += term.coefficient_mm * shape
+        return error
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,12 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
-from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.machine import VirtualMachine
-from trueloop.simulator.machine_error import REFERENCE_C
+from trueloop.simulator.machine import REFERENCE_C, VirtualMachine
+from trueloop.simulator.mill import VirtualCmm
 from trueloop.simulator.nose import Nose
+from trueloop.simulator.path import SAME, Transfer
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Deflection, Repeatability
-from trueloop.simulator.transfer import SAME, Transfer
 from trueloop.units import UM_PER_MM
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface
-from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.mill import EndMill, MilledStock
-from trueloop.simulator.surface_process import SurfaceProcess, Variation
+from trueloop.simulator.mill import EndMill, MilledStock, VirtualCmm
+from trueloop.simulator.process import SurfaceProcess, Variation
 from trueloop.surface.compensation.cutter import contacts
 
 STEP_MM: Final = 0.5

@@ -3,11 +3,34 @@
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from datetime import datetime
+from typing import Any, Generic, TypeVar
 
 from trueloop.domain.codec import Codec
 from trueloop.storage.kinds import Kind, joined, searchable, storable
 from trueloop.storage.value_rows import FORMS, Piece
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Kept(Generic[T]):
+    """A value in the store: its row, when it was kept, and whether this call kept it. `superseded_by`: another row.
+
+    `supersedes` is the row in whose stead it stands, `by` who kept it and `why` it supersedes that row. Rows are
+    numbered in the order in which they were kept, whatever the clock said; `clock_back`: when this one was kept, the
+    clock stood before the time of the row before.
+    """
+
+    row: int
+    value: T
+    kept_at: datetime
+    new: bool = False
+    superseded_by: int | None = None
+    supersedes: int | None = None
+    by: str = ""
+    why: str = ""
+    clock_back: bool = False
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from sqlalchemy import Connection, Row, insert, select
 from trueloop.domain.codec import Codec
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage.bulk import insert_rows
-from trueloop.storage.encoded import Encoded, encoded
-from trueloop.storage.kept import Kept
+from trueloop.storage.encoded import Encoded, Kept, encoded
 from trueloop.storage.kinds import Kind, joined, kind_of, searchable
 from trueloop.storage.reading import Query, found
 from trueloop.storage.tables import ROWS, TABLES

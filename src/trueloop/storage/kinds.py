@@ -13,8 +13,7 @@ from typing import Any, Final
 
 from trueloop.domain.both_inspections import BothInspections
 from trueloop.domain.correction import Correction
-from trueloop.domain.factory.order import WorkOrder
-from trueloop.domain.factory.run import Run, RunFact
+from trueloop.domain.factory import Run, RunFact, WorkOrder
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, EdgeEvent, InspectionLink, Quarantine
 from trueloop.domain.machine import Machine

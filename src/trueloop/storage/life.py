@@ -12,7 +12,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, InspectionLink
 from trueloop.domain.part import Part
 from trueloop.domain.record import Record
-from trueloop.storage.kept import Kept
+from trueloop.storage.encoded import Kept
 from trueloop.storage.kinds import joined, kind_of, searchable
 from trueloop.storage.reading import Query, found, kept
 from trueloop.storage.store import Store

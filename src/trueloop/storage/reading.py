@@ -1,22 +1,42 @@
 """Reading values from a store, within one transaction: `found`."""
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cache
 from operator import itemgetter
-from typing import Any
+from typing import Any, Final
 
 from sqlalchemy import Connection, Select, bindparam, select
 from sqlalchemy import Row as Result
 
 from trueloop.domain.codec import Codec
 from trueloop.storage.bulk import rows_of
-from trueloop.storage.kept import Kept
+from trueloop.storage.encoded import Kept
 from trueloop.storage.kinds import Kind, searchable
 from trueloop.storage.tables import ROWS, TABLES
 from trueloop.storage.value_rows import FORMS
+
+_BEFORE_HOST: Final = re.compile(r"(?<=://)([^/:?]*):.*@", re.DOTALL)
+"""User and password: to the last `@`, for passwords are pasted with one in them."""
+_IN_QUERY: Final = re.compile(r"([?&][^=&]*(?:pass|secret|%)[^=&]*=)[^&]*", re.IGNORECASE)
+"""`password`, `sslpassword`, and names written with `%`, in which these could hide."""
+
+
+def shown(place: str) -> str:
+    """A store's file or URL without its passwords, whether they stand before the host or in the query.
+
+    >>> shown("postgresql://ana:secret@plant/parts")
+    'postgresql://ana:***@plant/parts'
+    >>> shown("postgresql://ana@plant/parts?password=secret&sslmode=require")
+    'postgresql://ana@plant/parts?password=***&sslmode=require'
+    """
+    if "://" not in place:
+        return place
+    return _IN_QUERY.sub(r"\1***", _BEFORE_HOST.sub(r"\1:***@", place))
+
 
 AT_ONCE = 500
 """Rows read before their inspections' values are."""

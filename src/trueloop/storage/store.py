@@ -21,14 +21,12 @@ from sqlalchemy import Connection, Engine
 from trueloop.domain import values
 from trueloop.domain.codec import Codec
 from trueloop.domain.correction import Correction
-from trueloop.storage.engines import WRITING, engine_of, url_of
-from trueloop.storage.failures import understood
+from trueloop.storage.encoded import Kept
+from trueloop.storage.engines import WRITING, engine_of, understood, url_of
 from trueloop.storage.keeping import Keeping
-from trueloop.storage.kept import Kept
 from trueloop.storage.kinds import kind_of
-from trueloop.storage.reading import Query, found
+from trueloop.storage.reading import Query, found, shown
 from trueloop.storage.schema import bring_up_to_date, check_schema, older
-from trueloop.storage.shown import shown
 
 __all__ = ["Kept", "Store", "find", "keep", "open_store"]
 

@@ -17,7 +17,7 @@ from trueloop.domain.machine import Machine
 from trueloop.formats.jobs.machine_toml import read_machine
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model
-from trueloop.machine.model.lag import lagged
+from trueloop.machine.model.history import lagged
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.storage.store import find, open_store
 

@@ -13,10 +13,10 @@ from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code
 from trueloop.formats.tables.model_file import model_to_json, read_model
+from trueloop.jobs.machine.machine_model import offer_model
 from trueloop.jobs.machine.mapped_program import ModelFile, compensate_program
-from trueloop.jobs.machine.versions import offer_model
 from trueloop.jobs.realtime.image import make_image
-from trueloop.machine.correct.setup import Setup
+from trueloop.machine.correct import Setup
 from trueloop.machine.model.names import error_name
 from trueloop.machine.refine.refine import refine
 from trueloop.storage.store import find, open_store

@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.cli import output_of
 from trueloop.arrays import Array
-from trueloop.machine.standards.plates import LeftOut, not_repeating
+from trueloop.machine.standards import LeftOut, not_repeating
 
 
 def _error_mm(at: Array) -> Array:

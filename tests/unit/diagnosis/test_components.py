@@ -13,7 +13,7 @@ from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepanc
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.position_basis import CONSTANT
-from trueloop.machine.model.standard import turning_terms
+from trueloop.machine.model.structure import turning_terms
 from trueloop.machine.model.term import Part, Term
 
 LATHE = Machine("lathe", chain_with_travel("turning"))

@@ -5,14 +5,16 @@ from pathlib import Path
 
 import pytest
 
-from trueloop.domain.labelled import contradictions, label_of, names_part
 from trueloop.domain.labels import (
     NistPart,
     NistProgram,
     Operation,
     PartLabel,
     ProgramLabel,
+    contradictions,
+    label_of,
     labels_in,
+    names_part,
     read_label,
 )
 from trueloop.domain.life import Stage

@@ -13,9 +13,9 @@ from tests.support.series import reading
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.part import Part, PartType
-from trueloop.factory.shown import capable
-from trueloop.factory.shown.today import today
-from trueloop.factory.views.today import Cpk
+from trueloop.factory.shown import parts
+from trueloop.factory.shown.orders import today
+from trueloop.factory.views.orders import Cpk
 from trueloop.storage.store import Store, keep
 
 SHAFT = PartType("shaft", "B")
@@ -90,16 +90,16 @@ def test_other_limits_begin_another_series(shop: Shop) -> None:
 def test_only_the_latest_parts_are_read_and_nothing_is_computed_twice(
     shop: Shop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(capable, "LATEST", 24)
+    monkeypatch.setattr(parts, "LATEST", 24)
     keep(shop.store, [of_part(f"old {k}", 20.0 + k) for k in range(30)])
     keep(shop.store, [of_part(f"{k}", one + 0.125) for k, one in enumerate(ERRORS)])
-    capable._cpk.cache_clear()
-    before = capable._cpk.cache_info()
+    parts._cpk.cache_clear()
+    before = parts._cpk.cache_info()
     (found,) = cpk_of(shop)
     assert found.count == 24
     assert found.cpk == pytest.approx(by_hand([one + 0.125 for one in ERRORS]), rel=1e-5)
     assert cpk_of(shop) == (found,)
-    after = capable._cpk.cache_info()
+    after = parts._cpk.cache_info()
     assert (after.misses - before.misses, after.hits - before.hits) == (1, 1)
 
 

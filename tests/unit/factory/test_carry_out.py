@@ -20,9 +20,7 @@ from tests.support.factory import (
     corrected,
     touches_of,
 )
-from trueloop.domain.factory.route import BlockKind, Conditions
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.factory import BlockKind, Conditions, FactKind, PartState, Run, RunFact, StepState
 from trueloop.domain.program import ProgramText
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask

@@ -9,7 +9,7 @@ from sqlalchemy import select
 
 from tests.support.factory import PLAN, Shop
 from tests.support.postgresql import Server
-from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory import BlockKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.db.copied import back_up, restore
 from trueloop.server.identity.accounts import NewAccount, add_account

@@ -13,9 +13,8 @@ from tests.support.factory import BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SERVIC
 from tests.support.kept import EDGE, MADE_AT, SET_AT, of_part
 from tests.support.series import inspection
 from trueloop.domain.correction import Correction
-from trueloop.domain.edge_names import edge_name
-from trueloop.domain.factory.route import BlockKind
-from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.edge_life import edge_name
+from trueloop.domain.factory import BlockKind, FactKind, PartState, StepState
 from trueloop.domain.inspection import CmmPoint, Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.part import Part, PartType
@@ -25,13 +24,10 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
 from trueloop.factory.carry_out import carry_out
-from trueloop.factory.shown.life import part_life
-from trueloop.factory.shown.machine import machine_view
-from trueloop.factory.shown.machines import heard, machines_now
-from trueloop.factory.shown.orders import order_rows, order_view
-from trueloop.factory.shown.parts import part_rows
-from trueloop.factory.shown.programs import program_diff, program_rows, text_of
-from trueloop.factory.shown.proposals import proposal_view, proposal_views
+from trueloop.factory.shown.machines import heard, machine_view, machines_now, tool_rows
+from trueloop.factory.shown.orders import order_rows, order_view, today
+from trueloop.factory.shown.parts import part_life, part_rows
+from trueloop.factory.shown.programs import program_diff, program_rows, proposal_view, proposal_views, text_of
 from trueloop.factory.shown.records import (
     alarm_rows,
     certificate_content,
@@ -41,8 +37,6 @@ from trueloop.factory.shown.records import (
     transfer_rows,
 )
 from trueloop.factory.shown.series import series_rows, series_view
-from trueloop.factory.shown.today import today
-from trueloop.factory.shown.tools import tool_rows
 from trueloop.factory.views.orders import CorrectedFrom
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of

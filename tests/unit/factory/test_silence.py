@@ -3,7 +3,7 @@
 from datetime import timedelta
 
 from tests.support.factory import CELL, Shop
-from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.factory import FactKind, PartState, StepState
 from trueloop.factory import requests as ask
 from trueloop.factory.shown.machines import heard
 from trueloop.factory.silent import hold_silent

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.factory import AT, CELL, ENGINEER, Shop
-from trueloop.domain.factory.route import Block, BlockKind, Conditions
-from trueloop.domain.factory.states import FactKind, PartState
+from trueloop.domain.factory import Block, BlockKind, Conditions, FactKind, PartState
 from trueloop.domain.program import ProgramText
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask

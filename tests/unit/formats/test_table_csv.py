@@ -5,7 +5,7 @@ import io
 
 import numpy as np
 
-from trueloop.formats.tables.table_csv import table_to_csv
+from trueloop.formats.tables.control_tables import table_to_csv
 from trueloop.turned.compensation.table import CorrectionTable
 
 TABLE = CorrectionTable(

@@ -10,9 +10,14 @@ from hypothesis import strategies as st
 
 from tests.support.tool_tables import FANUC, HAAS, HEIDENHAIN, LINUXCNC, OFFSET, SIEMENS
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.tables.tool_tables.chosen import geometry_of, row_of
-from trueloop.formats.tables.tool_tables.known import KNOWN, read_tool_table
-from trueloop.formats.tables.tool_tables.new_table import new_table, nose_radius_mm
+from trueloop.formats.tables.tool_tables.known import (
+    KNOWN,
+    geometry_of,
+    new_table,
+    nose_radius_mm,
+    read_tool_table,
+    row_of,
+)
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable, Unit
 
 NAMES = {"tool.tbl": LINUXCNC, "fanuc.txt": FANUC, "a.ofs": HAAS, "to.ini": SIEMENS, "toolturn.trn": HEIDENHAIN}

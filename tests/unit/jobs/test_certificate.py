@@ -22,7 +22,7 @@ from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
 from trueloop.jobs.store.codec import store_codec
-from trueloop.report.monitor.certificate_shape import CertificateShape, CertifiedShape, hash_of
+from trueloop.report.monitor.certificate import CertificateShape, CertifiedShape, hash_of
 from trueloop.storage.store import Store, keep, open_store
 
 AT = datetime(2026, 3, 1, 8, tzinfo=UTC)

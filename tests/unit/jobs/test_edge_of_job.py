@@ -15,7 +15,7 @@ from trueloop.domain.life import Cut
 from trueloop.domain.tool import Edge, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.tools.of_job import with_edge
+from trueloop.jobs.tools import with_edge
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.storage.store import Store, find, open_store

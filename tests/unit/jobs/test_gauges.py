@@ -16,7 +16,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.monitor.charts import charts_of
 from trueloop.jobs.monitor.gauges import failed_checks, gauges_of, write_gauges
 from trueloop.loops.monitor.options import ChartOptions
-from trueloop.report.monitor.gauge_shapes import GaugeShape
+from trueloop.report.monitor.gauge import GaugeShape
 from trueloop.storage.store import Store, keep, open_store
 
 STEADY = [0.2, -0.1, 0.3, -0.2, 0.1, 0.0, -0.3, 0.2, 0.1, -0.1]

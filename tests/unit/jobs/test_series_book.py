@@ -14,7 +14,7 @@ from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, only_type, read_book
-from trueloop.jobs.series.pages import status_of
+from trueloop.jobs.series import status_of
 from trueloop.loops.post_process.decide import OVERRIDES
 from trueloop.loops.post_process.options import NAMES, SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of

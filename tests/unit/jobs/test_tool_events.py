@@ -11,9 +11,16 @@ from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.tools.edge import edge_of, lives_in, require_touches_since
-from trueloop.jobs.tools.events import Happened, of_mounted
-from trueloop.jobs.tools.keeping import cuts_after_end, cuts_of, keep_events
+from trueloop.jobs.tools import (
+    Happened,
+    cuts_after_end,
+    cuts_of,
+    edge_of,
+    keep_events,
+    lives_in,
+    of_mounted,
+    require_touches_since,
+)
 from trueloop.storage.store import Store, keep, open_store
 
 T3 = Edge(Tool(3, "SVJBR 2020", 0.8), "VBMT 160408", "1")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from trueloop.errors import TrueloopError
-from trueloop.machine.drift.model import fit_drift
-from trueloop.machine.model.lag import lagged
+from trueloop.machine.drift import fit_drift
+from trueloop.machine.model.history import lagged
 
 
 def test_lag_of_a_step_and_a_ramp_in_uneven_steps() -> None:

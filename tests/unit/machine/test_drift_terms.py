@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.drift.model import DriftModel, Member
-from trueloop.machine.drift.terms import turned, with_drift, zeroed_at
+from trueloop.machine.drift import DriftModel, Member, turned, with_drift, zeroed_at
 from trueloop.machine.model.history import History, signals_at_end
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name

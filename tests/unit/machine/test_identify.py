@@ -9,7 +9,7 @@ from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.model import Machine, State
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import CONSTANT, polynomial, segments
-from trueloop.machine.model.standard import mill_terms, turning_terms
+from trueloop.machine.model.structure import mill_terms, turning_terms
 from trueloop.machine.model.term import Part, Term
 
 LATHE = Machine("lathe", chain_with_travel("turning"))

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array
-from trueloop.machine.standards.pattern_likelihood import PatternLikelihood
-from trueloop.machine.standards.planar_field import Plate, fit_pattern
+from trueloop.machine.standards import PatternLikelihood, Plate, fit_pattern
 
 PARAMETERS = np.array([80.0, 6e-3, 3e-3, 4e-3])
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from trueloop.errors import TrueloopError
-from trueloop.machine.correct.point_program import TableField, displace_points
-from trueloop.machine.standards.planar_field import QuadrupoleField
+from trueloop.machine.correct import TableField, displace_points
+from trueloop.machine.standards import QuadrupoleField
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.field.field import table_field
 from trueloop.nc.program.program import read_program

@@ -7,8 +7,8 @@ import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.measurements.positioning_data import read_positioning
-from trueloop.machine.drift.drift import drift
-from trueloop.machine.standards.positioning import positioning
+from trueloop.machine.drift import drift
+from trueloop.machine.standards import positioning
 
 UP = np.array([[1.0, 3.0], [6.0, 6.0], [2.0, 4.0]])
 DOWN = np.array([[0.0, 2.0], [3.0, 5.0], [5.0, 5.0]])

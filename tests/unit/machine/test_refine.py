@@ -12,10 +12,9 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Term
-from trueloop.machine.refine.changed import changes
 from trueloop.machine.refine.guilty import Guilty, with_guilty
 from trueloop.machine.refine.judged import _whitened
-from trueloop.machine.refine.left import LeftOnParts, newer_more
+from trueloop.machine.refine.left import LeftOnParts, changes, newer_more
 from trueloop.machine.refine.refine import refine, require_better
 from trueloop.machine.refine.update import Updated, update
 

@@ -9,7 +9,7 @@ from tests.support.machined_path import corrected
 from tests.support.machines import chain_with_travel
 from tests.support.mapped import mapped, path_of
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.machine.correct.setup import Setup
+from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import polynomial

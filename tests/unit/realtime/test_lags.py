@@ -9,8 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from trueloop.machine.model.history import History, Lag, signals_at_end
-from trueloop.machine.model.lag import lagged
+from trueloop.machine.model.history import History, Lag, lagged, signals_at_end
 from trueloop.realtime.lags import LagRules, LagState, advanced, from_history
 
 NO_GAPS = LagRules(gap=math.inf)

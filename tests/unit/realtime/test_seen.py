@@ -17,8 +17,7 @@ from trueloop.realtime.envelope import empty, envelope, gathered, merged
 from trueloop.realtime.events import events
 from trueloop.realtime.samples import Samples, column_names
 from trueloop.realtime.tally import NONE, counted
-from trueloop.report.realtime.page import run_page
-from trueloop.report.realtime.parts_figure import parts_figure
+from trueloop.report.realtime.page import parts_figure, run_page
 from trueloop.report.realtime.run import FinishedPart, RunPage, largest_um, trace_of
 from trueloop.report.style import LEFT_ON, TAKEN
 

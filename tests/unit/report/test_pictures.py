@@ -8,9 +8,9 @@ import pytest
 from tests.support.correction import example_correction
 from trueloop.domain.proposal import Effect
 from trueloop.report import style
-from trueloop.report.dark import DARK, in_the_dark
-from trueloop.report.series.proposal_figure import proposal_figure
+from trueloop.report.series.figure import proposal_figure
 from trueloop.report.still import svg
+from trueloop.report.style import DARK, in_the_dark
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.curve_pictures import curve_pictures, curve_svg
 from trueloop.report.turned.figures.curves import error_curve

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from trueloop.geometry.feature import Arc, Line
-from trueloop.simulator.ball import ball_contact_mm
-from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.machine_error import ErrorTerm, MachineError
+from trueloop.simulator.machine import ErrorTerm, MachineError
+from trueloop.simulator.mill import VirtualCmm
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.path import path_along
-from trueloop.simulator.probe import VirtualProbe
-from trueloop.simulator.stock import Stock, sweep
+from trueloop.simulator.probe import VirtualProbe, ball_contact_mm
+from trueloop.simulator.process import Stock, sweep
 
 NOSE = Nose(0.8)
 KNOB = Arc("knob", (30.8, 0.0), (0.0, 30.8), (0.0, 0.0), math.pi / 2)

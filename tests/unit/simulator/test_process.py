@@ -5,12 +5,10 @@ import math
 import numpy as np
 
 from trueloop.geometry.feature import Line
-from trueloop.simulator.machine import VirtualMachine
-from trueloop.simulator.machine_error import ErrorTerm, MachineError
+from trueloop.simulator.machine import ErrorTerm, MachineError, VirtualMachine
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.path import CentrePath, path_along, path_of_positions
-from trueloop.simulator.process import Backlash, Deflection, Repeatability
-from trueloop.simulator.stock import Stock, sweep
+from trueloop.simulator.process import Backlash, Deflection, Repeatability, Stock, sweep
 
 NOSE = Nose(0.8)
 LENGTH_MM = 100.0

@@ -6,8 +6,20 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array
-from trueloop.simulator.series import ANGLES, Event, Series, Shop, What, draw, warming, wear
-from trueloop.simulator.worn_edge import flat, notch, other_form, other_radius
+from trueloop.simulator.series import (
+    ANGLES,
+    Event,
+    Series,
+    Shop,
+    What,
+    draw,
+    flat,
+    notch,
+    other_form,
+    other_radius,
+    warming,
+    wear,
+)
 
 SHOP = Shop(parts=8)
 

@@ -13,11 +13,9 @@ from trueloop.geometry.feature import Line, contact_angle_rad
 from trueloop.loops.simulated.simulated import simulate, trial_of
 from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import path_along
+from trueloop.simulator.path import SAME, Transfer, path_along
 from trueloop.simulator.presets import NIST_TRANSFER, nist
-from trueloop.simulator.process import Repeatability
-from trueloop.simulator.stock import Stock
-from trueloop.simulator.transfer import SAME, Transfer
+from trueloop.simulator.process import Repeatability, Stock
 
 UM = 1e-3
 RADIUS_MM = 0.8

@@ -4,9 +4,22 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array
-from trueloop.simulator.lathe.instruments import UNTIL_S, measured_day
-from trueloop.simulator.lathe.truth import PARALLEL_RAD, SQUARE_RAD, X_TRAVEL_MM, Z_TRAVEL_MM, WarmLathe
-from trueloop.simulator.lathe.warm_up import BEARING_K, BEARING_S, NUT_K, NUT_S, SCREW_S, WarmUp, warm_up
+from trueloop.simulator.lathe import (
+    BEARING_K,
+    BEARING_S,
+    NUT_K,
+    NUT_S,
+    PARALLEL_RAD,
+    SCREW_S,
+    SQUARE_RAD,
+    UNTIL_S,
+    X_TRAVEL_MM,
+    Z_TRAVEL_MM,
+    WarmLathe,
+    WarmUp,
+    measured_day,
+    warm_up,
+)
 
 TOOL_MM = np.array([-12.0, -30.0])
 

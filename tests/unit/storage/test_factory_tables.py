@@ -9,10 +9,7 @@ from typing import Any
 import pytest
 from sqlalchemy import insert
 
-from trueloop.domain.factory.order import WorkOrder
-from trueloop.domain.factory.route import Block, BlockKind, Route
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import Block, BlockKind, FactKind, Route, Run, RunFact, WorkOrder
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.jobs.db.copied import back_up, keep_lines

@@ -18,8 +18,7 @@ from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter, contacts
 from trueloop.surface.compensation.gouges import depths_mm
 from trueloop.surface.compensation.program import corrected_program
-from trueloop.surface.compensation.samples import SurfaceJob
-from trueloop.surface.compensation.shift import CorrectedSurface, corrected_surface
+from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob, corrected_surface
 from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
 
 RNG = np.random.default_rng(41)

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import linregress
 
 from tests.support.surfaces import random_surface
-from trueloop.surface.pattern.drift import drift_of
+from trueloop.surface.pattern.pattern import drift_of
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 

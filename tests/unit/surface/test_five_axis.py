@@ -11,11 +11,9 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import Motion
-from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.compensation.cutter import Cutter, ToolAxes, tool_axes
 from trueloop.surface.compensation.program import corrected_program
-from trueloop.surface.compensation.samples import SurfaceJob
-from trueloop.surface.compensation.shift import corrected_surface
-from trueloop.surface.compensation.tool_axis import ToolAxes, tool_axes
+from trueloop.surface.compensation.shift import SurfaceJob, corrected_surface
 from trueloop.surface.compensation.zigzag import ZigzagOptions, scallop_step_mm
 
 RNG = np.random.default_rng(43)

@@ -6,10 +6,10 @@ import pytest
 from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.surface.pattern.outlier import outliers
 from trueloop.surface.pattern.pattern import Pattern, common_size, fit_variance_mm2, parts_needed, pattern_of
+from trueloop.surface.separation.outlying_point import student
 from trueloop.surface.separation.places import projector
 from trueloop.surface.separation.separate import Separation, of_size, separate
 from trueloop.surface.separation.spline_surface import Size
-from trueloop.surface.separation.student import student
 
 NOISE_MM, BETWEEN_MM = 0.0022, 0.0025
 NAMES = tuple(f"S{k}" for k in range(1, 11))

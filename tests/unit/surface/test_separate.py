@@ -5,10 +5,9 @@ import pytest
 
 from tests.support.surfaces import NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.errors import Severity
-from trueloop.surface.separation.likelihood import FORM, log_likelihood
 from trueloop.surface.separation.normality import normality
 from trueloop.surface.separation.places import Places, projector, regress, splines
-from trueloop.surface.separation.separate import separate
+from trueloop.surface.separation.separate import FORM, log_likelihood, separate
 from trueloop.surface.separation.spline_surface import Size
 
 CRITERIA = ("likelihood", "randomness")

@@ -9,9 +9,8 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.surface.deviations.deviations import surface_deviations
+from trueloop.surface.deviations.deviations import sampling_advice, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
-from trueloop.surface.deviations.sampling import sampling_advice
 
 RNG = np.random.default_rng(11)
 SURFACE = wavy_surface()

@@ -10,10 +10,9 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation import program as surface_program
-from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.compensation.cutter import Cutter, tool_axes
 from trueloop.surface.compensation.program import corrected_program
-from trueloop.surface.compensation.samples import SurfaceJob
-from trueloop.surface.compensation.tool_axis import tool_axes
+from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.compensation.zigzag import ZigzagOptions, zigzag
 
 FLAT = wavy_surface(20.0, 0.0)

@@ -6,13 +6,12 @@ from scipy.spatial.distance import cdist
 
 from tests.support.surfaces import square_places
 from trueloop.arrays import Array
-from trueloop.surface.separation import weights as module
+from trueloop.surface.separation import moran as module
 from trueloop.surface.separation.lattice import lattice_of
-from trueloop.surface.separation.moran import moran_i
+from trueloop.surface.separation.moran import Weights, moran_i
 from trueloop.surface.separation.neighbourhood import Neighbourhood, permutation_p_value, residual_null
 from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.spline_surface import Size
-from trueloop.surface.separation.weights import Weights
 
 RNG = np.random.default_rng(17)
 

@@ -11,7 +11,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.simulated.study import path_of_shifts
 from trueloop.simulator.nose import Nose
-from trueloop.simulator.stock import Stock, sweep
+from trueloop.simulator.process import Stock, sweep
 from trueloop.turned.compensation.lean import MOST_MM, of_curve, of_slope, to_take_out, unasked_u_mm
 from trueloop.turned.compensation.shift import ZERO, Shift, weighted_sum
 from trueloop.turned.error_curve.curve import ErrorCurve

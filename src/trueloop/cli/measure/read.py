@@ -152,7 +152,7 @@ def _kept(found: "list[FileOnPart]", job: Path, cut: CutShown, store: StoreChoic
     """What was kept; None where nothing was to be."""
     if cut.after is None:
         return None
-    from trueloop.formats.inspections.shared.names import feature_names
+    from trueloop.formats.inspections.shared.text import feature_names
     from trueloop.jobs.measure.keep_measured import keep_measured
 
     shown = cut.shown()

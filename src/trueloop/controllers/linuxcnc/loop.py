@@ -5,20 +5,20 @@ by servo period, is what the virtual nose cuts along, and what the virtual ball 
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.contour_program import contour_program
 from trueloop.controllers.linuxcnc.session import ProbedPart, Progress, cut, probe
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.measurements.probe_log import parse_probe_log
-from trueloop.geometry.feature import Arc, Line
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.feature import Arc, Feature, Line, LineOrArc, pieces_within
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
@@ -41,9 +41,42 @@ from trueloop.probing.stylus import Stylus
 from trueloop.simulator.path import CentrePath, path_of_positions
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.probe import VirtualProbe
-from trueloop.simulator.stock import Stock
+from trueloop.simulator.process import Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
+
+CHORD_MM: Final = 1e-4
+"""How far the chords of a curve deviate from it."""
+
+
+def contour_program(features: Sequence[Feature], feed_mm_per_rev: float, spindle_rpm: float, clear_mm: float) -> bytes:
+    """Features of the nose centre's path in order, chuck end first; mm, radii, straight in from `clear_mm` outside."""
+    (x, z), (_, z_end) = features[0].start_mm, features[-1].end_mm
+    out_mm = max(feature.start_mm[0] for feature in features) + clear_mm
+    lines = ["G18 G21 G8 G90 G40 G54", f"G97 S{spindle_rpm:.0f} M3", f"G0 X{out_mm:.6f}", f"G0 Z{z:.6f}"]
+    lines += [f"G95 F{feed_mm_per_rev:.6f}", f"G1 X{x:.6f}"]
+    at = features[0].start_mm
+    for feature in features:
+        lines += _moves(feature, at)
+        at = feature.end_mm
+    return "\n".join([*lines, f"G0 Z{z_end + clear_mm:.6f}", f"G0 X{out_mm:.6f}", "M5", "M2", ""]).encode()
+
+
+def _moves(feature: Feature, at: tuple[float, float]) -> list[str]:
+    if isinstance(feature, Curve):
+        s = np.linspace(0.0, feature.length_mm, pieces_within(feature, CHORD_MM) + 1)[1:]
+        return [f"G1 X{x:.6f} Z{z:.6f}" for x, z in feature.point_mm(s)]
+    return [_move(feature, at)]
+
+
+def _move(feature: LineOrArc, at: tuple[float, float]) -> str:
+    x, z = feature.end_mm
+    end = f"X{x:.6f} Z{z:.6f}"
+    if isinstance(feature, Line):
+        return f"G1 {end}"
+    code = "G2" if feature.sweep_rad > 0 else "G3"
+    return f"{code} {end} I{feature.centre_mm[0] - at[0]:.6f} K{feature.centre_mm[1] - at[1]:.6f}"
+
 
 DIALECT: Final = "linuxcnc"
 SPINDLE_RPM: Final = 2400.0

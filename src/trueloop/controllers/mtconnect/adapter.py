@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Final
 
-from trueloop.controllers.mtconnect.shdr import Condition, Value, lines
+from trueloop.controllers.mtconnect.items import Condition, Value, lines
 from trueloop.errors import Code, TrueloopError
 
 PORT: Final = 7878

@@ -4,11 +4,14 @@ An agent that was started anew numbers from the beginning, and one that is asked
 both are told, and reading goes on with what is current.
 """
 
+import math
+import re
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from pathlib import PurePath
+from typing import Any, Final
 from urllib.error import HTTPError
 
 from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import (
@@ -19,7 +22,116 @@ from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import (
     is_address,
     read_current,
 )
+from trueloop.controllers.linuxcnc.realtime.signals.time_stamps import unix_s
+from trueloop.controllers.mtconnect.items import (
+    AXES,
+    LINEAR,
+    NONE,
+    UNAVAILABLE,
+    Condition,
+    Machine,
+    Value,
+    items,
+    number,
+)
 from trueloop.errors import Code, TrueloopError
+
+SIGNALS: Final = "rtec-signals."
+HEARTBEAT: Final = f"{SIGNALS}heartbeat"
+_MODES: Final = {"MANUAL": "MANUAL", "AUTO": "AUTOMATIC", "MDI": "MANUAL_DATA_INPUT"}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Older than this a source counts as silent, s."""
+
+    status_s: float = 2.0
+    temperature_s: float = 60.0
+
+
+@dataclass(frozen=True)
+class Said:
+    """LinuxCNC's status, None: it does not run; values of pins; whether the corrector's signals are alive; the part."""
+
+    status: Mapping[str, Any] | None
+    pins: Mapping[str, float | None]
+    signals_alive: bool = True
+    part: str = ""
+
+
+def nothing(machine: Machine) -> dict[str, Value]:
+    """All items while nobody says anything."""
+    return {item.key: NONE if item.condition else UNAVAILABLE for item in items(machine)}
+
+
+def pins_of(machine: Machine) -> list[str]:
+    """All pins that are asked for. A signal of the corrector comes with its age and the heartbeat."""
+    named = [*machine.temperatures.values(), *machine.corrections.values(), machine.part_count]
+    ages = [age for pin in named if (age := _age(pin))]
+    return list(dict.fromkeys([*filter(None, named), *ages, *([HEARTBEAT] if ages else [])]))
+
+
+def observed(machine: Machine, said: Said, limits: Limits) -> dict[str, Value]:
+    """Every item's value, in the order of the items."""
+    found = nothing(machine)
+    if said.status is not None:
+        found.update(_of_status(machine, said.status))
+        found.update(_of_pins(machine, said, limits))
+        found["part_id"] = said.part or UNAVAILABLE
+    return found
+
+
+def _of_status(machine: Machine, status: Mapping[str, Any]) -> Iterator[tuple[str, Value]]:
+    yield "avail", "AVAILABLE"
+    for axis in machine.axes:
+        yield f"{axis}pos", number(status["positions"][AXES.index(axis)], 4)
+    speed = status["spindle_rpm"]
+    yield "S1speed", UNAVAILABLE if speed is None else number(speed, 2)
+    yield "estop", "TRIGGERED" if status["estop"] else "ARMED"
+    yield "system", _condition(status)
+    yield "execution", _execution(status)
+    yield "mode", _MODES.get(status["mode"], UNAVAILABLE)
+    yield "program", PurePath(status["program"]).name
+    yield "line", str(status["line"])
+    yield "feed", number(status["velocity_mm_s"], 3)
+
+
+def _execution(status: Mapping[str, Any]) -> str:
+    if not status["on"]:
+        return "STOPPED"
+    if status["paused"] or status["interpreter"] == "PAUSED":
+        return "INTERRUPTED"
+    return "READY" if status["interpreter"] == "IDLE" else "ACTIVE"
+
+
+def _condition(status: Mapping[str, Any]) -> Condition:
+    if status["estop"]:
+        return Condition("FAULT", "ESTOP", "emergency stop")
+    for what, words in (("joint_faults", "following error or drive fault"), ("joints_at_limit", "at a limit switch")):
+        if status[what]:
+            joints = " ".join(map(str, status[what]))
+            return Condition("FAULT", what.upper(), f"joint {joints}: {words}")
+    return Condition()
+
+
+def _of_pins(machine: Machine, said: Said, limits: Limits) -> Iterator[tuple[str, Value]]:
+    for name, pin in machine.temperatures.items():
+        age = said.pins.get(_age(pin)) if _age(pin) else 0.0
+        good = age is not None and age <= limits.temperature_s and (said.signals_alive or not _age(pin))
+        yield f"temp_{name}", _number(said.pins.get(pin) if good else None, 3)
+    for axis, pin in machine.corrections.items():
+        yield f"{axis}corr", _number(said.pins.get(pin), 6 if axis in LINEAR else 4)
+    yield "part_count", _number(said.pins.get(machine.part_count), 0)
+
+
+def _age(pin: str) -> str:
+    """The pin that says how old this one's value is; empty: none does."""
+    return pin.replace(".signal-", ".age-") if pin.startswith(f"{SIGNALS}signal-") else ""
+
+
+def _number(value: float | None, decimals: int) -> str:
+    return UNAVAILABLE if value is None or math.isnan(value) else number(value, decimals)
+
 
 AT_ONCE: Final = 500
 EVERY_S: Final = 0.5
@@ -95,18 +207,18 @@ def _asked(url: str, *, may_refuse: bool = False) -> Current:
                 raise
         answer = read_current(document)
     except OSError as error:
-        raise _refused(url, str(error)) from error
+        raise _agent_refused(url, str(error)) from error
     if not answer.header:
-        raise _refused(url, "the answer has no Header: it is none of an agent")
+        raise _agent_refused(url, "the answer has no Header: it is none of an agent")
     if answer.errors and not may_refuse:
-        raise _refused(url, "; ".join(f"{code} {text}".strip() for code, text in answer.errors))
+        raise _agent_refused(url, "; ".join(f"{code} {text}".strip() for code, text in answer.errors))
     return answer
 
 
 def _next(url: str, answer: Current) -> int:
     following = answer.header.get("nextSequence", "")
     if not following.isdecimal():
-        raise _refused(url, f"nextSequence is {following[:40]!r}, no number")
+        raise _agent_refused(url, f"nextSequence is {following[:40]!r}, no number")
     return int(following)
 
 
@@ -126,13 +238,60 @@ def _item(given: Mapping[str, str]) -> Item:
 
 def _require_address(url: str) -> None:
     if not is_address(url):
-        raise _refused(url, "it is no address of an agent, such as http://10.0.0.7:5000/lathe")
+        raise _agent_refused(url, "it is no address of an agent, such as http://10.0.0.7:5000/lathe")
 
 
-def _refused(url: str, why: str) -> TrueloopError:
+def _agent_refused(url: str, why: str) -> TrueloopError:
     return TrueloopError(
         Code.MTC_AGENT,
         f"{url}: {why}",
         hint="open the address in a browser: an agent shows its devices there",
         values={"url": url},
+    )
+
+
+def temperature_log(url: str, seen: Sequence[Seen]) -> str:
+    """CSV: `time_s` since 1970, NAME_degC. A temperature holds until another is said, or UNAVAILABLE.
+
+    Raises MTC-AGENT where never all were known.
+    """
+    named = {one.item.id: _column(one) for one in seen if one.item.type.upper() == "TEMPERATURE"}
+    rows: dict[float, list[float]] = {}
+    latest: dict[str, float] = {}
+    for time_s, one in sorted(
+        ((_time_s(url, one), one) for one in seen if one.item.id in named), key=lambda row: row[0]
+    ):
+        latest[one.item.id] = _celsius(one.value)
+        values = [latest.get(item, math.nan) for item in named]
+        if all(map(math.isfinite, values)):
+            rows[time_s] = values
+        else:
+            rows.pop(time_s, None)
+    if not rows:
+        raise _refused(url, f"{len(named)} temperatures, and at no moment all of them were known")
+    head = ",".join(["time_s", *(f"{name}_degC" for name in named.values())])
+    return "\n".join([head, *(f"{t:.6f},{','.join(f'{v:g}' for v in row)}" for t, row in rows.items()), ""])
+
+
+def _column(one: Seen) -> str:
+    return re.sub(r"\W", "_", one.item.name or one.item.id)
+
+
+def _celsius(value: str) -> float:
+    try:
+        return float(value)
+    except ValueError:
+        return math.nan
+
+
+def _time_s(url: str, one: Seen) -> float:
+    try:
+        return unix_s(one.stamp)
+    except ValueError as error:
+        raise _refused(url, f"{one.item.id!r} at {one.stamp[:40]!r}: {error}") from error
+
+
+def _refused(url: str, why: str) -> TrueloopError:
+    return TrueloopError(
+        Code.MTC_AGENT, f"{url}: {why}", hint="read for longer, or see which items are UNAVAILABLE", values={"url": url}
     )

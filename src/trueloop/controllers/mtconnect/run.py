@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from trueloop.controllers.mtconnect.adapter import LONGEST_LINE, Adapter, Say
+from trueloop.controllers.mtconnect.agent import HEARTBEAT, Limits, Said, nothing, observed, pins_of
 from trueloop.controllers.mtconnect.items import Machine
-from trueloop.controllers.mtconnect.observed import HEARTBEAT, Limits, Said, nothing, observed, pins_of
 
 EVERY_S: Final = 0.1
 AGAIN_S: Final = 1.0

@@ -6,8 +6,7 @@ from datetime import datetime, timedelta
 from hashlib import sha256
 from typing import Final
 
-from trueloop.domain.factory.route import BlockKind
-from trueloop.domain.factory.states import StepState
+from trueloop.domain.factory import BlockKind, StepState
 from trueloop.domain.life import Identity
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.known import OrderNow, PartNow, StepNow

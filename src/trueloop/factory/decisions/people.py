@@ -4,9 +4,7 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Final
 
-from trueloop.domain.factory.route import BlockKind
-from trueloop.domain.factory.run import RunFact
-from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.factory import BlockKind, FactKind, PartState, RunFact, StepState
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.changes import Changes, Event
 from trueloop.factory.decisions.runs import tasks_of

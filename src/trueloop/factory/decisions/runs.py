@@ -1,21 +1,76 @@
 """What follows from facts and touches of runs: `record_facts`, `record_touches`, `record_temperatures`."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from hashlib import sha256
 from typing import Final
 
-from trueloop.domain.factory.route import BlockKind
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.factory import BlockKind, FactKind, PartState, Run, RunFact, StepState
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.changes import Changes, Event, NewTask
-from trueloop.factory.decisions.run_state import read_back_otherwise, state_of, verified
+from trueloop.factory.decisions.plan import left_unknown
 from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
-from trueloop.factory.requests import RecordFacts, RecordTemperatures, RecordTouches
+from trueloop.factory.requests import CellSilent, RecordFacts, RecordTemperatures, RecordTouches
 from trueloop.factory.roles import By, require_machine
 from trueloop.storage.factory_tables import stamp
+
+
+def state_of(kind: BlockKind, run: Run, facts: Iterable[RunFact], touches: bool) -> StepState:
+    """The state, of all facts at once: in whatever order they arrive, and however often, it is the same.
+
+    A cut is recorded once it ended; gauging once its touches are here too. An end outweighs that nobody knew of one. A
+    run that failed after it had started is unknown, for the tool may have cut. `verified` counts only where what was
+    read back equals what was sent.
+    """
+    told = {one.what for one in facts if one.what is not FactKind.VERIFIED}
+    if FactKind.ENDED in told:
+        return StepState.RECORDED if kind.cuts or touches else StepState.ENDED
+    if FactKind.UNKNOWN in told or (FactKind.FAILED in told and FactKind.STARTED in told):
+        return StepState.UNKNOWN
+    if FactKind.FAILED in told:
+        return StepState.FAILED
+    if FactKind.STARTED in told:
+        return StepState.STARTED
+    if verified(run, facts):
+        return StepState.VERIFIED
+    return StepState.SENT if FactKind.SENT in told else StepState.OFFERED
+
+
+def verified(run: Run, facts: Iterable[RunFact]) -> bool:
+    """Whether a witness read back what was sent, and no one read back anything else."""
+    read = [one.values.get("read_back_sha256", "") for one in facts if one.what is FactKind.VERIFIED]
+    return bool(read) and all(one == run.sent_sha256 for one in read)
+
+
+def read_back_otherwise(run: Run, facts: Iterable[RunFact]) -> str | None:
+    """The hash of what a control held instead of what was sent; None: no witness read back anything else."""
+    read = [one.values.get("read_back_sha256", "") for one in facts if one.what is FactKind.VERIFIED]
+    return next((one for one in read if one != run.sent_sha256), None)
+
+
+@dataclass(frozen=True)
+class SilenceFacts:
+    """The order, the run of the step that is asked about, and when its machine was heard last; None: never."""
+
+    order: OrderNow
+    run: Run | None
+    heard_at: datetime | None
+
+
+def cell_silent(facts: SilenceFacts, request: CellSilent, by: By, now: datetime) -> Changes:
+    """The run becomes unknown and its part is held, unless it has ended or its cell was heard meanwhile.
+
+    Asked again it changes nothing. An end that the program witnessed frees the part when the cell is heard again.
+    """
+    part, step = facts.order.part(request.part), facts.order.step(request.part, request.step)
+    if step.state is not StepState.STARTED or facts.run is None or facts.heard_at is None:
+        return Changes()
+    silent_s = (now - facts.heard_at).total_seconds()
+    if silent_s <= request.limit_s:
+        return Changes()
+    return left_unknown(facts.order, part, facts.run, f"and its cell has been silent for {silent_s:.0f} s", now)
+
 
 MOST_ATTEMPTS: Final = 3
 """Of a step that fails before it starts; then a person looks at it."""

@@ -1,20 +1,44 @@
 """Parts in lists."""
 
-from typing import Any
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, Final
 
-from sqlalchemy import bindparam, select
+import numpy as np
+from sqlalchemy import Select, and_, bindparam, select
 
-from trueloop.domain.factory.states import PartState
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.factory import PartState, Run, RunFact
+from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.life import Stage
 from trueloop.domain.part import Part
+from trueloop.domain.record import Product, Record
+from trueloop.errors import Code, TrueloopError
 from trueloop.factory.known import unknown
-from trueloop.factory.load import Known
-from trueloop.factory.shown.paging import LIMIT, before, known_of, page_of, time
-from trueloop.factory.views.page import Page
-from trueloop.factory.views.parts import PartRow
-from trueloop.storage.factory_tables import PART_STATE
-from trueloop.storage.kinds import searchable
+from trueloop.factory.load import Known, step_now
+from trueloop.factory.shown.records import LIMIT, before, certificate_rows_of, event_view, known_of, page_of, time
+from trueloop.factory.views.orders import Cpk, Page
+from trueloop.factory.views.parts import (
+    CorrectionView,
+    EventView,
+    FactView,
+    InspectionView,
+    PartLife,
+    PartRow,
+    Result,
+    StepView,
+)
+from trueloop.loops.post_process.tracked import CAPABLE_FROM
+from trueloop.monitoring.capability import capability
+from trueloop.storage.encoded import Kept
+from trueloop.storage.factory_tables import EVENT, ORDER_STATE, PART_STATE, STEP
+from trueloop.storage.kinds import joined, kind_of, searchable
+from trueloop.storage.life import Life, life_in
+from trueloop.storage.reading import decoded
 from trueloop.storage.store import Store
-from trueloop.storage.tables import TABLES
+from trueloop.storage.tables import ROWS, TABLES
+from trueloop.units import UM_PER_MM
 
 _PART = TABLES["part"]
 _COLUMNS = (
@@ -73,3 +97,178 @@ def _row(part: Part, row: Any) -> PartRow:
         None if row.state is None else PartState(row.state),
         *(row.order or "", row.machine or "", time(row.changed_at or row.kept_at)),
     )
+
+
+MOST_EVENTS = 500
+
+
+def _of_runs(kind: type, column: str) -> Select[Any]:
+    table = TABLES[kind_of(kind).table]
+    return select(table).where(table.c[column].in_(bindparam("wanted", expanding=True))).order_by(table.c.id)
+
+
+# made once: to make a query takes longer than the database
+_VERSION = select(ORDER_STATE.c.version).where(ORDER_STATE.c.order == bindparam("order"))
+_EVENTS = select(EVENT).where(EVENT.c.subject == bindparam("subject")).order_by(EVENT.c.id.desc()).limit(MOST_EVENTS)
+_STEPS = select(STEP).where(STEP.c.part == bindparam("part")).order_by(STEP.c.no)
+_OF_RUNS: Final[Mapping[type, Select[Any]]] = {Run: _of_runs(Run, "identity"), RunFact: _of_runs(RunFact, "run")}
+
+
+def part_life(store: Store, number: int) -> PartLife:
+    """One part's life, all of it of one moment. Its `etag` is that of its order. Raises FAC-UNKNOWN."""
+    with known_of(store) as known:
+        row, part = part_of(known, number)
+        version = known.connection.scalar(_VERSION, {"order": row.order}) if row.order else None
+        steps, events = tuple(_steps(known, number)), tuple(events_of(known, f"part:{number}"))
+        certificates = certificate_rows_of(known, number)
+        found = life_in(known.connection, known.codec, part)
+    cut_with = {one.values.get("correction", ""): one.values for one in events if one.what == "corrected"}
+    return PartLife(
+        *(row, str(version or 0), part.serial, _tool(found), steps),
+        tuple(_inspection(found, one) for one in found.inspections),
+        tuple(correction_view(one.value, cut_with) for one in found.corrections),
+        *(certificates, events),
+    )
+
+
+def events_of(known: Known, subject: str) -> Iterator[EventView]:
+    """The latest events of a subject, oldest first."""
+    yield from (event_view(one) for one in reversed(known.rows(_EVENTS, subject=subject)))
+
+
+def _steps(known: Known, number: int) -> Iterator[StepView]:
+    steps = [step_now(one) for one in known.rows(_STEPS, part=number)]
+    keys = [one.run for one in steps if one.run]
+    runs = {one.key: one for one in _values(known, Run, [joined((key,)) for key in keys])}
+    facts: dict[str, list[RunFact]] = {}
+    for one in _values(known, RunFact, keys):
+        facts.setdefault(one.run, []).append(one)
+    for step in steps:
+        told = sorted(facts.get(step.run, []), key=lambda one: one.at)
+        yield StepView(
+            *(step.no, step.kind, step.state, step.attempts, step.run, step.program_sha256),
+            runs[step.run].sent_sha256 if step.run in runs else "",
+            tuple(FactView(one.what, one.at, one.witness, dict(one.values)) for one in told),
+        )
+
+
+def _values(known: Known, kind: type[Run | RunFact], wanted: list[str]) -> list[Any]:
+    """Runs of these identities, or facts of these runs, in one query."""
+    rows = known.rows(_OF_RUNS[kind], wanted=[searchable(one) for one in wanted]) if wanted else []
+    return [decoded(known.codec, kind_of(kind), row) for row in rows]
+
+
+def _tool(found: Life) -> str:
+    settings = [one.value.setting for one in found.cuts if one.value.setting is not None]
+    return " ".join(filter(None, settings[-1].edge.identity)) if settings else ""
+
+
+def _inspection(found: Life, kept: Kept[Inspection]) -> InspectionView:
+    one = kept.value
+    cut = found.cut_of(one)
+    errors = [touch.error_mm * UM_PER_MM for touch in one.touches if touch.error_mm is not None]
+    results = tuple(result(reading) for reading in one.readings if reading.nominal is not None)
+    errors = errors or [each.deviation_um for each in results if each.deviation_um is not None]
+    rms = math.sqrt(sum(each**2 for each in errors) / len(errors)) if errors else None
+    return InspectionView(
+        *(kept.row, one.measured_at, one.device or one.measured, "" if cut is None else cut.stage.value, one.sha256),
+        *(len(one.touches) + len(one.points), rms, results),
+    )
+
+
+def result(reading: Reading) -> Result:
+    """A reading against its limits: in, out; empty where it has none."""
+    nominal, actual = reading.nominal or 0.0, reading.actual
+    low, high = reading.lower_limit, reading.upper_limit
+    inside = (low is None or low <= actual) and (high is None or actual <= high)
+    verdict = "" if low is None and high is None else "in" if inside else "out"
+    deviation = None if reading.quantity is Quantity.ANGLE else (actual - nominal) * UM_PER_MM
+    return Result(
+        *(reading.characteristic, reading.quantity.unit, nominal, low, high, actual, reading.standard_u),
+        *(deviation, verdict),
+    )
+
+
+def correction_view(record: Record, cut_with: Mapping[str, Mapping[str, str]]) -> CorrectionView:
+    """A correction by its record; `cut_with`: what was said as its program was given to a finish cut, by id."""
+    program = cut_with.get(record.id, {}).get("program_sha256", "")
+    source = ("", "") if record.program is None else (record.program.name, record.program.sha256)
+    return CorrectionView(
+        *(record.id, record.product.value, record.made_at, record.made_by, tuple(record.decision), *source, program),
+        record.product is Product.TURNED,
+    )
+
+
+LATEST: Final = 100
+"""Inspections of a type that are looked at, the latest."""
+MOST: Final = 12
+"""Characteristics shown, those with the least Cpk."""
+_Limits = tuple[float | None, float | None, float | None]
+_Cpk = tuple[float | None, float | None, float | None]
+NONE: Final[_Cpk] = (None, None, None)
+
+
+def cpk_of_today(known: Known, finished: Sequence[str], began: str) -> tuple[Cpk, ...]:
+    """Of the part types of which parts came to one of the states `finished` since `began`; the least first."""
+    part = TABLES["part"]
+    made = select(part.c.part_type).join(PART_STATE, PART_STATE.c.part == part.c.id).distinct()
+    today = made.where(PART_STATE.c.changed_at >= began, PART_STATE.c.state.in_(finished))
+    names: Sequence[str] = known.connection.scalars(today).all()
+    found = [one for name in names for one in _of_type(known, name)]
+    return tuple(sorted(found, key=lambda one: (one.cpk is None, one.cpk or 0.0))[:MOST])
+
+
+def _of_type(known: Known, part_type: str) -> Iterator[Cpk]:
+    """Each characteristic with the nominal and limits of its latest part; earlier ones of others are another series."""
+    series: dict[str, tuple[_Limits, dict[int, float]]] = {}
+    for row in _readings(known, part_type):
+        limits: _Limits = (row.nominal, row.lower_limit, row.upper_limit)
+        asked, values = series.setdefault(row.characteristic, (limits, {}))
+        if asked == limits:
+            values.setdefault(row.inspection, row.actual)
+    for name, ((_, lower, upper), values) in series.items():
+        if lower is not None or upper is not None:
+            in_order = tuple(values.values())[::-1]
+            cpk, low, high = _cpk(in_order, lower, upper) if len(values) >= CAPABLE_FROM else NONE
+            yield Cpk(part_type, name, cpk, low, high, len(values), CAPABLE_FROM)
+
+
+def _readings(known: Known, part_type: str) -> Iterator[Any]:
+    """Of the last inspection of each of the latest parts, the latest first; of no part that was not finished yet."""
+    inspection, reading = TABLES["inspection"], ROWS["reading"]
+    later = inspection.alias("later")
+    query = (
+        select(inspection.c.id, inspection.c.identity, inspection.c.serial)
+        .outerjoin(later, later.c.supersedes == inspection.c.id)
+        .where(inspection.c.part_type == searchable(part_type), later.c.id.is_(None))
+    )
+    seen: dict[str, int] = {}
+    rows = known.rows(query.order_by(inspection.c.id.desc()).limit(LATEST))
+    early = _early(known, part_type, [one.serial for one in rows])
+    for row in rows:
+        if row.identity not in early:
+            seen.setdefault(row.serial, row.id)
+    wanted = and_(reading.c.inspection.in_(seen.values()), reading.c.nominal.is_not(None))
+    return iter(known.rows(select(reading).where(wanted).order_by(reading.c.inspection.desc(), reading.c.position)))
+
+
+def _early(known: Known, part_type: str, serials: Sequence[str]) -> set[str]:
+    """Inspections that show an earlier cut than the finish cut."""
+    cut, link = TABLES["cut"], TABLES["inspection_link"]
+    cuts = select(cut.c.identity).where(
+        *(cut.c.part_type == searchable(part_type), cut.c.serial.in_(serials), cut.c.stage != Stage.FINISH.value)
+    )
+    return set(known.connection.scalars(select(link.c.identity).where(link.c.cut.in_(cuts))))
+
+
+@lru_cache(maxsize=4096)
+def _cpk(values: tuple[float, ...], lower: float | None, upper: float | None) -> _Cpk:
+    """Cpk with its 95 % interval; None of values that are all equal, or of limits that are none."""
+    try:
+        found = capability(np.array(values), lower, upper).indices
+    except TrueloopError as refused:
+        if refused.code not in (Code.MON_FEW, Code.MON_LIMITS):
+            raise
+        return NONE
+    one = next(each for each in found if each.name == "Cpk")
+    return one.value, one.low, one.high

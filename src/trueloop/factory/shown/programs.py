@@ -1,23 +1,194 @@
 """Programs of the store as they are shown, and compared."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime
+from typing import Any, Final
 
 from sqlalchemy import select
 
+from trueloop.domain.correction import Correction
+from trueloop.domain.part import Part
 from trueloop.domain.program import Program, ProgramText
+from trueloop.domain.proposal import Effect, Proposal, ProposalDecision
+from trueloop.domain.record import MARK, Product
+from trueloop.errors import TrueloopError
+from trueloop.factory.book import Book, read_book
 from trueloop.factory.known import unknown
 from trueloop.factory.load import Known, program_text
-from trueloop.factory.shown.corrected import corrected_from
-from trueloop.factory.shown.paging import LIMIT, before, known_of, page_of, time
-from trueloop.factory.views.orders import CorrectedFrom, DiffLine, ProgramDiff, ProgramRow
-from trueloop.factory.views.page import Page
+from trueloop.factory.shown.records import LIMIT, before, known_of, page_of, time
+from trueloop.factory.views.orders import CorrectedFrom, DiffLine, Page, ProgramDiff, ProgramRow
+from trueloop.factory.views.series import EffectView, ProposalView
+from trueloop.loops.post_process.decide import decide
+from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.report.program_diff import DiffLine as Line
 from trueloop.report.program_diff import diff
-from trueloop.storage.factory_tables import PROGRAM_RELEASE
+from trueloop.report.series.figure import proposal_figure
+from trueloop.report.still import svg
+from trueloop.report.style import in_the_dark
+from trueloop.report.texts.texts import Texts
+from trueloop.storage.factory_tables import PROGRAM_RELEASE, STEP
 from trueloop.storage.kinds import joined, searchable
+from trueloop.storage.life import life
 from trueloop.storage.store import Store
 from trueloop.storage.tables import TABLES
+from trueloop.units import UM_PER_MM
+
+_RECORD: Final = re.compile(rb"\s+".join(f"{MARK}: record ([0-9a-f]{{16}})".encode().split()), re.IGNORECASE)
+"""The mark of a correction in a program, with the id of its record."""
+
+
+def corrected_from(known: Known, shas: Sequence[str], unnamed: Sequence[str]) -> Mapping[str, CorrectedFrom]:
+    """By hash the programs that a correction wrote. Of `unnamed` ones that no order made, their own mark is read."""
+    made = _by_orders(known, shas)
+    made |= dict(_by_marks(known, [one for one in unnamed if one not in made]))
+    records = _records(known, set(made.values()))
+    found = {sha: records[record] for sha, record in made.items() if record in records}
+    return {sha: _corrected_view(one) for sha, one in found.items() if one.source_sha256 not in ("", sha)}
+
+
+def _by_orders(known: Known, shas: Sequence[str]) -> dict[str, str]:
+    """The correction behind a finish cut's program: the run of the step CORRECT of the part that got it."""
+    correct = STEP.alias("correct")
+    query = (
+        select(STEP.c.program_sha256, correct.c.run)
+        .join(correct, (correct.c.order == STEP.c.order) & (correct.c.part == STEP.c.part))
+        .where(STEP.c.program_sha256.in_(shas), STEP.c.kind == "finish")
+        .where(correct.c.kind == "correct", correct.c.run != "")
+    )
+    return {row.program_sha256: row.run for row in known.rows(query)}
+
+
+def _by_marks(known: Known, shas: Sequence[str]) -> Iterator[tuple[str, str]]:
+    for sha in shas:
+        text: ProgramText | None = known.first(ProgramText, sha)
+        mark = None if text is None else _RECORD.search(text.content)
+        if mark is not None:
+            yield sha, mark[1].decode().lower()
+
+
+def _records(known: Known, ids: set[str]) -> Mapping[str, Correction[None]]:
+    """Without their payloads, which may be large."""
+    table = TABLES["correction"]
+    wanted = [searchable(joined((one,))) for one in sorted(ids)]
+    query = select(table.c.document).where(table.c.identity.in_(wanted)).order_by(table.c.id)
+    found: list[Correction[Any]] = [known.codec.from_json(one, Correction) for one in known.connection.scalars(query)]
+    return {one.record.id: one for one in found}
+
+
+def _corrected_view(made: Correction[None]) -> CorrectedFrom:
+    record = made.record
+    part = record.inspections[0].part if record.inspections else None
+    of = record.part_type if part is None else part.part_type
+    name = "" if record.program is None else record.program.name
+    named = ("", "") if of is None else (of.name, of.revision)
+    return CorrectedFrom(record.id, name, made.source_sha256, *named, "" if part is None else part.serial)
+
+
+def proposal_views(store: Store, now: datetime, state: str | None = None) -> tuple[ProposalView, ...]:
+    """All proposals of a state, the latest first; of those that are open, why one may not be accepted now."""
+    with known_of(store) as known:
+        every = states_of(known)
+    chosen = [one for one in every if state is None or one[1] == state]
+    books = {
+        name: read_book(store, name, SeriesOptions())
+        for name in {one[0].part_type.name for one in chosen if one[1] == "open"}
+    }
+    return tuple(_view(*one, books.get(one[0].part_type.name), now) for one in reversed(chosen))
+
+
+def proposal_view(store: Store, number: str, now: datetime) -> ProposalView:
+    """One proposal by its id, with the corrections that the last part behind it was cut by. Raises FAC-UNKNOWN."""
+    found = next((one for one in proposal_views(store, now) if one.id == number), None)
+    if found is None:
+        raise _unknown(number)
+    last = _proposal(store, number)
+    records = life(store, Part(last.part_type, last.last_serial)).corrections
+    made = tuple(one.value.id for one in records if one.value.product is Product.TURNED)
+    return replace(found, last_serial=last.last_serial, corrections=made)
+
+
+def proposal_picture(store: Store, number: str, say: Texts, *, dark: bool) -> str:
+    """What it does to the next part, as a picture (SVG). Raises FAC-UNKNOWN."""
+    title = say("What the proposal does to the next part: errors without it and with it, ± 95 %")
+    drawn = svg(proposal_figure(_proposal(store, number).effects, say), title)
+    return in_the_dark(drawn) if dark else drawn
+
+
+def _proposal(store: Store, number: str) -> Proposal:
+    with known_of(store) as known:
+        found: Proposal | None = known.first(Proposal, number)
+    if found is None:
+        raise _unknown(number)
+    return found
+
+
+def _unknown(number: str) -> TrueloopError:
+    return unknown("proposal", number, "the store has none of that id")
+
+
+def states_of(known: Known) -> Sequence[tuple[Proposal, str, ProposalDecision | None]]:
+    """Every proposal with open, accepted, rejected or superseded, oldest first.
+
+    Superseded is what nobody decided before another proposal came for one of the same series.
+    """
+    decisions = {one.proposal: one for one in known.values(ProposalDecision)}
+    proposals: list[Proposal] = known.values(Proposal)
+    later: set[tuple[str, ...]] = set()
+    found: list[tuple[Proposal, str, ProposalDecision | None]] = []
+    for one in reversed(proposals):
+        series = {(one.changes.value, *effect.series) for effect in one.effects}
+        decision = decisions.get(one.id)
+        found.append((one, decision.verdict if decision else "superseded" if series & later else "open", decision))
+        later |= series
+    return found[::-1]
+
+
+def _view(
+    one: Proposal, state: str, decision: ProposalDecision | None, book: Book | None, now: datetime
+) -> ProposalView:
+    offset = one.tool_offset
+    return ProposalView(
+        id=one.id,
+        etag=state,
+        changes=one.changes.value,
+        part_type=one.part_type.name,
+        made_at=one.made_at,
+        made_by=one.made_by,
+        state=state,
+        effects=tuple(map(_effect, one.effects)),
+        tool="" if offset is None else f"T{offset.tool}",
+        dx_mm=None if offset is None else offset.x_radius_mm,
+        dz_mm=None if offset is None else offset.z_mm,
+        alarms=one.alarms,
+        why=one.why,
+        refusal=_refusal(one, book, now) if state == "open" and book is not None else "",
+        decided_by="" if decision is None else decision.who,
+        decided_at=None if decision is None else decision.at,
+        decided_why="" if decision is None else decision.why,
+    )
+
+
+def _refusal(one: Proposal, book: Book, now: datetime) -> str:
+    try:
+        decide(one, "accepted", "", now, book.by_identity, book.decisions, SeriesOptions())
+    except TrueloopError as refused:
+        return f"{refused.code}: {refused.message}"
+    return ""
+
+
+def _effect(one: Effect) -> EffectView:
+    return EffectView(
+        one.characteristic,
+        one.size_change_mm * UM_PER_MM,
+        one.error_before_mm * UM_PER_MM,
+        one.error_after_mm * UM_PER_MM,
+        one.standard_u_mm * UM_PER_MM,
+        one.probability_in_before,
+        one.probability_in_after,
+    )
+
 
 _TEXT, _PROGRAM = TABLES["program_text"], TABLES["program"]
 _ROWS = select(

@@ -1,22 +1,66 @@
 """Events, alarms, transfers, certificates and temperatures as they are shown."""
 
 import json
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from datetime import datetime
+from typing import Any, Final, TypeVar
 
-from sqlalchemy import Select, bindparam, func, select
+from sqlalchemy import ColumnElement, Select, bindparam, func, select
 
 from trueloop.domain.part import Part
+from trueloop.errors import Code, TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.factory.load import Known
-from trueloop.factory.shown.paging import LIMIT, before, known_of, page_of, time
-from trueloop.factory.views.orders import TransferView
-from trueloop.factory.views.page import Page
+from trueloop.factory.views.orders import Page, TransferView
 from trueloop.factory.views.parts import CertificateRow, EventView
 from trueloop.factory.views.series import AlarmView
 from trueloop.storage.factory_tables import ALARM, ALARM_ACKNOWLEDGED, CERTIFICATE, EVENT, TRANSFER
 from trueloop.storage.store import Store
 from trueloop.storage.tables import TABLES
+
+LIMIT: Final = 50
+MOST: Final = 500
+T = TypeVar("T")
+
+
+@contextmanager
+def known_of(store: Store) -> Iterator[Known]:
+    """A transaction that reads."""
+    with store.reading() as connection:
+        yield Known(connection, store.codec)
+
+
+def before(query: Select[Any], key: ColumnElement[int], limit: int, cursor: str | None) -> Select[Any]:
+    """Newest first, from the cursor on, one row more than asked for. Raises FAC-UNKNOWN for no cursor of ours."""
+    if cursor is not None:
+        if not cursor.isascii() or not cursor.isdigit() or len(cursor) > 18:
+            raise TrueloopError(
+                Code.FAC_UNKNOWN,
+                f"{cursor[:40]!r} is no cursor",
+                hint="take the cursor of the page before as it is, or none",
+                values={"what": "cursor", "name": cursor[:40]},
+            )
+        query = query.where(key < int(cursor))
+    return query.order_by(key.desc()).limit(size(limit) + 1)
+
+
+def size(limit: int) -> int:
+    """Of a page: at least one row, at most `MOST`."""
+    return min(max(limit, 1), MOST)
+
+
+def page_of(rows: list[Any], limit: int, key: Callable[[Any], int], make: Callable[[Any], T]) -> Page[T]:
+    """The rows but the one that was read to know of a next page."""
+    shown = rows[: size(limit)]
+    more = len(rows) > len(shown)
+    return Page(tuple(make(one) for one in shown), str(key(shown[-1])) if more else None)
+
+
+def time(text: str) -> datetime:
+    """A time as the tables have it."""
+    return datetime.fromisoformat(text)
+
 
 _CERTIFICATES = select(
     *(CERTIFICATE.c.id, CERTIFICATE.c.at, CERTIFICATE.c.who, CERTIFICATE.c.verdict, CERTIFICATE.c.sha256),

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from trueloop.domain.characteristic import Characteristic
-from trueloop.domain.edge_names import edge_name
+from trueloop.domain.edge_life import edge_name
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, Stage
 from trueloop.domain.tool import Edge

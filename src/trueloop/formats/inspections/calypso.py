@@ -18,8 +18,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
 from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
-from trueloop.formats.inspections.shared.described import characteristics_of, require_order
-from trueloop.formats.inspections.shared.quantities import AXES, quantity_of
+from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of, quantity_of, require_order
 from trueloop.formats.inspections.shared.text import beginning, number_in, read_decoded
 from trueloop.formats.inspections.shared.times import moment, order_of
 from trueloop.units import MM_PER_INCH

@@ -4,18 +4,48 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.collector import put_off
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.part import Part, PartType
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import readable
-from trueloop.formats.inspections import calypso, plate, serial_gauge, touches
+from trueloop.formats.inspections import calypso, pc_dmis, plate, serial_gauge
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.dmis import reader as dmis
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
-from trueloop.formats.inspections.pc_dmis import reader as pc_dmis
 from trueloop.formats.inspections.qdas import reader as qdas
 from trueloop.formats.inspections.qif import reader as qif
-from trueloop.formats.inspections.shared.text import HINT
+from trueloop.formats.inspections.shared.text import HINT, decoded
 from trueloop.formats.inspections.tables import read as tables
+from trueloop.formats.measurements.touches_csv import X_SUFFIXES, read_touches
+
+NOMINAL: Final = tuple(f"nominal_{suffix}" for suffix in X_SUFFIXES)
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """A CSV whose header has a point and its nominal x."""
+    try:
+        text, _ = decoded(head, path)
+    except TrueloopError:
+        return False
+    line = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
+    separator = next((mark for mark in "\t;" if mark in line), ",")
+    names = {name.strip() for name in line.split(separator)}
+    return "point" in names and bool(names.intersection(NOMINAL))
+
+
+def read(path: Path, stated: Stated) -> MeasuredFile:
+    """One inspection of a part that the file does not name. Raises TCH errors."""
+    del stated  # every column says its unit
+    with in_file(path):
+        touches = tuple(read_touches(path))
+    inspection = Inspection(Part(PartType("")), "touches", sha256_of(path.read_bytes()), len(touches), touches)
+    return MeasuredFile(path, FORMAT.name, "utf-8", "mm", (inspection,))
+
+
+FORMAT: Final = Format("touches as CSV", recognises, read)
+
 
 KNOWN: Final[tuple[Format, ...]] = (
     calypso.FORMAT,
@@ -30,7 +60,7 @@ KNOWN: Final[tuple[Format, ...]] = (
     variables.FORMAT,
     log.FORMAT,
     GAUGE_CSV,
-    touches.FORMAT,
+    FORMAT,
     tables.FORMAT,  # last: any CSV is one
 )
 """In the order in which they are asked: the first that recognises a file reads it."""

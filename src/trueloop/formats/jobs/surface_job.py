@@ -9,7 +9,7 @@ from trueloop.domain.limits import OF_SURFACES
 from trueloop.formats.jobs.job import StoreTable, read_job_file
 from trueloop.formats.option_tables import with_options
 from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Table
-from trueloop.surface.compensation.samples import SurfaceJob
+from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.options import SurfaceOptions
 
 

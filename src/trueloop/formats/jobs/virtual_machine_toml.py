@@ -9,14 +9,13 @@ from pydantic import Field, model_validator
 
 from trueloop.errors import Code, in_file
 from trueloop.formats.toml_tables import Count, Finite, NotNegative, Positive, Table, read_tables
-from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.machine import VirtualMachine
-from trueloop.simulator.machine_error import REFERENCE_C, ErrorTerm, MachineError
+from trueloop.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, VirtualMachine
+from trueloop.simulator.mill import VirtualCmm
 from trueloop.simulator.nose import Nose
+from trueloop.simulator.path import Transfer
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
-from trueloop.simulator.transfer import Transfer
 from trueloop.units import MM_PER_M, UM_PER_MM, URAD_PER_RAD
 
 Power = Annotated[int, Field(ge=0, le=6, strict=True)]

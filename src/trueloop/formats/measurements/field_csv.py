@@ -17,9 +17,8 @@ import numpy as np
 from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
-from trueloop.formats.measurements.measured_rows import vectors
-from trueloop.formats.measurements.rows import CsvKind, Rows, read_csv
-from trueloop.machine.standards.plates import LeftOut
+from trueloop.formats.measurements.rows import CsvKind, Rows, read_csv, vectors
+from trueloop.machine.standards import LeftOut
 from trueloop.nc.field.field import Field, table_field
 from trueloop.units import UM_PER_MM
 

@@ -8,9 +8,16 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.formats.input_file import FilePath
-from trueloop.formats.measurements.measured_rows import SIGNAL_UNITS, named_by, read_measured, signals_in, units_in
-from trueloop.formats.measurements.rows import CsvFile, Rows
-from trueloop.machine.drift.drift import DriftTest
+from trueloop.formats.measurements.rows import (
+    SIGNAL_UNITS,
+    CsvFile,
+    Rows,
+    named_by,
+    read_measured,
+    signals_in,
+    units_in,
+)
+from trueloop.machine.drift import DriftTest
 from trueloop.machine.model.history import History
 from trueloop.units import UM_PER_MM
 

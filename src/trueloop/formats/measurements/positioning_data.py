@@ -14,8 +14,32 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 from trueloop.formats.measurements.rows import MOST, CsvKind, csv_of, number_of
-from trueloop.machine.standards.positioning import Positioning, positioning
+from trueloop.machine.standards import Plate, Positioning, positioning
 from trueloop.units import MM_PER_INCH, UM_PER_MM
+
+COLUMNS: Final = 9
+PLATE_HINT: Final = "rows of nine numbers: measured x y, nominal x y, error x y, diameter, nominal diameter, form error"
+
+
+def read_plate_report(path: Path) -> Plate:
+    """Reads a report. Raises MCH-FILE when it holds no table of nine columns."""
+    lines = read_text(path, Code.MCH_FILE, hint=PLATE_HINT).splitlines()
+    rows = [row for row in (_numbers(line) for line in lines) if row is not None]
+    if not rows:
+        why = f"{path.name!r} cannot be read as a plate report: none of {len(lines)} lines has {COLUMNS} numbers"
+        raise TrueloopError(Code.MCH_FILE, why, hint=PLATE_HINT, place=Place(str(path)))
+    table = np.array(rows)
+    _, tool = np.unique(table[:, 7], return_inverse=True)
+    return Plate(table[:, 2:4], table[:, 0:2], tool.astype(np.float64))
+
+
+def _numbers(line: str) -> list[float] | None:
+    try:
+        row = [float(cell) for cell in line.split()]
+    except ValueError:
+        return None
+    return row if len(row) == COLUMNS else None
+
 
 Numbered: TypeAlias = dict[int, float]
 """Targets by what they go by: their number, or where they are."""

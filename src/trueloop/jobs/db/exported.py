@@ -21,7 +21,7 @@ from typing import Any, Final
 from trueloop.domain.codec import Codec
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.outputs import written_as_it_comes
-from trueloop.storage.kept import Kept
+from trueloop.storage.encoded import Kept
 from trueloop.storage.kinds import KINDS
 from trueloop.storage.reading import Query, found
 from trueloop.storage.store import Store

@@ -12,8 +12,8 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code, TrueloopError
+from trueloop.storage.encoded import Kept
 from trueloop.storage.factory_tables import TRANSFER
-from trueloop.storage.kept import Kept
 from trueloop.storage.kinds import KINDS, Kind, kind_of
 from trueloop.storage.reading import Query, found
 from trueloop.storage.store import Store

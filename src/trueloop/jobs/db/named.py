@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from trueloop.domain.correction import Correction
-from trueloop.domain.labelled import names_part
-from trueloop.domain.labels import NistPart, PartLabel, read_label
+from trueloop.domain.labels import NistPart, PartLabel, names_part, read_label
 from trueloop.domain.part import Part
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.db.found import NAMES, row_of

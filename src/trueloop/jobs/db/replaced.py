@@ -10,7 +10,7 @@ from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 from trueloop.jobs.db.found import row_name
 from trueloop.jobs.db.named import NamedRow
-from trueloop.storage.kept import Kept
+from trueloop.storage.encoded import Kept
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find, keep
 

@@ -13,7 +13,7 @@ from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.diagnose.both import given_model
 from trueloop.jobs.diagnose.machines import machine_of
 from trueloop.jobs.diagnose.shaped import machine_shape
-from trueloop.jobs.machine.versions import offer_model
+from trueloop.jobs.machine.machine_model import offer_model
 from trueloop.loops.diagnosis.machine import MachineDiagnosis
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import ErrorName

@@ -16,7 +16,7 @@ from trueloop.jobs.diagnose.both import GivenModel, both_seen
 from trueloop.jobs.diagnose.corrected import Corrections
 from trueloop.jobs.diagnose.records import Records, tool_of
 from trueloop.loops.diagnosis.inspected import Inspected
-from trueloop.loops.post_process.order import When, parts_in_order
+from trueloop.loops.post_process.series import When, parts_in_order
 from trueloop.storage.store import Store, find
 
 

@@ -10,7 +10,7 @@ from trueloop.factory.known import unknown
 from trueloop.factory.requests import Certify
 from trueloop.factory.roles import By
 from trueloop.jobs.monitor.certificate import certificate_of
-from trueloop.report.monitor.certificate_page import certificate_page
+from trueloop.report.monitor.certificate import certificate_page
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store, find
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from sqlalchemy import select
 
-from trueloop.domain.factory.states import StepState
+from trueloop.domain.factory import StepState
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.carry_out import carry_out

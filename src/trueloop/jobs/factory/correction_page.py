@@ -7,7 +7,7 @@ from trueloop.domain.page_options import Language
 from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.loops.turned import correction as turned
-from trueloop.report.dark import in_the_dark
+from trueloop.report.style import in_the_dark
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.curve_pictures import CurvePicture, curve_pictures, curve_svg
 from trueloop.report.turned.page import WIDTHS, page

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from datetime import datetime
 
-from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory import BlockKind
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.program import Program, ProgramText
 from trueloop.errors import Code, Severity, TrueloopError

@@ -8,8 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from trueloop.domain.factory.order import WorkOrder
-from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory import BlockKind, WorkOrder
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.load import Known, program_text
 from trueloop.formats.measurements.touches_csv import touches_to_csv

@@ -5,11 +5,10 @@ from datetime import datetime
 from pathlib import Path
 
 from trueloop.factory.shown.machines import all_machines
-from trueloop.factory.shown.paging import known_of
-from trueloop.factory.shown.records import last_transfers
+from trueloop.factory.shown.records import known_of, last_transfers
 from trueloop.factory.views.orders import LinksView, LinkView
 from trueloop.formats.links_toml import read_links
-from trueloop.jobs.links.opened import link_of
+from trueloop.jobs.links import link_of
 from trueloop.storage.store import Store
 
 

@@ -9,11 +9,11 @@ import numpy as np
 from trueloop.domain.tool import Edge
 from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
-from trueloop.factory.shown.tools import tool_rows
+from trueloop.factory.shown.machines import tool_rows
 from trueloop.factory.views.series import MemoryCurve, MemoryPoint, NextPart, ToolEvent, ToolMemory, ToolRow
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.tool_life import angles_deg
-from trueloop.jobs.tools.edge import lives_in
+from trueloop.jobs.tools import lives_in
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.learnt import Learned, Learnt, learnt
 from trueloop.memory.edge.options import MemoryOptions

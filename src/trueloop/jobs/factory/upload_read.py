@@ -10,10 +10,10 @@ from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.factory.load import Known, order_of
 from trueloop.factory.views import uploads as views
 from trueloop.factory.views.uploads import Kind, UploadView
+from trueloop.formats.input_file import read_source
 from trueloop.formats.inspections.known import HEAD, KNOWN
 from trueloop.formats.inspections.measured_file import Stated, Unit
 from trueloop.formats.inspections.tables import read as tables
-from trueloop.formats.program_file import read_source
 from trueloop.jobs.factory.job_folder import job_folder, programs_of
 from trueloop.jobs.factory.uploads import Upload
 from trueloop.jobs.measure.measured import PartOfJob, read_measured, read_part_of_job

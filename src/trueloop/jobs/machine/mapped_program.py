@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from trueloop.domain.limits import Limits
 from trueloop.domain.map_options import USUAL, MapOptions
 from trueloop.domain.record import Record, check_uncorrected, sha256_of
 from trueloop.errors import Code, in_file
@@ -15,12 +16,39 @@ from trueloop.formats.outputs import Output, write_all, written_as_it_comes
 from trueloop.formats.record_file import record_beside
 from trueloop.jobs.user import user_name
 from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces
+from trueloop.loops.machine.points import CorrectedPoints, correct_points, record_of_points
 from trueloop.loops.machine.program import field_of_model, record_of, record_of_field
-from trueloop.machine.correct.setup import Setup
+from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import MachineModel
+from trueloop.machine.standards import PlanarField
 from trueloop.nc.field.field import Field
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.guess import guess_dialect
+from trueloop.nc.program.program import Program
+
+
+def write_corrected_points(
+    program: Program,
+    target: Path,
+    field: PlanarField,
+    provenance: dict[str, object],
+    *,
+    all_words: bool = False,
+    limit_mm: float = Limits.correction_mm,
+    inputs: Collection[Path] = (),
+) -> CorrectedPoints:
+    """Writes what `correct_points` makes of the program, the record beside it; nothing where it refuses.
+
+    `inputs` are the program's file and those that the field was read from. Raises OUT errors.
+    """
+    written, done, changed = correct_points(program, field, provenance, all_words=all_words, limit_mm=limit_mm)
+    options = {"all_words": all_words, "limit_mm": limit_mm}
+    hashes = {file.name: sha256_of(file.read_bytes()) for file in inputs if str(file) != program.file}
+    made = record_of_points(program, done, changed, options, provenance, hashes, datetime.now(UTC))
+    files = [(target.name, written), record_beside(target, replace(made, made_by=user_name()))]
+    write_all(target.parent, files, inputs=inputs)
+    return done
+
 
 CHUNK: Final = 1 << 17
 """Bytes read at a time, to which the rest of their last line comes."""

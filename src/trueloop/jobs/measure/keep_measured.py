@@ -34,7 +34,7 @@ from trueloop.jobs.store.of_this_part import (
 )
 from trueloop.jobs.store.plausible import other_points, require_size
 from trueloop.jobs.store.where import store_of
-from trueloop.jobs.tools.edge import apart
+from trueloop.jobs.tools import apart
 from trueloop.jobs.turned.inspection import part_type
 from trueloop.jobs.turned.job import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles

@@ -9,9 +9,8 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.errors import Code, Place, Severity, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
-from trueloop.formats.inspections.shared.names import feature_names
-from trueloop.formats.measurements.gauged_csv import readings_to_csv
-from trueloop.formats.measurements.touches_csv import touches_to_csv
+from trueloop.formats.inspections.shared.text import feature_names
+from trueloop.formats.measurements.touches_csv import readings_to_csv, touches_to_csv
 from trueloop.formats.outputs import Named, write_all
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.job_files import JobFiles

@@ -22,8 +22,7 @@ from trueloop.loops.monitor.certificate import Certificate, InForce, Seen, asked
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.in_force import cut_with
 from trueloop.loops.turned.made_parts import program_that_ran
-from trueloop.report.monitor.certificate_page import certificate_page
-from trueloop.report.monitor.certificate_shape import CertificateShape, certificate_shape
+from trueloop.report.monitor.certificate import CertificateShape, certificate_page, certificate_shape
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store, find
 from trueloop.units import UM_PER_MM

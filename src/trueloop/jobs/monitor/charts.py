@@ -13,8 +13,7 @@ from trueloop.loops.monitor.chart import MonitoredSeries, chart_of
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.report.monitor.chart_page import chart_page
-from trueloop.report.monitor.chart_shapes import ChartsShape
-from trueloop.report.monitor.chart_values import charts_shape
+from trueloop.report.monitor.chart_values import ChartsShape, charts_shape
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store
 

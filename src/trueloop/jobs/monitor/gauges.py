@@ -10,8 +10,7 @@ from trueloop.domain.standard_part import StandardPart
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.outputs import write_all
 from trueloop.loops.monitor.gauge import GaugeSeries, gauges
-from trueloop.report.monitor.gauge_page import gauge_page
-from trueloop.report.monitor.gauge_shapes import GaugesShape, gauges_shape
+from trueloop.report.monitor.gauge import GaugesShape, gauge_page, gauges_shape
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store, find
 

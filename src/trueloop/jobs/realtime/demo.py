@@ -13,7 +13,7 @@ from trueloop.controllers.linuxcnc.realtime.warming_run import PERIOD_S, Sensors
 from trueloop.domain.record import sha256_of
 from trueloop.formats.examples import example
 from trueloop.formats.jobs.machine_toml import read_machine
-from trueloop.formats.measurements.virtual_readings_csv import angles_csv, lengths_csv, signals_csv
+from trueloop.formats.measurements.readings_csv import angles_csv, lengths_csv, signals_csv
 from trueloop.formats.outputs import write_all
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.realtime.samples_csv import samples_csv
@@ -38,9 +38,7 @@ from trueloop.realtime.image import Identity, Image, RealTimeLimits
 from trueloop.realtime.judge import Judged, due, judge
 from trueloop.report.realtime.page import run_page
 from trueloop.report.realtime.run import FinishedPart, Residual, RunPage, timing_of, trace_of
-from trueloop.simulator.lathe.instruments import UNTIL_S, measured_day
-from trueloop.simulator.lathe.truth import X_TRAVEL_MM, Z_TRAVEL_MM, WarmLathe
-from trueloop.simulator.lathe.warm_up import FASTER, WarmUp, warm_up
+from trueloop.simulator.lathe import FASTER, UNTIL_S, X_TRAVEL_MM, Z_TRAVEL_MM, WarmLathe, WarmUp, measured_day, warm_up
 
 MACHINE: Final = "realtime/machine.toml"
 NO_Y_MM: Final = (-1.0, 1.0)

@@ -15,9 +15,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_input
 from trueloop.formats.realtime.image_file import read_image
 from trueloop.formats.tables.model_file import read_model
-from trueloop.formats.tables.tool_tables.chosen import geometry_of, row_of
-from trueloop.formats.tables.tool_tables.known import read_tool_table
-from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
+from trueloop.formats.tables.tool_tables.known import geometry_of, nose_radius_mm, read_tool_table, row_of
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.jobs.turned.job_files import PROGRAM_HINT, JobFiles
 from trueloop.realtime.image import Image

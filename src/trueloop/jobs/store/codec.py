@@ -3,8 +3,8 @@
 from functools import cache
 
 from trueloop.domain.codec import Codec
-from trueloop.loops.machine import stored as machine
-from trueloop.loops.surface import stored as surface
+from trueloop.loops.machine import points as machine
+from trueloop.loops.surface import correction as surface
 from trueloop.loops.turned import stored as turned
 
 

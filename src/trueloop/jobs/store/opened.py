@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Final
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.where import BESIDE, place_of_store
-from trueloop.storage.shown import shown
+from trueloop.storage.reading import shown
 
 if TYPE_CHECKING:
     from trueloop.storage.store import Store
@@ -30,8 +30,7 @@ def _place(db: str | None) -> str:
 
 def migrated(db: str | None) -> tuple[str, str, str]:
     """Brings a store to today's schema: which it had, which it has, and its name. Raises STO errors."""
-    from trueloop.storage.engines import engine_of, url_of
-    from trueloop.storage.failures import understood
+    from trueloop.storage.engines import engine_of, understood, url_of
     from trueloop.storage.schema import schema_of
     from trueloop.storage.store import open_store
 

@@ -24,7 +24,7 @@ from trueloop.loops.surface.surface import HERE, Part, SurfaceModel, Work, patte
 from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter
-from trueloop.surface.compensation.samples import SurfaceJob
+from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.compensation.side import require_outer_side
 from trueloop.surface.options import SurfaceOptions
 

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -15,10 +15,12 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
-from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
+from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
+from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.of_this_part import cuts_of, require_file_of_part
+from trueloop.jobs.store.where import store_of
 from trueloop.jobs.surface.job import ReadSurface
-from trueloop.loops.surface.correction import SurfaceInputs
+from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, enveloped
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 from trueloop.surface.deviations.points import MeasuredPoints
@@ -182,3 +184,21 @@ def _of_other_program(serials: Sequence[str], program: str) -> str:
         f"{len(serials)} parts in the store were cut by another program than this job's ({stated}) and do not count: "
         f"{', '.join(serials)}"
     )
+
+
+def keep_surface(read: ReadSurface, done: RecordedCorrection, keeping: Keeping) -> KeptFacts | None:
+    """Keeps the parts, their inspections, the cuts that these show, the programs and the correction; None: no store.
+
+    A part's serial number is its file's name. Raises STO-OTHER-PART and what keeping refuses.
+    """
+    store = store_of(read.job.parent, keeping.db, read.store_db)
+    if store is None:
+        return None
+    return keep_facts(store, _facts(store, read, done), supersede=keeping.supersede)
+
+
+def _facts(store: Store, read: ReadSurface, done: RecordedCorrection) -> Iterator[Any]:
+    program, written = read.inputs.program, done.correction.program
+    yield from part_facts(store, read.inputs)
+    yield from texts_of([None if program is None else program.source, None if written is None else written.source])
+    yield enveloped(done)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 from trueloop.domain.page_options import Language, LengthUnit, PageOptions
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
-from trueloop.formats.tables.table_csv import table_to_csv
-from trueloop.formats.tables.tool_tables.new_table import new_table
+from trueloop.formats.tables.control_tables import table_to_csv
+from trueloop.formats.tables.tool_tables.known import new_table
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
 from trueloop.jobs.store.where import store_of
@@ -121,7 +121,7 @@ def with_memory(store: "Store | None", inputs: Inputs, memory: Use | None) -> In
         return inputs
     from trueloop.jobs.store.keep_correction import part_of
     from trueloop.jobs.store.remembered import with_history
-    from trueloop.jobs.tools.of_job import with_edge
+    from trueloop.jobs.tools import with_edge
     from trueloop.jobs.turned.stored_cut import with_stored_cut  # slow to import, and most jobs have no store
 
     return with_history(store, with_edge(store, with_stored_cut(store, inputs, part_of(inputs))))

@@ -14,8 +14,7 @@ from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of
 from trueloop.formats.jobs.tool_tables import CutByTable, SetupTable, ToolsTable
 from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
 from trueloop.formats.option_tables import options_from
-from trueloop.formats.tables.tool_tables.known import read_tool_table
-from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
+from trueloop.formats.tables.tool_tables.known import nose_radius_mm, read_tool_table
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.formats.toml_tables import Located
 from trueloop.geometry.feature import Feature

@@ -9,11 +9,10 @@ from typing import Final, Literal
 
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.input_file import FilePath
+from trueloop.formats.input_file import FilePath, read_program
 from trueloop.formats.jobs.new_job import NewJob, job_toml
 from trueloop.formats.measurements.touches_csv import empty_touches_csv
 from trueloop.formats.outputs import write_all
-from trueloop.formats.program_file import read_program
 from trueloop.geometry.feature import is_curved
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile, Side

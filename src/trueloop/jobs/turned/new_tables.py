@@ -4,8 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from trueloop.formats.jobs.tool_tables import ToolsTable
-from trueloop.formats.tables.tool_tables.known import tool_table_of
-from trueloop.formats.tables.tool_tables.new_table import new_table
+from trueloop.formats.tables.tool_tables.known import new_table, tool_table_of
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.joint import Joint, OfEdge

@@ -12,7 +12,7 @@ from trueloop.errors import Code, Place, Severity, TrueloopError, in_file
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
-from trueloop.formats.inspections.shared.names import feature_names
+from trueloop.formats.inspections.shared.text import feature_names
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.profile import Profile

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from trueloop.domain.page_options import Language, LengthUnit, PageOptions
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
-from trueloop.formats.tables.table_csv import table_to_csv
+from trueloop.formats.tables.control_tables import table_to_csv
 from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
 from trueloop.jobs.store.where import store_of
 from trueloop.jobs.turned.compensate import with_memory

@@ -10,8 +10,7 @@ from trueloop.domain.tool_offset import ToolOffset
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.outputs import write_all
 from trueloop.formats.record_file import read_record
-from trueloop.formats.tables.tool_tables.known import read_tool_table
-from trueloop.formats.tables.tool_tables.new_table import NewTable, new_table
+from trueloop.formats.tables.tool_tables.known import NewTable, new_table, read_tool_table
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable, Unit, XIs
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate

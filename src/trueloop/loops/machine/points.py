@@ -4,13 +4,18 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Final
 
 from trueloop import __version__
+from trueloop.domain import values
+from trueloop.domain.correction import Correction
 from trueloop.domain.limits import Limits
+from trueloop.domain.map_options import MapOptions
 from trueloop.domain.record import ChangedWord, Product, Record, check_uncorrected, mark_of_field, record_id, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
-from trueloop.machine.correct.point_program import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
-from trueloop.machine.standards.planar_field import PlanarField
+from trueloop.loops.machine.mapped_program import Mapped
+from trueloop.machine.correct import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
+from trueloop.machine.standards import PlanarField
 from trueloop.nc.edit.changes import changes, not_as_intended
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.edit.heading import insert_heading
@@ -111,3 +116,16 @@ def record_of_points(
         edits=done.edits,
         program=recorded_program(program.file or "", program.dialect.name, done.source_sha256, unit),
     )
+
+
+CODEC: Final = values.CODEC.with_more(Correction, Mapped, CorrectedPoints)
+
+
+def enveloped(record: Record, done: Mapped, options: MapOptions) -> Correction[Mapped]:
+    """A program displaced by a field, in the envelope that all products share."""
+    return Correction(record, {"limit_mm": options.limit_mm, "slope": options.slope}, done)
+
+
+def enveloped_points(record: Record, done: CorrectedPoints, limit_mm: float) -> Correction[CorrectedPoints]:
+    """A drilling program corrected by errors in the plane, in the same."""
+    return Correction(record, {"limit_mm": limit_mm}, done)

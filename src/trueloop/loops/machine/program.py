@@ -9,8 +9,8 @@ from trueloop.domain.machine import Machine
 from trueloop.domain.map_options import MapOptions
 from trueloop.domain.record import Product, Record
 from trueloop.loops.machine.mapped_program import Mapped
-from trueloop.machine.correct.setup import Setup, compensation_field
-from trueloop.machine.drift.terms import zeroed_at
+from trueloop.machine.correct import Setup, compensation_field
+from trueloop.machine.drift import zeroed_at
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import means
 from trueloop.machine.model.validity import require_in_force

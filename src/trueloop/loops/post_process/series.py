@@ -5,8 +5,12 @@ nothing learned of the earlier one holds. What a tool offset can change is corre
 and angles are kept with the inspections, and no offset is proposed for them.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from enum import IntEnum, StrEnum
+from itertools import pairwise
 from statistics import fmean
 from typing import Final
 
@@ -14,7 +18,133 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.life import Identity
 from trueloop.domain.part import PartType
+from trueloop.domain.proposal import ProposalClass
+from trueloop.errors import Code, Finding, Severity
 from trueloop.memory.level.step import PartReading
+
+
+class Parameter(StrEnum):
+    """The five classes of parameters that may be adjusted [4773 §2]."""
+
+    TOOL_OFFSET = "tool offset"
+    NC_CODE = "NC code"
+    REAL_TIME = "real-time compensation values"
+    MODEL = "parameters of a model"
+    WEIGHT = "weighting factors"
+
+
+class Stage(IntEnum):
+    """The stages, in the order in which a shop takes them up; the fifth goes along with all others [4773 §3.5]."""
+
+    OFFSETS = 1  # tool offsets are adjusted
+    PATHS = 2  # real-time compensation values or NC code are revised
+    IDENTIFICATION = 3  # the error term that needs adjustment is named; a person adjusts it
+    MODEL = 4  # the parameters of the model are adjusted
+    WEIGHTS = 5  # the factors of stages 1, 2 and 4 are adjusted
+
+
+ADJUSTS: Final[Mapping[Stage, frozenset[Parameter]]] = {
+    Stage.OFFSETS: frozenset({Parameter.TOOL_OFFSET}),
+    Stage.PATHS: frozenset({Parameter.NC_CODE, Parameter.REAL_TIME}),
+    Stage.IDENTIFICATION: frozenset(),
+    Stage.MODEL: frozenset({Parameter.MODEL}),
+    Stage.WEIGHTS: frozenset({Parameter.WEIGHT}),
+}
+"""What each stage automates, whichever loop it runs in."""
+
+NOT_AFTER_THE_PROCESS: Final = frozenset({Parameter.NC_CODE, Parameter.REAL_TIME})
+"""These "cannot be performed in the post-process loop" [4773 §5 (2)], against its §3.3, where they could."""
+
+CLASSES: Final[Mapping[Parameter, ProposalClass]] = {
+    Parameter.TOOL_OFFSET: ProposalClass.TOOL_OFFSET,
+    Parameter.MODEL: ProposalClass.MEMORY,  # what is remembered is this loop's model
+    Parameter.WEIGHT: ProposalClass.WEIGHT,
+}
+"""The class of the proposals that change a parameter."""
+
+
+def may_change(stage: Stage) -> frozenset[ProposalClass]:
+    """What a stage may change in the post-process loop: nothing at all in stages 2 and 3."""
+    return frozenset(CLASSES[one] for one in ADJUSTS[stage] - NOT_AFTER_THE_PROCESS)
+
+
+def stage_of(changes: ProposalClass) -> Stage:
+    """The stage that a proposal belongs to."""
+    return next(stage for stage in Stage if changes in may_change(stage))
+
+
+HINT = "state when the parts were cut or measured; a series in another order learns another drift"
+
+
+@dataclass(frozen=True)
+class When:
+    """What is known of one part's place in the order: `kept` counts as the inspections were kept."""
+
+    serial: str
+    kept: int
+    cut_order: int | None = None
+    cut_at: datetime | None = None
+    measured_at: datetime | None = None
+    in_doubt: bool = False
+
+
+def parts_in_order(parts: Sequence[When]) -> tuple[tuple[int, ...], tuple[Finding, ...]]:
+    """Indices of the parts as they were cut, and what is in doubt (SER-ORDER).
+
+    By the order of their cuts where all are counted, else by the time of the cuts, else by the time of inspection, else
+    as they were kept. Serial numbers never decide, but contradict: NIST's 3811 was inspected before 3511 [6811 §4.3].
+    """
+    order = tuple(sorted(range(len(parts)), key=lambda k: (_key(parts, k), parts[k].kept)))
+    sorted_parts = [parts[k] for k in order]
+    findings = [_doubt(f"part {one.serial!r} is marked as cut in another order") for one in parts if one.in_doubt]
+    return order, (*findings, *_clock_back(parts), *_against_serials(sorted_parts))
+
+
+def _key(parts: Sequence[When], k: int) -> float:
+    one = parts[k]
+    if all(part.cut_order is not None for part in parts):
+        return float(one.cut_order or 0)
+    if all(part.cut_at is not None for part in parts):
+        return _seconds(one.cut_at)
+    if all(part.measured_at is not None for part in parts):
+        return _seconds(one.measured_at)
+    return 0.0
+
+
+def _seconds(at: datetime | None) -> float:
+    """A time without a zone is taken as UTC: within one file all are alike."""
+    assert at is not None
+    return (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()
+
+
+def _clock_back(parts: Sequence[When]) -> tuple[Finding, ...]:
+    """A part kept later that was measured earlier: a clock set back, or files taken in another order."""
+    timed = sorted((part for part in parts if part.measured_at is not None), key=lambda part: part.kept)
+    return tuple(
+        _doubt(
+            f"part {after.serial!r} came after {before.serial!r} but was measured before it, at "
+            f"{after.measured_at:%Y-%m-%d %H:%M} against {before.measured_at:%Y-%m-%d %H:%M}"
+        )
+        for before, after in pairwise(timed)
+        if _seconds(after.measured_at) < _seconds(before.measured_at)
+    )
+
+
+def _against_serials(parts: Sequence[When]) -> tuple[Finding, ...]:
+    """The first place where serial numbers that count fall."""
+    numbers = [re.search(r"(\d+)$", part.serial) for part in parts]
+    if any(number is None for number in numbers):
+        return ()
+    counted = [(int(number[1]), part) for number, part in zip(numbers, parts, strict=True) if number is not None]
+    for (low, before), (high, after) in pairwise(counted):
+        if high < low:
+            return (_doubt(f"part {after.serial!r} is taken as cut after {before.serial!r}"),)
+    return ()
+
+
+def _doubt(why: str) -> Finding:
+    return Finding(Severity.WARNING, Code.SER_ORDER, f"the order of the parts is in doubt: {why}", HINT)
+
 
 BY_OFFSET: Final = frozenset({Quantity.DIAMETER, Quantity.RADIUS, Quantity.LENGTH, Quantity.POSITION})
 """Sizes that a tool offset changes."""

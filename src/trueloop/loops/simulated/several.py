@@ -28,7 +28,7 @@ from trueloop.nc.program.called import Called
 from trueloop.nc.program.program import Program
 from trueloop.simulator.path import CentrePath, path_along
 from trueloop.simulator.presets import Workshop
-from trueloop.simulator.stock import Stock
+from trueloop.simulator.process import Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 

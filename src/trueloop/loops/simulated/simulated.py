@@ -30,7 +30,7 @@ from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.path import CentrePath, path_along, paths_of_program
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.probe import VirtualProbe
-from trueloop.simulator.stock import Stock
+from trueloop.simulator.process import Stock
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors

@@ -21,8 +21,8 @@ from trueloop.nc.program.tool_path import Motion
 from trueloop.simulator.mill import REACH_MM, EndMill, MilledStock, turn_rad
 from trueloop.simulator.virtual_mill import Passes, VirtualMill, passes_over
 from trueloop.statistics import rms
-from trueloop.surface.compensation.samples import SurfaceJob, places
-from trueloop.surface.compensation.tool_axis import tool_axes
+from trueloop.surface.compensation.cutter import tool_axes
+from trueloop.surface.compensation.shift import SurfaceJob, places
 from trueloop.surface.deviations.alignment import form_alone_mm
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.units import UM_PER_MM

@@ -3,21 +3,25 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
+from typing import Final
 
 from trueloop import __version__
+from trueloop.domain import values
+from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
+from trueloop.domain.limits import Limits, check_scatter
 from trueloop.domain.part import PartType
 from trueloop.domain.program import Program as RecordedProgram
 from trueloop.domain.record import Product, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
-from trueloop.errors import Finding
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.loops.misuse import refuse_misuse
-from trueloop.loops.surface.figures import check_support, headline, support_record
+from trueloop.loops.surface.figures import SurfaceFigures, check_support, headline, support_record
 from trueloop.loops.surface.over_parts import without_outliers
-from trueloop.loops.surface.scatter import check_surface_scatter
 from trueloop.loops.surface.surface import (
     HERE,
+    Part,
     SurfaceCorrection,
     SurfaceModel,
     Work,
@@ -25,13 +29,64 @@ from trueloop.loops.surface.surface import (
     model_of,
     pattern_model,
 )
+from trueloop.loops.surface.touches import WorstTouch
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.unit import recorded_program
-from trueloop.surface.compensation.samples import SurfaceJob
+from trueloop.surface.compensation.program import CorrectedProgram
+from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob
+from trueloop.surface.deviations.alignment import Alignment
+from trueloop.surface.deviations.deviations import SurfaceDeviations
 from trueloop.surface.deviations.points import MeasuredPoints
-from trueloop.surface.on_face import Trim
+from trueloop.surface.on_face import OnFace, Trim
 from trueloop.surface.options import SurfaceOptions
+from trueloop.surface.pattern.kriging import Process
+from trueloop.surface.pattern.outlier import Outlier
+from trueloop.surface.pattern.pattern import Pattern
+from trueloop.surface.pattern.support import Support
+from trueloop.surface.separation.moran import Null
+from trueloop.surface.separation.neighbourhood import Neighbourhood
+from trueloop.surface.separation.normality import Normality
+from trueloop.surface.separation.outlying_point import OutlyingPoint, scattering_part
+from trueloop.surface.separation.places import Places
+from trueloop.surface.separation.separate import Separation, Trial
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
 from trueloop.units import UM_PER_MM
+
+MOSTLY: Final = 0.5
+"""Share of the scatter's variance that all parts have alike, from which on it is the pattern and no scatter."""
+
+
+def check_surface_scatter(model: SurfaceModel, limits: Limits) -> None:
+    """Refuses parts that scatter by more than the limit, naming touch and part where one stands out (CMP-SCATTER).
+
+    Raises SRF-SUPPORT where all parts have most of the scatter alike: the points are too far apart for the pattern.
+    """
+    pattern = model.pattern
+    if pattern.sigma_mm > limits.scatter_mm and pattern.missed_mm**2 > MOSTLY * pattern.sigma_mm**2:
+        raise TrueloopError(
+            Code.SRF_SUPPORT,
+            f"the points are too far apart for the pattern: of {pattern.sigma_mm * UM_PER_MM:.1f} µm that touches lie "
+            f"off what was fitted, {pattern.missed_mm * UM_PER_MM:.1f} µm are alike on all {pattern.parts} parts; "
+            f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm",
+            hint="measure with points no farther apart than a quarter of the shortest wave",
+            override="compensation.max_scatter_um in the job",
+        )
+    check_scatter(pattern.sigma_mm, limits, scatter_cause(model))
+
+
+def scatter_cause(model: SurfaceModel) -> str:
+    """The part that scatters most, and the touch that is worst, with their probabilities."""
+    unlikely = 1.0 - model.options.confidence
+    part = scattering_part([part.separation for part in model.parts])
+    touch = min((part.worst for part in model.parts), key=lambda worst: worst.found.p_value)
+    causes = []
+    if part.p_value < unlikely:
+        own, others = part.sigma_mm * UM_PER_MM, part.others_mm * UM_PER_MM
+        name = model.parts[part.index].deviations.name
+        causes.append(f"{name!r} scatters by {own:.1f} µm, the others by {others:.1f} µm (p {part.p_value:.2g})")
+    if touch.found.p_value < unlikely:
+        causes.append(touch.words)
+    return ", and ".join(causes) or f"all {len(model.parts)} parts scatter alike, and no touch stands out"
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,3 +221,17 @@ def _decision(correction: SurfaceCorrection) -> list[str]:
             f"blocks put in"
         )
     return words
+
+
+CODEC: Final = values.CODEC.with_more(
+    *(Correction, Limits, Finding, Severity, Code, Place, Surface, SurfaceOptions, SurfaceDeviations, Alignment),
+    *(Separation, Trial, Neighbourhood, Places, SplineSurface, Size, Null, Normality, WorstTouch, OutlyingPoint),
+    *(Pattern, Outlier, Support, Process, OnFace, SurfaceFigures, SurfaceModel, SurfaceCorrection, CorrectedSurface),
+    *(CorrectedProgram,),
+    PartOfSurface=Part,
+)
+
+
+def enveloped(done: RecordedCorrection) -> Correction[SurfaceCorrection]:
+    """The correction in the envelope that all products share."""
+    return Correction(done.record, asdict(done.correction.model.options.limits), done.correction)

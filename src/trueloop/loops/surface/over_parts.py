@@ -9,9 +9,8 @@ from trueloop.loops.surface.surface import Part
 from trueloop.memory.noticing.alarm import Alarm, What
 from trueloop.memory.noticing.notice import BY_CHANCE
 from trueloop.surface.options import SurfaceOptions
-from trueloop.surface.pattern.drift import drift_of
 from trueloop.surface.pattern.outlier import Outlier, last_judged, outliers
-from trueloop.surface.pattern.pattern import LEAST_PARTS, Pattern, pattern_of
+from trueloop.surface.pattern.pattern import LEAST_PARTS, Pattern, drift_of, pattern_of
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
 

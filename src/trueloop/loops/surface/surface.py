@@ -12,18 +12,16 @@ from trueloop.loops.surface.figures import SurfaceFigures, figures_of, support_f
 from trueloop.loops.surface.touches import WorstTouch, touch_findings, worst_touch
 from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, corrected_program
-from trueloop.surface.compensation.samples import SurfaceJob
-from trueloop.surface.compensation.shift import CorrectedSurface, corrected_surface
+from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob, corrected_surface
 from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.on_face import OnFace, Trim, on_face
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.part_maps import PartMaps, part_maps
 from trueloop.surface.pattern.pattern import Pattern, parts_needed, pattern_of
-from trueloop.surface.separation.cells import averaged_over_cells
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places, places_of, same_places
-from trueloop.surface.separation.separate import Separation, separate
+from trueloop.surface.separation.separate import Separation, averaged_over_cells, separate
 
 
 @dataclass(frozen=True)

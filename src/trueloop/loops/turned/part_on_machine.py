@@ -14,7 +14,7 @@ from trueloop.arrays import Array, by_content
 from trueloop.domain.machine import Machine
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.loops.turned.commanded import Commanded
-from trueloop.machine.correct.setup import Setup, state_at
+from trueloop.machine.correct import Setup, state_at
 from trueloop.machine.model.chain import Vector
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals, means

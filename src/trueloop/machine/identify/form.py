@@ -10,7 +10,7 @@ from trueloop.errors import Code, Finding, Severity
 from trueloop.machine.identify.choice import Choice, Chosen, choose_signals
 from trueloop.machine.identify.identify import Identification, identify, unknown_columns, weighted_rows
 from trueloop.machine.identify.observations import Observations
-from trueloop.machine.identify.run_zeros import orthonormal, without
+from trueloop.machine.identify.robust import orthonormal, without
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine
 from trueloop.machine.model.term import Term

@@ -10,7 +10,7 @@ from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
 from trueloop.machine.identify.identify import Identification, values_weight, weighted_rows
 from trueloop.machine.identify.observations import Observations
-from trueloop.machine.identify.run_zeros import orthonormal, slope_columns, without, zero_columns
+from trueloop.machine.identify.robust import orthonormal, slope_columns, without, zero_columns
 from trueloop.machine.model.model import MachineModel
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM, URAD_PER_RAD

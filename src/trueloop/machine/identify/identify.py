@@ -10,8 +10,15 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.machine.identify.collinearity import collinear_findings
 from trueloop.machine.identify.observations import Observations, ranges
-from trueloop.machine.identify.robust import least_squares, robust_solution
-from trueloop.machine.identify.run_zeros import constants_of, determined_zeros, slope_columns, without, zero_columns
+from trueloop.machine.identify.robust import (
+    constants_of,
+    determined_zeros,
+    least_squares,
+    robust_solution,
+    slope_columns,
+    without,
+    zero_columns,
+)
 from trueloop.machine.identify.time_constants import at_bounds, sought_constants, with_lag_covariance
 from trueloop.machine.model.history import Lag, lag_units, slope_name
 from trueloop.machine.model.model import Machine, MachineModel

@@ -1,9 +1,131 @@
 """Linear least squares in which outliers count less: Huber's weights, with the covariance that they leave."""
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
+from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.chain import AxisKind, Chain
+from trueloop.machine.model.kinematics import tool_in_work_mm
+from trueloop.machine.model.term import Term
+
+DIRECTIONS = 3
+"""A run that was read along more directions than these is one channel whose direction turns."""
+
+SAME = 1e-9
+"""Difference of direction cosines, or of positions in mm, that rounding makes."""
+
+INSIDE = 1e-5
+"""Share of a column beyond the span of others under which it counts as lying in it."""
+
+Rows = NDArray[np.intp]
+
+
+def zero_columns(readings: Observations) -> Array:
+    """Columns (n, zeros) of every channel whose zero is its own, of unit size."""
+    columns = [np.zeros((len(readings), 0))]
+    for rows in _channels(readings, np.broadcast_to(readings.own_zero, len(readings))):
+        along = readings.along[rows]
+        own = np.ones((len(rows), 1)) if _alike(along) else np.hstack([np.ones((len(rows), 1)), along])
+        columns.append(_at(rows, own, len(readings)))
+    return np.hstack(columns)
+
+
+def slope_columns(chain: Chain, readings: Observations) -> Array:
+    """Columns (n, slopes) of every channel whose slope is its own: displacements across the one axis that moved, −1
+    to 1 over its way.
+    """
+    columns = [np.zeros((len(readings), 0))]
+    for rows in _channels(readings, readings.own_slope & ~readings.is_angle):
+        way = _way(chain, readings, rows)
+        if way is not None:
+            columns.append(_at(rows, way[:, None], len(readings)))
+    return np.hstack(columns)
+
+
+def constants_of(terms: Iterable[Term]) -> tuple[Term, ...]:
+    """What of the terms is the same everywhere and always, as constant terms."""
+    return tuple(
+        Term(term.name)
+        for term in terms
+        if any(part.signal is None and not part.basis.zero_at for part in term.parts)
+        and not (term.name.place and term.name.axis in "XYZ")
+    )
+
+
+def determined_zeros(zeros: Array, constants: Array) -> Array:
+    """The zeros that no constant of the model takes the place of, (n, ≤ zeros).
+
+    Where the model's `constants` (n, k) do the same as the zeros of all runs together, the model says it, and the zeros
+    are what is beyond. Nothing else is chosen so: what differs between runs stays unknown.
+    """
+    size = np.linalg.norm(constants, axis=0)
+    if zeros.shape[1] == 0 or not size.any():
+        return zeros
+    constants, own = orthonormal(constants), orthonormal(zeros)
+    _, strength, directions = np.linalg.svd(constants - own @ (own.T @ constants), full_matrices=False)
+    both = constants @ directions[strength < INSIDE].T
+    left, strength, _ = np.linalg.svd(without(both, own), full_matrices=False)
+    return np.asarray(left[:, strength > INSIDE]) if both.shape[1] else zeros
+
+
+def orthonormal(columns: Array) -> Array:
+    """An orthonormal basis (n, rank) of what the columns span."""
+    size = np.linalg.norm(columns, axis=0)
+    scaled = columns[:, size > 0] / size[size > 0]
+    strength, directions = np.linalg.eigh(scaled.T @ scaled)
+    kept = strength > 1e-11 * strength.max(initial=0.0)
+    basis: Array = scaled @ (directions[:, kept] / np.sqrt(strength[kept]))
+    return basis
+
+
+def without(columns: Array, values: Array) -> Array:
+    """What of `values`, (n,) or (n, k), the columns do not explain."""
+    basis = orthonormal(columns)
+    rest: Array = values - basis @ (basis.T @ values)
+    return rest
+
+
+def _channels(readings: Observations, own: NDArray[np.bool_]) -> Iterator[Rows]:
+    """Rows of what each instrument read in each run, among those marked `own`."""
+    runs = np.unique(readings.run, return_inverse=True)[1]
+    for run in np.unique(runs[own]):
+        for angle in (False, True):
+            rows = np.flatnonzero(own & (runs == run) & (readings.is_angle == angle))
+            directions, which = np.unique(np.round(readings.along[rows], 9), axis=0, return_inverse=True)
+            if len(directions) > DIRECTIONS:
+                yield rows
+            else:
+                yield from (rows[which.ravel() == k] for k in range(len(directions)))
+
+
+def _alike(along: Array) -> bool:
+    return bool(np.abs(along - along[0]).max() < SAME)
+
+
+def _way(chain: Chain, readings: Observations, rows: Rows) -> Array | None:
+    """Where one linear axis alone moves and the readings are square to it: its positions, −1 to 1."""
+    positions, along = readings.state.positions[rows], readings.along[rows]
+    moving = np.flatnonzero(np.ptp(positions, axis=0) > SAME)
+    if len(moving) != 1 or not _alike(along):
+        return None
+    position = positions[:, moving[0]]
+    low, high = position.min(), position.max()
+    ends = tool_in_work_mm(chain, positions[[position.argmin(), position.argmax()]], np.zeros(3), {})
+    across = abs(float(along[0] @ (ends[1] - ends[0]))) < 1e-6 * (high - low)
+    if chain.axis(chain.order[int(moving[0])]).kind is not AxisKind.LINEAR or not across:
+        return None
+    way: Array = (2 * position - low - high) / (high - low)
+    return way
+
+
+def _at(rows: Rows, own: Array, count: int) -> Array:
+    columns = np.zeros((count, own.shape[1]))
+    columns[rows] = own
+    return columns
+
 
 HUBER = 1.345
 """Bound of Huber's weights in standard deviations: 95 % efficiency on clean normal data (Huber 1964)."""

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import ErrorName
-from trueloop.machine.refine.changed import Change, changes
 from trueloop.machine.refine.guilty import Guilty
 from trueloop.machine.refine.judged import Judged, judged
-from trueloop.machine.refine.left import LeftOnParts
+from trueloop.machine.refine.left import Change, LeftOnParts, changes
 from trueloop.machine.refine.update import Updated, guilty_ones, update
 from trueloop.wording import Wording, wording
 

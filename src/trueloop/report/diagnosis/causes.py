@@ -7,7 +7,7 @@ from trueloop.report.diagnosis.figures import COVERAGE, bar
 from trueloop.report.diagnosis.names import device_name, error_name, escaped, kind_name, share
 from trueloop.report.diagnosis.shapes import CandidateShape, CausesShape, HypothesisShape, UnexplainedShape
 from trueloop.report.markup import esc, items, section, table
-from trueloop.report.series.shapes import FindingShape
+from trueloop.report.series.values import FindingShape
 from trueloop.report.texts.texts import Texts
 
 SURE: Final = 0.9

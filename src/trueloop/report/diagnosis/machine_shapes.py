@@ -3,7 +3,7 @@
 from typing import Literal
 
 from trueloop.report.diagnosis.shapes import Words
-from trueloop.report.series.shapes import FindingShape
+from trueloop.report.series.values import FindingShape
 from trueloop.report.shape import Shape
 
 

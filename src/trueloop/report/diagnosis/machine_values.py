@@ -4,8 +4,8 @@ import math
 from typing import Literal
 
 from trueloop.machine.model.version import Version
-from trueloop.machine.refine.changed import Change
 from trueloop.machine.refine.judged import LeftOut
+from trueloop.machine.refine.left import Change
 from trueloop.machine.refine.refine import Refined
 from trueloop.report.diagnosis.machine_shapes import ChangeShape, LeftOutShape, RefinementShape
 from trueloop.report.diagnosis.values import um

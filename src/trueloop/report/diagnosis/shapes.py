@@ -8,7 +8,7 @@ from typing import Literal
 
 from pydantic import SkipValidation
 
-from trueloop.report.series.shapes import FindingShape
+from trueloop.report.series.values import FindingShape
 from trueloop.report.shape import Shape
 
 Words = SkipValidation[str]

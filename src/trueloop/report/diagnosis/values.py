@@ -25,7 +25,7 @@ from trueloop.report.diagnosis.shapes import (
     SeriesDiagnosisShape,
 )
 from trueloop.report.diagnosis.unexplained import unexplained
-from trueloop.report.series.shapes import FindingShape
+from trueloop.report.series.values import FindingShape
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 Key = tuple[str, str, str]

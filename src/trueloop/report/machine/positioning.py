@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.machine.drift.drift import Drift, DriftTest
-from trueloop.machine.standards.positioning import BothWays, Positioning
+from trueloop.machine.drift import Drift, DriftTest
+from trueloop.machine.standards import BothWays, Positioning
 from trueloop.report.markup import esc, section, table
 from trueloop.report.shell import figure_block, html_page
 from trueloop.report.style import (

@@ -4,16 +4,107 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, astuple
 from math import degrees, isnan
 
-from trueloop.machine.drift.hold_out import DriftRun
-from trueloop.machine.drift.model import DriftModel
+from trueloop.diagnosis.components import Components
+from trueloop.diagnosis.part_frame import FrameDiscrepancy
+from trueloop.machine.drift import DriftModel, DriftRun, DriftTest
 from trueloop.machine.identify.choice import Chosen
 from trueloop.machine.identify.hold_out import HeldOut
 from trueloop.machine.identify.identify import Identification
 from trueloop.machine.model.history import Lag
-from trueloop.machine.standards.plates import JudgedPattern
-from trueloop.machine.standards.positioning import Positioning
-from trueloop.report.machine.positioning import scale_of, values_of
-from trueloop.units import UM_PER_MM
+from trueloop.machine.standards import JudgedPattern, Positioning
+from trueloop.report.diagnosis.surfaces import surface_figures
+from trueloop.report.diagnosis.values import point_shape
+from trueloop.report.machine.positioning import POINTS, drift_figure, scale_of, values_of
+from trueloop.report.markup import esc, section, table
+from trueloop.report.shell import figure_block, html_page
+from trueloop.report.style import plain, signed
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+FIGURES = 12
+"""Points that get a figure of their own, those of the largest ERROR_PP first."""
+
+
+def components_page(points: tuple[str, ...], parts: Components, frame: FrameDiscrepancy | None) -> str:
+    """All points as a table, and the diagram of the points that are furthest off."""
+    columns = (
+        "error_pp",
+        "error_mtg",
+        "error_mtg_resid",
+        "error_proc",
+        "error_proc_resid",
+        "u_error_mtg",
+        "u_error_proc",
+    )
+    rows = [(esc(point), *(_cell(parts, name, k) for name in columns)) for k, point in enumerate(points)]
+    furthest = sorted(range(len(points)), key=lambda k: -abs(float(parts.error_pp[k])))[:FIGURES]
+    figures = [
+        figure_block(f"point-{k}", surface_figures(point_shape(points[k], parts, k)), f"<b>{esc(points[k])}</b>")
+        for k in furthest
+    ]
+    body = (
+        '<header><p class="kicker">trueloop · error components at gauging points</p><h1>Machine, process, and the rest'
+        "</h1><p class='note'>µm along the outward normal, + is material left on; u are standard uncertainties.</p>"
+        f"{_frame(frame)}</header>"
+        + section("table", "Components", table(("point", *columns), rows))
+        + section("diagrams", "Surface/error diagrams", *figures)
+    )
+    return html_page("Error components", body)
+
+
+def _cell(parts: Components, name: str, k: int) -> str:
+    """µm; an uncertainty has no sign."""
+    value = UM_PER_MM * float(getattr(parts, name)[k])
+    return plain(value, 2) if name.startswith("u_") else signed(value, 2)
+
+
+def _frame(frame: FrameDiscrepancy | None) -> str:
+    if frame is None:
+        return ""
+    shift = ", ".join(signed(UM_PER_MM * float(v), 1) for v in frame.shift_mm)
+    turn = ", ".join(signed(URAD_PER_RAD * float(v), 0) for v in frame.turn_rad)
+    return (
+        f"<p>Part coordinate system discrepancy taken out: shift ({shift}) µm, turn ({turn}) µrad; differences along "
+        f"the normals {UM_PER_MM * frame.rms_before_mm:.1f} → {UM_PER_MM * frame.rms_after_mm:.1f} µm RMS.</p>"
+    )
+
+
+CAPTION = "The whole log as read, and the rows that were held out as predicted from those before them."
+
+
+def drift_model_page(name: str, test: DriftTest, models: Mapping[str, DriftModel], runs: Sequence[DriftRun]) -> str:
+    """What each model takes and leaves, and its channel over time."""
+    head = (
+        '<header><p class="kicker">trueloop · drift model</p>'
+        f"<h1>{esc(name)}</h1><p class='meta'>{len(test.time_s)} rows in "
+        f"{(test.time_s[-1] - test.time_s[0]) / 3600:.1f} h, the last {len(runs[0].predicted_um)} held out</p></header>"
+    )
+    columns = ("channel", "moved (µm RMS)", "left", "left without the past", "inputs and their mean time constants (s)")
+    rows = [
+        (
+            esc(run.channel),
+            plain(run.raw_um, 2),
+            plain(run.rms_um, 2),
+            plain(run.static_rms_um, 2),
+            _inputs(models[run.channel]),
+        )
+        for run in runs
+    ]
+    figures = [figure_block(f"channel {run.channel}", _figure(test, run), CAPTION) for run in runs]
+    body = head + section("left", "Rows held out", table(columns, rows)) + section("plots", "Over time", *figures)
+    return html_page(f"{esc(name)} – drift model", body)
+
+
+def _inputs(model: DriftModel) -> str:
+    return ", ".join(f"{esc(name)} {constant:.0f}" for name, constant in model.mean_constant_s.items())
+
+
+def _figure(test: DriftTest, run: DriftRun) -> dict[str, object]:
+    moved = UM_PER_MM * test.displacement_mm[run.channel]
+    held = len(run.predicted_um)
+    both = moved.copy()
+    both[-held:] = run.predicted_um
+    channels = {"read": moved, "predicted": both}
+    return drift_figure(test.time_s, channels, f"{run.channel} (µm)", max(1, len(moved) // POINTS))
 
 
 def fit_summary(

@@ -1,5 +1,7 @@
 """One page per surface: what was measured, what repeats, what is random, the pattern, and what is predicted after."""
 
+import json
+import math
 from collections.abc import Sequence
 from itertools import chain
 from typing import Final
@@ -12,13 +14,56 @@ from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel
 from trueloop.report.markup import esc, items, section, table
 from trueloop.report.shell import html_page
 from trueloop.report.style import plain, signed
-from trueloop.report.surface.maps import DeviationMap, colour_range_um, flat, sheet
-from trueloop.report.surface.parts import caption, map_of_part, maps_of_part, part_choice
-from trueloop.report.surface.space import space_figure
+from trueloop.report.surface.maps import (
+    DeviationMap,
+    caption,
+    colour_range_um,
+    flat,
+    map_of_part,
+    maps_of_part,
+    part_choice,
+    sheet,
+)
 from trueloop.surface.compensation.pattern import WrittenPattern
 from trueloop.surface.on_face import MAPS
 from trueloop.surface.pattern.part_maps import PartMaps, part_maps
 from trueloop.units import UM_PER_MM
+
+WIDTH: Final = 960
+HEIGHT: Final = 520
+
+
+def space_figure(maps: list[DeviationMap]) -> str:
+    """The figure and the list of maps to choose from (HTML); colours and parts are those of `part_choice`."""
+    drawn = [shown.thinned for shown in maps]
+    places = list({_key(shown): shown for shown in drawn}.values())
+    data = {"places": [_places(shown) for shown in places], "maps": [_numbers(shown, places) for shown in drawn]}
+    text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
+    options = "".join(f'<option value="{shown.name}">{shown.title}</option>' for shown in maps)
+    return (
+        f'<figure id="space"><p><label>On the surface <select>{options}</select></label></p>'
+        f'<canvas width="{2 * WIDTH}" height="{2 * HEIGHT}" tabindex="0"></canvas>'
+        f'<script type="application/json">{text}</script><figcaption>Turn it with the mouse or the arrow keys; '
+        "point at a place for its error. Axes in mm.</figcaption></figure>"
+    )
+
+
+def _key(shown: DeviationMap) -> bytes:
+    """Maps of one part share their places."""
+    return shown.points_mm.tobytes()
+
+
+def _places(shown: DeviationMap) -> dict[str, object]:
+    """`rows` is 0 where places are scattered."""
+    rows = shown.error_mm.shape[0] if shown.error_mm.ndim == 2 else 0
+    return {"rows": rows, "xyz": shown.points_mm.reshape(-1, 3).T.round(3).tolist()}
+
+
+def _numbers(shown: DeviationMap, places: list[DeviationMap]) -> dict[str, object]:
+    at = [_key(place) for place in places].index(_key(shown))
+    error = [None if math.isnan(e) else round(e, 2) for e in (shown.error_mm.ravel() * UM_PER_MM).tolist()]
+    return {"name": shown.name, "at": at, "error": error}
+
 
 SIGN: Final = (
     "Errors are along the outward normals of the nominal surface: <b class='on'>+ is material left on</b> (red), "

@@ -8,7 +8,7 @@ import numpy as np
 from trueloop.errors import Finding
 from trueloop.loops.surface.figures import headline, support_record
 from trueloop.loops.surface.surface import Part, SurfaceModel
-from trueloop.surface.deviations.sampling import SamplingAdvice
+from trueloop.surface.deviations.deviations import SamplingAdvice
 from trueloop.units import UM_PER_MM
 
 

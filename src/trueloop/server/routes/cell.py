@@ -8,9 +8,7 @@ from typing import Annotated, Any
 from fastapi import Request, Response
 from pydantic import AwareDatetime, Field
 
-from trueloop.domain.factory.route import Block
-from trueloop.domain.factory.run import Run, RunFact
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import Block, FactKind, Run, RunFact
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.shown.machines import heard

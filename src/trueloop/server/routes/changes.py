@@ -6,11 +6,11 @@ from typing import Annotated, Any, Literal
 from fastapi import Request, Response
 from pydantic import Field
 
-from trueloop.domain.factory.route import Block, Conditions
+from trueloop.domain.factory import Block, Conditions
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.shown.orders import order_view
-from trueloop.factory.shown.proposals import proposal_view
+from trueloop.factory.shown.programs import proposal_view
 from trueloop.factory.views.orders import OrderView
 from trueloop.factory.views.series import ProposalView
 from trueloop.server import etags

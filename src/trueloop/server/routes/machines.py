@@ -8,11 +8,9 @@ from typing import Annotated, Final
 from fastapi import Header, Request
 from fastapi.responses import StreamingResponse
 
-from trueloop.factory.shown.machine import machine_view, require_known
-from trueloop.factory.shown.machines import machines_now
-from trueloop.factory.views.machines import MachineView
-from trueloop.factory.views.page import Page
-from trueloop.factory.views.today import MachineNow
+from trueloop.factory.shown.machines import machine_view, machines_now, require_known
+from trueloop.factory.views.orders import MachineNow, Page
+from trueloop.factory.views.parts import MachineView
 from trueloop.server import streams
 from trueloop.server.guarded import By, Here, router
 

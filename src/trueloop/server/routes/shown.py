@@ -7,16 +7,23 @@ from fastapi import Query, Response
 from fastapi.responses import PlainTextResponse
 from pydantic import TypeAdapter
 
-from trueloop.domain.factory.states import PartState
+from trueloop.domain.factory import PartState
 from trueloop.domain.page_options import Language
-from trueloop.factory.shown import life, orders, parts, programs, proposals, records, series, tools
-from trueloop.factory.shown.today import today
+from trueloop.factory.shown import machines, orders, parts, programs, records, series
+from trueloop.factory.shown.orders import today
 from trueloop.factory.tasks import task_of
-from trueloop.factory.views.orders import LinksView, OrderRow, OrderView, ProgramDiff, ProgramRow, TransferView
-from trueloop.factory.views.page import Page
+from trueloop.factory.views.orders import (
+    LinksView,
+    OrderRow,
+    OrderView,
+    Page,
+    ProgramDiff,
+    ProgramRow,
+    Today,
+    TransferView,
+)
 from trueloop.factory.views.parts import CertificateRow, EventView, PartLife, PartRow
 from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, SeriesView, ToolMemory, ToolRow
-from trueloop.factory.views.today import Today
 from trueloop.jobs.factory.correction_page import correction_curves, correction_page, curve_picture
 from trueloop.jobs.factory.links import links_view
 from trueloop.jobs.factory.memory import tool_memory
@@ -72,7 +79,7 @@ def list_parts(
 @routes.get("/parts/{id}/life", response_model=PartLife)
 def show_life(id: RowPath, here: Here) -> Response:
     """All that is known of a part."""
-    found = life.part_life(here.store, id)  # as JSON from here: the framework would take another thread to check it
+    found = parts.part_life(here.store, id)  # as JSON from here: the framework would take another thread to check it
     answer = Response(_LIFE.dump_json(found), media_type="application/json")
     etags.tag(answer, found.etag)
     return answer
@@ -111,7 +118,7 @@ def show_series(part_type: str, characteristic: str, here: Here, say: Say, revis
 @routes.get("/tools")
 def list_tools(here: Here) -> Page[ToolRow]:
     """Tools' edges."""
-    return Page(tools.tool_rows(here.store))
+    return Page(machines.tool_rows(here.store))
 
 
 @routes.get("/tools/{id}/memory")
@@ -142,13 +149,13 @@ def show_order(id: str, here: Here, response: Response) -> OrderView:
 @routes.get("/proposals")
 def list_proposals(here: Here, state: str | None = None) -> Page[ProposalView]:
     """Proposals; `state`: open, accepted, rejected, superseded."""
-    return Page(proposals.proposal_views(here.store, here.clock(), state))
+    return Page(programs.proposal_views(here.store, here.clock(), state))
 
 
 @routes.get("/proposals/{id}")
 def show_proposal(id: str, here: Here, response: Response) -> ProposalView:
     """One proposal."""
-    found = proposals.proposal_view(here.store, id, here.clock())
+    found = programs.proposal_view(here.store, id, here.clock())
     etags.tag(response, found.etag)
     return found
 
@@ -156,7 +163,7 @@ def show_proposal(id: str, here: Here, response: Response) -> ProposalView:
 @routes.get("/proposals/{id}/picture", response_class=Svg)
 def show_effects(id: str, here: Here, say: Say, dark: bool = False) -> Response:
     """The picture of what a proposal does to the next part."""
-    return pages.picture(proposals.proposal_picture(here.store, id, say, dark=dark))
+    return pages.picture(programs.proposal_picture(here.store, id, say, dark=dark))
 
 
 @routes.get("/alarms")

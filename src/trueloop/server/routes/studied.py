@@ -13,7 +13,7 @@ from trueloop.jobs.diagnose.asked import Asked
 from trueloop.jobs.monitor.charts import charts_of
 from trueloop.loops.monitor.options import BASELINE, ChartOptions
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
-from trueloop.report.monitor.chart_shapes import ChartsShape
+from trueloop.report.monitor.chart_values import ChartsShape
 from trueloop.report.texts.said import said
 from trueloop.server.guarded import Here, Service, router
 from trueloop.server.reader import Say

@@ -14,10 +14,8 @@ from trueloop.geometry.surface_closest import closest
 from trueloop.nc.program.along import points_along, said_ends
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import NO_COMPENSATION, ToolPath
-from trueloop.surface.compensation.cutter import Cutter, contacts, edge_centres_mm
-from trueloop.surface.compensation.points import SAME_MM
-from trueloop.surface.compensation.samples import SurfaceJob, places
-from trueloop.surface.compensation.tool_axis import ToolAxes
+from trueloop.surface.compensation.cutter import Cutter, ToolAxes, contacts, edge_centres_mm
+from trueloop.surface.compensation.shift import SAME_MM, SurfaceJob, places
 from trueloop.units import UM_PER_MM
 
 AROUND: Final = 12

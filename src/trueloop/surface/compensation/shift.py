@@ -5,18 +5,147 @@ M(u, v) = N(u, v) − w · MPM(u, v) · n(u, v) [MPM Eq. 5], fitted again as a B
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Annotated, Final, Protocol
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Integers
 from trueloop.domain.limits import Limits, allowed_by
+from trueloop.domain.option import Option
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_closest import closest
 from trueloop.geometry.surface_fit import fit_parameterised
+from trueloop.nc.program.along import lengths_mm, points_along
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import Motion, ToolPath
+from trueloop.surface.compensation.cutter import Contacts, Cutter, ToolAxes, contacts, tool_axes
 from trueloop.surface.on_face import LIMITS, WHOLE, OnFace
 from trueloop.surface.options import SurfaceOptions
 from trueloop.units import UM_PER_MM
+
+CUTS_MM: Final = 0.05
+"""A cutter farther than this off the nominal surface does not finish it: it leads in, leads out, or passes by."""
+ROUNDS: Final = 12
+SAME_MM: Final = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class MovedLocations:
+    """Cutter locations (n, 3) after correction, and which of them cut the surface at all; the others stay."""
+
+    tips_mm: Array
+    cutting: np.ndarray
+    gap_mm: Array
+
+
+def moved_locations(
+    nominal: Surface, corrected: Surface, cutter: Cutter, tips_mm: Array, axes: Array, *, cuts_mm: float = CUTS_MM
+) -> MovedLocations:
+    """Every location whose gap to the nominal surface is at most `cuts_mm`, moved along the nominal normal until its
+    gap to the corrected surface is the same.
+
+    The gap is kept, not made zero: what a roughing allowance, a chord or the programmer's rounding left stays left.
+    """
+    before = contacts(nominal, cutter, tips_mm, axes)
+    cutting = is_cutting(before, cuts_mm)
+    moved = tips_mm.copy()
+    if np.any(cutting):
+        moved[cutting] = _moved(before, corrected, cutter, tips_mm, axes, cutting)
+    return MovedLocations(moved, cutting, before.gap_mm)
+
+
+def is_cutting(found: Contacts, cuts_mm: float = CUTS_MM) -> np.ndarray:
+    """At which places (n,) the cutter finishes the surface."""
+    return np.asarray((np.abs(found.gap_mm) <= cuts_mm) & (found.feet.beyond_mm <= cuts_mm))
+
+
+def _moved(
+    before: Contacts, corrected: Surface, cutter: Cutter, tips: Array, axes: Array, cutting: np.ndarray
+) -> Array:
+    (u0, u1), (v0, v1) = corrected.domain
+    normal, wanted = before.feet.normal[cutting], before.gap_mm[cutting]
+    tips, axes = tips[cutting], axes[cutting]
+    start = closest(corrected, before.feet.point_mm[cutting])
+    near = (np.clip(start.u, u0, u1), np.clip(start.v, v0, v1))
+    along = np.zeros(len(tips))
+    for _ in range(ROUNDS):
+        now = contacts(corrected, cutter, tips + along[:, None] * normal, axes, near)
+        step = wanted - now.gap_mm
+        along += step
+        near = (now.feet.u, now.feet.v)
+        if np.max(np.abs(step)) < SAME_MM:
+            break
+    return np.asarray(tips + along[:, None] * normal)
+
+
+UP: Final = (0.0, 0.0, 1.0)
+TURN_DEG: Final = 1.0
+"""The tool turns no more than this between two places that are looked at."""
+
+
+@dataclass(frozen=True)
+class SurfaceJob:
+    """How a program is to be corrected: its cutter, the tool axis out of the material, or the letters of the words that
+    turn it (`tool_axis`), the chord tolerance, the distance between the places looked at along a move, and what may be
+    cut too deep.
+    """
+
+    cutter: Cutter
+    axis: tuple[float, float, float] = UP
+    tolerance_mm: Annotated[
+        float,
+        Option(
+            "compensation.chord_um",
+            "How far a block may deviate from the corrected path before blocks are put in.",
+            above=0,
+        ),
+    ] = 5e-4
+    sample_mm: float = 0.5
+    gouge_mm: Annotated[
+        float, Option("compensation.gouge_um", "How deep the cutter may go into the corrected surface.", above=0)
+    ] = 5e-3
+    cuts_mm: float = CUTS_MM
+    rotary: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Places along the moves at feed: move and share of it (n,), and tips before and after (n, 3); and the tool's axes
+    along all moves.
+    """
+
+    move: np.ndarray
+    share: Array
+    before_mm: Array
+    after_mm: Array
+    cutting: np.ndarray
+    axes: ToolAxes
+
+    @property
+    def cutting_moves(self) -> np.ndarray:
+        """Indices of the moves that cut."""
+        return np.unique(self.move[self.cutting])
+
+
+def places(
+    path: ToolPath, axes: ToolAxes, moves: Integers, sample_mm: float, turn_deg: float = TURN_DEG
+) -> tuple[Integers, Array]:
+    """Places along moves, their ends included, no further apart than `sample_mm` and `turn_deg`: move and share."""
+    pieces = np.ceil(np.maximum(lengths_mm(path, moves) / sample_mm, axes.turned_deg(moves) / turn_deg))
+    pieces = np.maximum(1, pieces).astype(int)
+    share = [np.linspace(0.0, 1.0, n + 1) for n in pieces]
+    return np.repeat(moves, pieces + 1), np.concatenate(share) if share else np.empty(0)
+
+
+def sampled(program: Program, path: ToolPath, nominal: Surface, corrected: Surface, job: SurfaceJob) -> Samples:
+    """Places along all moves at feed, and where the correction takes them. Raises SRF-PROGRAM of `tool_axes`."""
+    turning = tool_axes(program, path, job.rotary, job.axis)
+    move, share = places(path, turning, np.flatnonzero(np.isin(path.motion, (Motion.LINE, Motion.ARC))), job.sample_mm)
+    tips, axes = points_along(path, move, share), turning.directions(move, share)
+    moved = moved_locations(nominal, corrected, job.cutter, tips, axes, cuts_mm=job.cuts_mm)
+    return Samples(move, share, tips, moved.tips_mm, moved.cutting, turning)
+
 
 DEGREE: Final = 3
 CHECKS: Final = 3

@@ -9,10 +9,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion
-from trueloop.surface.compensation.cutter import contacts
-from trueloop.surface.compensation.points import is_cutting
-from trueloop.surface.compensation.samples import SurfaceJob
-from trueloop.surface.compensation.tool_axis import tool_axes
+from trueloop.surface.compensation.cutter import contacts, tool_axes
+from trueloop.surface.compensation.shift import SurfaceJob, is_cutting
 
 PLACES: Final = 1000
 """Ends of moves that are looked at, spread over the program."""

@@ -16,11 +16,9 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, for_kernel
-from trueloop.surface.separation.moran import EXPONENT, Null, geary_of
+from trueloop.surface.separation.moran import EXPONENT, Null, Weights, geary_of
 from trueloop.surface.separation.places import Places, projector
-from trueloop.surface.separation.projectors import Projector
-from trueloop.surface.separation.spline_surface import Size
-from trueloop.surface.separation.weights import Weights
+from trueloop.surface.separation.spline_surface import Projector, Size
 
 DENSE: Final = 2500
 """Most places for which the matrix of weights is formed, and the moments are exact whatever the size."""

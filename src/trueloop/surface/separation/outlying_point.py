@@ -2,11 +2,23 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from trueloop.surface.separation.places import projector
 from trueloop.surface.separation.separate import Separation
+
+COVERAGE: Final = 0.95
+MANY: Final = 100_000
+"""Degrees of freedom with which Student's law is the normal one; more parts than anybody measures."""
+
+
+def student(coverage: float, freedom: float) -> float:
+    """Two-sided factor of Student's t."""
+    from scipy.special import stdtrit  # slow to import
+
+    return float(stdtrit(freedom, 0.5 + coverage / 2))
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,15 @@ residuals so: fewest control points first.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, partial
+from functools import cache, cached_property, lru_cache, partial
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.surface.separation.candidates import DEGREES, FULLEST, climbed, most_likely, sizes, thinner
-from trueloop.surface.separation.likelihood import log_likelihood
+from trueloop.geometry.surface import Surface
+from trueloop.surface.deviations.deviations import SurfaceDeviations
 from trueloop.surface.separation.moran import Null
 from trueloop.surface.separation.neighbourhood import (
     Neighbourhood,
@@ -25,8 +25,96 @@ from trueloop.surface.separation.neighbourhood import (
     residual_null,
 )
 from trueloop.surface.separation.normality import Normality, normality
-from trueloop.surface.separation.places import Places, projector, regress
+from trueloop.surface.separation.places import (
+    DEGREES,
+    FULLEST,
+    Places,
+    climbed,
+    most_likely,
+    projector,
+    regress,
+    sizes,
+    thinner,
+)
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
+
+FORM: Final = Size(3, 3, 2)
+"""The polynomials that every size contains."""
+LOG_RATIOS: Final = np.linspace(0.0, 18.0, 19)
+"""Of the variance that c gives a mean shape to σ². Never below 1: a shape with less is better not followed at all by
+least squares, which does not shrink. Up to e¹⁸, shapes of 8 mm over noise of 1 µm; steps of e, between which a
+parabola finds the top.
+"""
+ROUNDING: Final = 1e-15
+"""What rounding leaves of values that a surface follows exactly, as a share of their squares."""
+
+
+def log_likelihood(places: Places, values: Array, size: Size) -> float:
+    """Restricted log likelihood of values (n,) at the places, up to a constant that all sizes share."""
+    span = projector(places, size)
+    both = span.coordinates(np.column_stack([_form(places), values]))
+    form, inside = both[:, :-1], both[:, -1]
+    whole = float(values @ values)
+    outside = max(whole - float(inside @ inside), ROUNDING * whole, np.finfo(float).tiny)
+    spread = span.spread / np.mean(span.spread)
+    found = [_of_ratio(float(np.exp(log)), form, inside, outside, spread, len(values)) for log in LOG_RATIOS]
+    return _top(np.array(found))
+
+
+@lru_cache(maxsize=4)
+def _form(places: Places) -> Array:
+    return projector(places, FORM).columns
+
+
+def _of_ratio(ratio: float, form: Array, inside: Array, outside: float, spread: Array, count: int) -> float:
+    """The likelihood at one τ²/σ², with the best σ² for it."""
+    swollen = 1.0 + ratio * spread
+    weighted = form / swollen[:, None]
+    normal = form.T @ weighted
+    beta = np.linalg.solve(normal, weighted.T @ inside)
+    left = outside + float(np.sum((inside - form @ beta) ** 2 / swollen))
+    free = count - form.shape[1]
+    return -0.5 * float(free * np.log(left / free) + np.sum(np.log(swollen)) + np.linalg.slogdet(normal)[1])
+
+
+def _top(values: Array) -> float:
+    """The top of a parabola through the largest of evenly spaced values and its neighbours."""
+    k = int(np.clip(np.argmax(values), 1, len(values) - 2))
+    before, middle, after = values[k - 1 : k + 2]
+    bend = before - 2 * middle + after
+    return float(max(values[k], middle - (after - before) ** 2 / (8 * bend)) if bend < 0 else np.max(values))
+
+
+def averaged_over_cells(
+    surface: Surface, deviations: SurfaceDeviations, cells: tuple[int, int]
+) -> tuple[Places, Array]:
+    """Mean errors over cells of equal parameters, at the cells' centres; empty cells are left out.
+
+    A full grid stays a grid. The scatter of a cell's mean is that of its points over the root of their number, where
+    those are independent; waves shorter than two cells are lost. Raises SRF-HOLES when a quarter of the cells is empty.
+    """
+    (u0, u1), (v0, v1) = surface.domain
+    there = deviations.measured
+    u, v = (deviations.u[there] - u0) / (u1 - u0), (deviations.v[there] - v0) / (v1 - v0)
+    rows, columns = cells
+    cell = np.minimum((u * rows).astype(int), rows - 1) * columns + np.minimum((v * columns).astype(int), columns - 1)
+    count = np.bincount(cell, minlength=rows * columns)
+    total = np.bincount(cell, deviations.error_mm[there], minlength=rows * columns)
+    filled = count > 0
+    if np.mean(filled) < 0.75:
+        raise TrueloopError(
+            Code.SRF_HOLES,
+            f"{np.count_nonzero(~filled)} of {rows} × {columns} cells hold no point of {deviations.name!r}",
+            hint="take fewer cells: model.cells in the job",
+            values={"part": deviations.name, "missing": int(np.count_nonzero(~filled))},
+        )
+    at_u, at_v = (np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns
+    points = surface.grid_mm(u0 + (u1 - u0) * at_u, v0 + (v1 - v0) * at_v).reshape(-1, 3)
+    everywhere = Places(points, np.repeat(at_u, columns), np.tile(at_v, rows), at_u, at_v)
+    if np.all(filled):
+        return everywhere, total / count
+    return Places(points[filled], everywhere.u[filled], everywhere.v[filled]), total[filled] / count[filled]
+
 
 CONFIDENCE: Final = 0.99
 """P of [MPM §8.2], for every test."""

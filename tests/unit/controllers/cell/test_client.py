@@ -18,7 +18,7 @@ from trueloop.controllers.linuxcnc.cell.decide import Patience
 from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal
 from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
 from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import FactKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.witness import witnessed
 

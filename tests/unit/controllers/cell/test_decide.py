@@ -7,7 +7,7 @@ from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
 from trueloop.controllers.linuxcnc.cell.decide import Asked, Do, Patience, decide
 from trueloop.controllers.linuxcnc.cell.known import RunNow
 from trueloop.controllers.linuxcnc.cell.witness import Seen, seen
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import FactKind
 
 KEY = "O1.1.0.1"
 FLAGS = st.booleans()

@@ -12,10 +12,9 @@ from tests.support.cli import output_of
 from tests.support.focas_control import FocasControl, compiled
 from tests.support.refusals import refused
 from tests.support.tool_tables import OFFSET, record_with
-from trueloop.controllers.links.focas.focas import TABLE, Focas
+from trueloop.controllers.links.focas import TABLE, Focas
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.links.opened import Opened, opened
-from trueloop.jobs.links.send import send
+from trueloop.jobs.links import Opened, opened, send
 
 OLD, NEW = "O0012 (OLD)\nG1 X10.\nM30\n", "O0012 (NEW)\n" + "G1 X9.9592 Z-5.\n" * 200 + "M30\n"
 ASIDE = 9001

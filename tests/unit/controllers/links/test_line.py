@@ -12,15 +12,9 @@ from hypothesis import strategies as st
 
 from scripts.line_transfers import transfer
 from tests.support.serial_control import SIGNS, ZONES, eia, iso
-from trueloop.controllers.links.line.codes import EIA, LineCode, decoded, encoded
-from trueloop.controllers.links.line.framing import framed
-from trueloop.controllers.links.line.line import Line
-from trueloop.controllers.links.line.port import Parity
-from trueloop.controllers.links.line.transfer import Flow
+from trueloop.controllers.links.line import EIA, Flow, Line, LineCode, Parity, decoded, encoded, framed
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.links.by_line import drip
-from trueloop.jobs.links.opened import Opened, opened
-from trueloop.jobs.links.send import send
+from trueloop.jobs.links import Opened, drip, opened, send
 
 IN_EIA = "".join(ZONES) + "".join(SIGNS)
 PROGRAM = b"O1\nG1 X1.5 Z-2\nM30\n"

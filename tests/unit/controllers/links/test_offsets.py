@@ -12,12 +12,9 @@ from tests.support.refusals import refused
 from tests.support.tool_tables import FANUC, LINUXCNC, OFFSET, record_with
 from tests.unit.controllers.links.test_line import Terminal
 from trueloop.controllers.links.folder import Folder, named_in
-from trueloop.controllers.links.line.line import Line
+from trueloop.controllers.links.line import Line
 from trueloop.errors import Code
-from trueloop.jobs.links.offsets import apply_at, with_table
-from trueloop.jobs.links.opened import Opened
-from trueloop.jobs.links.send import send
-from trueloop.jobs.links.table_rows import differing_rows
+from trueloop.jobs.links import Opened, apply_at, differing_rows, send, with_table
 
 CORRECTED = "T3 P7 X+12.488000 Z-3.24600 D0.8 Q2"  # 12.5 − 0.012, −3.25 + 0.004
 

@@ -18,8 +18,7 @@ from trueloop.controllers.links.folder import Folder, named_in
 from trueloop.controllers.links.ftp import Ftp
 from trueloop.controllers.links.link import Link, not_reached
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.links.opened import Opened
-from trueloop.jobs.links.send import send
+from trueloop.jobs.links import Opened, send
 
 OLD, NEW = b"O1 (OLD)\nG1 X10.\nM30\n", b"O1 (NEW)\nG1 X9.9592\nM30\n"
 replacing = partial(send, replace=True, not_running=True)

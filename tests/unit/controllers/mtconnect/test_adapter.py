@@ -18,7 +18,7 @@ import pytest
 
 from tests.support.shdr import connected, fields, model
 from tests.support.signals import until
-from trueloop.controllers.mtconnect.shdr import escaped
+from trueloop.controllers.mtconnect.items import escaped
 
 TRUELOOP = str(Path(sys.executable).with_name("trueloop"))
 OPTIONS = (

@@ -7,7 +7,7 @@ from tests.support.correction import example_correction
 from tests.support.kept import EDGE, MADE_AT, cut_of, inspected, of_part
 from trueloop.domain.life import EdgeEvent, EdgeEventKind
 from trueloop.errors import Code, TrueloopError
-from trueloop.factory.shown.tools import tool_rows
+from trueloop.factory.shown.machines import tool_rows
 from trueloop.jobs.factory.memory import tool_memory
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of

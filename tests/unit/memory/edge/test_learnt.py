@@ -13,8 +13,7 @@ from trueloop.domain.life import EdgeEvent, EdgeEventKind
 from trueloop.memory.edge.learnt import Learnt, learnt
 from trueloop.memory.edge.predict import predict, sizes
 from trueloop.memory.made_part import ArcErrors, MadePart
-from trueloop.report.tool.figures import form_figure, transfer_figure
-from trueloop.report.tool.shown import ShownEdge
+from trueloop.report.tool import ShownEdge, form_figure, transfer_figure
 
 ANGLES = np.radians(np.linspace(5.0, 85.0, 7))
 

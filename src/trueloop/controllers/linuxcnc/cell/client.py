@@ -16,7 +16,7 @@ from trueloop.controllers.linuxcnc.cell.known import Known, RunNow, known, with_
 from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
 from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service, encoded
 from trueloop.controllers.linuxcnc.cell.witness import seen
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import FactKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.witness import log_lines
 

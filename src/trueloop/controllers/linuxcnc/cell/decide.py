@@ -6,7 +6,7 @@ from enum import StrEnum
 from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
 from trueloop.controllers.linuxcnc.cell.known import RunNow
 from trueloop.controllers.linuxcnc.cell.witness import Seen
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import FactKind
 
 
 class Do(StrEnum):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from trueloop.controllers.linuxcnc.cell.journal import Entry
-from trueloop.domain.factory.states import FactKind
+from trueloop.domain.factory import FactKind
 
 TOLD: Final = ("fact", "touches", "temperatures")
 """Kinds of entries that the service is to have."""

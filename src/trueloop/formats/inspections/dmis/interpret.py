@@ -9,11 +9,28 @@ from trueloop.errors import TrueloopError
 from trueloop.formats.inspections.dmis.coordinates import moved
 from trueloop.formats.inspections.dmis.features import WORDS, Feature, feature_of
 from trueloop.formats.inspections.dmis.numbers import number_of
-from trueloop.formats.inspections.dmis.passed_over import NO_RESULT
 from trueloop.formats.inspections.dmis.runs import Actual, Found, Heading, Notes, Run, shared, with_date, with_time
 from trueloop.formats.inspections.dmis.settings import FIRST, PLANES, Frame, Settings, with_units
 from trueloop.formats.inspections.dmis.tolerances import BETWEEN, Result, Tolerance, result_of, tolerance_of
 from trueloop.formats.inspections.dmis.words import Words, key_of, label_in, unquoted
+
+# fmt: off
+NO_RESULT: Final = frozenset((
+    "ACLRAT", "ALGDEF", "ASSIGN", "BADTST", "BOUND", "CALIB", "CALL", "CALLM", "CASE", "CLMPID", "CLMPSN", "CLOSE",
+    "CONST", "CROSCL", "CUSTID", "CUTCOM", "DATDEF", "DECL", "DECPL", "DELETE", "DEVICE", "DFTCAS", "DISPLY",
+    "DMEHW", "DMESW", "DMESWI", "DMESWV", "DMIS", "DMISMD", "DO", "ELSE", "ENDAT", "ENDCAS", "ENDDO", "ENDGO",
+    "ENDIF", "ENDMAC", "ENDMES", "ENDSEL", "ENDSIM", "ENDXTN", "EQUATE", "ERROR", "EVAL", "EXTENS", "EXTFIL",
+    "FEATUR", "FEDRAT", "FINPOS", "FIXTID", "FIXTSN", "FLY", "FROM", "GEOALG", "GEOM", "GOHOME", "GOTARG", "GOTO",
+    "HOME", "IF", "INCLUD", "ITERAT", "JUMPTO", "KEYCHR", "LITDEF", "LOCATE", "LOTID", "MACRO", "MATDEF", "MEAS",
+    "MFGDEV", "MODE", "NOTOL", "OBTAIN", "OPEN", "PAMEAS", "PATH", "PAUSE", "PLANID", "POP", "PRCOMP", "PREVOP",
+    "PROCID", "PROMPT", "PSTHRU", "PTBUFF", "PTMEAS", "PUSH", "RAPID", "READ", "REFMNT", "REPORT", "RESUME",
+    "RMEAS", "ROTAB", "ROTDEF", "ROTHDF", "ROTSET", "SAVE", "SCAN", "SCNMOD", "SCNPLN", "SCNSET", "SELECT",
+    "SENSOR", "SIMREQT", "SNSDEF", "SNSET", "SNSGRP", "SNSLCT", "SNSMNT", "TECOMP", "TEMPR", "TEXT", "THLDEF",
+    "TOLSET", "TOOLDF", "UNCERT", "VALUE", "VFORM", "WINDEF", "WRIST", "WRITE", "XTERN", "XTRACT", "ZLABEL",
+))
+# fmt: on
+"""From memory of DMIS 5.2 and programs seen."""
+
 
 DATE: Final = re.compile(r"'?(\d{4})[/.-](\d{1,2})[/.-](\d{1,2})'?")
 TIME: Final = re.compile(r"'?(\d{1,2}):(\d{1,2})(?::(\d{1,2})(?:\.\d*)?)?'?")

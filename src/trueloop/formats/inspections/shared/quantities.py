@@ -2,10 +2,98 @@
 
 import re
 import unicodedata
+from collections.abc import Iterable
 from functools import lru_cache
-from typing import Final, Literal
+from pathlib import Path
+from typing import Final, Literal, TypeAlias
 
-from trueloop.domain.characteristic import Quantity
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.inspection import Reading
+from trueloop.errors import Code, Place, TrueloopError
+
+SLACK = 1e-9
+
+
+def characteristics_of(readings: Iterable[Reading]) -> tuple[Characteristic, ...]:
+    """What the file asks for, each once: those with a nominal value."""
+    found: dict[tuple[str, str, str], Characteristic] = {}
+    for one in readings:
+        key = one.characteristic, one.feature, one.axis
+        if one.nominal is not None and key not in found:
+            found[key] = Characteristic(
+                one.characteristic, one.quantity, one.feature, one.nominal, one.lower_limit, one.upper_limit, one.other
+            )
+    return tuple(found.values())
+
+
+def require_order(reading: Reading, path: Path) -> None:
+    """Raises MSR-EXCHANGED where the lower limit is above the upper one."""
+    lower, upper = reading.lower_limit, reading.upper_limit
+    if lower is not None and upper is not None and lower > upper + SLACK:
+        raise limits_refusal(lower, upper, Place(str(path), reading.line))
+
+
+def limits_refusal(lower: float, upper: float, place: Place) -> TrueloopError:
+    """The refusal of limits in the wrong order, in mm or degrees."""
+    return TrueloopError(
+        Code.MSR_EXCHANGED,
+        f"the lower limit {lower:.6g} is above the upper one, {upper:.6g}",
+        hint="are the two limits exchanged, or is a sign missing?",
+        place=place,
+        values={"lower": lower, "upper": upper},
+    )
+
+
+Deviation: TypeAlias = Literal["actual - nominal", "nominal - actual"]
+LowerTolerance: TypeAlias = Literal["with its sign", "without its sign"]
+MOST_OF: Final = 0.9
+"""Share of the rows that must agree: a row that was typed wrongly does not change the sign of all others."""
+
+
+def deviation_sign(actual: Array, nominal: Array, deviation: Array, rounding: Array | float) -> Deviation | None:
+    """How deviations are counted, from rows that state all three, (n,) each, nan where they do not; None: unknown.
+
+    Rows that agree with both signs, such as deviations of 0, say nothing.
+    """
+    computed = actual - nominal
+    same, opposite = np.abs(deviation - computed) <= rounding, np.abs(deviation + computed) <= rounding
+    plus, minus = int(np.sum(same & ~opposite)), int(np.sum(opposite & ~same))
+    if plus > MOST_OF * (plus + minus):
+        return "actual - nominal"
+    if minus > MOST_OF * (plus + minus):
+        return "nominal - actual"
+    return None
+
+
+def lower_tolerance_sign(
+    upper: Array, lower: Array, deviation: Array | None = None, good: Array | None = None
+) -> LowerTolerance | None:
+    """Whether lower tolerances are printed with their sign, (n,) each, nan where not stated; None: cannot be known.
+
+    Where one is negative, signs are printed. A zone has a width: of `0.05 0.05` the second is without its sign. Of
+    `0.05 0.02`, which may be either, deviations of parts whose verdict `good` (1 or 0, nan where not stated) is known
+    tell.
+    """
+    stated = ~(np.isnan(upper) | np.isnan(lower)) & (lower != 0)
+    if not np.any(stated):
+        return "with its sign"
+    up, low = upper[stated], lower[stated]
+    if np.any(low < 0):
+        return "with its sign"
+    signed, unsigned = bool(np.all(low < up)), bool(np.all(-low < up))
+    if signed and unsigned and deviation is not None and good is not None:
+        dev, verdict = deviation[stated], good[stated]
+        known = ~(np.isnan(dev) | np.isnan(verdict))
+        inside, inside_unsigned = (low <= dev) & (dev <= up), (-low <= dev) & (dev <= up)
+        signed = bool(np.all((inside == (verdict > 0))[known]))
+        unsigned = bool(np.all((inside_unsigned == (verdict > 0))[known]))
+    if signed == unsigned:
+        return None
+    return "with its sign" if signed else "without its sign"
+
 
 GEOMETRIC: Final = (
     "flat|eben|round(?:ness)?$|roundness|rundheit|circular(?:ity)?$|circularity|straight|gerad|cylindricity|zylind(?:er)?form|"

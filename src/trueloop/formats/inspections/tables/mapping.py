@@ -11,7 +11,7 @@ from pydantic import Field
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Unit
-from trueloop.formats.inspections.shared.conventions import Deviation, LowerTolerance
+from trueloop.formats.inspections.shared.quantities import Deviation, LowerTolerance
 from trueloop.formats.inspections.shared.times import Order
 from trueloop.formats.inspections.tables.roles import POINT, Role
 from trueloop.formats.toml_tables import Count, Table, read_tables

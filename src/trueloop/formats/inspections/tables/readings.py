@@ -9,8 +9,7 @@ from trueloop.arrays import Array, Flags
 from trueloop.domain.inspection import Reading
 from trueloop.formats.inspections.measured_file import MeasuredFile, Remark, Unit
 from trueloop.formats.inspections.shared.checks import filled_in, numbered, stated_deviations, stated_verdicts
-from trueloop.formats.inspections.shared.described import characteristics_of
-from trueloop.formats.inspections.shared.quantities import AXES
+from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of
 from trueloop.formats.inspections.tables.common import Common
 from trueloop.formats.inspections.tables.long import Long
 from trueloop.formats.inspections.tables.roles import POINT, Role

@@ -10,14 +10,17 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Remark, Unit
-from trueloop.formats.inspections.shared.conventions import (
+from trueloop.formats.inspections.shared.quantities import (
+    FONT,
     Deviation,
     LowerTolerance,
     deviation_sign,
+    is_font,
+    limits_refusal,
     lower_tolerance_sign,
+    quantity_in,
+    quantity_of,
 )
-from trueloop.formats.inspections.shared.described import limits_refusal
-from trueloop.formats.inspections.shared.quantities import FONT, is_font, quantity_in, quantity_of
 from trueloop.formats.inspections.tables.headings import names_in, plain
 from trueloop.formats.inspections.tables.long import Long
 from trueloop.formats.inspections.tables.mapping import HINT

@@ -11,8 +11,19 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.tables.tool_tables.text import Line, decimal, lines_of, whole
-from trueloop.formats.tables.tool_tables.tool_table import HINT, Convention, Kind, Number, ToolRow, ToolTable, Unit
+from trueloop.formats.tables.tool_tables.tool_table import (
+    HINT,
+    Convention,
+    Kind,
+    Line,
+    Number,
+    ToolRow,
+    ToolTable,
+    Unit,
+    decimal,
+    lines_of,
+    whole,
+)
 
 FANUC: Final = Convention("Fanuc G10", None, "radius", (3, 4), ("(", ")"))
 GEOMETRY_FROM: Final = 10_000

@@ -9,8 +9,17 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.tables.tool_tables.text import decimal, lines_of
-from trueloop.formats.tables.tool_tables.tool_table import HINT, Convention, Kind, Number, ToolRow, ToolTable, Unit
+from trueloop.formats.tables.tool_tables.tool_table import (
+    HINT,
+    Convention,
+    Kind,
+    Number,
+    ToolRow,
+    ToolTable,
+    Unit,
+    decimal,
+    lines_of,
+)
 
 WHY: Final = "the control closes the file with a checksum of its own: send the change as G10 instead"
 HAAS: Final = Convention("Haas .ofs", "diameter", "radius", (3, 4), None, WHY)

@@ -9,8 +9,20 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.tables.tool_tables.text import Line, decimal, lines_of, whole, words_of
-from trueloop.formats.tables.tool_tables.tool_table import HINT, Convention, Kind, Number, ToolRow, ToolTable, Unit
+from trueloop.formats.tables.tool_tables.tool_table import (
+    HINT,
+    Convention,
+    Kind,
+    Line,
+    Number,
+    ToolRow,
+    ToolTable,
+    Unit,
+    decimal,
+    lines_of,
+    whole,
+    words_of,
+)
 
 HEIDENHAIN: Final = Convention("Heidenhain tool table", "radius", "radius", (4, 5))
 BEGIN: Final = re.compile(rb"\A\s*BEGIN\s+\S+\s+(MM|INCH)\b", re.IGNORECASE)

@@ -10,8 +10,19 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.tables.tool_tables.text import decimal, lines_of, whole, words_of
-from trueloop.formats.tables.tool_tables.tool_table import HINT, MARKED, Convention, Number, ToolRow, ToolTable, Unit
+from trueloop.formats.tables.tool_tables.tool_table import (
+    HINT,
+    MARKED,
+    Convention,
+    Number,
+    ToolRow,
+    ToolTable,
+    Unit,
+    decimal,
+    lines_of,
+    whole,
+    words_of,
+)
 
 LINUXCNC: Final = Convention("LinuxCNC tool.tbl", "radius", "diameter", (5, 6), (";", ""))
 WEAR_FROM: Final = 10_000

@@ -11,8 +11,19 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.tables.tool_tables.text import Line, decimal, lines_of, words_of
-from trueloop.formats.tables.tool_tables.tool_table import HINT, Convention, Kind, Number, ToolRow, ToolTable, Unit
+from trueloop.formats.tables.tool_tables.tool_table import (
+    HINT,
+    Convention,
+    Kind,
+    Line,
+    Number,
+    ToolRow,
+    ToolTable,
+    Unit,
+    decimal,
+    lines_of,
+    words_of,
+)
 
 SIEMENS: Final = Convention("Sinumerik tool data", "radius", "radius", (4, 5))
 VALUE: Final = re.compile(r"\s*\$TC_DP(\d+)\s*\[\s*(\d+)\s*,\s*(\d+)\s*\]\s*=\s*([^;\s]+)", re.IGNORECASE)

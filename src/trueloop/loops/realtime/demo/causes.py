@@ -11,8 +11,7 @@ from trueloop.arrays import Array, Flags
 from trueloop.loops.realtime.demo.part import TOOL_OFFSET_MM
 from trueloop.machine.model.model import MachineModel
 from trueloop.realtime.judge import DrivenRun, error_mm, travel_ways
-from trueloop.simulator.lathe.truth import WarmLathe
-from trueloop.simulator.lathe.warm_up import WarmUp
+from trueloop.simulator.lathe import WarmLathe, WarmUp
 
 
 def causes_um(

@@ -16,14 +16,12 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.realtime.demo.part import NOSE_RADIUS_MM, SET_AT_MM, TOOL_OFFSET_MM, WORK_ZERO_Z_MM
 from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.realtime.judge import DrivenRun
-from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.lathe.truth import WarmLathe
-from trueloop.simulator.lathe.warm_up import WarmUp
+from trueloop.simulator.lathe import WarmLathe, WarmUp
 from trueloop.simulator.machine import VirtualMachine
+from trueloop.simulator.mill import VirtualCmm
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.path import CentrePath, path_of_positions
-from trueloop.simulator.process import Repeatability
-from trueloop.simulator.stock import Stock
+from trueloop.simulator.process import Repeatability, Stock
 
 POINTS_PER_MM: Final = 2.0
 MARGIN_MM: Final = 0.6

@@ -1,1 +1,0 @@
-"""Fanuc controls, by the FOCAS library that the user has of Fanuc."""

@@ -1,1 +1,0 @@
-"""Controls at a serial line: characters, the port, and programs over it."""

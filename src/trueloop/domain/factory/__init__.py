@@ -1,1 +1,0 @@
-"""What a shop does with parts: orders and their routes, runs on machines, and the facts known of each run."""

@@ -1,1 +1,0 @@
-"""PC-DMIS: the text of its reports and of its edit window."""

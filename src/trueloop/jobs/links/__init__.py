@@ -1,1 +1,0 @@
-"""Programs to and from controls, and what of it is kept."""

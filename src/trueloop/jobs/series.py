@@ -1,0 +1,450 @@
+"""Series of parts: files into the store, what the store holds of a series, proposals and decisions."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Identity
+from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.domain.part import Part
+from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, ProposalDecision
+from trueloop.domain.tool_offset import ToolOffset
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.factory.book import Book, read_book
+from trueloop.formats.inspections.known import read_measured_file
+from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.outputs import write_all
+from trueloop.formats.tables.tool_tables.known import new_table, read_tool_table
+from trueloop.formats.tables.tool_tables.tool_table import Unit, XIs
+from trueloop.geometry.profile import Profile
+from trueloop.jobs.turned.characteristics import characteristics_of
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.shares import shares_of
+from trueloop.jobs.user import user_name
+from trueloop.loops.post_process.by_tool import JobTool, characteristic_on, tool_proposals
+from trueloop.loops.post_process.decide import decide
+from trueloop.loops.post_process.flags import filled_in, known_findings, nominal_findings, unit_findings
+from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.loops.post_process.replay import replay, simulate
+from trueloop.loops.post_process.series import sizes_of
+from trueloop.loops.turned.commanded import commanded
+from trueloop.nc.match.own_contour import OwnContour
+from trueloop.report.series.lines import series_csv
+from trueloop.report.series.page import series_page
+from trueloop.report.series.values import SeriesShape, replay_shape, status_shape
+from trueloop.report.texts.texts import Texts
+from trueloop.simulator.series import Event, Shop, What
+from trueloop.storage.store import Kept, Store, find, keep
+from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.program.wear_words import CONTROLS, Control, counted, offset_program
+from trueloop.units import UM_PER_MM
+
+
+@dataclass(frozen=True)
+class Adding:
+    """What is said of the files: part type and serial number where a file does not say them, unit and mapping.
+
+    `cut_with`: the proposals that were in force when the parts were cut, by id; (): none was; None: all that were
+    accepted before the part was measured, or before now.
+    """
+
+    part_type: str = ""
+    serial: str = ""
+    stated: Stated = field(default_factory=Stated)
+    take_nominal: bool = False
+    cut_with: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Added:
+    """What came of one file. `parts` are serial numbers: those kept now, and those that were there before."""
+
+    path: Path
+    part_type: str
+    new: tuple[str, ...]
+    known: tuple[str, ...]
+    cut_with: tuple[str, ...]
+    sizes: int
+    findings: tuple[Finding, ...]
+
+
+def add_files(store: Store, paths: Sequence[Path], adding: Adding) -> list[Added]:
+    """Each file in one transaction, whole or not at all, in the order given.
+
+    Raises MSR errors; SER-PART for parts without a name or a serial number, SER-NONE for a file without sizes, SER-UNIT
+    for a part in another unit than those before, SER-PROPOSAL for a proposal that was not accepted; STO errors.
+    """
+    return [_added(store, path, adding) for path in paths]
+
+
+def _added(store: Store, path: Path, adding: Adding) -> Added:
+    file = read_measured_file(path, adding.stated)
+    inspections = [_named(path, one, adding, len(file.inspections)) for one in file.inspections]
+    _require_sizes(file, inspections)
+    part_type = inspections[0].part.part_type.name
+    stored = find(store, Inspection, part_type=part_type)
+    findings = [one.in_file(str(path)) for one in _findings(stored, inspections, adding)]
+    for finding in findings:
+        if finding.severity is Severity.ERROR:
+            raise finding.as_error()
+    values = {one.identity for one in (kept.value for kept in stored)}
+    same = {_content(kept.value) for kept in stored if kept.value.identity not in {i.identity for i in inspections}}
+    wanted = [one for one in inspections if one.identity in values or _content(one) not in same]
+    cut_with = _cut_with(store, part_type, adding, [one for one in wanted if one.identity not in values])
+    kept = [one for one in keep(store, [*wanted, *cut_with]) if isinstance(one.value, Inspection)]
+    return Added(
+        path,
+        part_type,
+        tuple(one.value.part.serial for one in kept if one.new),
+        tuple(one.part.serial for one in inspections if not _is_new(one, kept)),
+        tuple(dict.fromkeys(name for one in cut_with for name in one.proposals)),
+        sum(1 for one in inspections for _ in sizes_of(one)),
+        tuple(findings),
+    )
+
+
+def _is_new(one: Inspection, kept: Sequence[Kept[Inspection]]) -> bool:
+    return any(each.new and each.value.identity == one.identity for each in kept)
+
+
+def _content(inspection: Inspection) -> Identity:
+    """Part, time and values: the same measurement in another file is no other one."""
+    when = "" if inspection.measured_at is None else inspection.measured_at.isoformat()
+    values = (f"{asked.name}={error_mm!r}" for asked, error_mm in sizes_of(inspection))
+    return *inspection.part.identity, when, *values
+
+
+def _named(path: Path, one: Inspection, adding: Adding, of: int) -> Inspection:
+    """With part type and serial number as stated where the file does not say them; a stated part type counts."""
+    part = one.part
+    name = adding.part_type or part.part_type.name
+    serial = part.serial or (adding.serial if of == 1 else "")
+    if not name or not serial:
+        lacks = "part type" if not name else "serial number"
+        raise TrueloopError(
+            Code.SER_PART,
+            f"one of {of} parts has no {lacks} (part {serial or name!r})",
+            hint="state it: `--type NAME`, and `--serial NUMBER` for a file of one part",
+            place=Place(str(path)),
+            values={"part": serial or name},
+        )
+    return replace(one, part=Part(replace(part.part_type, name=name), serial))
+
+
+def _require_sizes(file: MeasuredFile, inspections: Sequence[Inspection]) -> None:
+    if not any(True for one in inspections for _ in sizes_of(one)):
+        readings = sum(len(one.readings) for one in inspections)
+        raise TrueloopError(
+            Code.SER_NONE,
+            f"{file.path.name!r} holds {readings} readings of {len(inspections)} parts, 0 of them sizes with a nominal",
+            hint="a series follows diameters, radii, lengths and positions that state their nominal; touches belong to "
+            "`trueloop compensate`",
+            place=Place(str(file.path)),
+        )
+
+
+def _findings(
+    stored: Sequence[Kept[Inspection]], inspections: Sequence[Inspection], adding: Adding
+) -> Iterator[Finding]:
+    """What is odd about new parts beside those in the store; of parts that are there already nothing is said."""
+    there = {_content(kept.value) for kept in stored}
+    by_identity = {kept.value.identity for kept in stored}
+    known: dict[str, Characteristic] = {}
+    for kept in stored:
+        known.update({asked.name: asked for asked, _ in sizes_of(kept.value)})
+    serials = {kept.value.part.serial: kept.value for kept in stored}
+    for one in inspections:
+        if one.identity in by_identity and _content(one) in there:
+            continue
+        yield from unit_findings(known, one)
+        yield from nominal_findings(one, used=adding.take_nominal)
+        yield from known_findings(known, one)
+        yield from _again(serials, one)
+        if not filled_in(one) or adding.take_nominal:
+            known.update({asked.name: asked for asked, _ in sizes_of(one)})
+
+
+def _again(serials: dict[str, Inspection], one: Inspection) -> Iterator[Finding]:
+    """SER-AGAIN, a part that is in the store by another inspection."""
+    before = serials.get(one.part.serial)
+    if before is None:
+        return
+    same = _content(before) == _content(one)
+    yield Finding(
+        Severity.WARNING,
+        Code.SER_AGAIN,
+        f"part {one.part.serial!r} is in the store by another file"
+        + (", with the same values: not kept again" if same else ", with other values"),
+        "the later inspection counts; look whether two parts have one serial number",
+        values={"part": one.part.serial},
+    )
+
+
+def _cut_with(store: Store, part_type: str, adding: Adding, inspections: Sequence[Inspection]) -> list[PartCutWith]:
+    """What each part was cut with, where any proposal was accepted before: stated, or all accepted before it.
+
+    Raises SER-PROPOSAL for a proposal that was not accepted.
+    """
+    proposals = {one.value.id for one in find(store, Proposal, part_type=part_type)}
+    decided = [one.value for one in find(store, ProposalDecision) if one.value.proposal in proposals]
+    accepted = [one for one in decided if one.verdict == "accepted"]
+    asked = adding.cut_with
+    for one in asked or ():
+        if one not in {each.proposal for each in accepted}:
+            raise TrueloopError(
+                Code.SER_PROPOSAL,
+                f"proposal {one!r} is none of the {len(accepted)} accepted ones of {part_type!r}",
+                hint="`trueloop series status` lists them; `--cut-with none` where none was in force",
+                values={"proposal": one},
+            )
+    if not accepted:
+        return []
+    return [
+        PartCutWith(one.identity, _accepted_before(one, accepted) if asked is None else asked) for one in inspections
+    ]
+
+
+def _accepted_before(inspection: Inspection, accepted: Sequence[ProposalDecision]) -> tuple[str, ...]:
+    at = inspection.measured_at
+    if at is None or at.tzinfo is None:
+        return tuple(one.proposal for one in accepted)
+    return tuple(one.proposal for one in accepted if one.at < at)
+
+
+@dataclass(frozen=True)
+class WhatIf:
+    """A series to simulate. Parts count from 1; `jump_um` is an offset on X (a radius) that nobody knows of."""
+
+    parts: int = 30
+    seed: int = 0
+    gain: float = 1.0
+    tool_changed_at: int | None = None
+    jump_at: int | None = None
+    jump_um: float = 20.0
+
+
+def status_of(book: Book, options: SeriesOptions) -> SeriesShape:
+    """The series as they are."""
+    return status_shape(book.part_type, book.tracked, len(book.parts), book.findings, options)
+
+
+def replay_of(book: Book) -> SeriesShape:
+    """The series as they would have been with memory."""
+    replays = [replay(one.series) for one in book.tracked]
+    return replay_shape(book.part_type, replays, len(book.parts), book.findings)
+
+
+def simulated(given: WhatIf) -> SeriesShape:
+    """A simulated series, corrected as memory proposes."""
+    events = [] if given.jump_at is None else [Event(What.OFFSET, given.jump_at - 1, given.jump_um / UM_PER_MM)]
+    changed = None if given.tool_changed_at is None else given.tool_changed_at - 1
+    shop = Shop(parts=given.parts, gain=given.gain, changed_at=changed)
+    found = simulate(shop, np.random.default_rng(given.seed), events)
+    return replay_shape(found.series.part_type.name, [found], given.parts, (), simulated=True)
+
+
+def write_series(
+    series: SeriesShape, name: str, folder: Path | None, language: Language, unit: LengthUnit
+) -> list[str]:
+    """`name`.csv, `name`.json and `name`.html in a folder, all or none; nothing without one. Raises OUT errors."""
+    if folder is None:
+        return []
+    contents = [
+        (f"{name}.csv", series_csv(series).encode()),
+        (f"{name}.json", (series.model_dump_json(indent=1) + "\n").encode()),
+        (f"{name}.html", series_page(series, Texts(language, unit)).encode()),
+    ]
+    return [str(file) for file in write_all(folder, contents)]
+
+
+def tools_of_job(path: Path, book: Book) -> tuple[JobTool, ...]:
+    """Each tool of a job, or its only one, with its contour, its moves and the series of sizes of it alone.
+
+    A size between features of two edges is of neither. Raises JOB, GEO and NC errors.
+    """
+    files = JobFiles.of(path)
+    program = files.finish_program()
+    profile = files.profile(program)
+    asked = _asked(files, profile, book)
+    x_is = files.job.own_programs.offset_x_is
+    x_is_diameter = None if x_is is None else x_is == "diameter"
+    if not files.job.tools:
+        matched = commanded(program, None, profile, files.nose_radius_mm, 0.0, files.run)
+        tool = files.tool
+        return (JobTool(profile, program, matched, asked, tool.number, x_is_diameter, tool.table_edge),)
+    found = []
+    for share in shares_of(files):
+        own, called = share.own, share.own.edge.called
+        run = replace(share.files.run, called=called)
+        matched = commanded(program, None, own.profile, own.edge.nose_radius_mm, 0.0, run)
+        mine = _own_asked(asked, profile, own)
+        found.append(JobTool(own.profile, program, matched, mine, called.number, x_is_diameter, called.edge))
+    return tuple(found)
+
+
+def _asked(files: JobFiles, profile: Profile, book: Book) -> Mapping[str, Characteristic]:
+    """The part's characteristics by name: as the job has them, else as the inspections name features of it."""
+    stated = {one.name: one for one in characteristics_of(files.located, profile)}
+    series = [one.series.characteristic for one in book.tracked]
+    named = {one.name: stated.get(one.name) or characteristic_on(profile, one) for one in series}
+    return {name: one for name, one in named.items() if one is not None}
+
+
+def _own_asked(asked: Mapping[str, Characteristic], profile: Profile, own: OwnContour) -> dict[str, Characteristic]:
+    """Those of an edge's features alone, by their names on its contour."""
+    names = {profile.names[i]: own.profile.names[k] for k, parts in enumerate(own.parts) for i in parts}
+    return {
+        name: replace(one, feature=names[one.feature], other=names.get(one.other, ""))
+        for name, one in asked.items()
+        if one.feature in names and (not one.other or one.other in names)
+    }
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """Proposals that hold now, as the store has them, with what was decided; `new` are ids of those made now.
+
+    `not_accepted` says why a proposal of an automatic class waits all the same.
+    """
+
+    book: Book
+    proposals: tuple[Proposal, ...]
+    new: frozenset[str]
+    not_accepted: tuple[str, ...] = ()
+
+
+def propose(store: Store, book: Book, options: SeriesOptions, job: Path | None = None) -> Proposed:
+    """What the series propose for the next part, kept; classes switched to automatic are accepted at once.
+
+    With a job the offsets are those of its tools. Raises JOB, NC and SER-TOOL errors.
+    """
+    made = Made(user_name(), datetime.now(UTC))
+    found = list(proposals_of(book.tracked, options, made))
+    if job is not None:
+        found = [one for one in found if one.changes is not ProposalClass.TOOL_OFFSET]
+        found += tool_proposals(book.tracked, tools_of_job(job, book), options, made)
+    known = {one.id: one for one in book.proposals}
+    kept = keep(store, [one for one in found if one.id not in known])
+    proposals = tuple(known.get(one.id, one) for one in found)
+    waiting: list[str] = []
+    for one in proposals:
+        if one.changes in options.automatic and book.verdict(one) is None:
+            try:
+                decision = decision_on(book, one, "accepted", options, why="its class is automatic")
+                keep(store, [replace(decision, automatic=True)])
+            except TrueloopError as refused:
+                waiting.append(str(refused))
+    new = frozenset(one.value.id for one in kept if one.new)
+    return Proposed(read_book(store, book.part_type, options), proposals, new, tuple(waiting))
+
+
+def decision_on(
+    book: Book,
+    proposal: Proposal,
+    verdict: Literal["accepted", "rejected"],
+    options: SeriesOptions,
+    *,
+    who: str = "",
+    why: str = "",
+    override: Collection[str] = (),
+) -> ProposalDecision:
+    """The decision on a proposal as the book stands. Raises SER errors that `override` does not name.
+
+    Of two who decide at once the store takes the first: decisions have the proposal's identity.
+    """
+    now, series = datetime.now(UTC), book.by_identity
+    by = who or user_name()
+    return decide(proposal, verdict, by, now, series, book.decisions, options, why=why, override=override)
+
+
+def proposal_named(store: Store, name: str) -> Proposal:
+    """The proposal whose id begins so. Raises SER-PROPOSAL where there is none, or several."""
+    every = [one.value for one in find(store, Proposal)]
+    found = [one for one in every if one.id.startswith(name)]
+    if len(found) == 1 and name:
+        return found[0]
+    raise TrueloopError(
+        Code.SER_PROPOSAL,
+        f"{name!r} is the beginning of {len(found)} of {len(every)} proposals",
+        hint="`trueloop series status` lists those that wait for a decision",
+        values={"proposal": name},
+    )
+
+
+def accepted(
+    store: Store,
+    name: str,
+    options: SeriesOptions,
+    where: "Written | None",
+    *,
+    who: str,
+    why: str,
+    override: Collection[str],
+) -> tuple[Proposal, ProposalDecision, Path | None]:
+    """Accepts a proposal by its id and writes its tool offset; where that cannot be written nothing is accepted."""
+    proposal = proposal_named(store, name)
+    book = read_book(store, proposal.part_type.name, options)
+    decision = decision_on(book, proposal, "accepted", options, who=who, why=why, override=override)
+    file = None if where is None else write_offset(proposal, where)
+    keep(store, [decision])
+    return proposal, decision, file
+
+
+def rejected(store: Store, name: str, *, who: str, why: str) -> tuple[Proposal, ProposalDecision]:
+    """Rejects a proposal by its id."""
+    proposal, options = proposal_named(store, name), SeriesOptions()
+    book = read_book(store, proposal.part_type.name, options)
+    decision = decision_on(book, proposal, "rejected", options, who=who, why=why)
+    keep(store, [decision])
+    return proposal, decision
+
+
+@dataclass(frozen=True)
+class Written:
+    """Where an accepted offset is to be written: in a control's words, or into a copy of its tool table.
+
+    `control` None: that of the job's program; `x_is` None: as that counts.
+    """
+
+    output: Path
+    control: Control | None = None
+    table: Path | None = None
+    unit: Unit | None = None
+    x_is: XIs | None = None
+
+
+def write_offset(proposal: Proposal, where: Written) -> Path:
+    """Writes an accepted proposal's tool offset. Raises OFS-NONE where it has none, OFS and OUT errors."""
+    offset = _offset_of(proposal)
+    if where.table is not None:
+        table = read_tool_table(where.table, where.unit)
+        content, inputs = new_table(table, offset, proposal.id).content, [where.table]
+    else:
+        control = where.control or _control_of(proposal)
+        counts = (where.x_is or offset.x_is) if control == proposal.control else counted(control, where.x_is)
+        content, inputs = offset_program(control, WearOffset.of(offset, counts), proposal.id).encode(), []
+    (written,) = write_all(where.output.parent, [(where.output.name, content)], inputs)
+    return written
+
+
+def _control_of(proposal: Proposal) -> Control:
+    """That of the job's program; where there is none of ours, one without words, which says so."""
+    return next((one for one in CONTROLS if one == proposal.control), "heidenhain")
+
+
+def _offset_of(proposal: Proposal) -> ToolOffset:
+    if proposal.tool_offset is None:
+        names = ", ".join(map(repr, proposal.characteristics))
+        raise TrueloopError(
+            Code.OFS_NONE,
+            f"proposal {proposal.id} changes {names} and names no tool",
+            hint="`trueloop series propose --job JOB.toml` proposes the offset of the job's tool",
+        )
+    return proposal.tool_offset

@@ -1,1 +1,0 @@
-"""Corrections by the machine model: axis tables, set-ups, displaced points of programs."""

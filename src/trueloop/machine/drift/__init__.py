@@ -1,1 +1,0 @@
-"""Thermal drift of one point as a function of temperatures and speeds."""

@@ -1,1 +1,0 @@
-"""Calibrated plates and positioning tests."""

@@ -1,1 +1,0 @@
-"""An edge and what it has taught: page, figures, lines, JSON."""

@@ -1,1 +1,0 @@
-"""A virtual lathe that errs while it warms up: its truth by plain transforms, its temperatures, instruments on it."""
