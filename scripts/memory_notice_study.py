@@ -13,7 +13,7 @@ import numpy as np
 from scripts.memory_level_study import SEED
 from trueloop.arrays import Array, Integers
 from trueloop.domain.life import Stage
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed
 from trueloop.memory.noticing.part import cleaned, notice_part
 from trueloop.simulator.series import Event, Series, Shop, What, draw
@@ -149,9 +149,9 @@ def _plain(shop: Shop, number: int, touches: Integers, known: int) -> list[tuple
     return found
 
 
-def _errors(series: Series, at: Integers, error_mm: Array) -> ArcErrors:
+def _errors(series: Series, at: Integers, error_mm: Array) -> CutErrors:
     names = tuple(f"P{k + 1}" for k in at)
-    return ArcErrors(("arc",) * len(at), names, series.angle_rad[at], error_mm, np.full(len(at), PROBE_U_MM))
+    return CutErrors(("arc",) * len(at), names, series.angle_rad[at], error_mm, np.full(len(at), PROBE_U_MM))
 
 
 def _share(found: Sequence[bool]) -> str:

@@ -10,7 +10,7 @@ from scripts.memory_notice_study import THREE, part_of
 from trueloop.arrays import Array, Integers
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.options import MemoryOptions
-from trueloop.memory.made_part import MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.simulator.series import Series, Shop, draw
 
 SERIES: Final = 6
@@ -54,7 +54,7 @@ def _by_memory(series: Series, touches: Integers) -> _Run:
     left, z, nothing = [], [], np.zeros(len(series.angle_rad))
     for k in range(PARTS):
         today = part_of(series, k, touches, nothing, nothing)
-        said = expect(tuple(history), _uninspected(today), series.angle_rad, MemoryOptions())
+        said = expect(tuple(history), _uninspected(today), CutErrors.asked(series.angle_rad, "arc"), MemoryOptions())
         correction = said.weight * said.mean_mm
         left.append(series.left_mm(k, correction))
         predicted = said.mean_mm * said.gain - correction

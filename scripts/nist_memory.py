@@ -6,7 +6,7 @@ is rebuilt as [6811 §3.2] says and added to the error of its finish cut: E = F 
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Final
 
@@ -16,16 +16,16 @@ from scripts.nist_bands import PUBLISHED
 from scripts.nist_parts import NistPart, parts
 from scripts.nist_table import corrected
 from trueloop.arrays import Flags
-from trueloop.geometry.feature import contact_angle_rad
+from trueloop.loops.turned.cut_errors import cut_errors
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.replay import Predicted, Replayed, replay
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import MadePart
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
 ARCS: Final = ("dome", "knob")
 THREE: Final = (2, 9, 16)
-"""The 3rd, 10th and 17th of the twenty touches of an arc."""
+"""The 3rd, 10th and 17th of the twenty touches of an arc; all others with them."""
 
 FOLDER: Final = Path(__file__).parents[1] / "out" / "memory"
 
@@ -43,29 +43,20 @@ def made_parts() -> tuple[MadePart, ...]:
 
 
 def made_part(part: NistPart, order: float) -> MadePart:
-    """The touches on the arc, and NIST's correction as [6811 §3.2] made it: a spline, positive where taken off."""
+    """All touches, and NIST's correction as [6811 §3.2] made it: lines and splines, positive where taken off."""
     touches = error_vectors(part.profile, part.semifinish, Gauging())
     published = touches.error_mm - fit_profile(part.profile, touches, PUBLISHED).residual_mm
-    chosen = on_arc(part)
     finish = np.array([touch.error_mm for touch in part.finish], dtype=np.float64)
 
-    def errors(of: np.ndarray) -> ArcErrors:
-        return ArcErrors(
-            tuple(part.profile.names[i] for i in touches.feature_index[chosen]),
-            tuple(touch.point for touch, on in zip(part.semifinish, chosen, strict=True) if on),
-            contact_angle_rad(touches.outward_normal)[chosen],
-            of[chosen],
-            touches.standard_u_mm[chosen],
-        )
-
+    places = cut_errors(part.profile, touches)
     return MadePart(
         part.family.name,
         part.number,
         "as reported",
         order,
-        errors(touches.error_mm),
-        errors(finish),
-        published[chosen],
+        places,
+        replace(places, error_mm=finish),
+        published,
     )
 
 
@@ -89,8 +80,50 @@ def own_fit(part: MadePart) -> Predicted:
 
 @cache
 def replayed(touches: Sequence[int] | None = None) -> tuple[Replayed, ...]:
-    """The ten parts in order."""
-    return replay(made_parts(), own_fit, MemoryOptions(), touches)
+    """The ten parts in order, on their arcs; `touches` of the arc, None: all."""
+    return replayed_parts(made_parts(), touches)
+
+
+def replayed_parts(parts: Sequence[MadePart], touches: Sequence[int] | None = None) -> tuple[Replayed, ...]:
+    """The same of any parts."""
+    some = None if touches is None else partial(some_of_arc, touches=touches)
+    return on_arcs(replay(parts, own_fit, MemoryOptions(), some))
+
+
+@cache
+def arcs() -> tuple[MadePart, ...]:
+    """The ten parts as their arcs alone."""
+    return tuple(map(_arc_of, made_parts()))
+
+
+def some_of_arc(part: MadePart, touches: Sequence[int]) -> Sequence[int]:
+    """Some touches of a part's arc, and all others, by position."""
+    arc = np.isin(part.semifinish.feature, ARCS)
+    chosen = np.flatnonzero(arc)[[k for k in touches if k < np.count_nonzero(arc)]]
+    return [int(k) for k in np.sort(np.append(np.flatnonzero(~arc), chosen))]
+
+
+def on_arcs(replays: Sequence[Replayed]) -> tuple[Replayed, ...]:
+    """What was predicted of parts, on their arcs alone; the numbers of touches are those of the arcs."""
+    return tuple(map(_on_arc, replays))
+
+
+def _on_arc(one: Replayed) -> Replayed:
+    made, finish = _arc_of(one.part), one.part.finish
+    assert finish is not None
+    touches = one.touches - len(one.part.semifinish) + len(made.semifinish)
+    rows = np.flatnonzero(np.isin(finish.feature, ARCS))
+    if one.own_fit:  # which is of the arc alone
+        return Replayed(made, touches, one.predicted, True)
+    predicted = Predicted(one.predicted.error_mm[rows], one.predicted.half_band_mm[rows])
+    return Replayed(made, touches, predicted, False)
+
+
+def _arc_of(part: MadePart) -> MadePart:
+    assert part.finish is not None and part.correction_mm is not None
+    touched, found = (np.flatnonzero(np.isin(of.feature, ARCS)) for of in (part.semifinish, part.finish))
+    semifinish, finish = part.semifinish.chosen(touched), part.finish.chosen(found)
+    return replace(part, semifinish=semifinish, finish=finish, correction_mm=part.correction_mm[found])
 
 
 @cache
@@ -99,7 +132,7 @@ def as_first() -> tuple[Replayed, ...]:
     modbas2, piecs11 = made_parts()[:4], made_parts()[4:]
     seen = max(np.max(part.semifinish.contact_angle_rad) for part in modbas2)
     each = (_up_to_angle(replace(part, order=float(len(modbas2))), seen + SEEN_RAD) for part in piecs11)
-    return tuple(replay([*modbas2, part], own_fit, MemoryOptions())[-1] for part in each)
+    return on_arcs([replay([*modbas2, part], own_fit, MemoryOptions())[-1] for part in each])
 
 
 SEEN_RAD: Final = np.radians(2.2)
@@ -111,23 +144,17 @@ def _up_to_angle(part: MadePart, angle_rad: float) -> MadePart:
     seen = part.finish.contact_angle_rad <= angle_rad
     return replace(
         part,
-        semifinish=_some(part.semifinish, part.semifinish.contact_angle_rad <= angle_rad),
-        finish=_some(part.finish, seen),
+        semifinish=part.semifinish.chosen(np.flatnonzero(part.semifinish.contact_angle_rad <= angle_rad)),
+        finish=part.finish.chosen(np.flatnonzero(seen)),
         correction_mm=part.correction_mm[seen],
     )
-
-
-def _some(errors: ArcErrors, chosen: Flags) -> ArcErrors:
-    names = [[name for name, on in zip(column, chosen, strict=True) if on] for column in (errors.feature, errors.point)]
-    columns = (errors.contact_angle_rad, errors.error_mm, errors.standard_u_mm)
-    return ArcErrors(tuple(names[0]), tuple(names[1]), *(column[chosen] for column in columns))
 
 
 def main() -> None:
     """Writes the replay and says what it would have left."""
     from trueloop.jobs.store.replayed import write_replay
 
-    fits = tuple(Replayed(part, len(part.semifinish.error_mm), own_fit(part), True) for part in made_parts())
+    fits = tuple(Replayed(part, len(part.semifinish), own_fit(part), True) for part in arcs())
     memory = {"20 touches": replayed(), "3 touches": replayed(THREE)}
     written = write_replay(FOLDER, "Ten parts of one worn edge", SOURCE, fits, memory, as_first())
     print("\n".join(f"written: {path}" for path in written))

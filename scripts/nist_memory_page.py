@@ -11,10 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from scripts.nist_memory import THREE, as_first, made_parts, own_fit, replayed
+from scripts.nist_memory import THREE, arcs, as_first, made_parts, own_fit, replayed, replayed_parts
 from trueloop.arrays import Array
-from trueloop.memory.edge.options import MemoryOptions
-from trueloop.memory.edge.replay import Replayed, replay
+from trueloop.memory.edge.replay import Replayed
 from trueloop.memory.made_part import MadePart
 from trueloop.report.memory.replay_page import cut_um, inside, left_um
 from trueloop.statistics import rms
@@ -48,7 +47,7 @@ parts, one edge, one machine, arcs only: other metal will show more.
 
 def simple(of: slice, start: Callable[[MadePart], Array], share: Callable[[int], float]) -> float:
     """RMS left by a rule without a model: a start from today's touches and a share of what it left on earlier parts."""
-    parts, errors = made_parts()[of], []
+    parts, errors = arcs()[of], []
     for k, part in enumerate(parts[1:], 1):
         earlier = np.mean([_uncorrected(one) - start(one) for one in parts[:k]], axis=0)
         errors.append(_uncorrected(part) - start(part) - share(k) * earlier)
@@ -86,13 +85,17 @@ def _other_cases() -> str:
     first, piecs11 = replayed()[0:1], replayed()[4:5]
     reordered = [by_serial(serial, k) for k, serial in enumerate(INSPECTED)]
     by_inspection, alone = (
-        [replay(parts, own_fit, MemoryOptions(), touches) for touches in (None, THREE)]
-        for parts in (reordered, made_parts()[PIECS11])
+        [replayed_parts(parts, touches) for touches in (None, THREE)] for parts in (reordered, made_parts()[PIECS11])
     )
     rows = [
         ("first part of the edge: own fit", cut_um(first), left_um(first), None),
         ("first PIECS11 part, 16° of it never seen", cut_um(piecs11), left_um(piecs11), None),
-        ("each PIECS11 part as the first, at angles seen (17 touches)", cut_um(as_first()), left_um(as_first()), None),
+        (
+            "each PIECS11 part as the first, at angles seen (17 or 18 touches)",
+            cut_um(as_first()),
+            left_um(as_first()),
+            None,
+        ),
         ("PIECS11, parts 2 to 6, MODBAS2 unknown", cut_um(alone[0][1:]), *(left_um(one[1:]) for one in alone)),
         (
             "PIECS11, parts 2 to 6, by number of inspection",
@@ -130,7 +133,7 @@ def by_serial(serial: str, order: int) -> MadePart:
 
 
 def _fits(of: slice) -> Sequence[Replayed]:
-    return [Replayed(part, len(part.semifinish.error_mm), own_fit(part), True) for part in made_parts()[of]]
+    return [Replayed(part, len(part.semifinish.error_mm), own_fit(part), True) for part in arcs()[of]]
 
 
 def _fit(part: MadePart) -> Array:

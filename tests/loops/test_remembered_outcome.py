@@ -9,7 +9,6 @@ import pytest
 from tests.support.remembered import remembering_inputs
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.geometry.feature import contact_angle_rad
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.loops.turned.process_intermittent import compensate
@@ -39,12 +38,12 @@ def corrected(weight: float, by: By) -> Correction:
     return compensate(replace(inputs(), options=options))
 
 
-def uncorrected_mm(correction: Correction, normal: Array) -> Array:
+def uncorrected_mm(correction: Correction, arc_length_mm: Array) -> Array:
     """E at places of the dome, from what memory predicted."""
     memory = correction.memory
     assert memory is not None and memory.applied and memory.expected is not None
     known = memory.expected
-    return np.interp(contact_angle_rad(normal), known.contact_angle_rad, known.gain * known.mean_mm)
+    return known.along(known.gain * known.mean_mm, correction.profile.names.index("dome"), arc_length_mm)
 
 
 def test_the_machine_is_asked_for_less() -> None:
@@ -54,7 +53,7 @@ def test_the_machine_is_asked_for_less() -> None:
     dome = correction.profile.names.index("dome")
     s = np.array([20.0, 40.0])
     asked = correction.model.curves[dome].value_mm(s)
-    expected = uncorrected_mm(correction, correction.profile.features[dome].outward_normal(s))
+    expected = uncorrected_mm(correction, s)
     assert 1.25 * asked == pytest.approx(expected, rel=0.05)
 
 
@@ -64,10 +63,10 @@ def test_a_weight_leaves_its_share_of_what_would_have_been(weight: float, left: 
     correction = corrected(weight, "contour")
     dome = correction.profile.names.index("dome")
     rows = correction.touches.of_feature(dome)
-    by_hand = left * uncorrected_mm(correction, correction.touches.outward_normal[rows])
+    by_hand = left * uncorrected_mm(correction, correction.touches.arc_length_mm[rows])
     assert correction.prediction.after_mm[rows] == pytest.approx(by_hand, abs=5e-5)
     s = np.linspace(5.0, 55.0, 20)
-    by_hand = left * uncorrected_mm(correction, correction.profile.features[dome].outward_normal(s))
+    by_hand = left * uncorrected_mm(correction, s)
     assert expected_mm(correction, dome, s) == pytest.approx(by_hand, abs=5e-5)
 
 
@@ -80,7 +79,7 @@ def test_an_offset_takes_off_more_as_well() -> None:
     rows = correction.touches.of_feature(dome)
     normal = correction.touches.outward_normal[rows]
     moved = memory.expected.gain * (normal @ np.array(correction.decision.offset_mm))
-    by_hand = uncorrected_mm(correction, normal) + moved
+    by_hand = uncorrected_mm(correction, correction.touches.arc_length_mm[rows]) + moved
     assert np.max(np.abs(moved)) > 0.02
     assert correction.prediction.after_mm[rows] == pytest.approx(by_hand, abs=5e-5)
     assert expected_mm(correction, dome, correction.touches.arc_length_mm[rows]) == pytest.approx(by_hand, abs=5e-5)
@@ -101,8 +100,8 @@ def test_the_share_from_memory_is_large_where_memory_alone_says_the_same() -> No
     n = len(memory.expected.contact_angle_rad)
     expected = replace(memory.expected, memory_mm=np.full(n, 0.030), mean_mm=np.full(n, 0.040))
     dome = correction.profile.names.index("dome")
-    assert replace(memory, expected=expected).share(correction.profile, dome) == pytest.approx(0.75)
-    assert replace(memory, expected=expected, applied=False).share(correction.profile, dome) == 0.0
+    assert replace(memory, expected=expected).share(dome) == pytest.approx(0.75)
+    assert replace(memory, expected=expected, applied=False).share(dome) == 0.0
 
 
 def test_the_figure_shows_what_an_offset_takes_off() -> None:

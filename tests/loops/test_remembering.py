@@ -17,7 +17,7 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.remembering import points_to_keep
 from trueloop.loops.turned.stored import CODEC, enveloped
 from trueloop.memory.edge.options import IN_FULL
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 
 PARTS = 5
 FEW = (2, 9, 16)
@@ -107,10 +107,12 @@ def test_what_came_from_memory_is_said_and_kept() -> None:
     memory = correction.memory
     assert memory is not None and memory.applied and memory.expected is not None
     assert memory.expected.parts == PARTS
-    assert memory.points == tuple(correction.touches.point[k] for k in correction.touches.of_feature(dome()))
+    touched = correction.touches
+    assert memory.points == tuple(np.array(touched.point)[~touched.at_reference].tolist())
+    assert memory.features == tuple(range(len(correction.profile.features)))
     words = " ".join(memory.words(correction.profile))
     assert "Memory of edge SVJBL VCMT 110304 1, inspected parts: 5." in words
-    assert f"dome: {100 * memory.share(correction.profile, dome()):.0f} % of the correction is from memory" in words
+    assert f"dome: {100 * memory.share(dome()):.0f} % of the correction is from memory" in words
     assert set(memory.words(correction.profile)) <= set(correction.notes)
     stated = correction.record.model["memory"]
     assert isinstance(stated, dict) and stated["mean_mm"] == memory.expected.mean_mm.tolist()
@@ -138,12 +140,8 @@ def test_touches_that_contradict_earlier_parts_correct_alone() -> None:
 
 
 def without_angles_below(part: MadePart, least_rad: float) -> MadePart:
-    def above(errors: ArcErrors) -> ArcErrors:
-        rows = np.flatnonzero(errors.contact_angle_rad > least_rad)
-        names = [tuple(of[k] for k in rows) for of in (errors.feature, errors.point)]
-        return ArcErrors(
-            names[0], names[1], errors.contact_angle_rad[rows], errors.error_mm[rows], errors.standard_u_mm[rows]
-        )
+    def above(errors: CutErrors) -> CutErrors:
+        return errors.chosen(np.flatnonzero(errors.contact_angle_rad > least_rad))
 
     assert part.finish is not None and part.correction_mm is not None
     kept = part.finish.contact_angle_rad > least_rad
@@ -158,16 +156,16 @@ def test_angles_that_nobody_has_seen_are_refused_with_a_few_touches_and_left_to_
     with pytest.raises(TrueloopError, match="MEM-UNSEEN"):
         cut(trial(), dome(), touches, history, workshop_of(PARTS), PARTS)
     every = cut(trial(), dome(), (0, 4, 8, 12, 16, 19), history, workshop_of(PARTS), PARTS).correction
-    assert every.memory is not None and not every.memory.applied
-    assert any("have shown" in note for note in every.notes)
+    assert every.memory is not None and dome() not in every.memory.features
+    assert any("have not shown" in note for note in every.notes)
 
 
-def test_the_points_to_keep_are_spread_over_the_angles() -> None:
+def test_the_points_to_keep_are_spread_over_the_part() -> None:
     """Of twenty the 3rd, 10th and 17th [memory of NIST's parts]; never fewer than three, which judge a part as well."""
     angle = np.linspace(1.5, 0.0, 20)
-    names = tuple(str(k + 1) for k in range(20))[::-1]  # angles fall along the dome: the last name has the largest
-    touches = ArcErrors(("dome",) * 20, names, angle, np.zeros(20), np.zeros(20))
+    names = tuple(str(k + 1) for k in range(20))
+    touches = CutErrors(("dome",) * 20, names, angle, np.zeros(20), np.zeros(20))
     assert points_to_keep(touches, 3) == ("3", "10", "17")
     assert points_to_keep(touches, 1) == ("3", "10", "17")
     assert len(points_to_keep(touches, 7)) == 7
-    assert points_to_keep(ArcErrors.none(), 3) == ()
+    assert points_to_keep(CutErrors.none(), 3) == ()

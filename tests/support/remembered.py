@@ -9,9 +9,10 @@ from tests.support.correction import example_inputs
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.geometry.feature import contact_angle_rad
 from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.cut_errors import cut_errors
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import MadePart
 
 FEW = (2, 9, 16)
 
@@ -30,10 +31,13 @@ def remembering_inputs(moved_mm: float = 0.0) -> Inputs:
     history = []
     for k in range(3):
         error = touches.error_mm[rows] + 0.004 * rng.standard_normal() * np.sin(angle)
-        places = (("dome",) * len(rows), tuple(touches.point[i] for i in rows), angle)
-        touched = ArcErrors(*places, error + 0.0010 * rng.standard_normal(len(rows)), np.full(len(rows), 0.0008))
+        places = replace(
+            cut_errors(inputs.profile, touches.chosen(np.union1d(rows, np.flatnonzero(touches.at_reference)))),
+            standard_u_mm=np.full(len(rows), 0.0008),
+        )
+        touched = replace(places, error_mm=error + 0.0010 * rng.standard_normal(len(rows)))
         left = -0.003 + 0.0015 * rng.standard_normal(len(rows))
-        found = ArcErrors(*places, left, np.full(len(rows), 0.0008))
+        found = replace(places, error_mm=left)
         history.append(MadePart(name_of(inputs.part), f"S{k}", setting, float(k), touched, found, error))
     few = touches.chosen(np.setdiff1d(np.arange(len(touches.point)), np.delete(rows, FEW)))
     few = replace(few, error_mm=few.error_mm + moved_mm * few.outward_normal[:, 0])

@@ -1,9 +1,10 @@
 """The terms of a turned part's error, with the priors of their sizes.
 
-Columns of a place: `edge`, `part_type`, `part`, `group` (labels; a group of features that meet tangentially), `number`
-(of the part, counted over the edge's parts: the clock of wear), `number_of_type`, `contact_angle_rad` (of the outward
-normal from +z to +x), `z_mm` (from the middle of the part), `share` (along the group, 0 to 1), `finish` (1 of the
-finish cut, 0 of the cut before).
+Columns of a place: `edge`, `setting` (of the tool: a mounting or touch-off), `part_type`, `part`, `group` (labels; a
+group of features that meet tangentially), `age` (of the edge, in parts: the clock of wear), `order` (of the part, in
+parts), `contact_angle_rad` (of the outward normal from +z to +x), `z_mm` (from the middle of the part), `share` (along
+the group, 0 to 1), `finish` (1 of the finish cut, 0 of the cut before), `taken_off_mm` (what a correction was commanded
+to take off; 0 where an error is asked for that nothing had been taken off from).
 
 The two cuts of one part share nose, setting, clamping, form; what the finish cut does otherwise is terms of its own, so
 that inspections of finished parts teach it. Medians are from turning in general (`source`); none was fitted to the
@@ -24,9 +25,10 @@ from trueloop.estimate.waves import Waves
 _SETTING: Final = "a touch-off or a presetter places an edge within some hundredths of a millimetre"
 _CLAMPING: Final = "a part clamped again, a turret indexed, minutes of heat: ISO 230-2 and 13041-8, 2 µm in all"
 _NOSE: Final = "a worn nose departs from its circle by some micrometres to tens of them"
-_STRAIGHT: Final = "deflection and tailstock: some tens of micrometres over 100 mm; from part to part a third"
+_STRAIGHT: Final = "deflection and tailstock: some micrometres over 100 mm; from part to part a third"
 _GROUP: Final = "speed, chip thickness and stiffness differ from feature to feature: some micrometres"
 _CUTS: Final = "cuts of different depth differ by some micrometres, from part to part by less"
+_GAIN: Final = "a control makes what a program says; a diameter entered as a radius makes twice that"
 _SCATTER: Final = "surface and ball of some tenths of a micrometre to some micrometres in place"
 
 PRIORS: Final = {
@@ -57,6 +59,7 @@ PRIORS: Final = {
     "finish_form_length": Prior(0.44, 0.5, _CUTS),
     "finish_group": Prior(0.0015, 0.7, _GROUP),
     "repeatability": Prior(0.001, 0.3, _SCATTER),
+    "gain": Prior(0.01, 1.5, _GAIN),
     "finish_repeatability": Prior(0.001, 0.3, _SCATTER),
 }
 """Standard deviations in mm, of a taper in mm per mm; lengths in rad, of `along_length` as a share of the group."""
@@ -84,9 +87,17 @@ def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi) -> Cat
         return lambda sizes: of.spread(sizes[size], sizes[length])
 
     terms = (
-        Term("nose", ("edge",), of_angle, waves(angles, "nose", "nose_length"), waves(angles, "wear", "nose_length")),
+        Term(
+            "nose",
+            ("edge",),
+            of_angle,
+            waves(angles, "nose", "nose_length"),
+            waves(angles, "wear", "nose_length"),
+            "age",
+        ),
         Term("short nose", ("edge",), of_angle_short, waves(short, "short", "short_length")),
-        Term("setting", ("edge", "part_type"), _normal, _flat("setting", 2), _flat("walk", 2), "number_of_type"),
+        Term("setting", ("setting",), _normal, _half_of("setting", 2), _flat("walk", 2), "order"),
+        Term("part zero", ("part_type",), _normal, _half_of("setting", 2)),
         Term("clamping", ("part",), _normal, _flat("clamping", 2)),
         Term("form of the part", ("part",), of_angle, waves(angles, "form", "form_length")),
         Term("short form of the part", ("part",), of_angle_short, waves(short, "short_part", "short_length")),
@@ -96,6 +107,7 @@ def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi) -> Cat
         Term("group", ("part_type", "group"), _constant, _flat("group")),
         Term("group of the part", ("part", "group"), _constant, _flat("group_part"), tail=TAIL),
         Term("tilt of the part", ("part", "group"), _tilt, _flat("tilt_part"), tail=TAIL),
+        Term("gain", ("edge",), _taken_off, _flat("gain")),
         Term("finish level", ("edge",), _finish(_constant), _flat("finish_level")),
         Term("finish form", ("edge",), _finish(of_angle), waves(angles, "finish", "finish_length")),
         Term(
@@ -120,6 +132,11 @@ def _flat(size: str, count: int = 1) -> Callable[[Sizes], Array]:
     return lambda sizes: np.full(count, sizes[size])
 
 
+def _half_of(size: str, count: int) -> Callable[[Sizes], Array]:
+    """Half of the variance: tool and part zero are set alike well, and both displace a part."""
+    return lambda sizes: np.full(count, sizes[size] / np.sqrt(2.0))
+
+
 def _normal(places: Places) -> Array:
     """A displacement (dX, dZ) along the outward normal (sin φ, cos φ), (n, 2)."""
     angle = places.number("contact_angle_rad")
@@ -134,6 +151,11 @@ def _taper(places: Places) -> Array:
 def _tilt(places: Places) -> Array:
     """From −1 at the start of a group to 1 at its end."""
     return np.asarray((2.0 * places.number("share") - 1.0)[:, None])
+
+
+def _taken_off(places: Places) -> Array:
+    """What is left on where the machine makes less of a correction than was commanded: (1 − gain) of it."""
+    return np.asarray((places.number("taken_off_mm") * places.number("finish"))[:, None])
 
 
 def _constant(places: Places) -> Array:

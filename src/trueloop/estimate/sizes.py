@@ -27,16 +27,19 @@ DIFFERENCE: Final = 1e-5
 
 
 def fitted_sizes(
-    catalogue: Catalogue, parts: Sequence[Observed], start: Sizes | None = None, rounds: int = 40
+    catalogue: Catalogue, parts: Sequence[Observed], starts: Sequence[Sizes] = (), rounds: int = 40
 ) -> dict[str, float]:
     """The most probable sizes given observations, each of one part, in the order of the clocks.
 
     Where some of these are gross errors by sizes that were fitted to all values, the sizes are fitted again with these
-    at their weights. Without observations: the priors' medians.
+    at their weights. Without observations: the priors' medians. The search begins at the most probable of the medians
+    and of `starts`.
     """
     if not parts:
         return catalogue.medians
-    found = _most_probable(Badness(catalogue, parts), catalogue, start or catalogue.medians, rounds)
+    badness, first = Badness(catalogue, parts), [catalogue.medians, *starts]
+    start = first[0] if len(first) == 1 else min(first, key=lambda one: badness.of(catalogue.logarithms(one))[0])
+    found = _most_probable(badness, catalogue, start, rounds)
     more = _more_noise(catalogue, found, parts)
     if not np.any(more):
         return found

@@ -41,7 +41,7 @@ class Term:
     basis: Callable[[Places], Array]
     spread: Callable[[Sizes], Array]
     step: Callable[[Sizes], Array] | None = None
-    clock: str = "number"
+    clock: str = "order"
     tail: float | None = None
 
     @property

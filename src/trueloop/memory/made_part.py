@@ -1,20 +1,24 @@
-"""One part as the memory of an edge sees it: errors at contact angles before and after its finish cut."""
+"""One part as the memory of an edge sees it: errors at places before and after its finish cut."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array, by_content
 
 
 @by_content
 @dataclass(frozen=True)
-class ArcErrors:
-    """Errors at n places on arcs, mm, positive = material left on.
+class CutErrors:
+    """Errors at n places, mm, positive = material left on.
 
     `contact_angle_rad` is that of the outward normal (n_x, n_z) = (sin φ, cos φ): 90° on a cylinder, 0 on a face that
     looks along +z (`geometry.feature.contact_angle_rad`). `feature` and `point` name the places; `standard_u_mm` is
-    that of the measurement alone, without what the cut scatters.
+    that of the measurement alone, without what the cut scatters. `z_mm` counts from the middle of the part, `share`
+    along the `group` of features that meet tangentially, named by the first of them; None: of one place in the middle
+    of each feature. `reference` is the place that the part's z was taken from, whose error is zero by definition, and
+    `z_share` (n,) how much of that place's own error each of the errors lacks; None: z has no reference.
     """
 
     feature: tuple[str, ...]
@@ -22,11 +26,45 @@ class ArcErrors:
     contact_angle_rad: Array
     error_mm: Array
     standard_u_mm: Array
+    z_mm: Array | None = None
+    share: Array | None = None
+    group: tuple[str, ...] | None = None
+    z_share: Array | None = None
+    reference: "CutErrors | None" = None
+
+    def __len__(self) -> int:
+        return len(self.feature)
 
     @classmethod
-    def none(cls) -> "ArcErrors":
+    def none(cls) -> "CutErrors":
         """No place at all."""
         return cls((), (), np.empty(0), np.empty(0), np.empty(0))
+
+    @classmethod
+    def asked(cls, contact_angle_rad: Array, feature: str = "") -> "CutErrors":
+        """Places of one feature without values."""
+        n = len(contact_angle_rad)
+        return cls((feature,) * n, ("",) * n, contact_angle_rad, np.zeros(n), np.zeros(n))
+
+    def chosen(self, rows: ArrayLike) -> "CutErrors":
+        """Some of the places, by position."""
+        at = np.asarray(rows, dtype=np.intp)
+
+        def names(of: tuple[str, ...]) -> tuple[str, ...]:
+            return tuple(of[k] for k in at)
+
+        return CutErrors(
+            names(self.feature),
+            names(self.point),
+            self.contact_angle_rad[at],
+            self.error_mm[at],
+            self.standard_u_mm[at],
+            None if self.z_mm is None else self.z_mm[at],
+            None if self.share is None else self.share[at],
+            None if self.group is None else names(self.group),
+            None if self.z_share is None else self.z_share[at],
+            self.reference,
+        )
 
 
 @by_content
@@ -47,8 +85,8 @@ class MadePart:
     serial: str
     setting: str
     order: float
-    semifinish: ArcErrors
-    finish: ArcErrors | None = None
+    semifinish: CutErrors
+    finish: CutErrors | None = None
     correction_mm: Array | None = None
     from_memory_mm: Array | None = None
     minutes_in_cut: float | None = None

@@ -156,19 +156,22 @@ def test_the_next_correction_is_without_the_part_in_quarantine(work: Path) -> No
 def test_expected_against_obtained_by_hand(work: Path) -> None:
     """Obtained: by the file alone. Predicted: weight 1 by memory expects 0 with memory's own standard uncertainty."""
     found = json.loads(read(work, "clean.csv", "--order", 1, "--json").stdout)["obtained"]
-    rows = [
-        line.split(",") for line in (work / "clean.csv").read_text(encoding="utf-8").splitlines() if ",dome," in line
-    ]
-    errors = np.array([float(row[4]) for row in rows])
+    rows = [line.split(",") for line in (work / "clean.csv").read_text(encoding="utf-8").splitlines()[2:]]
+    by_point = {row[0]: float(row[4]) for row in rows}
     store = store_in(work)
-    known = find(store, Correction)[-1].value.payload.memory.expected
+    correction = find(store, Correction)[-1].value.payload
+    known, profile, touches = correction.memory.expected, correction.profile, []
     (inspection,) = [one.value for one in find(store, Inspection, serial="S2") if one.value.count == 32]
-    angle = [
-        np.arctan2(t.nominal_mm[0], t.nominal_mm[1] + 1.46 * 25.4) for t in inspection.touches if t.feature == "dome"
-    ]
-    u = 1e3 * np.interp(angle, known.contact_angle_rad, np.sqrt(np.diag(known.covariance_mm2)))
+    for t in inspection.touches:
+        if t.feature != "main-face":  # z is counted from its touch
+            index = profile.names.index(t.feature)
+            s = float(profile.features[index].locate(t.nominal_mm)[0])
+            u = known.along(np.sqrt(np.diag(known.covariance_mm2)), index, s)[0]
+            left = known.along(known.mean_mm, index, s)[0] - correction.model.curves[index].value_mm(s)[0]
+            touches.append((by_point[t.point], 1e3 * u, 1e3 * left))
+    errors, u, left = (np.array(column) for column in zip(*touches, strict=True))
     (one,) = found
-    assert one["serial"] == "S2" and one["places"] == len(errors) == 20
+    assert one["serial"] == "S2" and one["places"] == len(errors) == 31
     assert one["obtained_rms_um"] == pytest.approx(np.sqrt(np.mean(errors**2)))
-    assert one["predicted_rms_um"] == pytest.approx(np.sqrt(np.mean(u**2)), rel=0.02)
-    assert one["inside"] == np.count_nonzero(np.abs(errors) <= 1.96 * u) > 17
+    assert one["predicted_rms_um"] == pytest.approx(np.sqrt(np.mean(u**2 + left**2)), rel=0.02)
+    assert one["inside"] == np.count_nonzero(np.abs(errors - left) <= 1.96 * u) > 27

@@ -29,8 +29,8 @@ def test_a_finish_inspection_is_linked_with_its_cut_and_its_correction(kept: Job
     assert cut.setting is not None and cut.setting.edge.identity == EDGE.identity
     (part,) = history_of(kept.store, EDGE)
     assert part.finish is not None and part.correction_mm is not None
-    assert part.finish.error_mm == pytest.approx(FINISH[6:] * 1e-3, abs=1e-9)
-    assert len(part.semifinish.point) == 20 and np.max(np.abs(part.correction_mm)) > 0.01
+    assert part.finish.error_mm == pytest.approx(FINISH[1:] * 1e-3, abs=1e-9)
+    assert len(part.semifinish.point) == 25 and np.max(np.abs(part.correction_mm)) > 0.01
 
 
 def test_the_same_file_twice_has_no_second_row(kept: JobInStore) -> None:
@@ -67,11 +67,11 @@ def test_a_program_that_was_changed_at_the_control_is_warned_of_and_kept(kept: J
 def test_a_measuring_machine_off_the_machine_counts_after_the_inspection_on_it(kept: JobInStore) -> None:
     kept.finish(FINISH + 5.0 * (FINISH != 0.0), after="released")
     (released,) = history_of(kept.store, EDGE)
-    assert released.finish is not None and released.finish.error_mm[0] == pytest.approx(1e-3 * (FINISH[6] + 5.0))
+    assert released.finish is not None and released.finish.error_mm[0] == pytest.approx(1e-3 * (FINISH[1] + 5.0))
     kept.finish(FINISH)
     kept.finish(FINISH + 6.0 * (FINISH != 0.0), after="released")
     (part,) = history_of(kept.store, EDGE)
-    assert part.finish is not None and part.finish.error_mm[0] == pytest.approx(1e-3 * FINISH[6])
+    assert part.finish is not None and part.finish.error_mm[0] == pytest.approx(1e-3 * FINISH[1])
     assert len(find(kept.store, Cut, stage=Stage.FINISH)) == 1
 
 

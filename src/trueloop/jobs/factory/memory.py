@@ -90,7 +90,7 @@ def _next(history: Sequence[MadePart], part_type: str, say: Texts) -> NextPart:
     last = next(part for part in reversed(history) if part.part_type == part_type)
     after = max(part.order for part in history) + 1.0
     today = replace(last, serial="", order=after, setting=history[-1].setting, finish=None, correction_mm=None)
-    asked = (last.semifinish if last.finish is None else last.finish).contact_angle_rad
+    asked = last.semifinish if last.finish is None else last.finish
     of = len(today.semifinish.error_mm)
     try:
         expected = expect(history, today, asked, OPTIONS)

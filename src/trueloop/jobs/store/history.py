@@ -14,7 +14,7 @@ from trueloop.jobs.store.mountings import since_mounting
 from trueloop.jobs.store.order import Dated, cutting_order
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.made_parts import made_part
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 from trueloop.turned.readings.match import match_inspection
@@ -39,25 +39,38 @@ class LivedPart:
 
     @property
     def of_machine(self) -> bool:
-        """Its correction took known errors of the machine out of the touches. Of those after the finish cut nobody
-        does, so that S and F would not be of one process.
+        """Whether its correction took known errors of the machine out: then S is of the process alone, and so is
+        E = F + C where the instrument after the finish cut sees the machine's errors, which the program corrected.
         """
         return self.correction.payload.composed is not None
 
+    @property
+    def by_own_probe(self) -> bool:
+        """Whether the finish inspection is by the instrument that touched the part before: on the machine it does not
+        see what the machine repeats [6876 §3.5].
+        """
+        before = {one.device for one in self.correction.record.inspections if one.device}
+        return self.finish is not None and self.finish.device in before
 
-def history_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[MadePart, ...]:
+
+def history_of(
+    store: Store, edge: Edge, also: Sequence[LivedPart] = (), of_machine: bool | None = None
+) -> tuple[MadePart, ...]:
     """The parts that an edge finished since it was mounted, in cutting order: without those superseded or quarantined,
-    without parts of which no correction is known, and without those corrected for known errors of the machine. `also`
-    are parts as they are about to be kept. `order` counts from 0; `minutes_in_cut` is the edge's age as the cut began,
-    None where the time of one of its earlier cuts is not known.
+    and without parts of which no correction is known. `of_machine`: those that were corrected for known errors of the
+    machine, or those that were not, as their errors are not of the same; None: as the last of them. `also` are parts as
+    they are about to be kept. `order` counts from 0; `minutes_in_cut` is the edge's age as the cut began, None where
+    the time of one of its earlier cuts is not known.
 
     Raises STO errors, and what the finish inspections refuse.
     """
-    return history_from(store, edge, life_of(store, edge, also), [lived.cut for lived in also])
+    life = life_of(store, edge, also)
+    kind = of_machine if of_machine is not None or not life else life[-1].of_machine
+    return history_from(store, edge, [one for one in life if one.of_machine == kind], [lived.cut for lived in also])
 
 
 def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequence[Cut] = ()) -> tuple[MadePart, ...]:
-    """The same, of what `life_of` gave; `also`: cuts in it that are not kept yet."""
+    """The same, of some of what `life_of` gave; `also`: cuts in it that are not kept yet."""
     ages = _ages_min(store, edge, also)
     return tuple(
         replace(
@@ -65,7 +78,7 @@ def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequ
             minutes_in_cut=ages.get(lived.cut.identity),
             order_in_doubt=lived.order_in_doubt,
         )
-        for order, lived in enumerate(one for one in life if not one.of_machine)
+        for order, lived in enumerate(life)
     )
 
 
@@ -132,10 +145,12 @@ def _made(lived: LivedPart, order: int) -> MadePart:
     own = [one for one in lived.correction.record.inspections if one.part.identity == lived.cut.part.identity]
     if any(one.identity not in identities for one in own):
         return part
-    return replace(part, semifinish=ArcErrors.none())
+    return replace(part, semifinish=CutErrors.none())
 
 
 def _finish_errors(lived: LivedPart) -> ErrorVectors | None:
+    if lived.of_machine and lived.by_own_probe:
+        return None
     return None if lived.finish is None else errors_of(lived.correction.payload.profile, lived.finish)
 
 

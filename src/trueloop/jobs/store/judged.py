@@ -61,7 +61,8 @@ def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> No
     if lived.cut.setting is None or lived.finish is None:
         return Noticed()
     edge, part = lived.cut.setting.edge, lived.cut.part
-    history = history_of(store, edge, [*(one for one in earlier if one.cut.identity != lived.cut.identity), lived])
+    others = [one for one in earlier if one.cut.identity != lived.cut.identity]
+    history = history_of(store, edge, [*others, lived], lived.of_machine)
     own = (name_of(part.part_type), part.serial)
     at = next((k for k, one in enumerate(history) if (one.part_type, one.serial) == own), None)
     return Noticed() if at is None else notice_part(history[:at], history[at]).get(Stage.FINISH, Noticed())

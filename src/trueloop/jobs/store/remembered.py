@@ -1,9 +1,8 @@
 """What a job gets out of the store before it is corrected: the parts that its edge has cut before."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
-from trueloop.jobs.store.history import LivedPart, history_from, life_of
+from trueloop.jobs.store.history import history_from, life_of
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.storage.store import Store
@@ -21,8 +20,9 @@ def with_history(store: Store, inputs: Inputs) -> Inputs:
     serials = [one.part.serial for one in inputs.inspections if one.part.serial]
     own = (name_of(inputs.part), serials[0] if serials else "")
     edge = inputs.edge
-    life = life_of(store, edge)
-    inputs = replace(inputs, notes=(*inputs.notes, *_left_out(life)))
+    every = life_of(store, edge)
+    life = [one for one in every if one.of_machine == (inputs.machine is not None)]
+    inputs = replace(inputs, notes=(*inputs.notes, *_left_out(len(every) - len(life), inputs.machine is not None)))
     parts = history_from(store, edge, life)
     before = next((k for k, part in enumerate(parts) if (part.part_type, part.serial) == own), len(parts))
     if not before:
@@ -31,13 +31,19 @@ def with_history(store: Store, inputs: Inputs) -> Inputs:
     return replace(inputs, history=parts[:before])
 
 
-def _left_out(life: Sequence[LivedPart]) -> tuple[str, ...]:
-    count = sum(one.of_machine for one in life)
+def _left_out(count: int, of_machine: bool) -> tuple[str, ...]:
     if not count:
         return ()
+    if of_machine:
+        return (
+            wording(
+                "Parts of this edge corrected without the machine's known errors: {count}. Their errors contain these.",
+                count=count,
+            ),
+        )
     return (
         wording(
-            "Parts of this edge corrected for known errors of the machine: {count}. They teach memory nothing.",
+            "Parts of this edge corrected for known errors of the machine: {count}. Today's touches contain these.",
             count=count,
         ),
     )

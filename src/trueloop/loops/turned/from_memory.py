@@ -11,7 +11,6 @@ from trueloop.geometry.profile import Profile
 from trueloop.memory.edge.options import Use
 from trueloop.memory.expected import Expected
 from trueloop.statistics import rms
-from trueloop.turned.fit.prior.remembered import angles_along
 from trueloop.wording import wording
 
 
@@ -20,7 +19,7 @@ from trueloop.wording import wording
 class FromMemory:
     """What earlier parts of an edge said of one part, and what became of it.
 
-    `edge` in words. `applied`: the correction of the arcs `features`, by index, is by memory and today's touches
+    `edge` in words. `applied`: the correction of the features `features`, by index, is by memory and today's touches
     `points`; else it is by these touches alone. `keep` are the touches, by name, that are enough for the next part
     and for judging it. `expected` is the prediction, at its contact angles; None: none was made. `alarms` say how
     today's touches contradict earlier parts; then these are not used.
@@ -36,24 +35,25 @@ class FromMemory:
     alarms: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
-    def taken_off_mm(self, feature_index: NDArray[np.intp], contact_angle_rad: Array) -> Array:
+    def taken_off_mm(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Array:
         """The share from memory of what a correction of weight 1 takes off at places, (n,): without a touch of today.
 
-        Positive where material is taken off; zero where the correction is not by memory. Near a straight neighbour,
-        whose value the curve goes over to, it is that of the arc itself.
+        Positive where material is taken off; zero where the correction is not by memory.
         """
-        if not self.applied or self.expected is None:
-            return np.zeros(len(contact_angle_rad))
-        known = self.expected
-        share = np.interp(contact_angle_rad, known.contact_angle_rad, known.weight * known.memory_mm)
-        return np.where(np.isin(feature_index, self.features), share, 0.0)
+        taken, known = np.zeros(len(feature_index)), self.expected
+        if not self.applied or known is None:
+            return taken
+        for index in self.features:
+            rows = feature_index == index
+            taken[rows] = known.along(known.weight * known.memory_mm, index, arc_length_mm[rows])
+        return taken
 
-    def share(self, profile: Profile, feature: int) -> float:
-        """How much of one arc's correction is from memory, from 0 to 1: RMS of that over the sum of the two RMS."""
+    def share(self, feature: int) -> float:
+        """How much of one feature's correction is from memory, from 0 to 1: RMS of that over the sum of both RMS."""
         if not self.applied or self.expected is None or feature not in self.features:
             return 0.0
-        known, (_, angle) = self.expected, angles_along(profile, feature)
-        memory, whole = (np.interp(angle, known.contact_angle_rad, of) for of in (known.memory_mm, known.mean_mm))
+        known, rows = self.expected, self.expected.rows(feature)
+        memory, whole = known.memory_mm[rows], known.mean_mm[rows]
         from_memory, from_touches = rms(memory), rms(whole - memory)
         return from_memory / (from_memory + from_touches) if from_memory + from_touches > 0.0 else 0.0
 
@@ -72,7 +72,7 @@ class FromMemory:
             wording(
                 "{feature}: {memory:.0f} % of the correction is from memory, {touched:.0f} % from {n} touches.",
                 feature=profile.names[i],
-                memory=100.0 * (share := self.share(profile, i)),
+                memory=100.0 * (share := self.share(i)),
                 touched=100.0 * (1.0 - share),
                 n=touches,
             )
@@ -85,7 +85,7 @@ class FromMemory:
                 return ()
             return (wording("The correction is by today's touches alone; memory gives its band."),)
         own = wording(
-            "Today's touches contradict earlier parts: the correction is by today's {n} touches of arcs alone. Look "
+            "Today's touches contradict earlier parts: the correction is by today's {n} touches alone. Look "
             "what happened, and touch all points before cutting.",
             n=len(self.points),
         )
@@ -95,7 +95,7 @@ class FromMemory:
         if self.alarms or self.expected is None or not self.points:
             return ()
         enough = wording(
-            "Touches of arcs that would have been enough: {enough} of {n}.",
+            "Touches that would have been enough: {enough} of {n}.",
             enough=self.expected.enough_touches,
             n=len(self.points),
         )

@@ -8,15 +8,14 @@ import math
 
 import numpy as np
 
-from trueloop.arrays import Array, Flags, Integers
+from trueloop.arrays import Array
 from trueloop.domain.life import Cut, Ran
 from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import is_curved
-from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.cut_errors import cut_errors
 from trueloop.loops.turned.shifts import whole_mm
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -32,14 +31,14 @@ def made_part(correction: Correction, cut: Cut, finish: ErrorVectors | None) -> 
     profile, conditions = correction.profile, cut.conditions
     ran = program_that_ran(correction, cut)
     took_off = None if finish is None else taken_off_mm(correction, finish, ran)
-    rows = None if finish is None else rows_on_arcs(profile, finish)
+    rows = None if finish is None else np.flatnonzero(~finish.at_reference)
     return MadePart(
         part_type=name_of(cut.part.part_type),
         serial=cut.part.serial,
         setting="" if cut.setting is None else " ".join(cut.setting.identity),
         order=math.nan if cut.order is None else float(cut.order),
         semifinish=semifinish_errors(correction.model),
-        finish=None if finish is None or rows is None else arc_errors(profile, finish.chosen(rows)),
+        finish=None if finish is None else cut_errors(profile, finish),
         correction_mm=None if took_off is None else took_off[rows],
         from_memory_mm=None if finish is None or rows is None else from_memory_mm(correction, finish.chosen(rows), ran),
         depth_of_cut_mm=conditions.depth_of_cut_mm,
@@ -52,29 +51,9 @@ def name_of(part_type: PartType) -> str:
     return " ".join(text for text in part_type.identity if text)
 
 
-def semifinish_errors(model: ProfileErrorModel) -> ArcErrors:
-    """S: the process errors that were touched on arcs; touches left out of the fit as bad are left out here too."""
-    good = model.vectors.chosen(np.flatnonzero(model.weight))
-    return arc_errors(model.profile, good.chosen(rows_on_arcs(model.profile, good)))
-
-
-def rows_on_arcs(profile: Profile, vectors: ErrorVectors) -> Integers:
-    """Positions of the gauging points that lie on arcs: along a line the contact angle is one."""
-    arcs: Flags = np.array([is_curved(feature) for feature in profile.features])
-    return np.flatnonzero(arcs[vectors.feature_index])
-
-
-def arc_errors(profile: Profile, vectors: ErrorVectors) -> ArcErrors:
-    """Error vectors by contact angle. Uncertainties are the touches' own: what all share from the reference point
-    moves the part as a setting does.
-    """
-    return ArcErrors(
-        tuple(profile.names[i] for i in vectors.feature_index),
-        vectors.point,
-        profile.contact_angle_rad(vectors.feature_index, vectors.arc_length_mm),
-        vectors.error_mm,
-        vectors.own_u_mm,
-    )
+def semifinish_errors(model: ProfileErrorModel) -> CutErrors:
+    """S: the process errors that were touched; touches left out of the fit as bad are left out here too."""
+    return cut_errors(model.profile, model.vectors.chosen(np.flatnonzero(model.weight)))
 
 
 def program_that_ran(correction: Correction, cut: Cut) -> Ran:
@@ -118,9 +97,7 @@ def from_memory_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
     """The share of C that came from memory and not from the part's own touches, (n,); an offset has none."""
     if correction.memory is None or ran is not Ran.CORRECTED or correction.decision.offset_is_enough:
         return np.zeros(len(at.point))
-    share = correction.memory.taken_off_mm(
-        at.feature_index, correction.profile.contact_angle_rad(at.feature_index, at.arc_length_mm)
-    )
+    share = correction.memory.taken_off_mm(at.feature_index, at.arc_length_mm)
     return correction.options.weight * share
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.life import Cut
 from trueloop.loops.turned.correction import Correction
-from trueloop.loops.turned.made_parts import program_that_ran, rows_on_arcs
+from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -35,8 +35,7 @@ class Obtained:
         """One line."""
         predicted, found = Um(self.predicted_mm), Um(self.found_mm)
         return (
-            f"{self.serial}: predicted {predicted} RMS on the arcs, obtained {found} RMS; "
-            f"{self.inside} of {self.places} inside ±U"
+            f"{self.serial}: predicted {predicted} RMS, obtained {found} RMS; {self.inside} of {self.places} inside ±U"
         )
 
     @property
@@ -49,10 +48,10 @@ class Obtained:
 def obtained(correction: Correction, cut: Cut, found: ErrorVectors) -> Obtained | None:
     """What an inspection found against what the correction promised.
 
-    None without a place on an arc, and where another program ran than the one that the prediction is of. A place whose
+    None without a place, and where another program ran than the one that the prediction is of. A place whose
     error is zero by definition, because z was taken from it, is left out. Raises STO-PROGRAM.
     """
-    rows = np.setdiff1d(rows_on_arcs(correction.profile, found), np.flatnonzero(found.at_reference))
+    rows = np.flatnonzero(~found.at_reference)
     if len(rows) == 0 or program_that_ran(correction, cut) is not correction.recommended:
         return None
     at = found.chosen(rows)

@@ -15,6 +15,7 @@ from trueloop.domain.cut_with import CutWith
 from trueloop.domain.limits import check_scatter
 from trueloop.domain.record import MARKED
 from trueloop.errors import in_file
+from trueloop.geometry.feature import Line
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
@@ -91,11 +92,11 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         matched = replace(matched, in_force=kept)
     surface = _surface(inputs, machine)
     tools = contour_tools(inputs.program, matched, inputs.called is not None)
-    model, memory = _error_model(inputs, matched, surface, len(set(tools.cut_by)))
+    model, memory = _error_model(inputs, matched, surface)
     decision = _decision(model, matched, inputs.options, tools.by(_asked(inputs)), cut)
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
     paths = corrected_paths(inputs, matched, shifts, decision, machine)
-    programs = write_programs(inputs, writing(inputs, matched), decision, paths)
+    programs = write_programs(inputs, writing(inputs, matched, _bends_lines(model)), decision, paths)
     given_up = _given_up_mm(inputs, matched, decision, surface.touches)
     prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight, given_up)
     by_tool = _by_tool(inputs, matched, model, decision, paths, programs.wear, tools)
@@ -168,20 +169,15 @@ def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
     return surface_of(machine, reported, carried, inputs.nose_radius_mm, inputs.allowance_mm)
 
 
-def _error_model(
-    inputs: Inputs, matched: Commanded, surface: Surface, tools: int
-) -> tuple[ProfileErrorModel, FromMemory | None]:
-    """Error curves of the process: what neither the machine nor the programs put into the touches; and memory's share.
-
-    `tools` is the number of tool offsets that cut the contour.
-    """
+def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> tuple[ProfileErrorModel, FromMemory | None]:
+    """Error curves of what neither the machine nor the programs put into the touches; and memory's share of them."""
     touches, options = surface.touches, inputs.options
     seen = tuple(one.less(matched.measured_along(one.feature_index, one.arc_length_mm)) for one in touches.seen)
     error_mm = touches.error_mm - surface.cut_in_mm - matched.measured_at(touches)
     process = replace(touches, error_mm=error_mm, seen=seen)
     model = fit_profile(inputs.profile, process, options, inputs.nose)
     check_scatter(model.scatter_mm, options.limits, model.farthest_words)
-    remembered, memory = remembering(inputs, model, tools)
+    remembered, memory = remembering(inputs, model)
     if remembered is not None:
         model = fit_profile(inputs.profile, process, options, inputs.nose, remembered)
     return model, memory
@@ -269,10 +265,16 @@ def _by_tool(
     )
 
 
-def writing(inputs: Inputs, matched: Commanded) -> Writing:
+def _bends_lines(model: ProfileErrorModel) -> bool:
+    """Whether the error of a straight feature is no straight line."""
+    curves = zip(model.profile.features, model.curves, strict=True)
+    return any(isinstance(feature, Line) and curve.spline.degree > 1 for feature, curve in curves)
+
+
+def writing(inputs: Inputs, matched: Commanded, bends_lines: bool = False) -> Writing:
     """What the programs are written from, with the marks that the results carry."""
     machine, options = inputs.machine, inputs.options
-    fitting = Fitting(options.chord_tolerance_mm, options.arcs, lines=machine is not None)
+    fitting = Fitting(options.chord_tolerance_mm, options.arcs, lines=bends_lines or machine is not None)
     mark = "" if machine is None else machine.mark
     return Writing(inputs.program, matched, inputs.run, id_of(inputs), fitting, mark, options.roughing == "stays")
 

@@ -1,7 +1,7 @@
-"""Today's part by what earlier parts of its edge have shown: what the arcs' curves are made from, what is kept of it.
+"""Today's part by what earlier parts of its edge have shown: what its curves are made from, what is kept of it.
 
-Earlier parts predict errors by contact angle; today's touches sharpen that, and are judged by it. Where they contradict
-it, the part is corrected by its own touches alone. Straight features are always fitted to their own touches.
+Earlier parts predict errors of all features; today's touches sharpen that, and are judged by it. Where they contradict
+it, the part is corrected by its own touches alone.
 """
 
 import hashlib
@@ -10,21 +10,24 @@ from dataclasses import astuple, replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.domain.life import Stage
 from trueloop.domain.tool import Setting
 from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.cut_errors import places_along
 from trueloop.loops.turned.from_memory import FromMemory, edge_words
 from trueloop.loops.turned.made_parts import name_of, semifinish_errors
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.refuse import nearest_rad
 from trueloop.memory.expected import Expected
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed
 from trueloop.memory.noticing.part import notice_part
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.chain import Chain, chains_of
-from trueloop.turned.fit.prior.remembered import Remembered, grid_of
+from trueloop.turned.fit.prior.remembered import Remembered, angles_along
 from trueloop.wording import all_of, wording
 
 FEW: Final = 5
@@ -40,38 +43,37 @@ def is_used(inputs: Inputs) -> bool:
     return bool(inputs.history) and inputs.memory.memory != "off"
 
 
-def remembering(inputs: Inputs, own: ProfileErrorModel, tools: int) -> "tuple[Remembered | None, FromMemory | None]":
+def remembering(inputs: Inputs, own: ProfileErrorModel) -> "tuple[Remembered | None, FromMemory | None]":
     """What the fit is to take from memory, and what is kept of it; None where earlier parts take no part.
 
-    `own` is the fit of today's touches alone, `tools` the number of tool offsets that cut the contour. Raises MEM
-    errors for what memory cannot tell and today's touches do not show either.
+    `own` is the fit of today's touches alone. Raises MEM errors for what memory cannot tell and today's touches do not
+    show either.
     """
     if not is_used(inputs):
         return None, None
-    if inputs.measured_finished or inputs.machine is not None or tools > 1:
-        return None, _unused(inputs, _why_unused(inputs))
+    if inputs.measured_finished:
+        why = wording("The touches are of a finished part: earlier parts take no part in correcting the next one.")
+        return None, _unused(inputs, why)
     today = today_of(inputs, own)
     seen, left_out = _judged(inputs.history, today)
     today = replace(today, semifinish=_without(today.semifinish, left_out))
-    arcs = _known_arcs(inputs, today)
-    if not arcs:
-        why = wording("No arc of this part has contact angles that earlier parts of the edge have shown.")
-        return None, _unused(inputs, why)
-    grid = grid_of(inputs.profile, arcs)
-    expected = expect(inputs.history, today, grid, inputs.memory)
+    features = _known_features(inputs, today)
+    index, along, at = places_along(inputs.profile, features, own.vectors)
+    expected = expect(inputs.history, today, at, inputs.memory)
+    expected = replace(expected, feature_index=index, arc_length_mm=along)
     alarmed = seen is not None and seen.own_fit
     kept = FromMemory(
         edge=edge_words(inputs.edge),
         use=inputs.memory.memory,
         applied=not (alarmed or expected.own_fit),
-        features=arcs,
+        features=features,
         points=today.semifinish.point,
         keep=points_to_keep(today.semifinish, expected.enough_touches),
         expected=expected,
         alarms=() if seen is None else tuple(alarm.says for alarm in seen.alarms),
-        notes=(*expected.notes, *(() if seen is None else seen.notes), *_unknown_words(inputs, arcs)),
+        notes=(*expected.notes, *(() if seen is None else seen.notes), *_unknown_words(inputs, features)),
     )
-    return (None if alarmed else _as_table(expected, arcs, kept.applied)), kept
+    return (None if alarmed else _as_table(expected, index, along, kept.applied)), kept
 
 
 def today_of(inputs: Inputs, own: ProfileErrorModel) -> MadePart:
@@ -87,16 +89,16 @@ def today_of(inputs: Inputs, own: ProfileErrorModel) -> MadePart:
     )
 
 
-def points_to_keep(touches: ArcErrors, enough: int) -> tuple[str, ...]:
-    """As many of the touches, by name, spread evenly over their contact angles: of twenty the 3rd, 10th and 17th.
+def points_to_keep(touches: CutErrors, enough: int) -> tuple[str, ...]:
+    """As many of the touches, by name, spread evenly over the part in their order: of twenty the 3rd, 10th and 17th.
 
     At least `AS_CHECK`. Placing three where they lower the predicted variance most was no better on NIST's parts, and
     worse at angles that had not been seen.
     """
-    order, n = np.argsort(touches.contact_angle_rad, kind="stable"), len(touches.point)
+    n = len(touches.point)
     enough = min(max(enough, AS_CHECK), n)
     places = [int((k + 0.5) * n / enough - 0.5) for k in range(enough)] if n else []
-    return tuple(touches.point[order[k]] for k in places)
+    return tuple(touches.point[k] for k in places)
 
 
 def history_sha256(history: Sequence[MadePart]) -> str:
@@ -119,17 +121,17 @@ def _judged(history: Sequence[MadePart], today: MadePart) -> tuple[Noticed | Non
     return seen, () if seen is None else tuple(one.index for one in seen.left_out)
 
 
-def _without(touches: ArcErrors, left_out: Sequence[int]) -> ArcErrors:
-    rows = np.setdiff1d(np.arange(len(touches.point)), np.array(left_out, dtype=np.intp))
-    feature, point = (tuple(of[k] for k in rows) for of in (touches.feature, touches.point))
-    arrays = (touches.contact_angle_rad[rows], touches.error_mm[rows], touches.standard_u_mm[rows])
-    return ArcErrors(feature, point, *arrays)
+def _without(touches: CutErrors, left_out: Sequence[int]) -> CutErrors:
+    return touches.chosen(np.setdiff1d(np.arange(len(touches)), np.array(left_out, dtype=np.intp)))
 
 
-def _known_arcs(inputs: Inputs, today: MadePart) -> tuple[int, ...]:
-    """Arcs, by index, that memory may tell; those with a few touches are asked for, so that memory refuses them."""
-    chains = [chain for chain in chains_of(inputs.profile) if chain.curved]
-    return tuple(i for chain in chains if _is_asked(inputs, today, chain) for i in chain.features)
+def _known_features(inputs: Inputs, today: MadePart) -> tuple[int, ...]:
+    """Features, by index, that memory may tell: all but arcs whose contact angles nobody has seen; of these, arcs with
+    a few touches are asked for, so that memory refuses them.
+    """
+    chains = chains_of(inputs.profile)
+    known = [i for chain in chains if not chain.curved or _is_asked(inputs, today, chain) for i in chain.features]
+    return tuple(sorted(known))
 
 
 def _is_asked(inputs: Inputs, today: MadePart, chain: Chain) -> bool:
@@ -137,18 +139,18 @@ def _is_asked(inputs: Inputs, today: MadePart, chain: Chain) -> bool:
     touches = sum(feature in names for feature in today.semifinish.feature)
     if 0 < touches < FEW:
         return True
-    angles = grid_of(inputs.profile, chain.features)
+    angles = np.concatenate([angles_along(inputs.profile, i)[1] for i in chain.features])
     return bool(np.all(nearest_rad(inputs.history, today, angles) <= inputs.memory.unseen_rad))
 
 
-def _as_table(expected: Expected, arcs: tuple[int, ...], corrects: bool) -> Remembered:
+def _as_table(expected: Expected, index: NDArray[np.intp], along_mm: Array, corrects: bool) -> Remembered:
     """As the fit takes it: E is what the correction takes off times what the machine makes of a correction of 1."""
     return Remembered(
-        expected.contact_angle_rad,
+        index,
+        along_mm,
         expected.gain * expected.mean_mm,
         expected.covariance_mm2,
         expected.weight * expected.mean_mm,
-        arcs,
         expected.gain,
         corrects,
     )
@@ -158,18 +160,10 @@ def _unused(inputs: Inputs, why: str) -> FromMemory:
     return FromMemory(edge_words(inputs.edge), inputs.memory.memory, applied=False, notes=(why,))
 
 
-def _why_unused(inputs: Inputs) -> str:
-    if inputs.measured_finished:
-        return wording("The touches are of a finished part: earlier parts take no part in correcting the next one.")
-    if inputs.machine is not None:
-        return wording("Errors of the machine are known of this part: memory has errors with them and is not used.")
-    return wording("The contour is cut with several tool offsets: memory is of one edge and is not used.")
-
-
-def _unknown_words(inputs: Inputs, arcs: tuple[int, ...]) -> tuple[str, ...]:
+def _unknown_words(inputs: Inputs, known: tuple[int, ...]) -> tuple[str, ...]:
     """Arcs that memory does not tell."""
     curved = [i for chain in chains_of(inputs.profile) if chain.curved for i in chain.features]
-    unknown = [inputs.profile.names[i] for i in curved if i not in arcs]
+    unknown = [inputs.profile.names[i] for i in curved if i not in known]
     if not unknown:
         return ()
     return (

@@ -1,1 +1,1 @@
-"""The memory of one cutting edge: a Gaussian-process model of its errors by contact angle, over parts."""
+"""The memory of one cutting edge: the state of its errors (`estimate`), from part to part."""

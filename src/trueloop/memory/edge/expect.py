@@ -8,10 +8,10 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.memory.edge.advice import enough_touches
 from trueloop.memory.edge.options import MemoryOptions
-from trueloop.memory.edge.predict import latest, predict, with_finish_at
+from trueloop.memory.edge.predict import latest, predict
 from trueloop.memory.edge.refuse import flags, nearest_rad, refuse, refuse_gain, up_to
 from trueloop.memory.expected import Expected
-from trueloop.memory.made_part import MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 
 FEW_PARTS: Final = 3
 """With fewer inspected parts the sizes of the terms are known so badly that bands are widened."""
@@ -23,40 +23,38 @@ CONFIRMS: Final = 1 / 3
 """An inspected correction confirms the actuator for corrections up to three times as large."""
 
 
-def expect(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array, options: MemoryOptions) -> Expected:
-    """The finish error of today's part had nothing been corrected, at contact angles (n,) in rad.
+def expect(history: Sequence[MadePart], today: MadePart, at: CutErrors, options: MemoryOptions) -> Expected:
+    """The finish error of today's part had nothing been corrected, at n places, whose values are not looked at.
 
     `history` holds the edge's earlier parts in cutting order, `today` the part in hand, without its finish inspection;
     of neither is anything used that comes later. Command `weight` × `mean_mm` as the correction: positive where
     material is to be taken off. Where `own_fit` is set, correct by the fit of today's touches as without memory: it is
-    the first part of the edge, or the options say so; the rest then is what the model says of today's touches.
+    the first part of the edge, or the options say so; the rest then is what the state says of today's touches.
 
-    Raises MEM-UNSEEN where an angle is too far from all that were seen, MEM-SETTING without a touch after a new
+    Raises MEM-UNSEEN where a contact angle is too far from all that were seen, MEM-SETTING without a touch after a new
     setting, MEM-TYPE without a touch of a part type that the edge has never cut, MEM-GAIN where corrections hardly
-    acted, or the wrong way, MEM-PART for an unknown `last_part`. Valid for arcs, whose contact angle turns: straight
-    features err by more than their contact angle says.
+    acted, or the wrong way, MEM-PART for an unknown `last_part`.
     """
     learned = latest(remembered(history, options), today.part_type)
+    angle = at.contact_angle_rad
     if learned:
-        refuse(learned, today, contact_angle_rad, options)
-    found = predict(learned, with_finish_at(today, contact_angle_rad))
-    finish = found.after
+        refuse(learned, today, angle, options)
+    found = predict(learned, today, at)
     parts = sum(part.uncorrected_mm is not None for part in learned)
-    refuse_gain(finish.gain)
-    command_mm = finish.mean_mm / finish.gain
-    _, left_mm2 = finish.after(command_mm)
+    refuse_gain(found.gain)
+    command_mm = found.mean_mm / found.gain
     return Expected(
-        contact_angle_rad,
+        angle,
         command_mm,
-        left_mm2 * (WIDENED if parts < FEW_PARTS else 1.0),
-        found.memory_mm / finish.gain,
-        np.full(len(contact_angle_rad), 1.0 if _confirmed(learned, command_mm) else options.first_weight),
-        nearest_rad(learned, today, contact_angle_rad),
+        found.inspected(command_mm).covariance_mm2 * (WIDENED if parts < FEW_PARTS else 1.0),
+        found.memory_mm / found.gain,
+        np.full(len(angle), 1.0 if _confirmed(learned, command_mm) else options.first_weight),
+        nearest_rad(learned, today, angle),
         parts,
-        enough_touches(found.before.covariance_mm2, found.touches),
-        flags(learned, today, finish.gain),
-        gain=finish.gain,
-        gain_u=finish.gain_u,
+        enough_touches(found.covariance_mm2, found.touches),
+        flags(learned, today, found.gain),
+        gain=found.gain,
+        gain_u=found.gain_u,
         own_fit=not learned or options.memory == "bands",
     )
 

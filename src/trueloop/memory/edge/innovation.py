@@ -7,8 +7,9 @@ import numpy as np
 
 from trueloop.arrays import Array, by_content
 from trueloop.domain.life import Stage
-from trueloop.memory.edge.predict import latest, predict, with_finish_at
-from trueloop.memory.made_part import MadePart
+from trueloop.memory.edge.predict import latest, predict
+from trueloop.memory.edge.state import cut_of
+from trueloop.memory.made_part import CutErrors, MadePart
 
 
 @by_content
@@ -34,15 +35,20 @@ def innovations(history: Sequence[MadePart], part: MadePart) -> tuple[Innovation
 
     None for a cut without places. What is learned of the actuator's gain is part of the prediction.
     """
-    inspected = part.uncorrected_mm is not None
-    found = predict(latest(history, part.part_type), part if inspected else with_finish_at(part, np.empty(0)))
-    t, touches, finish = found.touches, part.semifinish, part.finish
-    said = []
+    touches = part.semifinish
+    finish = CutErrors.none() if part.finish is None or part.correction_mm is None else part.finish
+    found = predict(latest(history, part.part_type), part, finish)
+    t, said = found.touches, list[Innovation]()
     if t:
-        error, covariance = touches.error_mm - found.before.mean_mm[:t], found.before.covariance_mm2[:t, :t]
+        error, covariance = touches.error_mm - found.expected_mm[:t], found.covariance_mm2[:t, :t]
         said.append(Innovation(error, covariance, touches.contact_angle_rad, np.zeros(t), Stage.SEMIFINISH))
-    if finish is not None and part.correction_mm is not None and len(finish.error_mm):
-        error = finish.error_mm + part.correction_mm - found.after.mean_mm
-        angle, taken = finish.contact_angle_rad, part.correction_mm
-        said.append(Innovation(error, found.after.covariance_mm2, angle, taken, Stage.FINISH))
+    if part.correction_mm is not None and len(finish):
+        taken = part.correction_mm
+        expected, seen = found.inspected(taken), cut_of(part, 0.0, finish, True, taken)
+        error = finish.error_mm + taken - expected.mean_mm
+        said.append(
+            Innovation(
+                error, expected.covariance_mm2 + seen.instrument_mm2, finish.contact_angle_rad, taken, Stage.FINISH
+            )
+        )
     return tuple(said)

@@ -1,7 +1,6 @@
 """What an edge has taught: its form, the transfer to the finish cut, its setting, and what each part type adds.
 
-Each is a term of the model of `memory.edge.terms`, given all errors of the parts behind it: mean K_ty K⁻¹ y, covariance
-K_tt − K_ty K⁻¹ K_yt, with K_ty the covariance of the term in a cut and the errors y.
+Each is a term, or some terms, of the state (`estimate.catalogue`) after all parts behind it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,20 +10,16 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
-from trueloop.memory.edge.hyperparameters import Hyperparameters
-from trueloop.memory.edge.observations import Observations, cuts_of, observations
-from trueloop.memory.edge.posterior import joint
-from trueloop.memory.edge.predict import sizes
-from trueloop.memory.edge.terms import along_angle, between_cuts, terms
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.edge.state import known_edge, places_of
+from trueloop.memory.made_part import CutErrors, MadePart
 
 LATEST: Final = 40
-"""Of so many parts at most: what an edge was long ago says little, and the matrices grow with the parts squared."""
-NOBODY: Final = ("\x00", "\x01")
-"""Part types, or settings, that no part has."""
-
-IN_ALL: Final = ("nose_mm", "wear_mm", "setting_mm", "walk_mm", "finish_mm", "finish_type_mm")
-"""What a finish cut shares with other parts of its edge, setting and type."""
+"""Of so many parts at most: what an edge was long ago says little."""
+FORM: Final = ("nose", "short nose")
+TRANSFER: Final = ("finish level", "finish form")
+OF_TYPE: Final = ("part zero", "finish form of the type", "taper", "form along", "group")
+LASTING: Final = (*FORM, "setting", *TRANSFER, *OF_TYPE)
+"""Terms that a finish cut shares with other parts of its edge, setting and type."""
 
 
 @by_content
@@ -84,111 +79,91 @@ class Learnt:
 
 
 def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | None:
-    """The terms of the model, given the parts in cutting order, at contact angles (n,) in rad; None without any error.
+    """The terms, given the parts in cutting order, at contact angles (n,) in rad; None without any error.
 
-    Half of an offset's variance goes with the setting, half with the part type: a constant offset of the only part type
-    is therefore shared between them. Valid for arcs, as the model is.
+    An offset that all parts have is shared between setting and part zero. At a contact angle, a part type stands at the
+    place of its last part whose angle is the nearest.
     """
     parts = list(history[-LATEST:])
-    seen = observations(parts) if parts else None
-    if seen is None or len(seen.error_mm) == 0:
+    if not any(len(part.semifinish) or part.uncorrected_mm is not None for part in parts):
         return None
-    # Parts of no touches: the edge as it is now on parts of no known type, and each type in settings of its own; two
-    # of each, which have nothing in common besides.
-    bare, types = _bare(parts[-1]), list(dict.fromkeys(part.part_type for part in parts))
-    now = [replace(bare, part_type=nobody) for nobody in NOBODY]
-    others = [replace(bare, part_type=name, setting=nobody) for name in types for nobody in NOBODY]
-    next_parts = [replace(bare, part_type=name) for name in types for _ in NOBODY]
-    given = _Given(seen, [*parts, *now, *others, *next_parts], sizes(parts))
-    at, k = contact_angle_rad, 2 * len(parts)
+    last, at, types = parts[-1], contact_angle_rad, list(dict.fromkeys(part.part_type for part in parts))
+    given = _Given(parts, at)
+    behind = _behind(parts, given)
+    seen = behind.contact_angle_rad
 
-    def transfer(angle: Array) -> Learned:
-        return given.of(("finish_mm",), k + 1, angle)
-
-    def form(angle: Array) -> Learned:
-        return given.of(("nose_mm", "wear_mm"), k, angle)
-
-    def in_all(place: int, angle: Array) -> Learned:
-        return given.of(IN_ALL, k + 4 * (len(types) + 1 + place) + 1, angle)
+    def in_all(name: str, angle: Array) -> Learned:
+        return given.of(LASTING, _like(parts, name, angle), name)
 
     # At 90° an offset is its x, at 0 its z.
-    setting = given.of(("setting_mm", "walk_mm"), k, np.array([np.pi / 2, 0.0]))
-    adds = {
-        name: given.of(("setting_mm", "finish_type_mm"), k + 4 * place + 1, at) for place, name in enumerate(types, 1)
-    }
-    behind = _behind(parts, seen, given)
+    setting = given.of(("setting",), CutErrors.asked(np.array([np.pi / 2, 0.0])), last.part_type)
     return Learnt(
         contact_angle_rad=at,
-        form=form(at),
-        transfer=transfer(at),
+        form=given.of(FORM, CutErrors.asked(at), last.part_type),
+        transfer=given.of(TRANSFER, CutErrors.asked(at), last.part_type),
         setting_mm=setting.mean_mm,
         setting_u_mm=setting.u_mm,
-        by_type=adds,
-        in_all={name: in_all(place, at) for place, name in enumerate(types)},
-        nearest_rad=np.min(np.abs(np.subtract.outer(at, seen.contact_angle_rad)), axis=1),
+        by_type={name: given.of(OF_TYPE, _like(parts, name, at), name) for name in types},
+        in_all={name: in_all(name, at) for name in types},
+        nearest_rad=np.min(np.abs(np.subtract.outer(at, seen)), axis=1),
         behind=behind,
-        form_at_mm=form(seen.contact_angle_rad).mean_mm,
-        transfer_at_mm=transfer(seen.contact_angle_rad).mean_mm,
-        in_all_at_mm=_of_own_type(
-            behind, [in_all(place, seen.contact_angle_rad).mean_mm for place in range(len(types))], types
-        ),
+        form_at_mm=given.of(FORM, CutErrors.asked(seen), last.part_type).mean_mm,
+        transfer_at_mm=given.of(TRANSFER, CutErrors.asked(seen), last.part_type).mean_mm,
+        in_all_at_mm=_of_own_type(behind, {name: in_all(name, seen).mean_mm for name in types}),
         parts=len(parts),
         inspected=sum(part.uncorrected_mm is not None for part in parts),
     )
 
 
 class _Given:
-    """The errors seen, and the terms between their cuts and those asked about."""
+    """The state after all parts, and what it left of each of their errors as it was taken in, mm."""
 
-    def __init__(self, seen: Observations, parts: Sequence[MadePart], size: Hyperparameters) -> None:
-        from scipy.linalg import cho_factor
+    def __init__(self, parts: Sequence[MadePart], contact_angle_rad: Array) -> None:
+        next_part = replace(_bare(parts[-1]), serial="\x00", order=parts[-1].order)
+        self._known = known_edge(parts, next_part, CutErrors.asked(contact_angle_rad))
+        self.left_mm = np.concatenate([left for part in self._known.left_mm for left in part])
 
-        self._seen, self._size = seen, size
-        self._terms = terms(cuts_of(parts))
-        self._factor = cho_factor(joint(seen, size).covariance[:-1, :-1], lower=True, check_finite=False)
-        self.alpha = self._solved(seen.error_mm)
-
-    def of(self, names: Sequence[str], cut: int, angle_rad: Array) -> Learned:
-        """Terms together, as two cuts share them that are alike in them alone: `cut` and that of the next part."""
-        across = self._covariance(
-            names, cut, self._seen.cut, np.subtract.outer(angle_rad, self._seen.contact_angle_rad)
-        )
-        alone = self._covariance(names, cut, np.array([cut + 2]), np.zeros((len(angle_rad), 1)))[:, 0]
-        variance = alone - np.sum(across.T * self._solved(across.T), axis=0)
-        return Learned(across @ self.alpha, np.sqrt(np.maximum(variance, 0.0)))
-
-    @property
-    def left_mm(self) -> Array:
-        """What all terms leave of the errors: their own variance of K⁻¹ y."""
-        own = self._size["noise_mm"] ** 2 + self._seen.standard_u_mm**2
-        return np.asarray(own * self.alpha)
-
-    def _covariance(self, names: Sequence[str], cut: int, others: np.ndarray, difference: Array) -> Array:
-        chosen = tuple(term for term in self._terms if term.size in names)
-        shared, along = between_cuts(chosen, self._size), along_angle(difference, self._size)
-        return np.asarray(sum(shared[goes][cut, others] * along[goes] for goes in along))
-
-    def _solved(self, values: Array) -> Array:
-        from scipy.linalg import cho_solve
-
-        return np.asarray(cho_solve(self._factor, values, check_finite=False))
+    def of(self, names: Sequence[str], at: CutErrors, part_type: str) -> Learned:
+        """Terms together, of the finish cut of a next part."""
+        part = replace(self._known.part, part_type=part_type)
+        places, functional = places_of(part, self._known.age, at, True)
+        found = self._known.state.predict(places, functional, names)
+        return Learned(found.mean_mm, found.standard_u_mm)
 
 
 def _bare(part: MadePart) -> MadePart:
-    return replace(part, semifinish=ArcErrors.none(), finish=None, correction_mm=None, from_memory_mm=None)
+    return replace(part, semifinish=CutErrors.none(), finish=None, correction_mm=None, from_memory_mm=None)
 
 
-def _behind(parts: Sequence[MadePart], seen: Observations, given: _Given) -> Behind:
-    of_part = seen.cuts.part[seen.cut]
+def _behind(parts: Sequence[MadePart], given: _Given) -> Behind:
+    seen = [(part, finish, errors) for part in parts for finish, errors in _seen(part)]
+    counts = [len(errors) for *_, errors in seen]
+    serials, types = ([getattr(part, name) for part, *_ in seen] for name in ("serial", "part_type"))
     return Behind(
-        tuple(parts[k].serial for k in of_part),
-        tuple(parts[k].part_type for k in of_part),
-        seen.cuts.finish[seen.cut] > 0,
-        seen.contact_angle_rad,
+        tuple(np.repeat(serials, counts).tolist()),
+        tuple(np.repeat(types, counts).tolist()),
+        np.repeat([finish for _, finish, _ in seen], counts),
+        np.concatenate([errors.contact_angle_rad for *_, errors in seen]),
         given.left_mm,
     )
 
 
-def _of_own_type(behind: Behind, by_type: Sequence[Array], types: Sequence[str]) -> Array:
+def _seen(part: MadePart) -> list[tuple[bool, CutErrors]]:
+    """The cuts of a part that are learned from, in their order; whether of the finish cut."""
+    finish = CutErrors.none() if part.finish is None or part.correction_mm is None else part.finish
+    return [(of_finish, errors) for of_finish, errors in ((False, part.semifinish), (True, finish)) if len(errors)]
+
+
+def _like(parts: Sequence[MadePart], part_type: str, contact_angle_rad: Array) -> CutErrors:
+    """Places of the type's last part with the nearest contact angles, at these angles; without a reference."""
+    (*_, part) = (part for part in parts if part.part_type == part_type)
+    cuts = [errors for _, errors in _seen(part)]
+    if not cuts:
+        return CutErrors.asked(contact_angle_rad)
+    nearest = np.argmin(np.abs(np.subtract.outer(contact_angle_rad, cuts[0].contact_angle_rad)), axis=1)
+    return replace(cuts[0].chosen(nearest), contact_angle_rad=contact_angle_rad, reference=None, z_share=None)
+
+
+def _of_own_type(behind: Behind, by_type: Mapping[str, Array]) -> Array:
     """Of values by type, those of each error's own."""
-    return np.stack(by_type)[[types.index(name) for name in behind.part_type], np.arange(len(behind.part_type))]
+    return np.array([by_type[name][k] for k, name in enumerate(behind.part_type)])

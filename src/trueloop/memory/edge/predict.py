@@ -1,37 +1,43 @@
 """One part given earlier ones: before its touches are looked at, and after."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array, by_content
-from trueloop.memory.edge.fit import fitted
-from trueloop.memory.edge.hyperparameters import BEFOREHAND, Hyperparameters
-from trueloop.memory.edge.observations import observations
-from trueloop.memory.edge.posterior import Posterior, condition, joint
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.arrays import Array
+from trueloop.estimate.observed import Observed
+from trueloop.estimate.state import Normal, State
+from trueloop.memory.edge.state import EDGE, KnownEdge, cut_of, known_edge
+from trueloop.memory.made_part import CutErrors, MadePart
 
 REMEMBERED: Final = 40
-"""Of so many of the latest parts an edge is known: what it was long ago says little, and matrices grow with parts."""
+"""Of so many of the latest parts an edge is known: what it was long ago says little."""
 
 OF_TYPE: Final = 10
 """And of so many of the latest of the part's own type, however long ago these were cut."""
 
 
-@by_content
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Prediction:
-    """A part's t touches and n finish errors given earlier parts.
+    """A part's t touches and n finish errors E given earlier parts; mm.
 
-    `touched` are its touches (t,), mm; `before` predicts touches and finish errors together (t + n,), `after` the
-    finish errors (n,) given the touches too.
+    `expected_mm` and `covariance_mm2` are of touches and finish errors together, (t + n,), before a touch is known;
+    `mean_mm` (n,) of the finish errors given the touches too. A correction of 1 takes off `gain`, with the standard
+    uncertainty `gain_u`. `gross` (t,): probability that a touch is a gross error.
     """
 
     touched_mm: Array
-    before: Posterior
-    after: Posterior
+    expected_mm: Array
+    covariance_mm2: Array
+    mean_mm: Array
+    gain: float
+    gain_u: float
+    gross: Array
+    _known: KnownEdge
+    _after: State
+    _asked: CutErrors
 
     @property
     def touches(self) -> int:
@@ -41,17 +47,40 @@ class Prediction:
     @property
     def memory_mm(self) -> Array:
         """What earlier parts alone predict of the finish errors (n,)."""
-        return self.before.mean_mm[self.touches :]
+        return self.expected_mm[self.touches :]
+
+    def inspected(self, correction_mm: Array) -> Normal:
+        """F + C where a correction C (n,) is commanded: E, and what of C does not arrive; of what F is about then."""
+        places, functional = self._known.places(self._asked, True, correction_mm)
+        return self._after.predict(places, functional)
 
 
-def predict(history: Sequence[MadePart], part: MadePart) -> Prediction:
-    """The finish errors E = F + C at the places of `part.finish`, whose values are not looked at."""
-    everything = observations([*history, part])
-    of_history = int(np.sum(everything.cuts.part[everything.cut] < len(history)))
-    of_touches = len(part.semifinish.error_mm)
-    prior = joint(everything, sizes(history))
-    before = condition(prior, everything.error_mm[:of_history])
-    return Prediction(part.semifinish.error_mm, before, condition(before, part.semifinish.error_mm[:of_touches]))
+def predict(history: Sequence[MadePart], part: MadePart, asked: CutErrors) -> Prediction:
+    """The finish errors E = F + C of a part at the places of `asked`, whose values are not looked at."""
+    known = known_edge(history, part, asked)
+    places, functional = known.places(asked, True)
+    seen = cut_of(part, known.age, part.semifinish, False, None)
+    state = known.state.at(seen.places).at(places)
+    rows = np.vstack([seen.of(state.design(seen.places)), _of(functional, state.design(places))])
+    t, n = len(seen), len(asked)
+    covariance = rows @ state.covariance @ rows.T
+    covariance[:t, :t] += state.noise_mm2(seen)
+    covariance[t:, t:] += state.noise_mm2(Observed(places, np.zeros(n), np.zeros(n), functional))
+    updated = state.given(seen) if t else None
+    after = state if updated is None else updated.state
+    where = after.blocks["gain", EDGE]
+    return Prediction(
+        part.semifinish.error_mm,
+        rows @ state.mean,
+        covariance,
+        after.predict(places, functional).mean_mm,
+        1.0 - float(after.mean[where][0]),
+        float(np.sqrt(np.diag(after.covariance)[where][0])),
+        np.zeros(t) if updated is None else updated.gross,
+        known,
+        after,
+        asked,
+    )
 
 
 def latest(history: Sequence[MadePart], part_type: str) -> tuple[MadePart, ...]:
@@ -61,13 +90,5 @@ def latest(history: Sequence[MadePart], part_type: str) -> tuple[MadePart, ...]:
     return tuple(history[k] for k in sorted({*range(max(n - REMEMBERED, 0), n), *of_type[-OF_TYPE:]}))
 
 
-def sizes(history: Sequence[MadePart]) -> Hyperparameters:
-    """Hyperparameters as earlier parts show them; without any, as believed beforehand."""
-    return fitted(observations(history)) if history else BEFOREHAND
-
-
-def with_finish_at(part: MadePart, contact_angle_rad: Array) -> MadePart:
-    """The part with places, but no values, of a finish inspection: exact, and of an uncorrected cut."""
-    n = len(contact_angle_rad)
-    asked = ArcErrors(("",) * n, ("",) * n, contact_angle_rad, np.zeros(n), np.zeros(n))
-    return replace(part, finish=asked, correction_mm=np.zeros(n))
+def _of(functional: Array | None, rows: Array) -> Array:
+    return rows if functional is None else np.asarray(functional @ rows)

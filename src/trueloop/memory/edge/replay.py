@@ -10,7 +10,7 @@ from trueloop.arrays import Array, by_content
 from trueloop.errors import Code, TrueloopError
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.options import MemoryOptions
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import MadePart
 
 HALF_WIDTH: Final = 1.96
 """Of the band that holds 95 %, in standard deviations."""
@@ -53,11 +53,11 @@ def replay(
     parts: Sequence[MadePart],
     own_fit: Callable[[MadePart], Predicted],
     options: MemoryOptions,
-    touches: Sequence[int] | None = None,
+    touches: Callable[[MadePart], Sequence[int]] | None = None,
 ) -> tuple[Replayed, ...]:
     """Inspected parts in cutting order, each predicted before it is learned from.
 
-    `touches` are the places, among a part's touches, of those that are used; None: all. All are used where memory
+    `touches` gives the places, among a part's touches, of those that are used; None: all. All are used where memory
     refuses to predict from fewer: of the first part of the edge, and where contact angles are new. `own_fit` gives what
     is predicted where memory says so. A part without a finish inspection or without a known correction is learned from,
     but not predicted.
@@ -65,7 +65,9 @@ def replay(
     learned: list[MadePart] = []
     done = []
     for part in parts:
-        taken = part if touches is None or not learned else _touched_at(part, touches)
+        taken = part
+        if touches is not None and learned:
+            taken = replace(part, semifinish=part.semifinish.chosen(touches(part)))
         if part.uncorrected_mm is not None:
             one = _replayed(learned, part, taken, own_fit, options)
             taken = part if one.touches == len(part.semifinish.error_mm) else taken
@@ -82,9 +84,8 @@ def _replayed(
     options: MemoryOptions,
 ) -> Replayed:
     assert part.finish is not None
-    angle = part.finish.contact_angle_rad
     try:
-        found = expect(learned, _unfinished(taken), angle, options)
+        found = expect(learned, _unfinished(taken), part.finish, options)
     except TrueloopError as refused:
         if refused.code not in {Code.MEM_UNSEEN, Code.MEM_SETTING, Code.MEM_TYPE} or taken is part:
             raise
@@ -98,17 +99,3 @@ def _replayed(
 
 def _unfinished(part: MadePart) -> MadePart:
     return replace(part, finish=None, correction_mm=None, from_memory_mm=None)
-
-
-def _touched_at(part: MadePart, places: Sequence[int]) -> MadePart:
-    """The part with some of its touches; places that it has not are passed over."""
-    all_of = part.semifinish
-    chosen = [place for place in places if place < len(all_of.error_mm)]
-    some = ArcErrors(
-        tuple(all_of.feature[k] for k in chosen),
-        tuple(all_of.point[k] for k in chosen),
-        all_of.contact_angle_rad[chosen],
-        all_of.error_mm[chosen],
-        all_of.standard_u_mm[chosen],
-    )
-    return replace(part, semifinish=some)

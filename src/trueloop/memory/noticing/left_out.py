@@ -4,12 +4,15 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from scipy.special import ndtri
 
 from trueloop.arrays import Array, Integers
 from trueloop.memory.noticing.alarm import LeftOut
 
 CONTRADICTED: Final = 3.0
-"""Standard deviations."""
+"""Standard deviations, of up to twenty touches."""
+BY_CHANCE_ABOVE: Final = 0.027
+"""With more, so that parts with many touches have no more of them left out: expected number above the limit."""
 MOST: Final = 2
 SHARE: Final = 0.15
 """More contradicted touches than two, or than this share of many, are no accident. Where 2 % of touches are gross,
@@ -35,12 +38,17 @@ def kept(error: Array, covariance: Array, points: Sequence[str]) -> tuple[Intege
     while len(left) < _most(len(error)):
         z = left_out_deviations(error[stay], covariance[np.ix_(stay, stay)])
         worst = int(np.argmax(np.abs(z)))
-        if abs(z[worst]) <= CONTRADICTED:
+        if abs(z[worst]) <= _contradicted(len(stay)):
             break
         index = int(stay[worst])
         left.append(LeftOut(index, points[index], float(z[worst])))
         stay = np.delete(stay, worst)
     return stay, tuple(left)
+
+
+def _contradicted(n: int) -> float:
+    """By how many standard deviations a touch among n has to differ: by chance one of them does so in 1 of 37 parts."""
+    return max(CONTRADICTED, float(ndtri(1.0 - BY_CHANCE_ABOVE / n)))
 
 
 def _most(n: int) -> int:

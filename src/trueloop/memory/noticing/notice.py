@@ -88,9 +88,12 @@ class _Found:
     rest: float
     gain: float | None = None
 
-    def rank(self) -> tuple[bool, bool, float]:
-        """First what explains all else, and of that a gain that an error in the shop makes."""
-        return self.rest < BY_CHANCE, not self.slip, self.alarm.probability
+    def rank(self) -> tuple[bool, bool, bool, float]:
+        """First what explains all else, and of that a gain that an error in the shop makes: of the whole correction
+        before that of memory's share, which may be nearly all of it.
+        """
+        of_memory = self.alarm.what is What.MEMORY_GAIN
+        return self.rest < BY_CHANCE, not self.slip, of_memory, self.alarm.probability
 
     def raised(self) -> bool:
         """A test of a gain that finds one near 1, or of memory's share one that no slip makes, has found something

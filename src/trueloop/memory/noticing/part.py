@@ -10,7 +10,7 @@ from trueloop.arrays import Integers
 from trueloop.domain.life import Stage
 from trueloop.memory.edge.innovation import innovations
 from trueloop.memory.level.step import PartReading, Step
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Alarm, Noticed, What
 from trueloop.memory.noticing.notice import BY_CHANCE, notice, wider
 from trueloop.memory.noticing.sentences import NEAR, is_slip, of_gain, of_number
@@ -85,12 +85,5 @@ def _stays(places: int, found: Noticed) -> Integers:
     return np.delete(np.arange(places), [touch.index for touch in found.left_out])
 
 
-def _without(errors: ArcErrors, found: Noticed) -> ArcErrors:
-    stays = _stays(len(errors.error_mm), found)
-    return ArcErrors(
-        tuple(errors.feature[k] for k in stays),
-        tuple(errors.point[k] for k in stays),
-        errors.contact_angle_rad[stays],
-        errors.error_mm[stays],
-        errors.standard_u_mm[stays],
-    )
+def _without(errors: CutErrors, found: Noticed) -> CutErrors:
+    return errors.chosen(_stays(len(errors), found))

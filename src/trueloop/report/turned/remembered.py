@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from trueloop.geometry.feature import is_curved
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.report.markup import esc, section, table
@@ -30,6 +31,8 @@ def memory_section(correction: Correction, say: Texts, figure: Shown) -> str:
         "Band: the next cut’s error had nothing been corrected (95 %), by earlier parts and today’s touches; dotted: "
         "by earlier parts alone; line: what the correction takes off; ● today’s touches, red = material left on."
     )
+    if not any(is_curved(correction.profile.features[index]) for index in memory.features):
+        return section("memory", say("Earlier parts of the edge"), said, _table(correction, memory, say))
     drawn = figure("memory-angle", lambda width: remembered(correction, memory, expected, width, say), caption)
     return section("memory", say("Earlier parts of the edge"), said, drawn, _table(correction, memory, say))
 
@@ -45,14 +48,14 @@ def memory_as_dict(correction: Correction) -> dict[str, object] | None:
         "use": memory.use,
         "applied": memory.applied,
         "inspected_parts": 0 if expected is None else expected.parts,
-        "touches_of_arcs": len(memory.points),
+        "touches_used": len(memory.points),
         "enough_touches": None if expected is None else expected.enough_touches,
         "points_to_keep": list(memory.keep),
         "gain": 1.0 if expected is None else expected.gain,
         "features": [
             {
                 "feature": correction.profile.names[index],
-                "from_memory_percent": 100.0 * memory.share(correction.profile, index),
+                "from_memory_percent": 100.0 * memory.share(index),
             }
             for index in memory.features
         ],
@@ -68,7 +71,7 @@ def _shares(correction: Correction, memory: FromMemory) -> list[dict[str, object
     rows = np.flatnonzero(np.isin(vectors.feature_index, memory.features))
     from_memory = weight * memory.taken_off_mm(
         vectors.feature_index[rows],
-        correction.profile.contact_angle_rad(vectors.feature_index[rows], vectors.arc_length_mm[rows]),
+        vectors.arc_length_mm[rows],
     )
     found: list[dict[str, object]] = []
     for k, share in zip(rows.tolist(), from_memory.tolist(), strict=True):
@@ -98,7 +101,7 @@ def _table(correction: Correction, memory: FromMemory, say: Texts) -> str:
 
 
 def _row(correction: Correction, memory: FromMemory, index: int, say: Texts) -> list[str]:
-    share, along = memory.share(correction.profile, index), correction.profile.features[index].length_mm
+    share, along = memory.share(index), correction.profile.features[index].length_mm
     u = correction.next_cut(index, np.linspace(0.0, along, 33)).expanded_u_mm
     touches = len(correction.touches.of_feature(index))
     return [

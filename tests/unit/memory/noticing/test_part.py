@@ -10,7 +10,7 @@ from trueloop.domain.life import Stage
 from trueloop.memory.level.kalman import steps
 from trueloop.memory.level.step import PartReading
 from trueloop.memory.level.whitening import whitened_steps
-from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed, What
 from trueloop.memory.noticing.part import cleaned, notice_part, notice_step
 
@@ -18,9 +18,9 @@ ANGLES = np.radians(np.linspace(10, 85, 12))
 CORRECTION = 0.018 + 0.006 * np.cos(4 * ANGLES)
 
 
-def seen(error: Array) -> ArcErrors:
+def seen(error: Array) -> CutErrors:
     names = tuple(f"P{k + 1}" for k in range(len(error)))
-    return ArcErrors(("dome",) * len(error), names, ANGLES, error, np.full(len(error), 0.001))
+    return CutErrors(("dome",) * len(error), names, ANGLES, error, np.full(len(error), 0.001))
 
 
 def made(k: int, rng: np.random.Generator, arrived: float = 1.0, gross: float = 0.0) -> MadePart:

@@ -1,10 +1,11 @@
-"""What is remembered of an edge beside today's touches: error over contact angle."""
+"""What is remembered of an edge beside today's touches, on arcs: error over contact angle."""
 
-from typing import Final
+from collections.abc import Sequence
 
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.geometry.feature import is_curved
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.memory.expected import Expected
@@ -15,9 +16,6 @@ from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.turned.fit.prior.remembered import angles_along
 from trueloop.units import UM_PER_MM
 
-GAP_DEG: Final = 2.0
-"""Contact angles further apart are of different arcs: nothing is drawn between."""
-
 
 def remembered(
     correction: Correction, memory: FromMemory, expected: Expected, width: int, say: Texts = ENGLISH
@@ -27,22 +25,33 @@ def remembered(
     Band: the next cut's error had nothing been corrected, 95 %. Dotted: the same without a touch of today. Line: what
     the correction takes off. Dots: today's touches, red = material left on, blue = too much taken.
     """
+    arcs = [index for index in memory.features if is_curved(correction.profile.features[index])]
     degrees = np.degrees(expected.contact_angle_rad)
     mean = expected.gain * expected.mean_mm * UM_PER_MM
     half = coverage_factor() * np.sqrt(np.diag(expected.covariance_mm2)) * UM_PER_MM
     alone = expected.gain * expected.memory_mm * UM_PER_MM
-    runs = np.split(np.arange(len(degrees)), np.flatnonzero(np.diff(degrees) > GAP_DEG) + 1)
+    runs = [expected.rows(index) for index in arcs]
+    shown = np.concatenate([np.empty(0, dtype=np.intp), *runs])
     bands = [_band(degrees[run], mean[run], half[run], say) for run in runs]
     dotted = [_line(degrees[run], alone[run], style.SOFT, say("memory alone"), "dot") for run in runs]
-    applied = [_applied(correction, index, say) for index in memory.features]
-    touches = _touches(correction, memory, say)
-    seen = [*(mean + half), *(mean - half), *alone, *touches["y"], *(y for trace in applied for y in trace["y"])]
+    applied = [_applied(correction, index, say) for index in arcs]
+    touches = _touches(correction, arcs, say)
+    seen = [
+        *(mean + half)[shown],
+        *(mean - half)[shown],
+        *alone[shown],
+        *touches["y"],
+        *(y for trace in applied for y in trace["y"]),
+    ]
     low, high = style.padded(seen)
     layout = style.layout(
         width,
         380,
         xaxis=style.axis(
-            say("contact angle (°): 0 a face, 90 a cylinder"), degrees.min() - 2.0, degrees.max() + 2.0, width // 100
+            say("contact angle (°): 0 a face, 90 a cylinder"),
+            degrees[shown].min() - 2.0,
+            degrees[shown].max() + 2.0,
+            width // 100,
         ),
         yaxis=style.axis(say("error ({um})"), low * say.per_um, high * say.per_um, 7),
         separators=say.separators,
@@ -71,9 +80,9 @@ def _applied(correction: Correction, index: int, say: Texts) -> Trace:
     return _line(np.degrees(angle), taken * UM_PER_MM, style.AFTER, say("applied"))
 
 
-def _touches(correction: Correction, memory: FromMemory, say: Texts) -> Trace:
+def _touches(correction: Correction, arcs: Sequence[int], say: Texts) -> Trace:
     vectors = correction.model.vectors
-    rows = np.flatnonzero(np.isin(vectors.feature_index, memory.features))
+    rows = np.flatnonzero(np.isin(vectors.feature_index, arcs))
     degrees = np.degrees(correction.profile.contact_angle_rad(vectors.feature_index[rows], vectors.arc_length_mm[rows]))
     error = vectors.error_mm[rows] * UM_PER_MM
     hover = [

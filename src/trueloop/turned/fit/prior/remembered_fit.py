@@ -1,9 +1,8 @@
-"""The curve of a chain of arcs from what is remembered (`remembered`), under the chain's own end conditions.
+"""The curve of a chain from what is remembered (`remembered`).
 
-A tangent neighbour that is straight has errors that memory does not know, and the contour must not step: within
-`FADE_RAD` of that junction the curve goes over from the neighbour's value to what is remembered. Parts are touched no
-nearer to it, so a curve through touches does the same there. How fast the part itself goes over nobody has seen: the
-difference counts as uncertain there, anywhere between nothing and all of it.
+A straight feature is corrected by a straight line where that is near enough to what is expected. The contour must not
+step: within `FADE_RAD` of a junction with such a neighbour the curve of an arc goes over from the neighbour's value to
+what is remembered. The difference counts as uncertain there, anywhere between nothing and all of it.
 """
 
 import math
@@ -28,8 +27,14 @@ from trueloop.wording import Um, wording
 FADE_RAD: Final = math.radians(4.0)
 """The contact angle over which the curve goes over to a straight neighbour's value; at most half of the chain's."""
 
-KNOT_RAD: Final = math.radians(2.0)
+KNOT_RAD: Final = math.radians(1.0)
 """Knots of the curve this close follow what earlier parts tell to 0.05 µm."""
+
+
+STRAIGHT_U: Final = 1.0
+STRAIGHT_MM: Final = 0.0005
+"""A straight feature is corrected by a straight line where that is within so many standard uncertainties of the next
+cut, or within this, of what is expected: every bend makes the program longer."""
 
 
 def fit_remembered(
@@ -40,41 +45,58 @@ def fit_remembered(
     The chain has to be one that it `knows`. The scatter of the touches stays that about their own curve.
     """
     chain, conditions = own.chain, own.fit.conditions
-    s, angle, turned = _samples(profile, chain)
-    fades = _fades(turned, conditions)
-    mean = remembered.at(remembered.mean_mm, angle)
-    met = _met(mean, fades, conditions)
-    u = np.hypot(remembered.at(remembered.standard_u_mm, angle), (met - mean) / math.sqrt(3.0))
-    next_cut = NextCut(s, met, u, remembered.gain)
+    rows, s = remembered.of(chain)
+    covariance = remembered.covariance_mm2[np.ix_(rows, rows)]
+    mean, u = remembered.mean_mm[rows], np.sqrt(np.diag(covariance))
+    once = np.append(np.diff(s) > 0.0, True)  # a joint is sampled from both sides
+    kept = np.ones((len(s), 1))
+    if chain.curved:
+        turned = _turned(profile, chain)
+        fades = _fades(turned, conditions)
+        met, correct = _met(mean, fades, conditions), _met(remembered.correct_mm[rows], fades, conditions)
+        kept = np.prod(1.0 - fades, axis=0)[:, None]
+        knots = Knots(_knots(chain, s, turned), chain.joints_mm, joint_repeats(policy, 3))
+        degree = 3
+    else:
+        met, correct, conditions = mean, remembered.correct_mm[rows], EndConditions()
+        degree = 1 if _is_straight(s[once], correct[once], u[once]) else 3
+        knots = Knots(() if degree == 1 else _evenly(chain), chain.joints_mm if degree == 3 else (), 1)
+    next_cut = NextCut(s, met, np.hypot(u, (met - mean) / math.sqrt(3.0)), remembered.gain)
     if not remembered.corrects:
         return replace(own, next_cut=next_cut)
-    once = np.append(np.diff(s) > 0.0, True)  # a joint is sampled from both sides
-    knots = Knots(_knots(chain, s, turned), chain.joints_mm, joint_repeats(policy, 3))
-    correct = _met(remembered.at(remembered.correct_mm, angle), fades, conditions)
-    curve, knots = fit_determined(s[once], correct[once], knots, chain.length_mm, 3, conditions)
-    kept = np.prod(1.0 - fades, axis=0)[:, None]
-    root = kept * remembered.at(root_of(remembered.covariance_mm2), angle)
+    curve, knots = fit_determined(s[once], correct[once], knots, chain.length_mm, degree, conditions)
+    root = kept * root_of(covariance)
     touches = touches_of(profile, chain, vectors)
     return replace(
         own,
         fit=curve,
         residual_mm=touches.error_mm - curve.spline.of(curve.spline.value_form(touches.arc_length_mm)),
         leave_one_out_mm=np.full(len(touches.positions), np.nan),
-        scattered=own.fit,
+        scattered=own.fit if own.scattered is None else own.scattered,
         knot_every=(None,) * len(chain.features),
         from_model_mm=carried(s[once], root[once], knots, curve),
         next_cut=next_cut,
-        notes=(_note(profile, chain, len(touches.positions), met, u),),
+        notes=(_note(profile, chain, len(touches.positions), met, next_cut.standard_u_mm),),
         unsupported=False,
     )
 
 
-def _samples(profile: Profile, chain: Chain) -> tuple[Array, Array, Array]:
-    """Arc lengths along the chain, contact angles, and by how much the contact angle has turned since its start."""
-    along = [angles_along(profile, i) for i in chain.features]
-    s = np.concatenate([start + own for start, (own, _) in zip(chain.starts_mm, along, strict=True)])
-    angle = np.concatenate([angle for _, angle in along])
-    return s, angle, np.append(0.0, np.cumsum(np.abs(np.diff(angle))))
+def _is_straight(s: Array, value: Array, u: Array) -> bool:
+    """Whether a straight line through values along a feature is near enough to them."""
+    line = np.polynomial.Polynomial.fit(s, value, 1)(s)
+    return bool(np.all(np.abs(value - line) <= np.maximum(STRAIGHT_U * u, STRAIGHT_MM)))
+
+
+def _evenly(chain: Chain) -> tuple[float, ...]:
+    """Two knots within each feature of a chain."""
+    ends = zip(chain.starts_mm, [*chain.joints_mm, chain.length_mm], strict=True)
+    return tuple(start + (end - start) * k / 3 for start, end in ends for k in (1, 2))
+
+
+def _turned(profile: Profile, chain: Chain) -> Array:
+    """By how much the contact angle has turned since the start of a chain, at its places, (n,)."""
+    angle = np.concatenate([angles_along(profile, i)[1] for i in chain.features])
+    return np.append(0.0, np.cumsum(np.abs(np.diff(angle))))
 
 
 def _fades(turned: Array, conditions: EndConditions) -> Array:

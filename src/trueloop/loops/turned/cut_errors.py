@@ -1,0 +1,90 @@
+"""Places of a profile as the state of an edge knows them: by contact angle, z, and share along a group of features."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.arrays import Array
+from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.memory.made_part import CutErrors
+from trueloop.turned.fit.prior.remembered import angles_along
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+
+def cut_errors(profile: Profile, vectors: ErrorVectors) -> CutErrors:
+    """Part errors at gauging points, without that which the part's z was taken from: it is the reference of the others.
+
+    Uncertainties are the touches' own; the reference has the one that all share.
+    """
+    at = _at(profile, vectors.feature_index, vectors.arc_length_mm, vectors.point)
+    errors = CutErrors(
+        at.feature, at.point, at.contact_angle_rad, vectors.error_mm, vectors.own_u_mm, at.z_mm, at.share, at.group
+    )
+    reference = np.flatnonzero(vectors.at_reference)
+    if not len(reference):
+        return errors
+    return _from(errors, vectors, errors.chosen(reference[:1])).chosen(np.flatnonzero(~vectors.at_reference))
+
+
+def places_along(
+    profile: Profile, features: Sequence[int], vectors: ErrorVectors
+) -> tuple[NDArray[np.intp], Array, CutErrors]:
+    """Places along features, their ends among them: feature index and arc length, (n,), and what the state knows them
+    by. z counts from where that of the vectors does.
+    """
+    along = [angles_along(profile, i)[0] for i in features]
+    index = np.repeat(np.array(features, dtype=np.intp), [len(s) for s in along])
+    s = np.concatenate([*along, np.empty(0)])
+    at = _at(profile, index, s, ("",) * len(s))
+    reference = np.flatnonzero(vectors.at_reference)
+    if len(reference):
+        touched = vectors.chosen(reference[:1])
+        own = _at(profile, touched.feature_index, touched.arc_length_mm, touched.point)
+        normals = np.array([profile.features[i].outward_normal(float(x))[1] for i, x in zip(index, s, strict=True)])
+        at = CutErrors(
+            *(at.feature, at.point, at.contact_angle_rad, at.error_mm, at.standard_u_mm, at.z_mm, at.share, at.group),
+            z_share=normals / touched.outward_normal[0, 1],
+            reference=own,
+        )
+    return index, s, at
+
+
+def _from(errors: CutErrors, vectors: ErrorVectors, reference: CutErrors) -> CutErrors:
+    return CutErrors(
+        *(errors.feature, errors.point, errors.contact_angle_rad, errors.error_mm, errors.standard_u_mm),
+        *(errors.z_mm, errors.share, errors.group),
+        z_share=vectors.z_share,
+        reference=reference,
+    )
+
+
+def _at(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array, points: tuple[str, ...]) -> CutErrors:
+    first, before_mm, whole_mm = _groups(profile)
+    ends_z = [end[1] for feature in profile.features for end in (feature.start_mm, feature.end_mm)]
+    middle_z = 0.5 * (min(ends_z) + max(ends_z))
+    places = list(zip(feature_index.tolist(), arc_length_mm.tolist(), strict=True))
+    n = len(places)
+    return CutErrors(
+        tuple(profile.names[i] for i, _ in places),
+        points,
+        profile.contact_angle_rad(feature_index, arc_length_mm) if n else np.empty(0),
+        np.zeros(n),
+        np.zeros(n),
+        np.array([float(profile.features[i].point_mm(s)[1]) - middle_z for i, s in places]),
+        np.array([(before_mm[i] + s) / whole_mm[i] for i, s in places]),
+        tuple(profile.names[first[i]] for i, _ in places),
+    )
+
+
+def _groups(profile: Profile) -> tuple[list[int], list[float], list[float]]:
+    """Of each feature: the first of those that meet tangentially in a row with it, the length of those before it, and
+    of all of them.
+    """
+    first, before = [0], [0.0]
+    for i, junction in enumerate(profile.junctions):
+        tangent = junction.kind is JunctionKind.TANGENT
+        first.append(first[i] if tangent else i + 1)
+        before.append(before[i] + profile.features[i].length_mm if tangent else 0.0)
+    whole = [sum(profile.features[k].length_mm for k in range(len(first)) if first[k] == group) for group in first]
+    return first, before, whole

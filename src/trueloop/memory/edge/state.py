@@ -1,0 +1,176 @@
+"""The state of an edge: what its parts, one after the other, have told of the terms of the error (`estimate`)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.estimate.catalogue import turned_catalogue
+from trueloop.estimate.observed import Observed
+from trueloop.estimate.places import Places, joined
+from trueloop.estimate.sizes import fitted_sizes
+from trueloop.estimate.state import State
+from trueloop.estimate.term import Catalogue, Sizes
+from trueloop.memory.made_part import CutErrors, MadePart
+
+EDGE: Final = "edge"
+"""The label of the one edge that a history is of."""
+
+FITTED_PARTS: Final = 8
+FITTED_VALUES: Final = 500
+"""Sizes are fitted to the latest parts, at most so many of them and so many values: enough to tell them."""
+
+WRONG_GAIN: Final = 0.5
+"""By so much, in standard deviations, gains differ from 1 where a correction was not run or was entered wrongly."""
+
+ROUND_RAD: Final = 0.1
+"""Contact angles are taken to reach a multiple of this, so that the same basis serves part after part."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownEdge:
+    """The state after the parts of a history, and what places of the next part are called in it.
+
+    `age` is the edge's age when the next part is cut, in parts of mean duration. `left_mm`: by part and cut, what all
+    terms leave of its values as they are taken in, (n,) each.
+    """
+
+    state: State
+    part: MadePart
+    age: float
+    left_mm: tuple[tuple[Array, ...], ...]
+
+    def places(self, errors: CutErrors, finish: bool, taken_off_mm: Array | None = None) -> tuple[Places, Array | None]:
+        """Places of a cut of the next part and the functional H of them that its errors are; None: errors at places."""
+        return places_of(self.part, self.age, errors, finish, taken_off_mm)
+
+
+def known_edge(history: Sequence[MadePart], part: MadePart, asked: CutErrors | None = None) -> KnownEdge:
+    """What earlier parts, in cutting order, tell before `part`. `asked`: further places that will be spoken of."""
+    parts = [*history, part]
+    ages = _ages(parts)
+    catalogue = _catalogue([errors for one in parts for errors in _cuts(one)] + ([] if asked is None else [asked]))
+    cuts = [observed(one, age) for one, age in zip(history, ages[:-1], strict=True)]
+    state = State.before(catalogue, sizes_of(catalogue, cuts))
+    left = []
+    for one in cuts:
+        of_part = []
+        for cut in one:
+            state = state.given(cut).state
+            expected = state.predict(cut.places, cut.functional, repeatability=False)
+            of_part.append(cut.value_mm - expected.mean_mm)
+        left.append(tuple(of_part))
+        state = state.without_parts()
+    return KnownEdge(state, part, float(ages[-1]), tuple(left))
+
+
+def observed(part: MadePart, age: float) -> list[Observed]:
+    """The touches S of a part, and E = F + C of its finish inspection where C is known; each where there is one."""
+    found = []
+    if len(part.semifinish):
+        found.append(cut_of(part, age, part.semifinish, False, None))
+    if part.finish is not None and part.correction_mm is not None and len(part.finish):
+        found.append(cut_of(part, age, part.finish, True, part.correction_mm))
+    return found
+
+
+def places_of(
+    part: MadePart, age: float, errors: CutErrors, finish: bool, taken_off_mm: Array | None = None
+) -> tuple[Places, Array | None]:
+    """N places of a cut, that of the reference last where there is one, and the functional (n, n + 1) of them."""
+    own = _columns(part, age, errors, finish, taken_off_mm)
+    if errors.reference is None or errors.z_share is None:
+        return own, None
+    reference = _columns(part, age, errors.reference, finish, None)
+    return joined([own, reference]), np.column_stack([np.eye(len(errors)), -errors.z_share])
+
+
+def sizes_of(catalogue: Catalogue, cuts: Sequence[Sequence[Observed]]) -> Sizes:
+    """Sizes of the terms as the latest parts show them; without any, as believed beforehand."""
+    latest: list[Observed] = []
+    for part in list(reversed(cuts))[:FITTED_PARTS]:
+        if latest and sum(map(len, [*latest, *part])) > FITTED_VALUES:
+            break
+        latest = [*part, *latest]
+    return _fitted(_Values(catalogue, tuple(latest)))
+
+
+class _Values:
+    """Observations that are known again by what they hold."""
+
+    def __init__(self, catalogue: Catalogue, parts: tuple[Observed, ...]) -> None:
+        self.catalogue, self.parts = catalogue, parts
+        columns = [array for one in parts for array in (one.value_mm, one.matrix, *one.places.columns.values())]
+        self._key = tuple(array.tobytes() for array in columns), tuple(len(term.name) for term in catalogue.terms)
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Values) and self._key == other._key
+
+
+@lru_cache(maxsize=64)
+def _fitted(values: _Values) -> Sizes:
+    medians = values.catalogue.medians
+    return fitted_sizes(values.catalogue, values.parts, [{**medians, "gain": WRONG_GAIN}])
+
+
+def cut_of(part: MadePart, age: float, errors: CutErrors, finish: bool, correction_mm: Array | None) -> Observed:
+    """Errors of one cut of a part as observations; `correction_mm` C is added to those of the finish cut."""
+    at, functional = places_of(part, age, errors, finish, correction_mm)
+    value = errors.error_mm if correction_mm is None else errors.error_mm + correction_mm
+    if errors.reference is None or errors.z_share is None:
+        return Observed(at, value, errors.standard_u_mm, functional)
+    shared = float(errors.reference.standard_u_mm[0]) * errors.z_share
+    return Observed(at, value, errors.standard_u_mm, functional, np.outer(shared, shared))
+
+
+def _columns(part: MadePart, age: float, errors: CutErrors, finish: bool, taken_off_mm: Array | None) -> Places:
+    n = len(errors)
+    same = {
+        "edge": EDGE,
+        "setting": part.setting,
+        "part_type": part.part_type,
+        "part": f"{part.order} {part.serial}",
+        "age": age,
+        "order": part.order,
+        "finish": float(finish),
+    }
+    own = {
+        "group": np.array(errors.feature if errors.group is None else errors.group, dtype=object),
+        "contact_angle_rad": errors.contact_angle_rad,
+        "z_mm": np.zeros(n) if errors.z_mm is None else errors.z_mm,
+        "share": np.full(n, 0.5) if errors.share is None else errors.share,
+        "taken_off_mm": np.zeros(n) if taken_off_mm is None else taken_off_mm,
+    }
+    labels = {
+        name: np.full(n, value, dtype=object if isinstance(value, str) else float) for name, value in same.items()
+    }
+    return Places({**labels, **own})
+
+
+def _cuts(part: MadePart) -> list[CutErrors]:
+    cuts = [part.semifinish] if part.finish is None else [part.semifinish, part.finish]
+    return [*cuts, *(cut.reference for cut in cuts if cut.reference is not None)]
+
+
+def _catalogue(cuts: Sequence[CutErrors]) -> Catalogue:
+    angles = np.concatenate([np.zeros(1), *(cut.contact_angle_rad for cut in cuts)])
+    low, high = np.floor(angles.min() / ROUND_RAD), np.ceil(angles.max() / ROUND_RAD)
+    return turned_catalogue(ROUND_RAD * float(low), ROUND_RAD * float(high))
+
+
+def _ages(parts: Sequence[MadePart]) -> Array:
+    """The edge's age at each part, in parts of mean duration, counted from the first of these: by minutes in cut where
+    every part states them, else by the order of the parts.
+    """
+    order = np.array([part.order for part in parts], dtype=np.float64)
+    minutes = np.array([np.nan if part.minutes_in_cut is None else part.minutes_in_cut for part in parts])
+    span = np.ptp(minutes) if np.all(np.isfinite(minutes)) else 0.0
+    if span <= 0:
+        return np.asarray(order - order.min())
+    return np.asarray((minutes - minutes.min()) * (np.ptp(order) / span))
