@@ -22,6 +22,7 @@ from trueloop.domain.limits import Limits as Limits
 from trueloop.loops.turned.process_intermittent import compensate as compensate
 from trueloop.report.turned.features import feature_summaries as feature_summaries
 from trueloop.report.turned.correction_json import correction_as_dict as correction_as_dict
+from trueloop.formats.tables.control_tables import table_to_csv as table_to_csv
 from trueloop.jobs.turned.compensate import write_correction as write_correction
 from trueloop.jobs.turned.compensate import compensate_job as compensate_job
 from trueloop.jobs.turned.compensate_part import CorrectedEdge as CorrectedEdge
@@ -29,6 +30,7 @@ from trueloop.jobs.turned.compensate_part import CorrectedPart as CorrectedPart
 from trueloop.jobs.turned.compensate_part import compensate_part as compensate_part
 
 # NC programs.
+from trueloop.formats.input_file import read_program as read_program
 from trueloop.nc.check.check import check as check
 from trueloop.nc.program.program_time import program_time as program_time
 from trueloop.nc.match.difference import path_difference as path_difference
@@ -52,6 +54,7 @@ from trueloop.jobs.machine.machine_model import signals_of as signals_of
 from trueloop.machine.model.validity import known_state as known_state
 from trueloop.machine.model.overview import overview as overview
 from trueloop.machine.model.overview import curves as curves
+from trueloop.machine.correct import Setup as Setup
 from trueloop.jobs.machine.mapped_program import ModelFile as ModelFile
 from trueloop.jobs.machine.mapped_program import compensate_program as compensate_program
 

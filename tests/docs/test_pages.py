@@ -16,7 +16,7 @@ from tests.support.toml_files import KINDS, wrong_in
 from trueloop.cli.main import app
 from trueloop.errors import Code
 
-LANGUAGES = {"console", "sh", "python", "pycon", "toml", "csv", "text", "hal", "ini", "nc"}
+LANGUAGES = {"console", "sh", "python", "pycon", "toml", "csv", "text", "hal", "ini", "nc", "nginx"}
 RUN = {"console", "python", "pycon"}
 PAGES = {page.source: list(snippets(page.text)) for page in pages()}
 RUN_ELSEWHERE = "python-reference.md"

@@ -17,13 +17,16 @@ from trueloop.jobs.turned.job_files import JobFiles
 OVER = second("linuxcnc").replace("G01 X54.0000 Z-29.2000\n", "G01 X53.6000 Z-29.2000\nG01 X53.6000 Z-50.5\n")
 """The second side's program with the collar."""
 
+ERRORS_UM = [5.0 if k % 2 else -5.0 for k in range(len(PLACES))]
+"""Not all of one size: that would be taken for an allowance."""
+
 
 def _corrected(frame: str = FRAMES["second"], more: str = "", program: str = "") -> object:
     frames: Mapping[str, str] = {**FRAMES, "second": frame}
     with tempfile.TemporaryDirectory() as folder:
         if program:
             (Path(folder) / "second.ngc").write_text(program)
-        return corrected_setups(JobFiles.of(job(Path(folder), [5.0] * len(PLACES), more, frames=frames)))
+        return corrected_setups(JobFiles.of(job(Path(folder), ERRORS_UM, more, frames=frames)))
 
 
 def _read_as_one() -> object:
@@ -36,7 +39,7 @@ def _kept_by_number() -> object:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "second.ngc").write_text(second("linuxcnc", tool=1))
-        path = job(folder, [5.0] * len(PLACES))
+        path = job(folder, ERRORS_UM)
         text = path.read_text().replace("number = 2\n", "number = 1\n")
         path.write_text(text.replace("number = 1\n", 'number = 1\ninsert = "CNMG"\n'))
         made(str(folder / "trueloop.db")).close()

@@ -23,7 +23,7 @@ def loaded(*words: str) -> set[str]:
 
 
 def test_the_version_imports_no_command() -> None:
-    assert loaded("--version") == {"trueloop", "trueloop.cli", "trueloop.cli.main"}
+    assert loaded("--version") == {"trueloop", "trueloop.cli", "trueloop.cli.main", "trueloop.cli.plain_output"}
 
 
 @pytest.mark.parametrize(("command", "own"), [("tool", "trueloop.cli.tool"), ("explain", "trueloop.cli.explain")])

@@ -20,7 +20,7 @@ BALL = SurfaceJob(Cutter(3.0, 3.0))
 
 
 def test_a_frame_that_the_path_does_not_follow_is_refused() -> None:
-    turned = b"G21 G90 G94 G17\nG68 X0 Y0 R90\nG0 X2 Y10 Z5\nG1 Z0 F100\nX18\nG0 Z5\nM30\n"
+    turned = b"G21 G90 G94 G17\nG68 X0. Y0. R90.\nG0 X2. Y10. Z5.\nG1 Z0. F100.\nX18.\nG0 Z5.\nM30\n"
     with pytest.raises(TrueloopError, match="G68") as told:
         corrected_program(read_program(turned, "fanuc-mill"), FLAT, FLAT, BALL, "0123456789abcdef")
     assert told.value.code is Code.NC_OPAQUE and told.value.place.line == 2
@@ -42,7 +42,7 @@ def test_the_read_back_of_an_inch_program_allows_two_steps_of_an_inch_program(mo
 RAISED = replace(FLAT, control_mm=FLAT.control_mm + np.array([0.0, 0.0, 0.1]))
 """The corrected surface stands 0.1 mm higher everywhere."""
 
-PASS = "G21 G90 G94 G17\n{before}\nG0 X2 Y10 Z5\nG1 Z0 F100\nX18\nG0 Z5\n{after}\nM30\n"
+PASS = "G21 G90 G94 G17\n{before}\nG0 X2. Y10. Z5.\nG1 Z0. F100.\nX18.\nG0 Z5.\n{after}\nM30\n"
 
 
 def _raised(before: str = "", after: str = "") -> bytes:
@@ -53,9 +53,9 @@ def _raised(before: str = "", after: str = "") -> bytes:
 @pytest.mark.parametrize(
     ("after", "what"),
     [
-        ("G0 Z0.06\nG0 X2\nG0 Z5", "a rapid move would cut 40.0 µm into"),
-        ("G1 Z0.06\nG1 X2\nG0 Z5", "the cutter would cut 40.0 µm into"),
-        ("G18 G3 X2 Z5 I-8 K4.0077 F99\nG17", r"the cutter would cut (3[6-9]|40)\.\d µm into"),
+        ("G0 Z0.06\nG0 X2.\nG0 Z5.", "a rapid move would cut 40.0 µm into"),
+        ("G1 Z0.06\nG1 X2.\nG0 Z5.", "the cutter would cut 40.0 µm into"),
+        ("G18 G3 X2. Z5. I-8. K4.0077 F99.\nG17", r"the cutter would cut (3[6-9]|40)\.\d µm into"),
     ],
 )
 def test_what_does_not_cut_may_not_cut_the_corrected_surface(after: str, what: str) -> None:
@@ -68,12 +68,12 @@ def test_what_does_not_cut_may_not_cut_the_corrected_surface(after: str, what: s
 @pytest.mark.parametrize(
     ("before", "after"),
     [
-        ("G0 X5 Y5", ""),  # z has no position yet: where a run takes it to be is inside the surface
-        ("G28 G91 Z0\nG90 G0 X5 Y5", ""),  # z is at home
-        ("T2 M6\nG0 X5 Y5 Z0.05\nG0 Z9\nT1 M6", ""),  # another tool
-        ("", "G0 Z0.12\nX2\nZ5"),  # clear of the corrected surface too
-        ("", "G0 X-9\nZ-2\nX-12\nZ5"),  # beside the patch
-        ("", "G0 X-9\nZ-20\nX9\nX-9\nZ5"),  # under it: another side of the part
+        ("G0 X5. Y5.", ""),  # z has no position yet: where a run takes it to be is inside the surface
+        ("G28 G91 Z0.\nG90 G0 X5. Y5.", ""),  # z is at home
+        ("T2 M6\nG0 X5. Y5. Z0.05\nG0 Z9.\nT1 M6", ""),  # another tool
+        ("", "G0 Z0.12\nX2.\nZ5."),  # clear of the corrected surface too
+        ("", "G0 X-9.\nZ-2.\nX-12.\nZ5."),  # beside the patch
+        ("", "G0 X-9.\nZ-20.\nX9.\nX-9.\nZ5."),  # under it: another side of the part
     ],
 )
 def test_only_moves_that_are_known_to_come_too_near_are_refused(before: str, after: str) -> None:

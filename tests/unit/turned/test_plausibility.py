@@ -12,8 +12,9 @@ from trueloop.arrays import Array
 from trueloop.domain.inspection import Touch
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
+from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.plausibility import check_loop_sign
+from trueloop.turned.touches.plausibility import ENOUGH, check_loop_sign
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
 PARTS = {"MODBAS2": modbas2(), "PIECS11": piecs11(), "FACETST": facetst()}
@@ -178,7 +179,10 @@ def test_a_correction_of_reversed_sign_is_found(errors: Array, gain: float, seed
 @example(np.array([0.0, 0.0, 0.0, 0.0, 0.001]), 1e-190, 0)
 def test_a_correction_that_worked_or_did_nothing_is_no_reversed_sign(errors: Array, left: float, seed: int) -> None:
     scatter = np.random.default_rng(seed).uniform(-0.001, 0.001, len(errors))
-    check_loop_sign(_cut(errors), _cut(left * errors + (scatter if np.std(errors) > 0.01 else 0)))
+    after = left * errors + (scatter if np.std(errors) > 0.01 else 0)
+    small = any(0.0 < rms(each) < 0.001 for each in (errors, after))
+    assume(len(errors) < ENOUGH or not small)  # values so small are refused earlier, as given in another unit
+    check_loop_sign(_cut(errors), _cut(after))
 
 
 def test_a_pure_size_error_doubled_is_found() -> None:
