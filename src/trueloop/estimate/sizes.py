@@ -87,6 +87,27 @@ class Badness:
         self._log_sd = np.array([prior.log_sd for prior in catalogue.priors.values()])
         every = ((term, _blocks(term, observed)) for term in catalogue.terms)
         self._terms = [(term, blocks) for term, blocks in every if blocks]
+        self._followed = [self._followed_by(variances) for variances in self._variances()]
+
+    def _variances(self) -> list[Callable[[Sizes], Array]]:
+        """Returns the variances of coefficients and scatter as functions of the sizes, in the order of their slopes."""
+        variances: list[Callable[[Sizes], Array]] = []
+        for term, _ in self._terms:
+            variances.append(_squared(term.spread))
+            if term.step is not None:
+                variances.append(_squared(term.step))
+        return [*variances, lambda at: self._catalogue.repeatability_mm2(self._places, at)]
+
+    def _followed_by(self, variances: Callable[[Sizes], Array]) -> list[int]:
+        """Returns which sizes, by index, variances depend on: only these have to be varied for their gradient."""
+        logarithms = self._median.copy()
+        at_median, followed = variances(self._catalogue.sizes(logarithms)), list[int]()
+        for k in range(len(logarithms)):
+            logarithms[k] += 0.1
+            if np.any(variances(self._catalogue.sizes(logarithms)) != at_median):
+                followed.append(k)
+            logarithms[k] = self._median[k]
+        return followed
 
     def of(self, logarithms: Row) -> tuple[float, Row]:
         """Value and gradient, (k,)."""
@@ -105,22 +126,26 @@ class Badness:
         inverse = np.tril(inverse) + np.tril(inverse, -1).T
         alpha = inverse @ self._values
         pull = inverse - np.outer(alpha, alpha)
-        slopes: list[tuple[Callable[[Sizes], Array], Array]] = []
+        slopes = list[Array]()
         for term, blocks in self._terms:
-            slopes.append((_squared(term.spread), _pulled(pull, blocks, walking=False)))
+            slopes.append(_pulled(pull, blocks, walking=False))
             if term.step is not None:
-                slopes.append((_squared(term.step), _pulled(pull, blocks, walking=True)))
-        slopes.append((lambda at: self._catalogue.repeatability_mm2(self._places, at), self._pulled_scatter(pull)))
-        for k in range(len(logarithms)):
-            up, down = logarithms.copy(), logarithms.copy()
-            up[k] += DIFFERENCE
-            down[k] -= DIFFERENCE
-            above, below = self._catalogue.sizes(up), self._catalogue.sizes(down)
-            change = sum(float(slope @ (of(above) - of(below))) for of, slope in slopes)
-            gradient[k] = change / (2.0 * DIFFERENCE)
+                slopes.append(_pulled(pull, blocks, walking=True))
+        slopes.append(self._pulled_scatter(pull))
+        beside = [self._beside(logarithms, k) for k in range(len(logarithms))]
+        for variances, slope, followed in zip(self._variances(), slopes, self._followed, strict=True):
+            for k in followed:
+                above, below = beside[k]
+                gradient[k] += float(slope @ (variances(above) - variances(below))) / (2.0 * DIFFERENCE)
         away = (logarithms - self._median) / self._log_sd
         value = 0.5 * float(self._values @ alpha) + float(np.sum(np.log(np.diag(factor)))) + 0.5 * float(away @ away)
         return value, np.asarray(gradient + away / self._log_sd).reshape(len(logarithms))
+
+    def _beside(self, logarithms: Row, k: int) -> tuple[Sizes, Sizes]:
+        """Returns the sizes with the k-th a little larger, and a little smaller."""
+        step = np.zeros(len(logarithms))
+        step[k] = DIFFERENCE
+        return self._catalogue.sizes(logarithms + step), self._catalogue.sizes(logarithms - step)
 
     def _scattered(self, sizes: Sizes) -> Array:
         scatter = self._catalogue.repeatability_mm2(self._places, sizes)
