@@ -47,7 +47,7 @@ def test_an_edge_says_what_it_remembers_and_what_the_next_part_needs(web: Browsi
         window.go("/tools/1")
         main = window.page.locator("main")
         expect(main).to_contain_text("From 3 parts, 3 of them inspected")
-        expect(window.page.get_by_role("row").filter(has_text="MODBAS2 B")).to_contain_text("3 of 20")
+        expect(window.page.get_by_role("row").filter(has_text="MODBAS2 B")).to_contain_text("1 of 31")
         whole = point(window, 0.5)
         window.page.get_by_label("Curve").select_option("")
         expect(

@@ -18,5 +18,5 @@ find .outside -mindepth 1 -maxdepth 1 ! -name 'linuxcnc.*' -print0 | xargs -0 -r
 
 mount -t overlay overlay -o lowerdir=/tmp/.session/modules:/usr/lib/linuxcnc/modules /usr/lib/linuxcnc/modules
 export HOME=/tmp/.session/home RTAPI_FIFO_PATH=/tmp/.session/home/rtapi_fifo
-cd /tmp/.session/config
-exec linuxcnc -r machine.ini </dev/null
+cd "$1/config" # the configuration has one path, inside and outside: by it a session's processes are found
+exec linuxcnc -r "$1/config/machine.ini" </dev/null
