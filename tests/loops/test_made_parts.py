@@ -80,11 +80,13 @@ def test_a_part_too_large_is_made_smaller_by_the_correction() -> None:
     assert part.correction_mm[part.finish.point.index("20")] == pytest.approx(78 * UM, abs=3 * UM)
 
 
-def test_only_arcs_by_their_contact_angle() -> None:
+def test_every_place_but_the_reference_by_its_contact_angle() -> None:
     correction = example_correction("modbas2")
     part = made_part(correction, cut_by(correction), correction.touches)
     assert part.finish is not None and part.part_type == "MODBAS2 B" and part.serial == "2511.161"
-    assert set(part.semifinish.feature) == set(part.finish.feature) == {"dome"}
+    touches = correction.touches
+    touched = {correction.profile.names[i] for i in touches.feature_index[~touches.at_reference]}
+    assert set(part.semifinish.feature) == set(part.finish.feature) == touched
     rows = [correction.touches.point.index(name) for name in part.finish.point]
     normal = correction.touches.outward_normal[rows]
     assert np.column_stack([np.sin(part.finish.contact_angle_rad), np.cos(part.finish.contact_angle_rad)]) == (
@@ -98,7 +100,8 @@ def test_without_an_inspection_there_is_nothing_that_was_obtained() -> None:
     correction = example_correction("piecs11")
     part = made_part(correction, replace(cut_by(correction), order=None), None)
     assert part.finish is None and part.correction_mm is None and part.uncorrected_mm is None
-    assert math.isnan(part.order) and len(part.semifinish.point) == 20
+    assert math.isnan(part.order)
+    assert len(part.semifinish.point) == np.count_nonzero(~correction.touches.at_reference)
 
 
 def test_an_offset_takes_off_what_it_moves_along_the_normal() -> None:

@@ -8,7 +8,6 @@ import pytest
 from tests.support.correction import example_inputs
 from tests.support.kept import cut_of
 from trueloop.domain.life import Ran
-from trueloop.geometry.feature import Arc
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.obtained import Obtained, obtained
 from trueloop.loops.turned.process_intermittent import compensate
@@ -30,8 +29,7 @@ def found_at_arcs(correction: Correction, share: float) -> Obtained:
 
 
 def test_what_is_expected_is_inside_and_its_opposite_is_not(half: Correction) -> None:
-    arcs = [isinstance(half.profile.features[i], Arc) for i in half.touches.feature_index]
-    touched = half.touches.error_mm[np.array(arcs) & ~half.touches.at_reference]
+    touched = half.touches.error_mm[~half.touches.at_reference]
     one = found_at_arcs(half, 0.5)
     assert one.places == len(touched) and one.inside == one.places
     assert one.found_mm == pytest.approx(0.5 * rms(touched))
@@ -46,6 +44,6 @@ def test_another_program_than_the_predicted_one_is_not_compared(half: Correction
     assert obtained(half, replace(cut_of(half), correction=""), half.touches) is None
 
 
-def test_without_a_place_on_an_arc_there_is_nothing_to_compare(half: Correction) -> None:
-    lines = [k for k, i in enumerate(half.touches.feature_index) if not isinstance(half.profile.features[i], Arc)]
-    assert obtained(half, cut_of(half), half.touches.chosen(lines)) is None
+def test_without_a_place_beside_the_reference_there_is_nothing_to_compare(half: Correction) -> None:
+    reference = np.flatnonzero(half.touches.at_reference).tolist()
+    assert obtained(half, cut_of(half), half.touches.chosen(reference)) is None

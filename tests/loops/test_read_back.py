@@ -75,5 +75,5 @@ def test_code_of_unknown_order_is_refused(word: bytes, said: str) -> None:
 
 
 def test_timed_arc_is_refused() -> None:
-    refusal = refused(lambda: compensate(_inputs(DOME.replace(b"G2 ", b"G93 G2 F3. "))))
+    refusal = refused(lambda: compensate(_inputs(DOME.replace(b"G2 ", b"G93 G2 F3. ") + b"\nG95 F0.005")))
     assert refusal.code is Code.NC_EDIT and "G93" in refusal.message
