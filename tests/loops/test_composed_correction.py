@@ -356,7 +356,7 @@ def test_the_simulated_loop_comes_out_as_on_a_machine_without_errors() -> None:
 
 
 def test_earlier_parts_take_part_where_errors_of_the_machine_are_known() -> None:
-    """Today's touches are as without memory, the machine's errors taken out; what is handed over is of the same kind."""
+    """Today's touches are as without memory, the machine's errors taken out; earlier parts are of the same kind."""
     remembering = remembering_inputs()
     part = on_machine(erring_lathe.model(), "machine", "uncompensated", BALL_MM)
     wide = replace(remembering.options, limits=replace(remembering.options.limits, correction_mm=0.3))

@@ -330,7 +330,7 @@ def test_a_feature_of_two_set_ups_is_asked_for(tmp_path: Path) -> None:
 def test_what_no_set_up_cuts_is_named_and_left(tmp_path: Path) -> None:
     text = second("linuxcnc")
     (tmp_path / "second.ngc").write_text(text[: text.index("T4 M6")] + "M2\n")
-    path = job(tmp_path, [4.0] * len(PLACES))
+    path = job(tmp_path, [4.0 if k % 2 else -4.0 for k in range(len(PLACES))])
     table = f"[[setups.tools]]\nnumber = {BORE}\nnose_radius_mm = {NOSE_MM[BORE]}\n"
     path.write_text(path.read_text().replace(table, ""))
     said = " ".join(run("compensate", path, "-o", tmp_path / "out").split())

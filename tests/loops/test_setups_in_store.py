@@ -149,7 +149,7 @@ def test_an_edge_learns_what_a_job_of_it_alone_teaches(both: tuple[Way, Path, Pa
     assert [part.serial for part in mine] == ["P1", "P2", "P3"] == [part.serial for part in theirs]
     for one, other in zip(mine, theirs, strict=True):
         assert one.part_type == "two sides, second, T2"
-        assert one.finish is not None and other.finish is not None and len(one.finish.error_mm) == 5
+        assert one.finish is not None and other.finish is not None and len(one.finish.error_mm) == 15
         for a, b in ((one.semifinish, other.semifinish), (one.finish, other.finish)):
             assert (a.feature, a.point) == (b.feature, b.point)
             np.testing.assert_allclose(a.contact_angle_rad, b.contact_angle_rad, atol=1e-7)
