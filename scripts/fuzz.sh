@@ -28,5 +28,5 @@ for each in "${targets[@]}"; do
     grep -E 'stat::number_of_executed_units|^Done' "$log"
     cd ../..
 done
-echo "correcting 1,000 finish programs drawn by chance"
-.venv/bin/python -m tests.loops.test_everyday_programs 1000
+echo "correcting up to 1,000 finish programs drawn by chance"
+.venv/bin/python -m tests.loops.test_everyday_programs 1000 "$time"

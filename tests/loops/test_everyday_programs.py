@@ -63,9 +63,14 @@ def test_it_is_written_as_it_stands(seed: int, tmp_path: Path) -> None:
     check(seed, tmp_path)
 
 
-if __name__ == "__main__":  # scripts/fuzz.sh: python -m tests.loops.test_everyday_programs COUNT
+if __name__ == "__main__":  # scripts/fuzz.sh: python -m tests.loops.test_everyday_programs COUNT SECONDS
     import tempfile
+    from time import monotonic
 
+    until = monotonic() + float(sys.argv[2])
     for k in range(int(sys.argv[1])):
+        if monotonic() > until:
+            print(f"{k} programs in {sys.argv[2]} s")
+            break
         with tempfile.TemporaryDirectory() as scratch:
             check(k, Path(scratch))

@@ -35,9 +35,9 @@ TOUCHES = "point,feature,nominal_x_mm,nominal_z_mm,error_um\n" + "".join(
     f"{k},seat,15,{-26 + 4 * k},20\n" for k in range(1, 6)
 )
 TOUCHES += "".join(f"{5 + k},front,{15 - 2 * k},0,0\n" for k in range(1, 5))
-CUT = "G0 X10 Z5\nG42 G1 X10 Z0 F0.1\nX30\nZ-30\nG40 X40\nG0 X100 Z100\n"
+CUT = "G0 X10. Z5.\nG42 G1 X10. Z0. F0.1\nX30.\nZ-30.\nG40 X40.\nG0 X100. Z100.\n"
 SIEMENS = "G18 G71 G90 G40 DIAMON\n{tool}\nG95 F0.1 G97 S1000 M4\n" + CUT + "M30\n"
-FANUC = "O1\nG21 G40 G99\n{tool}\nG97 S1000 M3\n" + CUT.replace("G0 X10 Z5", "G0 X10. Z5.") + "M30\n"
+FANUC = "O1\nG21 G40 G99\n{tool}\nG97 S1000 M3\n" + CUT + "M30\n"
 
 
 def corrected(folder: Path, dialect: str, text: str, by: By, number: str = "") -> Correction:

@@ -25,7 +25,7 @@ def program(plan: ProbePlan, settings: Settings) -> str:
     it is started on.
     """
     lines = [f"; {line}" for line in heading(plan, settings)]
-    unit, mode = "G70" if settings.inch else "G71", "DIAMON" if settings.diameter else "DIAMOF"
+    unit, mode = "G700" if settings.inch else "G710", "DIAMON" if settings.diameter else "DIAMOF"
     log = settings.log.rsplit(".", 1)[0].upper()
     x, z = settings.safe_first(plan)
     lines += ["DEF INT FAULT", f"{unit} {mode} G18 G90 G40 G94 G{settings.work_offset}", f"T{settings.tool} D1", "M5"]
