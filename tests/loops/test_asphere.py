@@ -197,6 +197,7 @@ def test_loop_of_a_fanuc_control() -> None:
     ):
         text = text.replace(old, new)
     text = "%\nO0001 (LENS)\n" + re.sub(r"\((\w+)\)", lambda comment: comment[0].upper(), text)
+    text = re.sub(r"([XZ])(-?\d+)(?![\d.])", r"\1\2.", text)
     done = compensate(lens_inputs(text, "fanuc-lathe"))
     lines = done.corrected_program.decode().splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith("(loop of lines"))
