@@ -92,9 +92,7 @@ def moves(thread: Thread) -> list[Row]:
 
 def run(thread: Thread, words: str = "", unit: str = "G21", dialect: str = "fanuc-lathe") -> ToolPath:
     x, z = thread.start
-    return read_program(f"{unit}\nG00 X{2 * x} Z{z}\n{words or thread.block()}\n".encode(), dialect).run(
-        {"3401#0": 1.0}
-    )
+    return read_program(f"{unit}\nG00 X{2 * x} Z{z}\n{words or thread.block()}\n".encode(), dialect).run()
 
 
 def made(path: ToolPath, thread: Thread, unit_mm: float = 1.0) -> list[Row]:
