@@ -7,7 +7,7 @@ ip link set lo up
 # A new /tmp in which every entry of the old one is a link to it: programs, environments and results that lie there are
 # found and written as everywhere else. LinuxCNC's lock of a session outside must not be found. FOLDER is there as
 # .session: LinuxCNC's real-time process is nobody's, and may not pass through folders that are its user's alone.
-mkdir "$1/tmp"
+mkdir -p "$1/tmp" # a session of the same folder may have left it
 mount -t tmpfs tmpfs "$1/tmp"
 mkdir "$1/tmp/.outside" "$1/tmp/.session"
 mount --bind "$1" "$1/tmp/.session"
