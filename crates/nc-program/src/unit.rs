@@ -47,9 +47,14 @@ impl Runner<'_> {
         let unit = self.state.unit;
         if unit.is_used && inch != self.state.modal.inch && self.program.dialect().rules.unit_once {
             let message = format!("\"{}\" after a length in the other unit", self.word_text(word));
-            let hint =
-                "the control does not switch its unit within a program: its offsets would count in the other one";
-            self.refuse(finding::UNIT, self.word_start(word), message, hint);
+            let hint = "the manual forbids it within a program: offsets in force would count in the other unit";
+            // Programs of plants that switch after a return home are known: without offsets the path is not in doubt.
+            let has_offsets = self.state.frame.work.values().any(|offset| offset.iter().any(|value| *value != 0.0));
+            if has_offsets {
+                self.refuse(finding::UNIT, self.word_start(word), message, hint);
+            } else {
+                self.warn(finding::UNIT, self.word_start(word), message, hint);
+            }
         }
         if !unit.is_stated && !unit.is_used {
             self.path.unit_stated = Some((self.block, inch));

@@ -19,7 +19,8 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
     """Refuses a correction that is too large or too steep anywhere the nose cuts, saying where and by how much.
 
     The slope counts without that of the rigid shift d (x, z) next to the whole correction: of n·d it is κ t·d, which on
-    an edge of radius R is d/R, however right the correction is.
+    an edge of radius R is d/R, however right the correction is. A feature that does not follow that shift counts as it
+    is.
     """
     places = [cut_mm(piece) for piece in pieces]
     values = [shift.value_mm(s) for shift, s in zip(corrections, places, strict=True)]
@@ -27,7 +28,9 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
     for piece, correction, s, size in zip(pieces, corrections, places, values, strict=True):
         feature = piece.shifted.feature
         of_shift = feature.curvature_per_mm(s) * (feature.tangent(s) @ rigid)
-        check_along(piece, np.abs(size), np.abs(correction.slope(s) - of_shift), limits, "the correction")
+        slope = correction.slope(s)
+        steep = np.minimum(np.abs(slope), np.abs(slope - of_shift))
+        check_along(piece, np.abs(size), steep, limits, "the correction")
 
 
 def _rigid_shift(pieces: Sequence[CentrePiece], places: Sequence[Array], values: Sequence[Array]) -> Array:
