@@ -30,7 +30,7 @@ def test_an_arc_by_formulas_is_named_where_numbers_take_its_place(tmp_path: Path
         '[[part.feature]]\nname = "seat"\nto = [15, 0]\n', ROUNDED
     )
     job = job.replace("[output]", '[compensation]\nby = "contour"\n[output]')
-    text = FANUC.format(tool="T0101\n#101=30.").replace("X30\nZ-30", "X26.\nG3 X#101 Z-2. R2.\nG1 Z-30.")
+    text = FANUC.format(tool="T0101\n#101=30.").replace("X30.\nZ-30", "X26.\nG3 X#101 Z-2. R2.\nG1 Z-30")
     found = corrected(tmp_path, job, text)
     line = text.splitlines().index("G3 X#101 Z-2. R2.") + 1
     assert any(f"The arcs of lines {line} are computed" in note for note in found.notes)

@@ -112,7 +112,7 @@ def run_siemens(text: str, contact: Contact) -> Ran:
             ran.logged.append((held["R1"] / 2.0, held["R2"]))
         elif line.startswith("R1="):
             held |= _assigned(line, {"$AA_MW[X]": 2.0 * latched[0], "$AA_MW[Z]": latched[1]})
-        elif not re.fullmatch(r";.*|DEF INT FAULT|G7[01] .*|T\d+ D1|M5|M0|STOPRE|WRITE.*|\w+:", line):
+        elif not re.fullmatch(r";.*|DEF INT FAULT|G7[01]0 .*|T\d+ D1|M5|M0|STOPRE|WRITE.*|\w+:", line):
             ran.other.append(line)
     return ran
 

@@ -65,6 +65,10 @@ ROUNDING_STEPS = 2.0
 """How many steps of the control's resolution rounding may add: half a step on either axis, at both ends of a move."""
 
 
+NEARLY_TANGENT = 0.1
+"""Two normals count as parallel below this ratio of their singular values, about half the angle between them in rad."""
+
+
 @dataclass(frozen=True)
 class Writing:
     """What is written into: the finish program as run and matched, and the marks that the result carries.
@@ -304,22 +308,35 @@ def _from_where_it_is(
 ) -> tuple[Array, tuple[EndShift, ...]]:
     """Displacements from where the program puts its ends, where these lie off the commanded contour by over a step.
 
-    Coordinates and centre of an arc are rounded apart: its end may lie off its circle by more than it resolves.
+    Coordinates and centre of an arc are rounded apart: its end may lie off its circle by more than it resolves. An end
+    that two features share comes onto both where they meet at an angle, and halfway where they are nearly tangent.
     """
-    path, cuts, off = matched.path, matched.cuts, dict[int, Array]()
-    first = matched.cuts[0]
-    places = [(first.move - 1, first.feature, ends_of(cuts, 0, before).start_mm)]
-    places += [(cut.move, cut.feature, ends_of(cuts, k, before).end_mm) for k, cut in enumerate(cuts)]
-    for move, feature, s in places:
-        shifted = before[feature].shifted
-        across = np.array([1.0, -1.0]) * np.asarray(shifted.tangent(s))[::-1]
-        normal = across / np.linalg.norm(across)
-        gap_mm = float(normal @ (np.asarray(shifted.centre_mm(s)) - path.end_mm[move, [0, 2]]))
-        off[move] = gap_mm * normal if abs(gap_mm) > matched.resolution_mm else np.zeros(2)
-    nothing = np.zeros(2)
-    return start + off[first.move - 1], tuple(
-        replace(one, delta_mm=one.delta_mm + off.get(one.move, nothing)) for one in shifts
+    path, cuts = matched.path, matched.cuts
+    places: dict[int, list[tuple[int, float]]] = {}
+    for k, cut in enumerate(cuts):
+        ends = ends_of(cuts, k, before)
+        places.setdefault(cut.move - 1, []).append((cut.feature, ends.start_mm))
+        places.setdefault(cut.move, []).append((cut.feature, ends.end_mm))
+    off = {
+        move: _onto(path.end_mm[move, [0, 2]], [(before[feature], s) for feature, s in at], matched.resolution_mm)
+        for move, at in places.items()
+    }
+    return start + off[cuts[0].move - 1], tuple(
+        replace(one, delta_mm=one.delta_mm + off.get(one.move, np.zeros(2))) for one in shifts
     )
+
+
+def _onto(at_mm: Array, places: Sequence[tuple[CentrePiece, float]], resolution_mm: float) -> Array:
+    """The shortest displacement (2,) that brings a place onto pieces; none where it is within a step of all."""
+    tangents = np.array([np.asarray(piece.shifted.tangent(s)) for piece, s in places])
+    normals = tangents[:, ::-1] * [1.0, -1.0] / np.linalg.norm(tangents, axis=1, keepdims=True)
+    gaps_mm = np.array([
+        normal @ (np.asarray(piece.shifted.centre_mm(s)) - at_mm)
+        for normal, (piece, s) in zip(normals, places, strict=True)
+    ])  # fmt: skip
+    if np.max(np.abs(gaps_mm)) <= resolution_mm:
+        return np.zeros(2)
+    return np.asarray(np.linalg.lstsq(normals, gaps_mm, rcond=NEARLY_TANGENT)[0])
 
 
 def _edge_arcs(matched: Commanded, edges: Sequence[int], ends: Mapping[int, Array]) -> dict[int, Replacement]:
