@@ -32,7 +32,8 @@ def _groove_cut_by(*calls: Called) -> tuple[CuttingEdge | None, ...]:
     """The wall and the floor of a groove, cut by the one and the floor again by the other."""
     moves = [*cut(GROOVE), *cut(GROOVE[1:], first=2, chain=1)]
     calling = {move.index: call for move, call in zip(moves, (calls[0], *calls), strict=True)}
-    return cutters(checked_profile(GROOVE), moves, calling, (LEFT, RIGHT)).edge_of
+    of_edge = [[move for move in moves if calling[move.index] == edge.called] for edge in (LEFT, RIGHT)]
+    return cutters(checked_profile(GROOVE), of_edge, (LEFT, RIGHT)).edge_of
 
 
 def _calls(words: bytes) -> object:

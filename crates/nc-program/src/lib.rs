@@ -104,6 +104,6 @@ pub use rotary::rotary_letters;
 pub use run::{run, Options};
 pub use session::{jumps, Session};
 pub use statement::{offset_statements, OffsetStatement};
-pub use tool::Tool;
+pub use tool::{tip_direction, Tool};
 pub use trace::Executed;
 pub use uses::parameters_used;

@@ -76,8 +76,14 @@ pub(crate) fn cutter(state: &Modal, tools: &[Tool], dialect: &Dialect) -> Result
     }
 }
 
-/// From the nose's centre to the imaginary tip. LinuxCNC counts as with the turret in front, others with it behind.
+/// From the nose's centre to the imaginary tip.
 fn tip(number: u8, radius: f64, dialect: &Dialect) -> [f64; 3] {
+    let [x, z] = tip_direction(number, dialect);
+    [x * radius, 0.0, z * radius]
+}
+
+/// The same (x, z) of a nose of radius 1. LinuxCNC counts as with the turret in front, others with it behind.
+pub fn tip_direction(number: u8, dialect: &Dialect) -> [f64; 2] {
     let (x, z) = match number {
         1 => (1.0, 1.0),
         2 => (1.0, -1.0),
@@ -89,6 +95,5 @@ fn tip(number: u8, radius: f64, dialect: &Dialect) -> [f64; 3] {
         8 => (-1.0, 0.0),
         _ => (0.0, 0.0),
     };
-    let x = if dialect.rules.tip_in_front { -x } else { x };
-    [x * radius, 0.0, z * radius]
+    [if dialect.rules.tip_in_front { -x } else { x }, z]
 }

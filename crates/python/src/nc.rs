@@ -27,7 +27,8 @@ type WordTuple = (
     Option<bool>,
 );
 
-/// A dialect: name, resolution in inch and in mm, comment, opening bracket, address of a radius.
+/// A dialect: name, resolution in inch and in mm, comment, opening bracket, address of a radius, whether a lead counts
+/// along the thread, directions of the tip.
 type DialectTuple = (
     &'static str,
     f64,
@@ -37,6 +38,7 @@ type DialectTuple = (
     char,
     String,
     bool,
+    Vec<[f64; 2]>,
 );
 
 /// Number, radius, tip, length, what T adds of geometry and wear (x, y, z), edge; mm.
@@ -309,6 +311,9 @@ fn nc_dialects() -> Vec<DialectTuple> {
             char::from(d.brackets.0),
             d.radius_address(),
             d.rules.lead_along_thread,
+            (0..=9)
+                .map(|number| nc_program::tip_direction(number, d))
+                .collect(),
         )
     };
     nc_program::dialect::DIALECTS.into_iter().map(row).collect()

@@ -9,7 +9,7 @@ from typing import Annotated, Final, Literal, TypeVar
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.program_file import DialectName, OfSide, ProgramFile, Settings, UnitAtStart, parameters_of
+from trueloop.cli.program_file import DialectName, OfSide, OfTip, ProgramFile, Settings, UnitAtStart, parameters_of
 from trueloop.cli.shared_options import not_negative
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 
@@ -54,6 +54,7 @@ def new(
         tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
     ] = None,
     side: OfSide = "outside",
+    tip: OfTip = None,
     outline: Annotated[
         int | None, typer.Option("--outline", min=1, help="Which contour of the drawing, where that side has several.")
     ] = None,
@@ -102,6 +103,7 @@ def new(
                 measured=how,
                 side=Side(side),
                 chosen=Chosen(outline, zero),
+                tip=tip,
             )
         )
     if as_json:

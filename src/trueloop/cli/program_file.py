@@ -22,6 +22,16 @@ DialectName = Annotated[
 OfSide = Annotated[
     Literal["outside", "inside"], typer.Option("--side", help="Whether the finish pass turns an outside or a bore.")
 ]
+OfTip = Annotated[
+    int | None,
+    typer.Option(
+        "--tip",
+        min=0,
+        max=9,
+        help="Orientation, by the control's number, of the tip that the program moves without G41 or G42.  "
+        "[default: it moves the nose's centre]",
+    ),
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", "-s", metavar="P=V", help="Value of a parameter, as P46=3.52; may be repeated."),

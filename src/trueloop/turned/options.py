@@ -17,7 +17,8 @@ Roughing: TypeAlias = Literal["moves", "stays"]
 class Options(FitOptions):
     """How to compensate: the choices of the fit, and these. Lengths in mm.
 
-    `offset_is_diameter` says how the control reads tool offsets on X; None: as the program's X words.
+    `offset_is_diameter` says how the control reads tool offsets on X; None: as the program's X words. `tool` is the
+    number of the finishing tool's offset, `tip` the orientation of the tip that the program moves without G41 or G42.
 
     >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
     >>> half = trueloop.compensate(replace(job.inputs, options=trueloop.Options(weight=0.5)))
@@ -62,6 +63,7 @@ class Options(FitOptions):
     limits: Limits = field(default_factory=Limits)
     offset_is_diameter: bool | None = None
     tool: int | None = None
+    tip: int | None = None
     by: Annotated[
         By,
         Option(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.program_file import OfSide, ProgramFile, Reading
+from trueloop.cli.program_file import OfSide, OfTip, ProgramFile, Reading
 from trueloop.cli.shared_options import not_negative
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.errors import in_file
@@ -94,6 +94,7 @@ def from_program(
         tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
     ] = None,
     side: OfSide = "outside",
+    tip: OfTip = None,
     table: Table = Table(),
 ) -> None:
     """Make a [part] table from a finish program: the path of the nose centre less the nose radius. No CAD needed."""
@@ -101,7 +102,7 @@ def from_program(
     from trueloop.loops.turned.commanded import Run
 
     with busy(f"reading {file}"):
-        run = Run(reading.parameters, reading.skipped_blocks, lines)
+        run = Run(reading.parameters, reading.skipped_blocks, lines, tip=tip)
         contour = run.contour(reading.program(file), nose_radius_mm, Side(side))
     table.hand_over(contour.profile, contour.notes, file)
 

@@ -32,6 +32,7 @@ class NewJob:
     drawing_key: str = ""
     chosen: Mapping[str, int | str] = field(default_factory=dict)
     tool: int | None = None
+    tip: int | None = None
     unit: Literal["mm", "inch"] | None = None
     lines: tuple[int, int] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -62,7 +63,8 @@ def _part(new: NewJob) -> str:
 
 def _tool(new: NewJob) -> str:
     number = [] if new.tool is None else [f"number = {new.tool}"]
-    return "\n".join(["[tool]", f"nose_radius_mm = {new.nose_radius_mm!r}", *number, ""])
+    tip = [] if new.tip is None else [f"tip = {new.tip}"]
+    return "\n".join(["[tool]", f"nose_radius_mm = {new.nose_radius_mm!r}", *number, *tip, ""])
 
 
 def _programs(new: NewJob) -> str:

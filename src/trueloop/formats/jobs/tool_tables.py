@@ -30,6 +30,11 @@ class ToolTable(Table):
     """Number of its offset at the control; left out, that of the finish pass' T word (12 of `T0312`), or 1 where there
     is none.
     """
+    tip: Annotated[int, Field(ge=0, le=9, strict=True)] | None = None
+    """The control's number of the tip's orientation, where the program moves the imaginary tip without G41 or G42, as
+    CAM output that is compensated in the computer may; 0 for the nose's centre. Left out, it is found out from the
+    path where the job has one tool; of several it is the centre.
+    """
     name: str = ""
     """What the tool or its holder is called. This key and the next three are for the report and the record."""
     insert: str = ""

@@ -315,6 +315,7 @@ def _options(job: Job, tool: TableOfTool) -> Options:
         limits=options_from(Limits, job),
         offset_is_diameter=None if job.own_programs.offset_x_is is None else job.own_programs.offset_x_is == "diameter",
         tool=tool.number,
+        tip=tool.tip,
     )
 
 

@@ -126,7 +126,7 @@ class JobFiles:
     def edges(self) -> tuple[CuttingEdge, ...]:
         """The several edges of the job, each with its nose. Raises OFS errors."""
         return tuple(
-            CuttingEdge(tool.called, self.with_tool(tool).nose_radius_mm, tool.groove_corner, tool.name)
+            CuttingEdge(tool.called, self.with_tool(tool).nose_radius_mm, tool.groove_corner, tool.name, tool.tip or 0)
             for tool in self.job.tools
         )
 
@@ -156,7 +156,8 @@ class JobFiles:
         given = self.job.own_programs
         tool = self.job.tool
         lines = tool.finish_lines if isinstance(tool, ToolsTable) else None
-        return Run(given.parameters, given.execute_deleted_blocks, lines or given.finish_lines)
+        tip = None if tool is None else tool.tip
+        return Run(given.parameters, given.execute_deleted_blocks, lines or given.finish_lines, tip=tip)
 
     def require_uncorrected(self) -> None:
         """Raises CMP-TWICE for a finish program that is corrected already."""
@@ -197,7 +198,7 @@ class JobFiles:
         part = self.job.part
         if part.from_program:
             programs = self.job.own_programs
-            run = Run(programs.parameters, programs.execute_deleted_blocks)
+            run = Run(programs.parameters, programs.execute_deleted_blocks, tip=self.tool.tip)
             side = Side(part.side)
             return run.contour(finish or self.finish_program(), self.nose_radius_mm, side).profile.features
         if part.dxf is not None:

@@ -46,6 +46,7 @@ class Wanted:
     measured: Literal["gauge", "points"] = "gauge"
     side: Side = Side.OUTSIDE
     chosen: Chosen = AS_DRAWN
+    tip: int | None = None
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def new_job(wanted: Wanted) -> Made:
 
 
 def _run(wanted: Wanted) -> Run:
-    return Run(wanted.parameters, False, wanted.lines)
+    return Run(wanted.parameters, False, wanted.lines, tip=wanted.tip)
 
 
 def _drawn(wanted: Wanted, program: Program) -> Drawn:
@@ -152,6 +153,7 @@ def _said(wanted: Wanted, program: Program, drawn: Drawn, file: str) -> NewJob:
         drawing_key=of,
         chosen=wanted.chosen.keys(of),
         tool=wanted.tool,
+        tip=wanted.tip,
         unit=wanted.unit,
         lines=wanted.lines,
         parameters=wanted.parameters,

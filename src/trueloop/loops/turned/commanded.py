@@ -5,15 +5,15 @@ error, a slip), the touches contain it, and the process must not be blamed for i
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.errors import in_file
-from trueloop.geometry.feature import Feature
+from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.geometry.feature import Feature, Point
 from trueloop.geometry.profile import Profile, Side
 from trueloop.loops.turned.deviations import SAMPLES, of_contour, of_surface, unevenness_mm
 from trueloop.loops.turned.in_force import NOTHING, InForce
@@ -23,6 +23,7 @@ from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.matching import match_contour
 from trueloop.nc.match.repeated import of_one_run
 from trueloop.nc.match.sides import require_side
+from trueloop.nc.match.tip import CENTRE, ORIENTATIONS, of_centre, tip_mm
 from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.cutter_tool import CutterTool
 from trueloop.nc.program.feed_moves import FeedMove, feed_moves
@@ -44,7 +45,8 @@ class Run:
     """How programs are run and read, as a rule with roughing left out: parameters by name, whether blocks with a slash
     are executed, and which lines (from, to) of the finish program hold the finish pass, where that is not obvious.
     `called`: only what that edge cuts counts; None: a program of one. `number`: the finishing tool's, as the job states
-    it: of the runs of one contour by several tools its own counts.
+    it: of the runs of one contour by several tools its own counts. `tip`: the orientation of the tip that programs move
+    without G41 or G42, by the control's number, 0 for the nose's centre; None: found out from the path.
     """
 
     parameters: Mapping[str, float]
@@ -52,6 +54,7 @@ class Run:
     lines: tuple[int, int] | None = None
     called: Called | None = None
     number: int | None = None
+    tip: int | None = None
 
     def moves(self, program: Program, path: ToolPath) -> tuple[FeedMove, ...]:
         """The feed moves that count; of those that the same blocks make again at the same places the last."""
@@ -91,14 +94,19 @@ class Run:
         """The contour that a finish pass leaves. Raises NC and GEO errors with the program's file named."""
         with in_file(program.file):
             path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
+            path = of_centre(path, tip_mm(program.dialect, self.tip or 0, nose_radius_mm))
             shown = sides_of_cuts(path)
-            return contour_of_program(feed_moves(path), nose_radius_mm, lines=self.lines, side=side, shown=shown)
+            return contour_of_program(
+                feed_moves(path), nose_radius_mm, lines=self.lines, side=side, shown=shown, tip=self.tip or 0
+            )
 
 
 @dataclass(frozen=True)
 class Commanded:
     """The finish program run and matched, with the deviations that matter by feature.
 
+    `tip` is the orientation of the tip that the finish program moves, by the control's number, and `tip_mm` where it
+    lies from the nose's centre (x, z); 0 and no distance where it moves the centre or, under G41 and G42, the contour.
     `finish` is by what the finish program's contour deviates from the nominal. `rounding` is that of it which is no
     more than the control resolves, and is kept; zero where it is more, which is corrected away. `measured` is what the
     surface that was touched was commanded to deviate by; zero where that is rounding. `in_force` is by what the
@@ -108,6 +116,8 @@ class Commanded:
 
     path: ToolPath
     match: ContourMatch
+    tip: int
+    tip_mm: Point
     finish: tuple[Shift, ...]
     rounding: tuple[Shift, ...]
     measured: tuple[Shift, ...]
@@ -151,16 +161,16 @@ def commanded(
     contour of a corrected program in force is no deviation: it is kept, and errors are counted from it.
     """
     path = run.of(program)
-    match = _matched(program, path, run.moves(program, path), profile, nose_radius_mm, 0.0, run.lines)
+    match, tip = _matched(program, path, run, profile, nose_radius_mm, 0.0)
     other = match
     if semifinish is not None:
         before = run.of(semifinish)
-        moves = run.moves(semifinish, before) or feed_moves(before)
-        other = _matched(semifinish, before, moves, profile, nose_radius_mm, allowance_mm)
+        called_there = run.called if run.moves(semifinish, before) else None
+        own = replace(run, called=called_there, lines=None)
+        other, _ = _matched(semifinish, before, own, profile, nose_radius_mm, allowance_mm)
     elif force.program is not None:
         before = run.of(force.program)
-        moves = run.moves(force.program, before)
-        other = _matched(force.program, before, moves, profile, nose_radius_mm, 0.0, force.lines)
+        other, _ = _matched(force.program, before, replace(run, lines=force.lines), profile, nose_radius_mm, 0.0)
     resolution_mm = _resolution_mm(program, path, match)
     with in_file(program.file):
         require_unturned(path, [m.move.index for feature in match.features for m in feature.moves])
@@ -172,6 +182,8 @@ def commanded(
     return Commanded(
         path=path,
         match=match,
+        tip=tip,
+        tip_mm=tip_mm(program.dialect, tip, nose_radius_mm),
         finish=finish,
         rounding=tuple(ZERO if real else d for d, real in zip(finish, slips, strict=True)),
         measured=tuple(d if real and not kept else ZERO for d, real in zip(measured, meant, strict=True)),
@@ -180,6 +192,7 @@ def commanded(
         unevenness_mm=max(map(unevenness_mm, match.features, finish)),
         notes=(
             *_run_again(program, path, match, run),
+            *_tip_words(program, tip, nose_radius_mm),
             *(f"{found.message}; {found.hint}." for found in path_mode_findings(program, path)),
             *_notes(profile, finish, slips, wording("finish")),
             *(() if semifinish is None else _conditions_words(path, match, before, other)),
@@ -213,18 +226,57 @@ def _words(program: Program, path: ToolPath, move: FeedMove) -> str:
 
 
 def _matched(
-    program: Program,
-    path: ToolPath,
-    moves: Sequence[FeedMove],
-    profile: Profile,
-    nose_radius_mm: float,
-    allowance_mm: float,
-    lines: tuple[int, int] | None = None,
-) -> ContourMatch:
-    with in_file(program.file):
-        match = match_contour(moves, profile, nose_radius_mm, allowance_mm=allowance_mm, lines=lines)
-        require_side(match, sides_of_cuts(path))
+    program: Program, path: ToolPath, run: Run, profile: Profile, nose_radius_mm: float, allowance_mm: float
+) -> tuple[ContourMatch, int]:
+    """The match, and the orientation of the tip that the program moves.
+
+    Where the job does not state it and no pass is one of the nose's centre, of the contour neither: the only tip whose
+    path fits.
+    """
+
+    def by(tip: int) -> ContourMatch:
+        seen = of_centre(path, tip_mm(program.dialect, tip, nose_radius_mm))
+        moves = run.moves(program, seen)
+        match = match_contour(moves, profile, nose_radius_mm, allowance_mm=allowance_mm, lines=run.lines)
+        require_side(match, sides_of_cuts(seen))
         return match
+
+    with in_file(program.file):
+        try:
+            return by(run.tip or 0), run.tip or 0
+        except TrueloopError as refused:
+            if refused.code is not Code.NC_NO_MATCH or run.tip is not None or nose_radius_mm == 0.0:
+                raise
+            fitting = list(_fitting(by))
+            if len(fitting) != 1:
+                raise
+            return fitting[0]
+
+
+def _fitting(by: Callable[[int], ContourMatch]) -> Iterator[tuple[ContourMatch, int]]:
+    for tip in ORIENTATIONS:
+        try:
+            match = by(tip)
+        except TrueloopError:
+            continue
+        if not match.on_contour:
+            yield match, tip
+
+
+def _tip_words(program: Program, tip: int, nose_radius_mm: float) -> list[str]:
+    """A note on a program that moves the imaginary tip."""
+    if tip_mm(program.dialect, tip, nose_radius_mm) == CENTRE:
+        return []
+    x_mm, z_mm = tip_mm(program.dialect, tip, nose_radius_mm)
+    return [
+        wording(
+            "The program moves the imaginary tip of orientation {tip}, X {x:+.4f} mm (radius), Z {z:+.4f} mm off the "
+            "nose's centre, without G41 or G42: the corrected one does, too.",
+            tip=tip,
+            x=x_mm,
+            z=z_mm,
+        )
+    ]
 
 
 def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:

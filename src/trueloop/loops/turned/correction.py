@@ -105,7 +105,9 @@ class Inputs:
     def run(self) -> Run:
         """How the programs are run."""
         called = None if self.called is None else self.called.called
-        return Run(self.parameters, self.execute_deleted_blocks, self.lines, called, self.options.tool)
+        return Run(
+            self.parameters, self.execute_deleted_blocks, self.lines, called, self.options.tool, self.options.tip
+        )
 
     @property
     def measured_at(self) -> datetime | None:

@@ -12,6 +12,7 @@ from trueloop.nc.match.cutters import Cutters, cutters
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.matching import match_each
 from trueloop.nc.match.own_contour import OwnContour, own_contour
+from trueloop.nc.match.tip import of_centre, tip_mm
 from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import Program
@@ -25,14 +26,22 @@ def cutters_of(
     program does not call.
     """
     path = run.of(program)
-    moves = feed_moves(path)
-    calls = {move.index: called(program.dialect, path, move.index) for move in moves}
+    calls = {move.index: called(program.dialect, path, move.index) for move in feed_moves(path)}
     known = sorted(_known(calls))
     for edge in edges:
         if edge.called not in known:
             with in_file(program.file):
                 raise _uncalled(edge, known)
-    return cutters(profile, moves, calls, edges, decided)
+    of_edge = [
+        [move for move in feed_moves(_of_centre(program, path, edge)) if calls[move.index] == edge.called]
+        for edge in edges
+    ]
+    return cutters(profile, of_edge, edges, decided)
+
+
+def _of_centre(program: Program, path: ToolPath, edge: CuttingEdge) -> ToolPath:
+    """The path of the edge's nose."""
+    return of_centre(path, tip_mm(program.dialect, edge.tip, edge.nose_radius_mm))
 
 
 def calls_of(program: Program, run: Run) -> frozenset[Called]:
@@ -84,7 +93,7 @@ def cut_as_found(program: Program, run: Run, profile: Profile, found: Cutters) -
     }
     for edge in dict.fromkeys(one for one in found.found if isinstance(one, CuttingEdge)):
         own = own_contour(profile, found, edge)
-        moves = replace(run, called=edge.called).moves(program, path)
+        moves = replace(run, called=edge.called).moves(program, _of_centre(program, path, edge))
         matches = match_each(moves, own.profile, edge.nose_radius_mm, lines=run.lines)
         for parts, feature, match in zip(own.parts, own.profile.features, matches, strict=True):
             cut[parts[0]] = CutFeature(feature, edge.words, match)
@@ -94,7 +103,8 @@ def cut_as_found(program: Program, run: Run, profile: Profile, found: Cutters) -
 def cut_by_one(program: Program, run: Run, profile: Profile, nose_radius_mm: float) -> list[CutFeature]:
     """The same of a job of one tool, whatever the program calls."""
     path = run.of(program)
-    matches = match_each(feed_moves(path), profile, nose_radius_mm, lines=run.lines)
+    seen = of_centre(path, tip_mm(program.dialect, run.tip or 0, nose_radius_mm))
+    matches = match_each(feed_moves(seen), profile, nose_radius_mm, lines=run.lines)
     pairs = zip(profile.features, matches, strict=True)
     return [CutFeature(feature, _tool_of(program, path, match), match) for feature, match in pairs]
 

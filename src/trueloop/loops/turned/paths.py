@@ -8,6 +8,7 @@ from trueloop.loops.turned.composed import check_composed
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import InMachine
 from trueloop.loops.turned.shifts import Shifts, whole_mm
+from trueloop.nc.match.tip import CENTRE
 from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.displaced import Constant, Displacement, Then, displaced_pieces
@@ -43,7 +44,8 @@ class Paths:
     """Paths of the finish pass before and after the correction, one piece a feature.
 
     `commanded` and `corrected` are of the nose centre, `written` what the program spells for them, before and after:
-    the same, or, where the control itself keeps the nose off, the contour; then `driven` says what it makes of that.
+    the same, or those of the tip that it moves, or, where the control itself keeps the nose off, the contour; then
+    `driven` says what it makes of that.
     """
 
     commanded: tuple[CentrePiece, ...]
@@ -76,8 +78,12 @@ def corrected_paths(
     if machine is not None:
         moved = Then(moved, machine.comp_mtg)
         check_composed(after, shifts.correction, (machine.comp_mtg, moved), limits)
-    after, written, driven = displaced_pieces(after, moved), None, None
+    undisplaced, after, driven = after, displaced_pieces(after, moved), None
+    written = before, after
     if matched.match.on_contour:
         written = pieces(matched.finish, 0.0), displaced_pieces(pieces(shifts.contour, 0.0), moved)
         driven = Driven(nose_radius_mm, after)
-    return Paths(before, after, written or (before, after), driven)
+    elif matched.tip_mm != CENTRE:
+        to_tip = Constant(matched.tip_mm)
+        written = displaced_pieces(before, to_tip), displaced_pieces(undisplaced, Then(moved, to_tip))
+    return Paths(before, after, written, driven)

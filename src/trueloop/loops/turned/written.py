@@ -18,6 +18,7 @@ from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.expand.expand import WrittenOut
+from trueloop.nc.match.tip import of_centre
 from trueloop.nc.program.called import called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
@@ -201,7 +202,8 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
     largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
     cycle = finishing_cycle(writing.program, writing.matched.path, targets.last)
     follows_mm = largest_mm if cycle is not None and cycle.by == "name" else 0.0
-    check_rapids(profile, old, path, read.images, moves, follows_mm)
+    centres = of_centre(old, matched.tip_mm), of_centre(path, matched.tip_mm)
+    check_rapids(profile, *centres, read.images, moves, follows_mm)
     check_way(old, path, moves, range(span[0] - 1, span[1] + 1), largest_mm + tolerance_mm)
     if driven is None:
         return ()
@@ -298,7 +300,7 @@ def _targets(
     edges = [move.index for move in matched.match.between if move.index in is_arc]
     leads = (move for move in targets.ends if not cuts[0].move <= move <= cuts[-1].move)
     meant = {*leads, *(shift.move for shift in shifts), *run_out}
-    targets = with_rapids(own.path, profile, targets, meant & set(targets.ends))
+    targets = with_rapids(of_centre(own.path, matched.tip_mm), profile, targets, meant & set(targets.ends))
     arcs_too = Displacements(targets.ends, {**targets.arcs, **_edge_arcs(matched, edges, targets.ends)})
     return led_in(own.program, own.path, arcs_too)
 

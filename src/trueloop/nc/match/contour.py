@@ -41,6 +41,7 @@ def contour_of_program(
     lines: tuple[int, int] | None = None,
     side: Side = Side.OUTSIDE,
     shown: SidesOfCuts = SidesOfCuts(),  # noqa: B008 - a frozen value
+    tip: int = 0,
 ) -> ProgramContour:
     """The contour that a finish pass leaves, read from the path of the nose's centre or, under G41 and G42, of itself.
 
@@ -50,6 +51,7 @@ def contour_of_program(
     more than 45°, are taken for the ways in and out; of a bore those that come from the axis and go back to it. With
     `lines` all feed moves of that range count. What lies beyond the spindle axis is always cut off. The notes say what
     was left out.
+    `tip`: the orientation of the tip whose path the program states, 0 for the nose's centre; `moves` are the centre's.
     `shown` is what the rapid moves show of the side (`rapid.sides_of_cuts`). Raises NC-NO-CONTOUR where no feed moves
     are left, NC-BORE where G41, G42 or `shown` contradict the side, and the GEO errors of a contour that cannot be.
     """
@@ -59,10 +61,12 @@ def contour_of_program(
     if offset_mm != nose_radius_mm:
         notes.append("The pass is the contour itself: the control keeps the nose off it by G41 or G42.")
     elif nose_radius_mm > 0:
+        point = f"the tip of orientation {tip}" if tip else "the nose's centre"
         notes.append(
-            "Without G41 or G42 the pass was taken for the path of the nose's centre, and the contour "
-            f"{nose_radius_mm:.4f} mm off it towards the material. Where the program moves the tool's imaginary tip or "
-            "the contour itself, sizes of this part are wrong by up to twice that: do not use it then."
+            f"Without G41 or G42 the pass was taken for the path of {point}, and the contour for what the nose of "
+            f"{nose_radius_mm:.4f} mm leaves along it. Where the program moves another point, sizes of this part are "
+            "wrong by up to twice the radius: state the tip (`tip` of the tool, --tip), and where it moves the contour "
+            "itself, do not use it."
         )
     ordered = _material_on_the_right(chain, side)
     if ordered is not chain:

@@ -83,19 +83,16 @@ class Cutters:
 
 def cutters(
     profile: Profile,
-    moves: Sequence[FeedMove],
-    calls: Mapping[int, Called | None],
+    of_edge: Sequence[Sequence[FeedMove]],
     edges: Sequence[CuttingEdge],
     decided: Mapping[str, Called | None] | None = None,
     tolerance_mm: float = TOLERANCE_MM,
 ) -> Cutters:
-    """Finds them. `calls` says what is called in each move, by its index; `decided` by feature what the job decides,
-    None: leave it alone.
+    """Finds them. `of_edge`: each edge's feed moves; `decided`: by feature what the job decides, None: leave it alone.
 
     Of a feature the refusal is NC-TOOLS where several edges cut it and none is deeper, NC-NO-MATCH where none does,
     NC-EDGE for a corner of a groove tool that cannot touch it.
     """
-    of_edge = [[move for move in moves if calls[move.index] == edge.called] for edge in edges]
     covers = tuple(
         tuple(_cover(feature, edge.nose_radius_mm, own, tolerance_mm) for feature in profile.features)
         for edge, own in zip(edges, of_edge, strict=True)

@@ -36,12 +36,16 @@ RELIEF_RAD: Final = math.radians(2.0)
 
 @dataclass(frozen=True)
 class CuttingEdge:
-    """One edge of a job: what calls it, its nose radius, and which `corner` of a groove insert it is; None: none."""
+    """One edge of a job: what calls it, its nose radius, and which `corner` of a groove insert it is; None: none.
+
+    `tip`: the orientation of the tip that the program moves without G41 or G42, 0 for the nose's centre.
+    """
 
     called: Called
     nose_radius_mm: float
     corner: Corner | None = None
     name: str = ""
+    tip: int = 0
 
     @property
     def words(self) -> str:

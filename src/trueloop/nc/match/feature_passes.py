@@ -123,7 +123,10 @@ class Passes:
 
     def _no_match(self, index: int, passes: Sequence[Pass]) -> TrueloopError:
         name = self.profile.features[index].name
-        hint = "check nose radius, allowance, parameters, part zero; without G41 or G42 the path is the nose centre's"
+        hint = (
+            "check nose radius, allowance, parameters, part zero; without G41 or G42 the path is that of the nose's "
+            "centre, or of the tip that `tip` of the tool states"
+        )
         if passes:
             best = min(passes, key=lambda p: p.missing_mm)
             cut_mm, by_line = best.length_mm - best.missing_mm, best.moves[0].move.line

@@ -1,7 +1,7 @@
 """The dialects that the Rust core reads, and what differs between them for whoever writes programs."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
@@ -16,8 +16,9 @@ class Dialect:
 
     `resolution_inch` and `resolution_mm` are the smallest programmable steps of an inch and of a metric program.
     `radius_address` is what stands before the radius of an arc: `R`, `CR=`. `lead_along_thread`: the lead of a tapered
-    thread counts along it, else along the axis on which it is longer. `decimal_comma`: the
-    program at hand writes `X+2,5`.
+    thread counts along it, else along the axis on which it is longer. `tips`: by the number of a tip's orientation, 0
+    to 9, where the tip of a nose of radius 1 lies from its centre, (x, z). `decimal_comma`: the program at hand writes
+    `X+2,5`.
 
     `file_ending` of programs that no other control uses. `klartext`: moves are `L X+1 Y+2`, without G words.
     `plane_of_points`: X and Y are positions of a plane, X no diameter. `line_angle`: A is the angle of a line.
@@ -41,6 +42,7 @@ class Dialect:
     bracket_open: str
     radius_address: str
     lead_along_thread: bool
+    tips: Sequence[Sequence[float]] = field(compare=False)
     decimal_comma: bool = False
     file_ending: str | None = None
     klartext: bool = False
