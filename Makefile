@@ -33,7 +33,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface demo-memory demo-realtime demo-factory docs web wheel test test-corpus test-journeys check format bench fuzz miri setup clean
+.PHONY: help demo demo-surface demo-memory demo-realtime demo-factory docs web wheel test test-corpus test-journeys studies check format bench fuzz miri setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -89,7 +89,7 @@ demo-surface: $(SETUP) ## a surface: ten measured parts to a corrected STEP surf
 	@$(RUN)trueloop surface compensate examples/surface/surface.toml
 
 demo-memory: $(SETUP) ## memory of an edge: ten parts of NIST's metal, each predicted from those before it, in out/memory
-	@OMP_NUM_THREADS=1 $(RUN)python -m scripts.nist_memory
+	@OMP_NUM_THREADS=1 $(RUN)python -m studies.nist_memory
 
 demo-realtime: $(SETUP) ## LinuxCNC turns a part on a virtual lathe that warms up, without and with the corrector, in out/realtime
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev
@@ -113,6 +113,10 @@ test-journeys: $(SETUP) ## a simulated shop that shares nothing with the product
 	for one in $(JOURNEYS); do \
 	    $(RUN)python tests/journeys/shop.py $$one --trueloop '$(abspath $(RUN)trueloop)' --seed $(SEED) $(if $(PARTS),--parts $(PARTS)) || exit 1; \
 	done
+
+studies: $(SETUP) ## what each study measures: make studies; one of them: make studies STUDY=memory_study
+	@$(if $(STUDY),$(RUN)python -m studies.$(STUDY),for file in studies/*_study.py studies/simulator_families.py; do \
+	    printf '%s: %s\n' "$$(basename $$file .py)" "$$(head -n 1 $$file | tr -d '"')"; done)
 
 check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core, lock files
 	$(RUN)ruff check --quiet

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from studies.diagnosed.part_types import DISC, SLIM, STUB
+from studies.diagnosed.shop import Shop, cut_series
+from studies.diagnosed.truth import Truth
 from tests.support.cli import output_of
 from tests.support.diagnosed_files import both_file, decompose, model_file, wrong
 from trueloop.formats.tables.model_file import read_model
-from trueloop.simulator.diagnosed.part_types import DISC, SLIM, STUB
-from trueloop.simulator.diagnosed.shop import Shop, cut_series
-from trueloop.simulator.diagnosed.truth import Truth
 
 TOOLS = ("T1", "T2", "T3")
 

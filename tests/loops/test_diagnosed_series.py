@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studies.diagnosed.part_types import SLIM
+from studies.diagnosed.shop import Shop, cut_series
+from studies.diagnosed.truth import Fault, Truth, Wrong
 from tests.support.cli import output_of
 from tests.support.diagnosed_files import both_file, decompose, model_file
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Quarantine, Stage
-from trueloop.simulator.diagnosed.part_types import SLIM
-from trueloop.simulator.diagnosed.shop import Shop, cut_series
-from trueloop.simulator.diagnosed.truth import Fault, Truth, Wrong
 from trueloop.storage.store import find, keep, open_store
 
 BENT = Truth((Wrong(Fault.PART_DEFLECTION, 0.020),))

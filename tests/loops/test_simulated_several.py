@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from scripts.simulator_families import groove
-from trueloop.simulator.presets import GROOVE_NOSE_MM, grooving
+from studies.simulated_edges import GROOVE_NOSE_MM, grooving
+from studies.simulator_families import groove
 from trueloop.simulator.process import Repeatability
 
 

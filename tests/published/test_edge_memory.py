@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from scripts.nist_memory import THREE, arcs, as_first, fitted, replayed
-from scripts.nist_memory_page import PAGE, page
-from trueloop.memory.edge.replay import Replayed
-from trueloop.report.memory.replay_csv import COLUMNS, replay_csv
-from trueloop.report.memory.replay_page import cut_um, inside, left_um, replay_page
+from studies.nist_memory import THREE, arcs, as_first, fitted, replayed
+from studies.nist_memory_page import PAGE, page
+from studies.replay.page import cut_um, inside, left_um, replay_page
+from studies.replay.replay import Replayed
+from studies.replay.table import COLUMNS, replay_csv
 
 MODBAS2, PIECS11 = slice(1, 4), slice(5, 10)
 """Parts of a type but the first."""
@@ -85,4 +85,4 @@ def test_the_page_of_a_replay_says_its_figures() -> None:
 
 
 def test_the_page_of_figures_is_what_the_code_gives() -> None:
-    assert PAGE.read_text(encoding="utf-8") == page(), "run  python -m scripts.nist_memory_page --write"
+    assert PAGE.read_text(encoding="utf-8") == page(), "run  python -m studies.nist_memory_page --write"

@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from scripts.surface_experiment import Outcome, experiment
+from studies.surface_experiment import Outcome, experiment
 
 SEEDS = 20
 

@@ -4,6 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
+from studies.diagnosed.axis_errors import CHUCK_MM, SIGNALS
+from studies.diagnosed.shop import Made, Series, tool_of_points_mm
+from studies.diagnosed.truth import Fault, Truth, Wrong
 from trueloop.diagnosis.causes.seen_part import SeenBy
 from trueloop.formats.tables.model_file import model_to_json
 from trueloop.machine.model.model import Machine, MachineModel
@@ -11,9 +14,6 @@ from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import CONSTANT, PositionBasis
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import Part, Term
-from trueloop.simulator.diagnosed.axis_errors import CHUCK_MM, SIGNALS
-from trueloop.simulator.diagnosed.shop import Made, Series, tool_of_points_mm
-from trueloop.simulator.diagnosed.truth import Fault, Truth, Wrong
 
 ELEMENT = {"X": "T cross slide", "Z": "T carriage", "C": "T spindle"}
 RANGES = {"X": (-80.0, 60.0), "Z": (-20.0, 270.0)}

@@ -92,12 +92,6 @@ class Components:
         return self.error_mtg + self.error_proc
 
 
-def coords_actual_mm(model: MachineModel, controller_mm: Array, probing: State) -> Array:
-    """COORDS_ACTUAL = COORDS_CONTROLLER − COMP_MTG(T_probing, COORDS_CONTROLLER) [6876 §3.3], (n, 3)."""
-    actual: Array = controller_mm - model.comp_mtg_mm(probing)
-    return actual
-
-
 def error_components(
     model: MachineModel, seen: Inspections, cutting: State, probing: State, *, compensated: bool
 ) -> Components:

@@ -412,12 +412,6 @@ def require_repeating(left: Sequence[LeftOut] | None) -> None:
         )
 
 
-def after_pattern_mm(pattern: PatternField, plate: Plate) -> float:
-    """RMS of a plate's residuals after a pattern, its tools' offsets too, and its own similarity."""
-    known = pattern.error_mm(plate.nominal_mm, plate.tool)
-    return fit_similarity(plate.nominal_mm, plate.measured_mm - known).rms_mm
-
-
 def pattern_table(pattern: PatternField, step_mm: float, margin_mm: float = 0.0) -> PlaneTable:
     """A grid over all holes of the plates and a margin, where it is a guess; its steps `step_mm` at the most."""
     low, high = pattern.known_mm.min(axis=0) - margin_mm, pattern.known_mm.max(axis=0) + margin_mm

@@ -106,23 +106,6 @@ def raster(contact_mm: Array, normal: Array, cutter: EndMill) -> Sequence[Array]
     return [row if k % 2 == 0 else row[::-1] for k, row in enumerate(centres)]
 
 
-def cusp_height_mm(step_over_mm: float, cutter_radius_mm: float, curvature_per_mm: float = 0.0) -> float:
-    """Height of the cusp between two passes that touch the surface `step_over_mm` of chord apart.
-
-    `curvature_per_mm` is that of the surface across the passes, positive where it is convex. Both contacts lie on a
-    circle of the surface, the cusp where the two balls' outlines meet in the plane between them. Valid for a step-over
-    below the cutter's diameter, and in a hollow for a cutter smaller than its radius.
-    """
-    half, radius = step_over_mm / 2, cutter_radius_mm
-    if curvature_per_mm == 0.0:
-        return float(radius - np.sqrt(radius**2 - half**2))
-    surface = 1.0 / curvature_per_mm  # signed: negative in a hollow
-    along = np.sqrt(surface**2 - half**2) * np.sign(surface)
-    centre_height = along * (1.0 + radius / surface)
-    centre_aside = half * (1.0 + radius / surface)
-    return float(centre_height - np.sqrt(radius**2 - centre_aside**2) - surface)
-
-
 @dataclass(frozen=True)
 class VirtualCmm:
     """A measuring machine with its own errors.

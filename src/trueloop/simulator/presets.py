@@ -1,8 +1,8 @@
 """Ready machines. The NIST one is fitted to published errors; see the test of it for how well."""
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Final, Literal
+from dataclasses import dataclass, field
+from typing import Final
 
 from trueloop.simulator.machine import REFERENCE_C, VirtualMachine
 from trueloop.simulator.mill import VirtualCmm
@@ -53,7 +53,7 @@ def nist(repeatability: Repeatability | None = None, transfer: Transfer = NIST_T
     stiffness of tool and chuck is an assumption (50 and 100 N/µm).
     """
     nose = Nose(NOSE_RADIUS_MM, tuple(map(math.radians, WORN_AT_DEG)), tuple(w / UM_PER_MM for w in WORN_BY_UM))
-    return _workshop(nose, TOOL_MM_PER_N, repeatability, transfer)
+    return workshop_of(nose, TOOL_MM_PER_N, repeatability, transfer)
 
 
 def boring(repeatability: Repeatability | None = None, transfer: Transfer = SAME) -> Workshop:
@@ -63,40 +63,11 @@ def boring(repeatability: Repeatability | None = None, transfer: Transfer = SAME
     """
     angles = tuple(-math.radians(angle) for angle in reversed(WORN_AT_DEG))
     nose = Nose(NOSE_RADIUS_MM, angles, tuple(w / UM_PER_MM / 5.0 for w in reversed(WORN_BY_UM)))
-    return _workshop(nose, 5.0 * TOOL_MM_PER_N, repeatability, transfer)
+    return workshop_of(nose, 5.0 * TOOL_MM_PER_N, repeatability, transfer)
 
 
-GROOVE_NOSE_MM: Final = 0.2
-GROOVE_WIDTH_MM: Final = 2.5
-DISHED_MM: Final = 0.05
-"""The front of a groove insert stands back between its corners, so that one corner alone leaves the floor."""
-BODY_STEP_MM: Final = 0.13
-
-
-def grooving(corner: Literal["left", "right"], repeatability: Repeatability | None = None) -> Workshop:
-    """The same machine with a corner of a groove insert of 2.5 mm, corner radii 0.2 mm, for grooves in an outside.
-
-    The corner is worn a tenth as much as NIST's insert, as long a nose as it allows; the right one is the left one's
-    mirror image. The blade gives way by twice as much as an outside tool (all assumed). Its probe has a ball of 1 mm.
-    """
-    towards = 1.0 if corner == "left" else -1.0  # the body lies on this side of the corner, along z
-    angles = tuple(math.radians(angle) for angle in WORN_AT_DEG)
-    wear = tuple(0.1 * w / UM_PER_MM for w in WORN_BY_UM)
-    if corner == "right":
-        angles, wear = tuple(math.pi - angle for angle in reversed(angles)), tuple(reversed(wear))
-    count = math.ceil((GROOVE_WIDTH_MM - 2.0 * GROOVE_NOSE_MM) / BODY_STEP_MM)
-    body = tuple((DISHED_MM, towards * BODY_STEP_MM * (k + 1)) for k in range(count))
-    made = _workshop(Nose(GROOVE_NOSE_MM, angles, wear), 2.0 * TOOL_MM_PER_N, repeatability, SAME)
-    return replace(made, machine=replace(made.machine, body_mm=body), probe=replace(made.probe, ball_radius_mm=0.5))
-
-
-def with_nose(workshop: Workshop, radius_mm: float) -> Workshop:
-    """The same with a nose of another radius, worn alike."""
-    nose = replace(workshop.machine.nose, radius_mm=radius_mm)
-    return replace(workshop, machine=replace(workshop.machine, nose=nose))
-
-
-def _workshop(nose: Nose, tool_mm_per_n: float, repeatability: Repeatability | None, transfer: Transfer) -> Workshop:
+def workshop_of(nose: Nose, tool_mm_per_n: float, repeatability: Repeatability | None, transfer: Transfer) -> Workshop:
+    """Returns the lathe with a nose and a tool of that compliance, mm/N, its probe and its temperatures."""
     machine = VirtualMachine(
         nose=nose,
         transfer=transfer,

@@ -8,7 +8,7 @@ from scipy.stats import t as student
 
 from tests.support.machines import chain_with_travel, random_directions, random_model, random_state, readings
 from trueloop.arrays import Array
-from trueloop.diagnosis.components import Inspections, coords_actual_mm, error_components
+from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.model import Machine, MachineModel, State
@@ -111,7 +111,7 @@ def test_the_equation_subtracts_and_the_glossary_is_wrong() -> None:
     rng = np.random.default_rng(22)
     truth = _truth(rng)
     seen, _, probing, _, _ = _made_and_inspected(truth, truth, rng, compensated=True)
-    actual = coords_actual_mm(truth, seen.controller_mm, probing)
+    actual = seen.controller_mm - truth.comp_mtg_mm(probing)
     wrong = seen.controller_mm + truth.comp_mtg_mm(probing)
     off = np.abs(np.einsum("ni,ni->n", seen.normal, actual - seen.cmm_mm)).max()
     off_wrong = np.abs(np.einsum("ni,ni->n", seen.normal, wrong - seen.cmm_mm)).max()

@@ -14,7 +14,7 @@ from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Term
 from trueloop.machine.refine.guilty import Guilty, with_guilty
 from trueloop.machine.refine.judged import _whitened
-from trueloop.machine.refine.left import LeftOnParts, changes, newer_more
+from trueloop.machine.refine.left import LeftOnParts, changes
 from trueloop.machine.refine.refine import refine, require_better
 from trueloop.machine.refine.update import Updated, update
 
@@ -115,10 +115,6 @@ def test_changes_say_where_and_by_how_much() -> None:
     assert 0.0 < middle.u < 2e-3
 
 
-def test_newer_parts_count_more() -> None:
-    assert newer_more(np.array([3, 3, 5, 9]), 1.0) == pytest.approx([0.25, 0.25, 0.5, 1.0])
-
-
 def test_weights_count_as_numbers_of_points() -> None:
     """A change of the machine between the parts: with the weights of the newer ones the model follows them."""
     model = lathe_model()
@@ -136,7 +132,8 @@ def test_weights_count_as_numbers_of_points() -> None:
         ),
         residual_mm=np.concatenate([before.residual_mm, after.residual_mm]),
     )
-    newer = replace(both, weight=newer_more(both.part, 3.0))
+    _, age = np.unique(-both.part, return_inverse=True)
+    newer = replace(both, weight=0.5 ** (age / 3.0))
     plain, followed = (update(model, seen, [CASES[0][1]]).model for seen in (both, newer))
     assert left_truly(followed, straightness) < 0.8 * left_truly(plain, straightness)
 

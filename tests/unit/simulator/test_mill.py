@@ -6,11 +6,28 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array
-from trueloop.simulator.mill import EndMill, MilledStock, ball_end, cusp_height_mm, raster, turn_rad
+from trueloop.simulator.mill import EndMill, MilledStock, ball_end, raster, turn_rad
 from trueloop.surface.compensation.cutter import Cutter
 
 CUTTER = ball_end(3.0)
 UP = np.array([0.0, 0.0, 1.0])
+
+
+def cusp_height_mm(step_over_mm: float, cutter_radius_mm: float, curvature_per_mm: float = 0.0) -> float:
+    """Height of the cusp between two passes that touch the surface `step_over_mm` of chord apart.
+
+    `curvature_per_mm` is that of the surface across the passes, positive where it is convex. Both contacts lie on a
+    circle of the surface, the cusp where the two balls' outlines meet in the plane between them. Valid for a step-over
+    below the cutter's diameter, and in a hollow for a cutter smaller than its radius.
+    """
+    half, radius = step_over_mm / 2, cutter_radius_mm
+    if curvature_per_mm == 0.0:
+        return float(radius - np.sqrt(radius**2 - half**2))
+    surface = 1.0 / curvature_per_mm  # signed: negative in a hollow
+    along = np.sqrt(surface**2 - half**2) * np.sign(surface)
+    centre_height = along * (1.0 + radius / surface)
+    centre_aside = half * (1.0 + radius / surface)
+    return float(centre_height - np.sqrt(radius**2 - centre_aside**2) - surface)
 
 
 def wavy(x: Array, y: Array) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scripts.bad_touch_study import KEEP, DrawnPart, draw, families, spoiled, suspected, worst_um
+from studies.bad_touch_study import KEEP, DrawnPart, draw, families, spoiled, suspected, worst_um
 from tests.support.profiles import facetst
 from tests.support.touched import noise, touched
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
@@ -68,7 +68,7 @@ def test_clean_touches_have_weight_one_and_the_very_same_curves() -> None:
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_clean_parts_are_hardly_ever_suspected(name: str) -> None:
-    """Of 2,400 parts fewer than 1 in 100 (`scripts/bad_touch_study.py`); here a few of each family."""
+    """Of 2,400 parts fewer than 1 in 100 (`studies/bad_touch_study.py`); here a few of each family."""
     assert suspected(FAMILIES[name], 40, np.random.default_rng(7))[0] <= 1
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scripts.bad_touch_study import KEEP, SCATTER_MM, Family, draw, families
+from studies.bad_touch_study import KEEP, SCATTER_MM, Family, draw, families
 from trueloop.arrays import Array
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.touches.error_vectors import ErrorVectors

@@ -20,7 +20,6 @@ CHATTER_MM: Final = (0.003, 0.008)
 
 _DATUM: Final = "z counts from a face that each device finds anew, on a part that is not unclamped for it"
 _PROCESS: Final = "a part clamped again, a turret indexed, minutes of heat: some micrometres at most"
-_DEVICE: Final = "zero of a device, and parts that cool between two inspections: half a micrometre"
 _SURFACE: Final = "roughness and marks of the feed under a touch: some tenths of a micrometre to some micrometres"
 _FRAME: Final = "the frame of a part on a measuring machine is turned by some microradians"
 

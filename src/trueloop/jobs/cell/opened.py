@@ -3,15 +3,12 @@
 import stat
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from trueloop.controllers.linuxcnc.cell.client import Pace
 from trueloop.controllers.linuxcnc.cell.decide import Patience
 from trueloop.controllers.linuxcnc.cell.service import Service
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cell_toml import CellFile, read_cell
-
-_PRINTED: Final = "write there what `trueloop key add` printed"
 
 
 @dataclass(frozen=True)

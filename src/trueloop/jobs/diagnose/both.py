@@ -63,11 +63,6 @@ def both_of_machine(
     return [both_seen(one, inspections, given.model) for one in own], findings
 
 
-def both_of_part(store: Store, part: Identity) -> list[BothInspections]:
-    """Those of one part, the latest last."""
-    return [one.value for one in find(store, BothInspections, part_type=part[0]) if one.value.part.identity == part]
-
-
 def both_seen(one: BothInspections, inspections: Mapping[Identity, Inspection], model: MachineModel) -> BothSeen:
     """As a diagnosis takes it. Raises DIA-PART where the inspections are not of the same points of that part."""
     on_machine, on_cmm = (inspections.get(identity) for identity in (one.on_machine, one.on_cmm))

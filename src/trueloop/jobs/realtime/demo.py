@@ -48,7 +48,6 @@ COLD_FOR_S: Final = 1.5
 
 SENSOR_STEP_S: Final = 0.1
 DAY_STEP_S: Final = 0.5
-GOAL: Final = 1.3
 WITHOUT, WITH, NO_ERRORS = "without the corrector", "with the corrector", "errors of the lathe switched off"
 
 Say = Callable[[str], None]

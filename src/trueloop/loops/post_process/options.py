@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated, Final
 
-from trueloop.domain.option import Option, choices_of
+from trueloop.domain.option import Option
 from trueloop.domain.proposal import ProposalClass
 
 
@@ -24,9 +24,6 @@ class SeriesOptions:
     ] = False
     automatic: frozenset[ProposalClass] = field(default_factory=frozenset)
 
-
-CHOICES: Final = choices_of(SeriesOptions)
-"""By field: key, default and meaning."""
 
 LEAST_PARTS: Final = 3
 """With fewer parts a level is not yet one."""

@@ -54,38 +54,14 @@ class Study:
         """RMS over all parts and points: `loop_mm`, `path_mm`, `raw_mm` or `uncorrected_mm`."""
         return rms(np.concatenate([getattr(part, way) for part in self.parts]))
 
-    def rms_u_mm(self, way: str) -> float:
-        """Standard uncertainty of that RMS, from how the parts differ: points of one part are not independent."""
-        squares = np.array([np.mean(getattr(part, way) ** 2) for part in self.parts])
-        return _u_of_mean(squares) / (2.0 * self.rms_mm(way))
-
     @property
     def coverage(self) -> float:
         """Share of true residuals inside the predicted 95 % band."""
         return float(np.mean(self.inside("expanded_u_mm")))
 
-    @property
-    def coverage_u(self) -> float:
-        """Standard uncertainty of that share, from how the parts differ."""
-        return _u_of_mean(self.inside("expanded_u_mm"))
-
-    @property
-    def coverage_alike(self) -> float:
-        """Share inside bands that take the two cuts for alike."""
-        return float(np.mean(self.inside("alike_u_mm")))
-
-    @property
-    def coverage_alike_u(self) -> float:
-        """Standard uncertainty of that share."""
-        return _u_of_mean(self.inside("alike_u_mm"))
-
     def inside(self, band: str) -> Array:
         """Share of each part's true residuals inside `expanded_u_mm` or `alike_u_mm`."""
         return np.array([np.mean(np.abs(part.loop_mm) <= getattr(part, band)) for part in self.parts])
-
-
-def _u_of_mean(values: Array) -> float:
-    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("nan")
 
 
 def study(

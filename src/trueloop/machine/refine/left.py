@@ -166,16 +166,6 @@ class LeftOnParts:
         return np.asarray(place.reshape(-1, 1) == np.arange(count), np.float64)
 
 
-def newer_more(part: Integers, half_life_parts: float) -> Array:
-    """Weights (n,) of points whose parts are numbered in the order they were cut: halved every so many parts.
-
-    A machine drifts; a residual that is older than the drift says less of today [4773 §3.5].
-    """
-    numbers, place = np.unique(part, return_inverse=True)
-    weights: Array = 0.5 ** ((len(numbers) - 1 - place) / half_life_parts)
-    return weights
-
-
 def require_usable(seen: LeftOnParts) -> None:
     """Refuses points that do not belong together (MCH-SHAPE) and too few parts (DIA-FEW)."""
     counts = [len(a) for a in (seen.part, seen.part_type, seen.normal, seen.state.positions, seen.residual_mm)]

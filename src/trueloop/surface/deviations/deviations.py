@@ -93,16 +93,6 @@ class SurfaceDeviations:
         """Which points are no holes."""
         return np.isfinite(self.error_mm)
 
-    def error_grid_mm(self) -> Array:
-        """Errors as a grid. Raises SRF-GRID for scattered points."""
-        if self.shape is None:
-            raise TrueloopError(
-                Code.SRF_GRID,
-                f"the {len(self.u)} points of {self.name!r} are scattered, not a grid",
-                hint="give row and column of each point",
-            )
-        return self.error_mm.reshape(self.shape)
-
 
 def surface_deviations(
     surface: Surface,

@@ -135,10 +135,6 @@ class Pattern:
         at = np.linspace(0.0, 1.0, SIDE)
         return rms(self.scatter_grid_mm(at, at))
 
-    def variability_grid_mm(self, u: Array, v: Array, fit_variance_mm2: Array | float = 0.0) -> Array:
-        """Standard deviation between parts, the variance of the fits taken off: the process's own variability."""
-        return np.asarray(np.sqrt(np.maximum(self.scatter_grid_mm(u, v) ** 2 - fit_variance_mm2, 0.0)))
-
 
 def pattern_of(
     parts: Sequence[Separation], names: Sequence[str], *, size: Size | None = None, confidence: float = 0.99

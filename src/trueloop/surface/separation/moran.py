@@ -135,19 +135,6 @@ def geary_of(weighted: Callable[[Array], Array], z: Array) -> float:
     return float((len(z) - 1) * (rows @ z**2 - z @ products) / (np.sum(rows) * (z @ z)))
 
 
-def raw_null(points_mm: Array, exponent: float = EXPONENT) -> Null:
-    """Moments of I for independent normal values about one unknown mean (Cliff & Ord 1981): not for residuals.
-
-    E = −1/(n − 1); E[I²] = (n² S1 − n S2 + 3 S0²) / ((n² − 1) S0²), S1 = 2 Σ c², S2 = Σᵢ (2 Σⱼ c)².
-    """
-    weights = Weights(for_kernel(points_mm), exponent)
-    n, rows = weights.count, weights.times(np.ones((weights.count, 1)))
-    s0, s1, s2 = float(np.sum(rows)), 2 * weights.squares, float(np.sum((2 * rows) ** 2))
-    expected = -1.0 / (n - 1)
-    second = (n * n * s1 - n * s2 + 3 * s0 * s0) / ((n * n - 1.0) * s0 * s0)
-    return Null(expected, float(np.sqrt(second - expected**2)))
-
-
 def _checked(points_mm: Array, values: Array, exponent: float) -> tuple[Array, Array]:
     points, z = for_kernel(points_mm), np.asarray(values, float)
     z = z - np.mean(z)

@@ -123,10 +123,6 @@ class SplineSurface:
         """Values at pairs of parameters in [0, 1]."""
         return self._pairwise(u, v, 0, 0)
 
-    def slopes_mm(self, u: Array, v: Array) -> tuple[Array, Array]:
-        """Derivatives by u and by v, mm per unit of parameter."""
-        return self._pairwise(u, v, 1, 0), self._pairwise(u, v, 0, 1)
-
     def grid_mm(self, u: Array, v: Array) -> Array:
         """Values at every u with every v."""
         return np.asarray(basis(self.size, 0, u) @ self.coefficients_mm @ basis(self.size, 1, v).T)

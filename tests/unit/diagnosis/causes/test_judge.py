@@ -6,14 +6,14 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
+from studies.diagnosed.seen import seen_series
+from studies.diagnosed.shop import Shop, cut_series
+from studies.diagnosed.truth import Fault, Truth, Wrong
 from trueloop.diagnosis.causes.candidate import Diagnosis
 from trueloop.diagnosis.causes.judge import judge
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.features.seen_points import SeenPoints
 from trueloop.errors import Code, TrueloopError
-from trueloop.simulator.diagnosed.seen import seen_series
-from trueloop.simulator.diagnosed.shop import Shop, cut_series
-from trueloop.simulator.diagnosed.truth import Fault, Truth, Wrong
 
 TOOLS = ("T1", "T2", "T3")
 SHOP = Shop(tools=TOOLS, parts=8, set_anew=(4,), standard_at=(0,))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from studies.replay.replay import Predicted, replay
 from tests.unit.memory.edge.parts import ANGLES, errors, made, series
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
@@ -14,7 +15,6 @@ from trueloop.memory.edge.advice import enough_touches
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.predict import latest, predict
-from trueloop.memory.edge.replay import Predicted, replay
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
 

@@ -10,7 +10,6 @@ from trueloop.arrays import Array
 from trueloop.memory.noticing.alarm import What
 from trueloop.memory.noticing.left_out import kept, left_out_deviations
 from trueloop.memory.noticing.notice import notice
-from trueloop.memory.noticing.order import doubtful_order
 from trueloop.memory.noticing.tests import White, gain_of, level_and_shape
 
 ANGLES = np.linspace(0.1, 1.5, 20)
@@ -158,10 +157,3 @@ def test_false_alarms_are_rare(kind: str, touches: int) -> None:
 
 def test_nothing_touched_is_nothing_noticed() -> None:
     assert not notice(np.empty(0), np.empty((0, 0)), np.empty(0), 3).own_fit
-
-
-def test_parts_inspected_out_of_order() -> None:
-    """NIST's part 3811 was inspected before 3511 [6811 Tables 8–11]."""
-    assert doubtful_order([2711, 3111, 3811, 3511]) == (3,)
-    assert doubtful_order([1, float("nan"), 2, 2]) == (3,)
-    assert doubtful_order([1.0, 2.0, 3.0]) == ()

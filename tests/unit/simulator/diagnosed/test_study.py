@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scripts.diagnosis_cases import process_case
-from scripts.diagnosis_causes_study import answer
-from scripts.diagnosis_terms_study import Measured, trial
+from studies.diagnosed.axis_errors import CHUCK_MM
+from studies.diagnosed.seen import machine_seen, seen_series
+from studies.diagnosed.shop import Shop, cut_series
+from studies.diagnosed.truth import Fault, Truth, Wrong
+from studies.diagnosis_cases import process_case
+from studies.diagnosis_causes_study import answer
+from studies.diagnosis_terms_study import Measured, trial
 from trueloop.diagnosis.causes.seen_part import SeenBy
-from trueloop.simulator.diagnosed.axis_errors import CHUCK_MM
-from trueloop.simulator.diagnosed.seen import machine_seen, seen_series
-from trueloop.simulator.diagnosed.shop import Shop, cut_series
-from trueloop.simulator.diagnosed.truth import Fault, Truth, Wrong
 
 EXACT = Shop(cut_mm=0.0, probe_mm=0.0, cmm_mm=0.0, cooled_k=0.0, parts=6, set_anew=())
 

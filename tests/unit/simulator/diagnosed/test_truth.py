@@ -5,16 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from studies.diagnosed.axis_errors import CHUCK_MM, REFERENCE_C, SIGNALS, SPAN_K, TOOLS_MM, left_mm
+from studies.diagnosed.day import day
+from studies.diagnosed.fixtures import Unsteady, repeats
+from studies.diagnosed.part_types import DISC, SLIM, TYPES, gauged, places
+from studies.diagnosed.seen import machine_seen, seen_points, seen_series, together
+from studies.diagnosed.shop import Series, Shop, cut_series
+from studies.diagnosed.truth import Fault, Truth, Wrong
 from trueloop.arrays import Array
 from trueloop.diagnosis.causes.seen_part import SeenBy
 from trueloop.diagnosis.features.feature_error import ErrorKind
-from trueloop.simulator.diagnosed.axis_errors import CHUCK_MM, REFERENCE_C, SIGNALS, SPAN_K, TOOLS_MM, left_mm
-from trueloop.simulator.diagnosed.day import day
-from trueloop.simulator.diagnosed.fixtures import Unsteady, repeats
-from trueloop.simulator.diagnosed.part_types import DISC, SLIM, TYPES, gauged, places
-from trueloop.simulator.diagnosed.seen import machine_seen, seen_points, seen_series, together
-from trueloop.simulator.diagnosed.shop import Series, Shop, cut_series
-from trueloop.simulator.diagnosed.truth import Fault, Truth, Wrong
 
 QUIET = Shop(cut_mm=0.0, probe_mm=0.0, cmm_mm=0.0, cooled_k=0.0, stock=0.0)
 TERMS = ("EXX", "EZX", "EBX", "EXZ", "EZZ", "EBZ", "EX0C", "EZ0C", "EB0C")

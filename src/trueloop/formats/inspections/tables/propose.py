@@ -13,7 +13,6 @@ from trueloop.formats.inspections.tables.header import (
     Header,
     begins_as_number,
     find_header,
-    is_unit_row,
     numbered,
     role_of,
 )
@@ -198,12 +197,6 @@ def _has_values(chosen: Map[str, str], several: Map[str, Sequence[str]]) -> bool
     if Role.ACTUAL in chosen or {"parts", "repeats", "characteristics"} & several.keys():
         return True
     return Role.DEVIATION in chosen and Role.NOMINAL in chosen
-
-
-def first_data_row(grid: Grid, header: Header) -> int:
-    """The first row under the headings and, where there is one, their row of units."""
-    after = header.row + 1
-    return after + 1 if after < len(grid.rows) and is_unit_row(grid.rows[after]) else after
 
 
 def _number(cell: str) -> float | None:

@@ -13,8 +13,8 @@ from typing import Final
 
 import numpy as np
 
+from studies.diagnosed.truth import Truth, Wrong
 from trueloop.arrays import Array
-from trueloop.simulator.diagnosed.truth import Truth, Wrong
 
 CHUCK_MM: Final = 120.0
 """From where the spindle tilts to the jaws' face."""

@@ -1,12 +1,12 @@
-"""Whole arcs under the edge model and simple rules, in the simulated shop: the table of `scripts.memory_study`."""
+"""Whole arcs under the edge model and simple rules, in the simulated shop: the table of `studies.memory_study`."""
 
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from scripts.memory_level_study import SEED, rms_um
-from scripts.memory_notice_study import THREE, part_of
+from studies.memory_level_study import SEED, rms_um
+from studies.memory_notice_study import THREE, part_of
 from trueloop.arrays import Array, Integers
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.options import MemoryOptions

@@ -3,9 +3,11 @@
 One stock, cut by one edge after the other in the job's order; one probe sees it all; one program corrects all edges.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
+from typing import Final, Literal
 
 import numpy as np
 
@@ -26,10 +28,41 @@ from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import Called
 from trueloop.nc.program.program import Program
-from trueloop.simulator.path import CentrePath, path_along
-from trueloop.simulator.presets import Workshop
-from trueloop.simulator.process import Stock
+from trueloop.simulator.nose import Nose
+from trueloop.simulator.path import SAME, CentrePath, path_along
+from trueloop.simulator.presets import TOOL_MM_PER_N, WORN_AT_DEG, WORN_BY_UM, Workshop, workshop_of
+from trueloop.simulator.process import Repeatability, Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.units import UM_PER_MM
+
+GROOVE_NOSE_MM: Final = 0.2
+GROOVE_WIDTH_MM: Final = 2.5
+DISHED_MM: Final = 0.05
+"""The front of a groove insert stands back between its corners, so that one corner alone leaves the floor."""
+BODY_STEP_MM: Final = 0.13
+
+
+def grooving(corner: Literal["left", "right"], repeatability: Repeatability | None = None) -> Workshop:
+    """The same machine with a corner of a groove insert of 2.5 mm, corner radii 0.2 mm, for grooves in an outside.
+
+    The corner is worn a tenth as much as NIST's insert, as long a nose as it allows; the right one is the left one's
+    mirror image. The blade gives way by twice as much as an outside tool (all assumed). Its probe has a ball of 1 mm.
+    """
+    towards = 1.0 if corner == "left" else -1.0  # the body lies on this side of the corner, along z
+    angles = tuple(math.radians(angle) for angle in WORN_AT_DEG)
+    wear = tuple(0.1 * w / UM_PER_MM for w in WORN_BY_UM)
+    if corner == "right":
+        angles, wear = tuple(math.pi - angle for angle in reversed(angles)), tuple(reversed(wear))
+    count = math.ceil((GROOVE_WIDTH_MM - 2.0 * GROOVE_NOSE_MM) / BODY_STEP_MM)
+    body = tuple((DISHED_MM, towards * BODY_STEP_MM * (k + 1)) for k in range(count))
+    made = workshop_of(Nose(GROOVE_NOSE_MM, angles, wear), 2.0 * TOOL_MM_PER_N, repeatability, SAME)
+    return replace(made, machine=replace(made.machine, body_mm=body), probe=replace(made.probe, ball_radius_mm=0.5))
+
+
+def with_nose(workshop: Workshop, radius_mm: float) -> Workshop:
+    """Returns the workshop with a nose of another radius and the same wear."""
+    nose = replace(workshop.machine.nose, radius_mm=radius_mm)
+    return replace(workshop, machine=replace(workshop.machine, nose=nose))
 
 
 @dataclass(frozen=True)

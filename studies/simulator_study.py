@@ -1,6 +1,6 @@
 """The loop held against the virtual machine: 200 parts of each NIST family at three repeatabilities.
 
-`python -m scripts.simulator_study --write` puts the tables into docs/simulator.md; half an hour on two cores. With
+`python -m studies.simulator_study --write` puts the tables into docs/simulator.md; half an hour on two cores. With
 `--between` it is the first of them alone, cuts that differ, beside NIST's metal; with `--shares` the table that tells
 process, probe and curve apart; a few minutes each.
 """
@@ -34,10 +34,10 @@ from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "simulator.md"
-BEGIN: Final = "<!-- written by scripts/simulator_study.py -->\n"
+BEGIN: Final = "<!-- written by studies/simulator_study.py -->\n"
 END: Final = "<!-- end of what is written -->\n"
-BETWEEN: Final = "<!-- written by scripts/simulator_study.py --between -->\n"
-SHARES: Final = "<!-- written by scripts/simulator_study.py --shares -->\n"
+BETWEEN: Final = "<!-- written by studies/simulator_study.py --between -->\n"
+SHARES: Final = "<!-- written by studies/simulator_study.py --shares -->\n"
 NISTS: Final = ("facetst", "modbas2", "piecs11")
 PARTS: Final = (*NISTS, "bush")
 WITH_ARCS: Final = ("modbas2", "piecs11", "bush")
@@ -129,8 +129,7 @@ def between(parts: int) -> str:
 
 def _held(words: str, trial: Trial, workshop: Workshop, parts: int, metal: tuple[str, str]) -> tuple[str, ...]:
     made = study(trial, workshop, parts, first_seed=FIRST_SEED, workers=os.cpu_count() or 1)
-    alike = f"{100 * made.coverage_alike:.1f} ± {100 * made.coverage_alike_u:.1f} %"
-    return _told(words, _coverage(made), alike, *metal)
+    return _told(words, _coverage(made), _share(made.inside("alike_u_mm")), *metal)
 
 
 def _in_metal() -> dict[str, tuple[str, str]]:
@@ -186,11 +185,25 @@ def _made(trial: Trial, repeatability: Repeatability, parts: int) -> Study:
 
 def _relative(made: Study, way: str, sigma_um: float) -> str:
     unit_mm = sigma_um / 1000 * math.sqrt(2.0)
-    return f"{made.rms_mm(way) / unit_mm:.2f} ± {made.rms_u_mm(way) / unit_mm:.2f}"
+    return f"{made.rms_mm(way) / unit_mm:.2f} ± {_rms_u_mm(made, way) / unit_mm:.2f}"
 
 
 def _coverage(made: Study) -> str:
-    return f"{100 * made.coverage:.1f} ± {100 * made.coverage_u:.1f} %"
+    return _share(made.inside("expanded_u_mm"))
+
+
+def _share(inside: Array) -> str:
+    return f"{100 * np.mean(inside):.1f} ± {100 * _u_of_mean(inside):.1f} %"
+
+
+def _rms_u_mm(made: Study, way: str) -> float:
+    """Returns the standard uncertainty of an RMS, from how the parts differ: points of one part are not independent."""
+    squares = np.array([np.mean(getattr(part, way) ** 2) for part in made.parts])
+    return _u_of_mean(squares) / (2.0 * made.rms_mm(way))
+
+
+def _u_of_mean(values: Array) -> float:
+    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("nan")
 
 
 def _told(*row: str) -> tuple[str, ...]:

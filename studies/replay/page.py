@@ -5,9 +5,9 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.memory.edge.replay import Replayed
+from studies.replay.figures import key, parts_figure, places_figure
+from studies.replay.replay import Replayed
 from trueloop.report.markup import esc, section, table
-from trueloop.report.memory.replay_figures import key, parts_figure, places_figure
 from trueloop.report.shell import figure_block, html_page
 from trueloop.report.style import plain
 from trueloop.statistics import rms

@@ -1,6 +1,6 @@
 """How often clean touches are suspected, and what a bad touch does to the curves: simulated parts of known error.
 
-    python -m scripts.bad_touch_study 700     # parts of each family without a bad touch, then with one and two
+    python -m studies.bad_touch_study 700     # parts of each family without a bad touch, then with one and two
 
 The errors of a part are those of a nose (three shapes of its error over contact angle), a taper of each straight
 feature (standard deviation 5 µm from end to end) and a normal scatter of 1.2 µm.

@@ -9,10 +9,10 @@ from typing import Final
 
 import numpy as np
 
+from studies.diagnosed.part_types import Gauged, PartType
+from studies.diagnosed.truth import Fault, Truth
 from trueloop.arrays import Array
 from trueloop.diagnosis.features.feature_place import FeaturePlace
-from trueloop.simulator.diagnosed.part_types import Gauged, PartType
-from trueloop.simulator.diagnosed.truth import Fault, Truth
 
 SETTINGS: Final = (1.0, -0.6, 0.8, -0.4)
 """An offset after each setting of its tool, in its size."""

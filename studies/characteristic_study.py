@@ -1,6 +1,6 @@
 """Stated probabilities of characteristics held against the virtual machine, which knows what became of each part.
 
-`python -m scripts.characteristic_study --write` puts the table into docs/tolerances.md; some minutes on two cores.
+`python -m studies.characteristic_study --write` puts the table into docs/tolerances.md; some minutes on two cores.
 """
 
 import argparse
@@ -29,7 +29,7 @@ from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "tolerances.md"
-BEGIN: Final = "<!-- written by scripts/characteristic_study.py -->\n"
+BEGIN: Final = "<!-- written by studies/characteristic_study.py -->\n"
 END: Final = "<!-- end of what is written -->\n"
 FIRST_SEED: Final = 500_000
 BINS: Final = (0.0, 0.2, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)

@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from studies.replay.page import replay_page
+from studies.replay.replay import Replayed
+from studies.replay.table import replay_csv
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
-from trueloop.memory.edge.replay import Replayed
-from trueloop.report.memory.replay_csv import replay_csv
-from trueloop.report.memory.replay_page import replay_page
 
 
 def write_replay(

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.simulator.diagnosed.axis_errors import REFERENCE_C, SIGNALS
+from studies.diagnosed.axis_errors import REFERENCE_C, SIGNALS
 
 MINUTES_A_PART: Final = 12.0
 RISE_K: Final = (20.0, 13.0, 10.0)

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from scripts.surface_truths import GRID, NEAR, SQUARE
+from studies.surface_truths import GRID, NEAR, SQUARE
 from trueloop.arrays import Array
 from trueloop.simulator.process import (
     EXTREME_MM,

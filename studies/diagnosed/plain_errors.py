@@ -4,10 +4,10 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from studies.diagnosed.part_types import Gauged
 from trueloop.arrays import Array
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
 from trueloop.diagnosis.features.feature_place import FeaturePlace
-from trueloop.simulator.diagnosed.part_types import Gauged
 
 
 def plain_errors(

@@ -1,6 +1,6 @@
 """What memory would have made of the ten worn-nose parts of [6811], in the order of their numbers.
 
-`python -m scripts.nist_memory` writes `replay.csv`, `as-first.csv` and `replay.html` to out/memory. NIST's correction C
+`python -m studies.nist_memory` writes `replay.csv`, `as-first.csv` and `replay.html` to out/memory. NIST's correction C
 is rebuilt as [6811 §3.2] says and added to the error of its finish cut: E = F + C, had nothing been corrected.
 """
 
@@ -15,10 +15,10 @@ import numpy as np
 from scripts.nist_bands import PUBLISHED
 from scripts.nist_parts import NistPart, parts
 from scripts.nist_table import corrected
+from studies.replay.replay import Predicted, Replayed, replay
 from trueloop.arrays import Flags
 from trueloop.loops.turned.cut_errors import cut_errors
 from trueloop.memory.edge.options import MemoryOptions
-from trueloop.memory.edge.replay import Predicted, Replayed, replay
 from trueloop.memory.made_part import MadePart
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors
@@ -152,7 +152,7 @@ def _up_to_angle(part: MadePart, angle_rad: float) -> MadePart:
 
 def main() -> None:
     """Writes the replay and says what it would have left."""
-    from trueloop.jobs.store.replayed import write_replay
+    from studies.replay.files import write_replay
 
     fits = tuple(Replayed(part, len(part.semifinish), own_fit(part), True) for part in arcs())
     memory = {"20 touches": replayed(), "3 touches": replayed(THREE)}

@@ -1,6 +1,6 @@
 """Families of turned parts beside NIST's, held against the virtual machine: a groove with two edges, a lens, two sides.
 
-`python -m scripts.simulator_families --family groove --parts 60` prints the rows of one family; docs/simulator.md has
+`python -m studies.simulator_families --family groove --parts 60` prints the rows of one family; docs/simulator.md has
 what came of it. Profiles and programs are written here, by hand; the machine cuts with noses and holders of its own.
 """
 
@@ -16,18 +16,18 @@ from typing import Final
 
 import numpy as np
 
+from studies.simulated_edges import SeveralTrial, grooving, several_trial, simulate_several, with_nose
 from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.job import read_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.several import read_cuts
 from trueloop.loops.batch import run_batch
-from trueloop.loops.simulated.several import SeveralTrial, several_trial, simulate_several
 from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
 from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.program.called import Called
 from trueloop.simulator.path import SAME
-from trueloop.simulator.presets import Workshop, grooving, nist, with_nose
+from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.statistics import rms
 from trueloop.turned.fit.between_cuts import NONE

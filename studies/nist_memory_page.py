@@ -1,6 +1,6 @@
 """The page docs/nist-memory.md: what memory makes of NIST's ten worn-nose parts, beside simple rules.
 
-`python -m scripts.nist_memory_page` prints the page, `--write` writes it.
+`python -m studies.nist_memory_page` prints the page, `--write` writes it.
 """
 
 import argparse
@@ -11,11 +11,11 @@ from typing import Final
 
 import numpy as np
 
-from scripts.nist_memory import THREE, arcs, as_first, made_parts, own_fit, replayed, replayed_parts
+from studies.nist_memory import THREE, arcs, as_first, made_parts, own_fit, replayed, replayed_parts
+from studies.replay.page import cut_um, inside, left_um
+from studies.replay.replay import Replayed
 from trueloop.arrays import Array
-from trueloop.memory.edge.replay import Replayed
 from trueloop.memory.made_part import MadePart
-from trueloop.report.memory.replay_page import cut_um, inside, left_um
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
@@ -41,7 +41,7 @@ FOOT: Final = """
 What was chosen with these figures in sight is listed in [memory](memory.md#chosen-with-the-figures-in-sight). Ten
 parts, one edge, one machine, arcs only: other metal will show more.
 
-`python -m scripts.nist_memory_page --write` makes this page; a test compares it with what the code gives.
+`python -m studies.nist_memory_page --write` makes this page; a test compares it with what the code gives.
 """
 
 

@@ -6,8 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from scripts.diagnosis_cases import AXES, TERMS, wrong_axis
-from scripts.diagnosis_shares import share, table
+from studies.diagnosed.part_types import TYPES
+from studies.diagnosed.seen import MachineSeen, machine_seen, together
+from studies.diagnosed.shop import Shop, cut_series
+from studies.diagnosed.truth import Truth
+from studies.diagnosis_cases import AXES, TERMS, wrong_axis
+from studies.diagnosis_shares import share, table
 from trueloop.arrays import Array
 from trueloop.diagnosis.terms.judge import Verdict, judge
 from trueloop.diagnosis.terms.one_after_another import one_after_another
@@ -15,10 +19,6 @@ from trueloop.diagnosis.terms.residuals import Residuals
 from trueloop.errors import TrueloopError
 from trueloop.machine.model.model import State
 from trueloop.machine.model.structure import chain_of
-from trueloop.simulator.diagnosed.part_types import TYPES
-from trueloop.simulator.diagnosed.seen import MachineSeen, machine_seen, together
-from trueloop.simulator.diagnosed.shop import Shop, cut_series
-from trueloop.simulator.diagnosed.truth import Truth
 
 CHAIN: Final = chain_of("turning")
 SIZE_MM: Final = 0.005

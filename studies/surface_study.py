@@ -1,6 +1,6 @@
 """How well deviations of a surface are taken apart and corrected, on simulated truths: writes docs/surface-study.md.
 
-`python -m scripts.surface_study` prints the page (some minutes), `--write` writes it; `--runs 5` is a quick look.
+`python -m studies.surface_study` prints the page (some minutes), `--write` writes it; `--runs 5` is a quick look.
 """
 
 import argparse
@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from scripts.surface_experiment import LEFT_BY_15, PARTS, THREE_SIGMA, WAYS, Outcome, Reading, experiment
-from scripts.surface_truths import GRID, NEAR, NOISE_MM, SQUARE, TRUTHS, heavy, spline, white
+from studies.surface_experiment import LEFT_BY_15, PARTS, THREE_SIGMA, WAYS, Outcome, Reading, experiment
+from studies.surface_truths import GRID, NEAR, NOISE_MM, SQUARE, TRUTHS, heavy, spline, white
 from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
 from trueloop.simulator.process import EXTREME_OF_625, published_process
@@ -42,7 +42,7 @@ HEAD: Final = """# What the machining pattern model gives, on simulated truths
 
 [surface.md](surface.md) explains the method. Here it is tried where the truth is known, by simulation, on seeds that no
 choice in the code was made with: the published experiment {runs} times, all else {fewer} times; 25 × 25 points over
-50 × 50 mm, noise of {noise:.1f} µm at a point. `python -m scripts.surface_study --write` makes this page.
+50 × 50 mm, noise of {noise:.1f} µm at a point. `python -m studies.surface_study --write` makes this page.
 """
 
 

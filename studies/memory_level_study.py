@@ -1,4 +1,4 @@
-"""Series of one number under memory and its rivals: the tables of `scripts.memory_study`."""
+"""Series of one number under memory and its rivals: the tables of `studies.memory_study`."""
 
 from typing import Final
 

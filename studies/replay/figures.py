@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.memory.edge.replay import Replayed
+from studies.replay.replay import Replayed
 from trueloop.report import style
 from trueloop.report.style import Figure
 from trueloop.units import UM_PER_MM

@@ -5,8 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from scripts.diagnosis_cases import LETTERS, OTHERS, SEEN_BY_FEATURES, Case, machine_case, pairs, process_case
-from scripts.diagnosis_shares import share, table
+from studies.diagnosed.seen import points_of, seen_series
+from studies.diagnosed.shop import Series, cut_series
+from studies.diagnosed.truth import Fault
+from studies.diagnosis_cases import LETTERS, OTHERS, SEEN_BY_FEATURES, Case, machine_case, pairs, process_case
+from studies.diagnosis_shares import share, table
 from trueloop.arrays import Array
 from trueloop.diagnosis.causes.candidate import Diagnosis
 from trueloop.diagnosis.causes.judge import judge
@@ -14,9 +17,6 @@ from trueloop.diagnosis.causes.seen_part import SeenSeries
 from trueloop.diagnosis.features.errors_of import errors_of
 from trueloop.diagnosis.features.feature_error import FeatureError
 from trueloop.errors import TrueloopError
-from trueloop.simulator.diagnosed.seen import points_of, seen_series
-from trueloop.simulator.diagnosed.shop import Series, cut_series
-from trueloop.simulator.diagnosed.truth import Fault
 
 KEYS: Final = {
     Fault.TOOL_OFFSET: "tool-setting",

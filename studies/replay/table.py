@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from trueloop.memory.edge.replay import Replayed
+from studies.replay.replay import Replayed
 from trueloop.units import UM_PER_MM
 
 COLUMNS: Final = ("part", "point", "phi_deg", "predicted_error_um", "band_um", "touches", "semifinish_um")

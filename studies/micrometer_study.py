@@ -1,6 +1,6 @@
 """Six diameters by micrometer and nothing else: simulated shafts, corrected and held against their own ±U.
 
-`python -m scripts.micrometer_study --write` puts the table into docs/measurements.md; some minutes on two cores.
+`python -m studies.micrometer_study --write` puts the table into docs/measurements.md; some minutes on two cores.
 
 Every part of `examples/shaft` is cut by a virtual lathe of its own, whose errors are drawn from what workshops have and
 not from the priors of the model under trial (`population`). A virtual hand reads six diameters after the semi-finish
@@ -45,7 +45,7 @@ from trueloop.units import UM_PER_MM
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "measurements.md"
-BEGIN: Final = "<!-- written by scripts/micrometer_study.py -->\n"
+BEGIN: Final = "<!-- written by studies/micrometer_study.py -->\n"
 END: Final = "<!-- end of what is written -->\n"
 JOB: Final = ROOT / "examples" / "shaft" / "job.toml"
 ALLOWANCE_MM: Final = 0.2

@@ -1,6 +1,6 @@
 """How well diagnoses name what is wrong, where the truth is known: prints tables.
 
-`python -m scripts.diagnosis_study` prints them, some minutes on one core;
+`python -m studies.diagnosis_study` prints them, some minutes on one core;
 `--only terms` makes one of them, `--share 0.1` a tenth of the trials, `--share 10` ten times as many.
 """
 
@@ -8,8 +8,8 @@ import argparse
 from collections.abc import Callable
 from typing import Final
 
-from scripts import diagnosis_causes_study as causes
-from scripts import diagnosis_terms_study as terms
+from studies import diagnosis_causes_study as causes
+from studies import diagnosis_terms_study as terms
 
 TABLES: Final[dict[str, tuple[Callable[[int], str], int]]] = {
     "single causes": (causes.single, 5),

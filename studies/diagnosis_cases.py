@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.simulator.diagnosed.part_types import DISC, SLIM, STUB, TYPES, PartType
-from trueloop.simulator.diagnosed.shop import Shop
-from trueloop.simulator.diagnosed.truth import Fault, Truth, Wrong
+from studies.diagnosed.part_types import DISC, SLIM, STUB, TYPES, PartType
+from studies.diagnosed.shop import Shop
+from studies.diagnosed.truth import Fault, Truth, Wrong
 
 LETTERS: Final[Mapping[str, tuple[Fault, ...]]] = {
     "a radius": (Fault.TOOL_OFFSET, Fault.WEAR, Fault.PROBE_OFFSET),

@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from studies.diagnosed.axis_errors import REFERENCE_C, SIGNALS, TOOLS_MM, left_mm
+from studies.diagnosed.day import Moment, day
+from studies.diagnosed.part_types import SLIM, Gauged, PartType, gauged, places
+from studies.diagnosed.process_errors import DEEPER, USUAL_DEPTH_MM, Cut, process_errors
+from studies.diagnosed.truth import Fault, Truth
 from trueloop.arrays import Array
 from trueloop.diagnosis.causes.seen_part import SeenBy
 from trueloop.diagnosis.features.feature_place import FeaturePlace
-from trueloop.simulator.diagnosed.axis_errors import REFERENCE_C, SIGNALS, TOOLS_MM, left_mm
-from trueloop.simulator.diagnosed.day import Moment, day
-from trueloop.simulator.diagnosed.part_types import SLIM, Gauged, PartType, gauged, places
-from trueloop.simulator.diagnosed.process_errors import DEEPER, USUAL_DEPTH_MM, Cut, process_errors
-from trueloop.simulator.diagnosed.truth import Fault, Truth
 
 
 @dataclass(frozen=True)

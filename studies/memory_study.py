@@ -1,6 +1,6 @@
 """How memory does in a simulated shop, beside simple rules: writes the tables of docs/memory-study.md.
 
-`python -m scripts.memory_study` prints them (some minutes on one core), `--write` puts them into the page;
+`python -m studies.memory_study` prints them (some minutes on one core), `--write` puts them into the page;
 `--only levels` makes one of them, `--share 0.1` a tenth of the series.
 """
 
@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from scripts import memory_level_study, memory_notice_study, memory_profile_study
+from studies import memory_level_study, memory_notice_study, memory_profile_study
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "memory-study.md"
 END: Final = "<!-- end of what is written -->\n"
@@ -41,7 +41,7 @@ def main() -> None:
 
 
 def _write(name: str, text: str) -> None:
-    begin = f"<!-- written by scripts/memory_study.py: {name} -->\n"
+    begin = f"<!-- written by studies/memory_study.py: {name} -->\n"
     before, rest = PAGE.read_text().split(begin)
     PAGE.write_text(f"{before}{begin}{text}{END}{rest.split(END, 1)[1]}")
 

@@ -1,7 +1,7 @@
 """What is noticed of events in the simulated shop, and what is noticed where nothing happened.
 
 The edge model judges parts of a shop that it was not made from (`trueloop.simulator.series`): six parts are in, the
-seventh has the event. Tables of `scripts.memory_study`.
+seventh has the event. Tables of `studies.memory_study`.
 """
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from scripts.memory_level_study import SEED
+from studies.memory_level_study import SEED
 from trueloop.arrays import Array, Integers
 from trueloop.domain.life import Stage
 from trueloop.memory.made_part import CutErrors, MadePart
