@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from datetime import datetime
 
-from trueloop.diagnosis.causes.noticed import noticed
+from trueloop.diagnosis.causes.judge import noticed
 from trueloop.diagnosis.causes.seen_part import SeenPart, SeenSeries
 from trueloop.errors import Code
 

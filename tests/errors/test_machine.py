@@ -14,9 +14,8 @@ from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.measurements.positioning_data import read_positioning
 from trueloop.formats.tables.control_tables import linuxcnc_comp
 from trueloop.machine.correct import AxisTable, Setup, displace_points, state_at
-from trueloop.machine.identify.identify import identify
+from trueloop.machine.identify.identify import at_bounds, identify
 from trueloop.machine.identify.observations import Observations
-from trueloop.machine.identify.time_constants import at_bounds
 from trueloop.machine.model.history import Lag, check_lags_given
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name

@@ -13,7 +13,7 @@ from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.memory.made_part import MadePart
-from trueloop.report.turned.figures.remembered import remembered
+from trueloop.report.turned.remembered import remembered
 from trueloop.turned.options import By
 
 RADIUS = Characteristic("dome radius", Quantity.RADIUS, "dome", nominal=37.084, lower_limit=37.0, upper_limit=37.2)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.support.dmis import read_text
 from trueloop.domain.inspection import CmmPoint, Reading
 from trueloop.errors import TrueloopError
-from trueloop.formats.inspections.dmis.statements import read_dmis_text, statements_of
+from trueloop.formats.inspections.dmis.reader import read_dmis_text, statements_of
 
 LABELS = st.text("ABCxyz019-_.", min_size=1, max_size=8)
 LENGTHS = st.integers(-(10**7), 10**7).map(lambda tenths: f"{tenths / 1e4:.4f}")

@@ -15,7 +15,7 @@ from tests.support.service import PASSWORD, Running, problem
 from trueloop.controllers.linuxcnc.cell.service import Service
 from trueloop.factory import requests as ask
 from trueloop.factory.shown.machines import heard
-from trueloop.jobs.realtime.told_service import ToldService
+from trueloop.jobs.realtime.watched import ToldService
 from trueloop.server.identity.keys import NewKey, add_key
 from trueloop.server.traces import KEPT, Stretch, Trace, Traces
 from trueloop.storage.store import Store

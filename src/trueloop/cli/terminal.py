@@ -18,7 +18,10 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object inst
 
 @contextmanager
 def busy(doing: str) -> Iterator[Callable[[str], None]]:
-    """A spinner on stderr while the block runs; nothing where stderr is no terminal. Gives what changes its words."""
+    """Shows a spinner on stderr, where that is a terminal, while the block runs; yields what sets its text."""
+    if not sys.stderr.isatty():
+        yield lambda text: None
+        return
     from rich.console import Console
 
     with Console(stderr=True).status(doing) as status:
@@ -45,10 +48,9 @@ def put(text: str, output: Path | None, inputs: Iterable[Path]) -> None:
 
 
 def print_lines(lines: Iterable[object]) -> None:
-    """Lines for people on stdout, as they are."""
-    console = wide_console()
+    """Prints lines for people on stdout, unchanged."""
     for line in lines:
-        console.print(str(line), markup=False)
+        typer.echo(str(line))
 
 
 def print_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> None:

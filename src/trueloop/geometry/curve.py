@@ -11,7 +11,6 @@ from typing import Final
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
-from scipy.spatial import KDTree
 
 from trueloop.arrays import Array, Flags, by_content
 
@@ -159,6 +158,8 @@ class Curve:
 
         Newton's steps on (q − p(s))·t(s) = 0 between the neighbours of the nearest sample.
         """
+        from scipy.spatial import KDTree  # slow to import
+
         places, sampled = self.sampled_mm
         nearest = KDTree(sampled).query(points)[1]
         low, high = places[np.maximum(nearest - 1, 0)], places[np.minimum(nearest + 1, len(places) - 1)]

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-from scipy.optimize import brentq
 
 from trueloop.arrays import Array
 from trueloop.geometry.curve import Curve
@@ -46,6 +45,8 @@ def sign_changes(curve: Curve, distance: Callable[[Array], Array]) -> Array:
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
     """Returns the zero between two places whose samples differ in sign, or the nearer one if it is lost to rounding."""
+    from scipy.optimize import brentq  # slow to import
+
     at_low, at_high = function(low), function(high)
     if (at_low < 0.0) == (at_high < 0.0):
         return low if abs(at_low) <= abs(at_high) else high

@@ -4,7 +4,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import make_lsq_spline
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
@@ -59,6 +58,8 @@ def off_points_mm(curve: Curve, points_mm: ArrayLike) -> Array:
 
 def _fitted(name: str, points: Array, chord: Array, degree: int, pieces: int) -> tuple[Curve, Array]:
     """The spline of so many pieces, and how far each point is from it."""
+    from scipy.interpolate import make_lsq_spline  # slow to import
+
     at, weights = chord, np.ones(len(points))
     weights[[0, -1]] = END_WEIGHT
     inner = np.interp(np.arange(1, pieces) / pieces, np.linspace(0.0, 1.0, len(chord)), chord)

@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
@@ -131,6 +130,8 @@ def b_spline(
     Runs over the knots' valid span, from the first control point on if they are clamped. Raises GEO-CURVE where
     numbers do not fit together, or where it is not smooth.
     """
+    from scipy.interpolate import BSpline  # slow to import
+
     control, at = np.asarray(control_mm, dtype=np.float64), np.asarray(knots, dtype=np.float64)
     weight = np.ones(len(control)) if weights is None else np.asarray(weights, dtype=np.float64)
     _require_spline(name, control, at, degree, weight)

@@ -153,7 +153,7 @@ def test_a_worker_killed_between_keeping_and_recording_is_made_good(
     def killed(*_: object) -> None:
         raise Killed
 
-    monkeypatch.setattr("trueloop.jobs.factory.correct.carry_out", killed)
+    monkeypatch.setattr("trueloop.jobs.factory.runners.carry_out", killed)
     with pytest.raises(Killed):
         run_task(store, RUNNERS, "first", lambda: shop.now)
     monkeypatch.undo()

@@ -12,7 +12,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.probe_toml import read_probe
 from trueloop.formats.jobs.surface_job import read_surface_job
-from trueloop.formats.toml_statements import Statement, collision, statements
+from trueloop.formats.toml_tables import Statement, collision, statements
 
 ONE_VALUE, ONE_PLACE = "either one value or a table", "in one place: under its heading, or dotted"
 PATHS = st.lists(st.sampled_from("abc"), min_size=1, max_size=3).map(".".join)

@@ -14,9 +14,9 @@ from trueloop.report import style
 from trueloop.report.markup import text_of
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.correction_json import json_text
-from trueloop.report.turned.figures.remembered import remembered
 from trueloop.report.turned.figures.uncertainty import budget_words, uncertainty
 from trueloop.report.turned.page import page
+from trueloop.report.turned.remembered import remembered
 
 
 def test_the_figure_shows_band_line_and_touches_where_they_are() -> None:

@@ -1,19 +1,53 @@
 """What is wrong with a series of parts: probabilities of causes from errors at all points of all parts [4773 §4]."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
 from trueloop.diagnosis.causes.candidate import Candidate, Diagnosis
 from trueloop.diagnosis.causes.hypotheses import Asked, Hypothesis, acting, asked, log_weights
-from trueloop.diagnosis.causes.noticed import noticed
 from trueloop.diagnosis.causes.seen_part import SeenSeries
 from trueloop.diagnosis.causes.surface import SurfaceErrors, surface_errors
 from trueloop.diagnosis.causes.weighing import Size, Weighed, size_of
 from trueloop.diagnosis.causes.words import Shown, against, decide, shown, support
 from trueloop.diagnosis.evidence import shares
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+
+PROBABLE = 0.5
+
+
+def noticed(series: SeenSeries, gain: float, probability: float) -> tuple[Finding, ...]:
+    """Findings DIA-GAIN and DIA-CLOCK."""
+    return (*_gain(gain, probability), *_clocks(series))
+
+
+def _gain(gain: float, probability: float) -> tuple[Finding, ...]:
+    if gain == 1.0 or probability < PROBABLE:
+        return ()
+    message = f"{gain:g} times the recorded correction arrived on the parts (probability {probability:.0%})"
+    hint = "see whether the corrected program was run, and that it was not corrected twice; the recorded gain is 1"
+    return (Finding(Severity.WARNING, Code.DIA_GAIN, message, hint, values={"gain": gain}),)
+
+
+def _clocks(series: SeenSeries) -> tuple[Finding, ...]:
+    """Parts that were cut before the one that precedes them, or as the same in number."""
+    cut = [part for part in sorted(series.parts, key=lambda part: part.order) if not part.standard]
+    found = []
+    for one, two in pairwise(cut):
+        if one.order == two.order:
+            message = f"parts {one.serial} and {two.serial} are both number {one.order} in the order of cutting"
+        elif one.at and two.at and two.at < one.at:
+            message = (
+                f"part {two.serial} follows {one.serial} in the order of cutting, and was cut {one.at - two.at} before"
+            )
+        else:
+            continue
+        hint = "mend the times or the order; wear, steps and temperatures were taken in the order of cutting"
+        found.append(Finding(Severity.WARNING, Code.DIA_CLOCK, message, hint, values={"part": two.serial}))
+    return tuple(found)
+
 
 GAINS: Final = {1.0: 0.98, 0.0: 0.01, 2.0: 0.01}
 """What share of a recorded correction may have arrived on the parts, and how probable that is beforehand."""

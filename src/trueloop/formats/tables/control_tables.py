@@ -9,14 +9,16 @@ are meant to be added to the command; the files say that this has to be tried, a
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.correct import AxisTable
 from trueloop.turned.compensation.table import CorrectionTable
 from trueloop.units import UM_PER_MM
+
+if TYPE_CHECKING:  # slow to import
+    from trueloop.machine.correct import AxisTable
 
 HEADER = "feature,commanded_x_radius_mm,commanded_z_mm,correction_x_radius_um,correction_z_um"
 
@@ -44,7 +46,7 @@ def _cell(text: str) -> str:
 LINUXCNC_MOST = 256
 
 
-def linuxcnc_comp(table: AxisTable) -> str:
+def linuxcnc_comp(table: "AxisTable") -> str:
     """COMP_FILE of COMP_FILE_TYPE 0: nominal, actual forward, actual reverse; 256 rows at most, ascending.
 
     Its joint only: raises MCH-TABLE for an error of another axis. It switches BACKLASH off.
@@ -62,7 +64,7 @@ def linuxcnc_comp(table: AxisTable) -> str:
     return "".join(f"{nominal:.6f} {forward:.6f} {reverse:.6f}\n" for nominal, forward, reverse in rows)
 
 
-def siemens_cec(table: AxisTable, number: int = 0, *, opposite: bool = False) -> str:
+def siemens_cec(table: "AxisTable", number: int = 0, *, opposite: bool = False) -> str:
     """CEC tables: values −E; one table where both ways agree, else one for each way of travel. End values hold outside.
 
     Axis names are placeholders of the control's geometry axes: AX1 for X, AX2 for Y, AX3 for Z.
@@ -92,7 +94,7 @@ CAUTION: Final = (
 )
 
 
-def heidenhain_com(table: AxisTable, *, opposite: bool = False) -> str:
+def heidenhain_com(table: "AxisTable", *, opposite: bool = False) -> str:
     """A .COM table: AXISPOS from the machine's datum, and −E on the way forward in the column of the corrected axis.
 
     BACKLASH holds the values of the way back where they differ: those "measured in the negative direction of traverse".
@@ -112,7 +114,7 @@ def heidenhain_cma(input_axis: str, com_file: str) -> str:
     return f"BEGIN TRUELOOP.CMA\nNR      ACTIVE  {input_axis}\n0       *       {com_file}\n[END]\n"
 
 
-def _both_ways(table: AxisTable) -> bool:
+def _both_ways(table: "AxisTable") -> bool:
     return not np.allclose(table.forward_mm, table.reverse_mm, atol=5e-7)
 
 
@@ -126,16 +128,16 @@ class ControlTables:
     caution: tuple[str, ...] = CAUTION
 
 
-def _of_linuxcnc(table: AxisTable, name: str, *, opposite: bool) -> list[tuple[str, str]]:
+def _of_linuxcnc(table: "AxisTable", name: str, *, opposite: bool) -> list[tuple[str, str]]:
     assert not opposite  # the sign was tried
     return [(name, linuxcnc_comp(table))]
 
 
-def _of_siemens(table: AxisTable, name: str, *, opposite: bool) -> list[tuple[str, str]]:
+def _of_siemens(table: "AxisTable", name: str, *, opposite: bool) -> list[tuple[str, str]]:
     return [(name, siemens_cec(table, opposite=opposite))]
 
 
-def _of_heidenhain(table: AxisTable, name: str, *, opposite: bool) -> list[tuple[str, str]]:
+def _of_heidenhain(table: "AxisTable", name: str, *, opposite: bool) -> list[tuple[str, str]]:
     cma = PurePath(name).with_suffix(".cma").name
     return [(name, heidenhain_com(table, opposite=opposite)), (cma, heidenhain_cma(table.input_axis, name))]
 

@@ -1,9 +1,117 @@
-"""The kinds of tasks and what does them: `RUNNERS`."""
+"""The functions that carry out each kind of task, by kind: `RUNNERS`."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Final
 
-from trueloop.factory.tasks import Runner
-from trueloop.jobs.factory.correct import correct
+from sqlalchemy import select
+
+from trueloop.domain.factory import StepState
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Code, TrueloopError
+from trueloop.factory.carry_out import carry_out
+from trueloop.factory.known import OrderNow, PartNow
+from trueloop.factory.load import Known, order_of, program_text, record_of
+from trueloop.factory.requests import CorrectionRefused, StepCorrected
+from trueloop.factory.roles import By, Role
+from trueloop.factory.tasks import Runner, Task, Working
+from trueloop.jobs.factory.job_folder import job_folder, programs_of
+from trueloop.jobs.store.keep_correction import keep_correction, part_of
+from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.turned.compensate import Corrected, corrected_of
+from trueloop.jobs.turned.job import ReadJob, read_job
+from trueloop.loops.turned.correction import Correction
+from trueloop.storage.factory_tables import RUN_TOUCHES
+from trueloop.storage.store import Store
+
+SERVICE = By("service", Role.SERVICE)
+
+
+@dataclass(frozen=True)
+class _Given:
+    """What a correction is made from: `touches` of the last gauging run, and texts by what the job calls them."""
+
+    order: OrderNow
+    part: PartNow
+    step: int
+    gauged_by: str
+    touches: bytes
+    programs: dict[str, bytes]
+
+
+def correct(store: Store, task: Task, working: Working) -> dict[str, str]:
+    """Corrects, keeps, and sets the finish cut's program; a refusal of the loop holds the part with its code.
+
+    Done twice it comes to the same record of the same inputs, or finds the step recorded.
+    """
+    order, row, step = task.values["order"], int(task.values["part"]), int(task.values["step"])
+    with store.reading() as connection:
+        known = Known(connection, store.codec)
+        now = order_of(known, order)
+        if now.step(row, step).state is StepState.RECORDED:
+            return {"correction": now.step(row, step).run}
+        given = _given(known, now, now.part(row), step)
+    working.say(0.1, f"part {given.part.value.serial}: correcting")
+    try:
+        made = _corrected(store, given)
+        if not _kept_already(store, made.correction):
+            keep_correction(store, made.inputs, made.correction, Keeping())
+    except TrueloopError as refused:
+        why = refused.code.value, f"{refused.message}; {refused.hint}"
+        carry_out(store, CorrectionRefused(order, row, step, given.gauged_by, *why), SERVICE, working.clock())
+        raise
+    done = made.correction.record.id
+    hashes = sha256_of(made.correction.corrected_program), sha256_of(given.touches)
+    carry_out(store, StepCorrected(order, row, step, given.gauged_by, done, *hashes), SERVICE, working.clock())
+    return {"correction": done, "program_sha256": hashes[0]}
+
+
+def _kept_already(store: Store, made: Correction) -> bool:
+    """Whether a worker that was ended then had kept it: a record of that id, which is of its inputs, and the program.
+
+    The record says when it was made, and so differs from the one that is there.
+    """
+    with store.reading() as connection:
+        known = Known(connection, store.codec)
+        text = program_text(known, sha256_of(made.corrected_program))
+        return record_of(known, made.record.id) is not None and text is not None
+
+
+def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
+    run = part.gauged_by(step)
+    touches = known.connection.scalar(select(RUN_TOUCHES.c.content).where(RUN_TOUCHES.c.run == run))
+    if touches is None:
+        raise TrueloopError(
+            Code.FAC_TOUCHES,
+            f"part {part.value.serial!r} has no touches of run {run or 'none'!r}",
+            hint="its cell sends them once the gauging program has run",
+            values={"run": run},
+        )
+    return _Given(order, part, step, run, bytes(touches), programs_of(known, order.order))
+
+
+def _corrected(store: Store, given: _Given) -> Corrected:
+    with job_folder(given.order.order, given.programs, given.touches) as job:
+        read = read_job(job, serial=given.part.value.serial)
+        made = corrected_of(_with_log(read, given), store)
+    found = part_of(made.inputs).identity
+    if found != given.part.value.identity:
+        raise TrueloopError(
+            Code.FAC_TOUCHES,
+            f"the job corrects part {'/'.join(found)!r}, the order makes {'/'.join(given.part.value.identity)!r}",
+            hint="give `name` and `revision` of the job's table [part] as the order has them",
+            values={"run": ""},
+        )
+    return made
+
+
+def _with_log(read: ReadJob, given: _Given) -> ReadJob:
+    """What a gauging run wrote is an input of the correction, also where it is a log that touches were read from."""
+    route = given.order.order.route
+    if not route.probe_toml:
+        return read
+    log = {f"log of {route.probe_control}": sha256_of(given.touches)}
+    return replace(read, inputs=replace(read.inputs, inputs_sha256={**read.inputs.inputs_sha256, **log}))
+
 
 RUNNERS: Final[Mapping[str, Runner]] = {"correct": correct}

@@ -10,7 +10,6 @@ from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.domain.part import Part
 from trueloop.errors import Code, Place, Severity, TrueloopError, in_file
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
-from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
 from trueloop.formats.inspections.shared.text import feature_names
 from trueloop.formats.jobs.job import Job
@@ -66,7 +65,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     require_features(mapping, names, profile)
     files = [sources.file(name) for name in job.gauging.readings_files]
     for file in files:
-        measured = read_measured_file(file, Stated(job.gauging.readings_unit, mapping))
+        measured = _measured(file, Stated(job.gauging.readings_unit, mapping))
         chosen = _of_part(measured, job)
         with in_file(file):
             found, points, unmatched = _matched(profile, chosen, names, strict=measured.format == GAUGE_CSV.name)
@@ -109,6 +108,12 @@ def _less(touch: Touch, allowance_mm: float) -> Touch:
     """A point's error, from which the ball is taken off already, without what the cut was to leave on."""
     assert touch.error_mm is not None  # `match_inspection` takes it from the point
     return replace(touch, error_mm=touch.error_mm - allowance_mm, measured_mm=None)
+
+
+def _measured(file: Path, stated: Stated) -> MeasuredFile:
+    from trueloop.formats.inspections.known import read_measured_file  # slow to import: the readers of all formats
+
+    return read_measured_file(file, stated)
 
 
 def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:

@@ -8,10 +8,9 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
-from trueloop.diagnosis.causes.candidate import Diagnosis
+from trueloop.diagnosis.causes.candidate import Candidate, Diagnosis
 from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.monitor.diagnosed import with_diagnosis
 from trueloop.loops.monitor.facts import PartFacts
 from trueloop.loops.monitor.known import known, only
 from trueloop.loops.monitor.options import ChartOptions
@@ -19,10 +18,29 @@ from trueloop.loops.post_process.tracked import Tracked, TrackedPart
 from trueloop.monitoring.capability import SHARE_OF_FREEDOM, Capability, capability
 from trueloop.monitoring.charts import FEWEST, MOVING_RANGE, Alarm
 from trueloop.monitoring.correlation import Correlation, correlation
-from trueloop.monitoring.explain import Explained, Explanation, explained
+from trueloop.monitoring.explain import Explained, Explanation, Likely, explained
 from trueloop.monitoring.rules import RULES
 from trueloop.monitoring.segments import Charted, charted
 from trueloop.wording import wording
+
+
+def with_diagnosis(found: Explained, diagnosis: Diagnosis, sigma_mm: float) -> Explained:
+    """The explained alarm with the candidates of a diagnosis: they share what nothing known explains.
+
+    A candidate gets its probability of that share, less where all of them together have more than 1; what is left
+    stays unknown. Sizes are in `sigma_mm`, the charts' standard deviation.
+    """
+    total = max(1.0, sum(one.probability for one in diagnosis.candidates))
+    added = [_likely(one, found.unknown * one.probability / total, sigma_mm) for one in diagnosis.candidates]
+    ordered = sorted([*found.likely, *added], key=lambda one: one.probability, reverse=True)
+    left = found.unknown - sum(one.probability for one in added)
+    return replace(found, likely=tuple(ordered), unknown=max(left, 0.0))
+
+
+def _likely(one: Candidate, probability: float, sigma_mm: float) -> Likely:
+    words = one.supports[0] if one.supports else one.cause.name
+    return Likely(one.cause.key, words, probability, one.size_mm / sigma_mm, one.standard_u_mm / sigma_mm)
+
 
 NORMAL: Final = 0.05
 """Values with a smaller probability under a normal distribution are not taken as normal."""

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Place, TrueloopError
@@ -90,6 +89,8 @@ def _same(before: ToolPath, was: Flags, after: ToolPath, now: Flags) -> bool:
 
 def _above_mm(points: Array, pieces: Sequence[CentrePiece]) -> Array:
     """How far points (n, 2) lie outside of a path of the nose's centre; infinitely beyond its ends."""
+    from scipy.spatial import KDTree  # slow to import
+
     places, normals = [], []
     for piece in pieces:
         s = np.linspace(piece.start_mm, piece.end_mm, SAMPLES)

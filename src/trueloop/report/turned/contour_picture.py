@@ -3,17 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.formats.cad.dxf import DxfSheet
-from trueloop.formats.cad.dxf_views import Candidate
-from trueloop.formats.cad.step_profile import StepSolid
 from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.profile import Side
 from trueloop.report import style
+
+if TYPE_CHECKING:  # slow to import
+    from trueloop.formats.cad.dxf import DxfSheet
+    from trueloop.formats.cad.dxf_views import Candidate
+    from trueloop.formats.cad.step_profile import StepSolid
 
 WIDTH_PX: Final = 1000.0
 MARGIN_PX: Final = 30.0
@@ -35,7 +37,7 @@ class Way:
     chosen: bool = False
 
 
-def picture_of_sheet(read: DxfSheet, outline: int | None) -> str:
+def picture_of_sheet(read: "DxfSheet", outline: int | None) -> str:
     """The sheet of a drawing with the contours of the side that was asked for."""
     chosen = 1 if outline is None and len(read.contours) == 1 else outline
     edges = [_places(one.feature)[:, ::-1] for one in read.sheet.edges]
@@ -50,7 +52,7 @@ def picture_of_sheet(read: DxfSheet, outline: int | None) -> str:
     return picture(read.file.name, edges, axes, ways)
 
 
-def picture_of_solid(solid: StepSolid, side: Side, outline: int | None) -> str:
+def picture_of_solid(solid: "StepSolid", side: Side, outline: int | None) -> str:
     """The section of a solid above its axis, both sides of it, with the contours of the one that was asked for."""
     wanted = [one for one in solid.found if one.contour.side is side]
     chosen = 1 if outline is None and len(wanted) == 1 else outline
@@ -117,7 +119,7 @@ def _number(number: int, at: tuple[float, float], colour: str) -> list[str]:
     ]
 
 
-def _on_sheet(one: Candidate) -> Array:
+def _on_sheet(one: "Candidate") -> Array:
     places = np.concatenate([_places(feature) for feature in one.features])
     return np.array([one.view.on_sheet((float(x), float(z))) for x, z in places])
 

@@ -21,7 +21,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
 from trueloop.arrays import Array
 from trueloop.geometry.curve import Curve
@@ -85,6 +84,8 @@ def _along_arc(arc: Arc, curve: ErrorCurve) -> Shift:
 
 def _along_curve(feature: Curve, curve: ErrorCurve) -> Shift:
     """The term with κ at each place, through `PLACES` of them."""
+    from scipy.interpolate import PchipInterpolator  # slow to import
+
     s = np.linspace(0.0, feature.length_mm, PLACES)
     term = np.clip(feature.curvature_per_mm(s) * _per_rad_mm(feature, curve, s) ** 2, -MOST_MM, MOST_MM)
     rows = PchipInterpolator(s, term).c[::-1].T

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Reading
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.inspections.controls.expression import value_of
+from trueloop.formats.inspections.controls.variables import value_of
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from trueloop.formats.inspections.dmis.statements import read_dmis_text, statements_of
+from trueloop.formats.inspections.dmis.reader import read_dmis_text, statements_of
 from trueloop.formats.inspections.dmis.words import Words, words_of
 
 

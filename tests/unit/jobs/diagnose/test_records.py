@@ -7,8 +7,8 @@ from trueloop.diagnosis.causes.seen_part import SeenBy
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.life import InspectionLink, Stage
-from trueloop.jobs.diagnose.corrected import Corrections
 from trueloop.jobs.diagnose.records import read_records
+from trueloop.jobs.diagnose.seen_series import Corrections
 from trueloop.loops.post_process.series import identity_of, sizes_of
 from trueloop.storage.store import keep, open_store
 

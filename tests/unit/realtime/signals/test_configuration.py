@@ -14,9 +14,9 @@ from tests.support.cli import invoke, run
 from tests.support.realtime_signals import model_of, write_configuration, write_image
 from trueloop.controllers.linuxcnc.realtime.signals.mqtt import Mqtt, Topic
 from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import MtConnect
-from trueloop.controllers.linuxcnc.realtime.signals.one_wire import OneWire
 from trueloop.controllers.linuxcnc.realtime.signals.readings import Board
 from trueloop.controllers.linuxcnc.realtime.signals.serial_lines import SerialLines
+from trueloop.controllers.linuxcnc.realtime.signals.sources import OneWire
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.realtime.signals_toml import SignalsFile
 from trueloop.jobs.realtime.signals import prepared

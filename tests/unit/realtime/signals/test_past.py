@@ -13,7 +13,7 @@ import pytest
 from tests.support.signals import Kept
 from trueloop.controllers.linuxcnc.realtime.signals.past import Clock, Past
 from trueloop.controllers.linuxcnc.realtime.signals.readings import Board
-from trueloop.controllers.linuxcnc.realtime.signals.replay import Replay
+from trueloop.controllers.linuxcnc.realtime.signals.replayed import Replay
 from trueloop.formats.measurements.history_csv import read_history
 from trueloop.formats.realtime.signal_log import SignalLog
 from trueloop.machine.model.history import History, Lag, signals_at_end

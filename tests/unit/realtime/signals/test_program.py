@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from tests.support.signals import until
-from trueloop.controllers.linuxcnc.realtime.signals.program import (
+from trueloop.controllers.linuxcnc.realtime.signals.component import (
     Interpreter,
     ProgramThread,
     ProgramWatch,

@@ -1,10 +1,12 @@
 """Dumps of a control's variables, Fanuc's `#500`, Siemens' `R1` and `_OVR[4]`, Heidenhain's `Q150`, Okuma's `VC1`.
 
 What a variable holds is stated by a mapping: no dump says it. Read in a manual: which of `_OVR` holds what depends on
-the cycle. From memory: the layout of the dumps, and the expressions that old Fanuc controls write for a value.
+the cycle. From memory: the layout of the dumps, and the expressions that old Fanuc controls write for a value, such as
+`[25283*65536+65536]/134217728` for 12.3457: numbers, + − * / and [ ], nothing else.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -12,7 +14,6 @@ from typing import Final
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Reading
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.controls.dump import Variable, bare, is_assignment, is_skipped, key_of, variables_in
 from trueloop.formats.inspections.controls.meaning import (
     MM_PER,
     VariableTable,
@@ -22,7 +23,141 @@ from trueloop.formats.inspections.controls.meaning import (
 )
 from trueloop.formats.inspections.controls.one_part import inspection_of
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
-from trueloop.formats.inspections.shared.text import beginning, read_decoded
+from trueloop.formats.inspections.shared.text import MOST, beginning, read_decoded
+
+TOKEN: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|[-+*/\[\]])")
+PLAIN: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)")
+DEEPEST: Final = 20
+"""No control writes brackets as deep."""
+
+
+def value_of(text: str) -> float | None:
+    """The value of an expression; None for what is none, divides by zero, or is beyond `MOST`."""
+    if PLAIN.fullmatch(text):
+        return float(text) if abs(float(text)) <= MOST else None
+    tokens = _tokens(text)
+    if not tokens:
+        return None
+    try:
+        value, rest = _sum(tokens, 0, 0)
+    except (ValueError, ZeroDivisionError, OverflowError, IndexError):
+        return None
+    return value if rest == len(tokens) and abs(value) <= MOST else None
+
+
+def _tokens(text: str) -> list[str]:
+    """The tokens of a text; none where it has others."""
+    tokens, at, text = [], 0, text.rstrip()
+    while at < len(text):
+        found = TOKEN.match(text, at)
+        if found is None:
+            return []
+        tokens.append(found[1])
+        at = found.end()
+    return tokens
+
+
+def _sum(tokens: list[str], at: int, depth: int) -> tuple[float, int]:
+    value, at = _product(tokens, at, depth)
+    while at < len(tokens) and tokens[at] in "+-":
+        term, after = _product(tokens, at + 1, depth)
+        value, at = (value + term if tokens[at] == "+" else value - term), after
+    return value, at
+
+
+def _product(tokens: list[str], at: int, depth: int) -> tuple[float, int]:
+    value, at = _signed(tokens, at, depth)
+    while at < len(tokens) and tokens[at] in "*/":
+        factor, after = _signed(tokens, at + 1, depth)
+        value, at = (value * factor if tokens[at] == "*" else value / factor), after
+    return value, at
+
+
+def _signed(tokens: list[str], at: int, depth: int) -> tuple[float, int]:
+    if tokens[at] in "+-":
+        value, after = _bracketed(tokens, at + 1, depth)
+        return (-value if tokens[at] == "-" else value), after
+    return _bracketed(tokens, at, depth)
+
+
+def _bracketed(tokens: list[str], at: int, depth: int) -> tuple[float, int]:
+    if tokens[at] != "[":
+        return float(tokens[at]), at + 1
+    if depth == DEEPEST:
+        raise ValueError("too deep")
+    value, after = _sum(tokens, at + 1, depth + 1)
+    if tokens[after] != "]":
+        raise ValueError("not closed")
+    return value, after + 1
+
+
+START: Final = re.compile(r"((?:#|\b[RQ]|\bVC)\d+|\b_OV[RI]\[\d+\]|\bR\[\d+\])\s*=\s*", re.IGNORECASE)
+NUMBERED: Final = re.compile(r"\s*/?(?:N\d+\s*)?", re.IGNORECASE)
+COMMENT: Final = re.compile(r"\([^()]*\)|;.*")
+EMPTY: Final = re.compile(r"#0|(?:DATA )?EMPTY|VACANT|NULL|\*+|", re.IGNORECASE)
+SKIPPED: Final = re.compile(r"\s*(?:%.*|[O:]\d+|SETVN.*|M\d+|RET)?\s*", re.IGNORECASE)
+"""Ends of a tape, the number of a program, names of variables, ends of a program."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable as it stands in a dump; None: it is empty, which is not 0."""
+
+    name: str
+    value: float | None
+    line: int
+
+
+def bare(line: str) -> str:
+    """A line with blanks for its comments."""
+    return COMMENT.sub(lambda found: " " * len(found[0]), line) if "(" in line or ";" in line else line
+
+
+def is_skipped(line: str) -> bool:
+    """Whether a bare line has nothing to read."""
+    return SKIPPED.fullmatch(line) is not None
+
+
+def is_assignment(line: str) -> bool:
+    """Whether a bare line begins with an assignment."""
+    at = NUMBERED.match(line)
+    return START.match(line, at.end() if at else 0) is not None
+
+
+def variables_in(text: str, path: Path) -> tuple[list[Variable], list[Remark]]:
+    """All assignments in order, and the lines that are none. Raises MSR-NUMBER for a value that is no number."""
+    found: list[Variable] = []
+    remarks: list[Remark] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        statement = bare(line)
+        if is_assignment(statement):
+            found += _assigned(statement, path, number)
+        elif not is_skipped(statement):
+            remarks.append(Remark(f"not understood: {line.strip()[:60]!r}", number))
+    return found, remarks
+
+
+def key_of(name: str) -> str:
+    """A variable's name as a mapping may write it: `500` is `#500`, `R[1]` is `R1`."""
+    plain = re.sub(r"\bR\[(\d+)\]", r"R\1", "".join(name.upper().split()))
+    return f"#{plain}" if plain.isdigit() else plain
+
+
+def _assigned(line: str, path: Path, number: int) -> Iterator[Variable]:
+    starts = list(START.finditer(line))
+    for start, following in zip(starts, [*(one.start() for one in starts[1:]), len(line)], strict=True):
+        text = line[start.end() : following].strip()
+        value = None if EMPTY.fullmatch(text) else value_of(text)
+        if value is None and not EMPTY.fullmatch(text):
+            raise TrueloopError(
+                Code.MSR_NUMBER,
+                f"{start[1]} is {text!r}: no number, and no expression of numbers, + - * / and [ ]",
+                hint="is the file whole? Take the line out, or send the variables again",
+                place=Place(str(path), number, start.end() + 1),
+                values={"text": text},
+            )
+        yield Variable(start[1], value, number)
+
 
 EXAMPLE: Final = ('unit = "mm"', "[variables.500]", 'feature = "journal"', 'quantity = "diameter"', "z = -20.0")
 

@@ -4,14 +4,17 @@ The heartbeat counts only while every thread lives: a fault here stops it, and t
 source that fails is no such fault: its signals grow old.
 """
 
+import hashlib
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from contextlib import suppress
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, Final
 
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import Pins
 from trueloop.controllers.linuxcnc.realtime.signals.past import Past
-from trueloop.controllers.linuxcnc.realtime.signals.program import ProgramThread, ProgramWatch, Running
 from trueloop.controllers.linuxcnc.realtime.signals.reader import Reader, Say, ended
 from trueloop.controllers.linuxcnc.realtime.signals.readings import NOTHING, Board, Reading, wait
 from trueloop.controllers.linuxcnc.realtime.signals.setup import Setup
@@ -19,6 +22,146 @@ from trueloop.errors import TrueloopError
 from trueloop.formats.realtime.signal_log import SignalLog
 from trueloop.machine.model.history import History
 from trueloop.realtime.lags import LagState, from_history
+
+EVERY_S: Final = 0.05
+AGAIN_S: Final = 1.0
+"""How often a LinuxCNC that is not up yet is asked."""
+HANGS_S: Final = 5.0
+"""A status that does not answer for so long, or a program that takes as long to read."""
+INTERPRETER: Final = "milltask"
+"""LinuxCNC's process that reads programs."""
+
+
+class Running(IntEnum):
+    """As the pin `program` says it."""
+
+    NONE = 0
+    OURS = 1
+    OTHER = 2
+
+
+Identity = tuple[int, int, int, int]
+
+
+class Interpreter:
+    """LinuxCNC's process that reads programs, found by its name and looked into."""
+
+    def __init__(self, processes: Path = Path("/proc")) -> None:
+        self._processes = processes
+        self._process: Path | None = None
+
+    def loaded(self, file: str) -> Path:
+        """What it has open under this name: another file than the name's when that was replaced since.
+
+        The name's file where the interpreter has none open, or where looking into its process is not allowed.
+        """
+        if self._process is None or not _is_interpreter(self._process):
+            self._process = next(filter(_is_interpreter, self._processes.iterdir()), None)
+        with suppress(OSError):
+            for opened in (self._process / "fd").iterdir() if self._process else ():
+                with suppress(OSError):
+                    if str(opened.readlink()).removesuffix(" (deleted)") == file:
+                        return opened
+        return Path(file)
+
+
+def _is_interpreter(process: Path) -> bool:
+    try:
+        return process.name.isdigit() and (process / "comm").read_text().strip() == INTERPRETER
+    except OSError:
+        return False
+
+
+class ProgramWatch:
+    """Told what LinuxCNC's status says, knows which program runs. `sha256` of the image's program, "": of no table."""
+
+    def __init__(self, sha256: str, interpreter: Interpreter | None = None) -> None:
+        self.sha256, self._interpreter = sha256, interpreter or Interpreter()
+        self._known: tuple[str, Identity | None] = ("", None)
+        self._hash = ""
+        self._began: Identity | None = None
+        self._called = False
+
+    def running(self, file: str, *, automatic: bool, idle: bool, call_level: int, queued: int) -> Running:
+        """NONE in manual and MDI, between programs, and in a subprogram until its last motion is done: lines are
+        those of another file there, and the interpreter is ahead of the motion.
+
+        A file that changes while it runs is OTHER: what of it was read before nobody knows.
+        """
+        if not automatic or idle or not file:
+            self._began, self._called = None, False
+            return Running.NONE
+        self._called = call_level > 0 or (self._called and queued > 0)
+        loaded = self._interpreter.loaded(file)
+        identity = _identity(loaded)
+        self._began = self._began or identity
+        if identity is None or identity != self._began:
+            return Running.OTHER
+        if self._known != (file, identity):
+            self._known, self._hash = (file, identity), _sha256(loaded)
+        if not self.sha256 or self._hash != self.sha256:
+            return Running.OTHER
+        return Running.NONE if self._called else Running.OURS
+
+
+def _identity(file: Path) -> Identity | None:
+    try:
+        of = file.stat()
+    except OSError:
+        return None
+    return of.st_dev, of.st_ino, of.st_size, of.st_mtime_ns
+
+
+def _sha256(file: Path) -> str:
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError:
+        return ""
+
+
+class ProgramThread(threading.Thread):
+    """Asks LinuxCNC's status; NONE while there is none to ask."""
+
+    def __init__(self, linuxcnc: Any, watch: ProgramWatch, stop: threading.Event, say: Say) -> None:
+        super().__init__(name="program", daemon=True)
+        self._linuxcnc, self._watch, self._stopped, self._say = linuxcnc, watch, stop, say
+        self.running, self.asked_s = Running.NONE, time.monotonic()
+
+    def run(self) -> None:
+        """Asks until the end."""
+        ask: Callable[[], Running] | None = None
+        while not self._stopped.is_set():
+            began_s = time.monotonic()
+            try:
+                ask = ask or self._connected()
+                self.running = ask()
+            except (self._linuxcnc.error, SystemError):  # the second where it forgets to say the first
+                self.running, ask = Running.NONE, None
+            except Exception as error:  # is said, and ends the thread and with it the heartbeat
+                self.running = Running.NONE
+                self._say(f"{self.name}: stopped by a fault of trueloop: {type(error).__name__}: {error}")
+                return
+            self.asked_s = time.monotonic()
+            wait(self._stopped, began_s, EVERY_S if ask else AGAIN_S)
+
+    def healthy(self, now_s: float) -> bool:
+        """Whether it goes on asking."""
+        return self.is_alive() and now_s - self.asked_s < HANGS_S
+
+    def _connected(self) -> Callable[[], Running]:
+        status = self._linuxcnc.stat()
+
+        def ask() -> Running:
+            status.poll()
+            return self._watch.running(
+                status.file,
+                automatic=status.task_mode == self._linuxcnc.MODE_AUTO,
+                idle=status.interp_state == self._linuxcnc.INTERP_IDLE,
+                call_level=status.call_level,
+                queued=status.queue,
+            )
+
+        return ask
 
 
 class Collector:
