@@ -436,7 +436,7 @@ class Code(StrEnum):
     SRV_ONCE = "SRV-ONCE", "a POST without the key by which it is done once"
     SRV_REUSED = "SRV-REUSED", "a key of a POST that was used for another, or whose outcome is not known", ("key",)
     SRV_STALE = "SRV-STALE", "a change of something that somebody changed meanwhile", ("expected", "found")
-    SRV_MATCH = "SRV-MATCH", "a change that does not say of which state"
+    SRV_MATCH = "SRV-MATCH", "a change without the ETag of what it changes"
     SRV_CURSOR = "SRV-CURSOR", "a place in a list that the service did not give"
     SRV_ACCOUNT = "SRV-ACCOUNT", "an account that cannot be made, found or changed so", ("name",)
     SRV_PASSWORD = (

@@ -95,7 +95,7 @@ FindWhat = Annotated[str, typer.Argument(metavar="WHAT", help="part, inspection,
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """Which rows."""
+    """Selects rows."""
 
     part_type: Annotated[str | None, typer.Option("--type", help="Of this type of part, by its name.")] = None
     serial: Annotated[str | None, typer.Option("--serial", help="Of the part with this serial number.")] = None
@@ -148,7 +148,7 @@ Files = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class Meant:
-    """What inspection files do not say themselves."""
+    """Facts that inspection files lack."""
 
     job: Annotated[
         Path | None, typer.Option("--job", "-j", help="The job whose part was measured.  [default: what the file says]")
@@ -205,7 +205,7 @@ def init(place: Place = None) -> None:
 RowId = Annotated[str, typer.Argument(metavar="ROW", help="The wrong row, as `find` names it: inspection:12.")]
 File = Annotated[Path, typer.Argument(metavar="FILE", help="What `show ROW --json` printed, with the mistake mended.")]
 Why = Annotated[str, typer.Option("--why", help="What was wrong.")]
-By = Annotated[str, typer.Option("--by", help="Who says so.  [default: the user]")]
+By = Annotated[str, typer.Option("--by", help="Name of the person who decides.  [default: the user]")]
 
 
 @guarded

@@ -40,7 +40,7 @@ Types = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class Of:
-    """Of which parts, and what is known of them besides."""
+    """Selects the parts, and adds facts about them."""
 
     part_type: Annotated[
         str | None, typer.Option("--type", "-t", help="The part type.  [default: the only one in the store]")

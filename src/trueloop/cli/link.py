@@ -23,7 +23,7 @@ Db = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class LinkOf:
-    """Which control."""
+    """Selects the control."""
 
     link: Annotated[str, typer.Option("--link", "-l", help="The link's name in the settings.")]
     settings: Annotated[
@@ -40,7 +40,7 @@ class LinkOf:
         return found
 
     def recorder(self, db: str | None) -> "Recorder | None":
-        """What keeps the transfer, where a store is named."""
+        """Returns the recorder of the transfer, where a store is named."""
         if db is None:
             return None
         from trueloop.jobs.links import Recorder

@@ -58,7 +58,7 @@ BASELINE = "20"
 
 
 class What(StrEnum):
-    """What is charted."""
+    """The quantity on a chart."""
 
     VALUE = "value"
     RESIDUAL = "residual"

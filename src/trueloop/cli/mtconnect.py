@@ -35,7 +35,7 @@ class Of:
     part_count: Annotated[str, typer.Option("--part-count", metavar="PIN", help="A HAL pin that counts parts.")] = ""
 
     def machine(self) -> "Machine":
-        """Raises MTC-NAME."""
+        """Returns the machine of the options. Raises MTC-NAME."""
         from trueloop.controllers.mtconnect.items import Machine
 
         temperatures, corrections = (_pairs(given or ()) for given in (self.temperature, self.correction))

@@ -24,7 +24,7 @@ def keep(url: str, found: Sequence[Seen], out: Path | None, log: Path | None) ->
 
 
 def show(found: Sequence[Seen], *, as_json: bool) -> None:
-    """To stdout."""
+    """Prints a machine's state on stdout."""
     rows = [_row(one) for one in found]
     if as_json:
         print_json({"observations": [dict(zip(COLUMNS, row, strict=True)) for row in rows]})

@@ -106,7 +106,7 @@ def tell_not_understood(program: "Program", path: "ToolPath") -> None:
 
 
 def tell(found: Sequence[Finding], file: str | None) -> None:
-    """The same of those that are known already."""
+    """Prints findings that a caller has already."""
     if not found:
         return
     typer.echo(str(found[0]), err=True)
@@ -292,7 +292,7 @@ class _Cut:
         return f"{where}cut by {self.file}{by_one}"
 
     def as_dict(self) -> dict[str, object]:
-        """For machines."""
+        """Returns JSON-ready values."""
         named = {} if self.setup is None else {"name": self.setup.name, "z_of_program": self.setup.words}
         return {**named, "program": self.file, "features": [_object(row) for row in self.rows]}
 

@@ -120,7 +120,7 @@ class Tables:
 
 @dataclass(frozen=True, kw_only=True)
 class TablesAndOffsets(Tables):
-    """The same, with work offsets from the command line."""
+    """Tables of a control, with work offsets from the command line."""
 
     offsets: Annotated[
         list[str] | None,

@@ -104,7 +104,7 @@ AGE_H: Final = 168.0
 
 @dataclass(frozen=True, kw_only=True)
 class Which:
-    """Of which series."""
+    """Selects the series."""
 
     part_type: Annotated[
         str | None, typer.Option("--type", "-t", help="The part type.  [default: the only one in the store]")
@@ -320,7 +320,7 @@ def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_js
 
 @dataclass(frozen=True, kw_only=True)
 class Shop:
-    """What is simulated."""
+    """Settings of the simulated shop."""
 
     parts: Annotated[int, typer.Option("--parts", min=2, max=10_000, help="How many parts.")] = 30
     seed: Annotated[int, typer.Option("--seed", min=0, help="Another number gives another series.")] = 0

@@ -23,7 +23,7 @@ HELD_OPEN: Final = 16
 
 @dataclass(frozen=True, kw_only=True)
 class Where:
-    """Where it listens."""
+    """Address and port of the service."""
 
     host: Annotated[str, typer.Option("--host", help="Address to listen at; others than this machine's need TLS.")] = (
         "127.0.0.1"

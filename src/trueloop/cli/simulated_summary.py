@@ -27,7 +27,7 @@ def print_part(part: SimulatedPart) -> None:
 
 
 def print_study(study: Study) -> None:
-    """The same for people."""
+    """Prints a study as text."""
     lines = (
         ("as programmed", "uncorrected_mm"),
         ("the loop", "loop_mm"),

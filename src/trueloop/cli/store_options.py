@@ -20,11 +20,11 @@ Db = Annotated[
     ),
 ]
 Supersede = Annotated[
-    bool, typer.Option("--supersede", help="What is stored with another content gives way; both stay in the store.")
+    bool, typer.Option("--supersede", help="Replace a stored version that differs; the old one is kept as history.")
 ]
 Accept = Annotated[
     list[str] | None,
-    typer.Option("--accept", metavar="CODE", help="Keep it although it is refused with this code, as STO-CLOCK."),
+    typer.Option("--accept", metavar="CODE", help="Store despite this refusal, e.g. --accept STO-CLOCK."),
 ]
 
 

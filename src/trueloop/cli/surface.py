@@ -140,7 +140,7 @@ class Nominal:
     flip: Annotated[bool, typer.Option("--flip", help="Turn the normals over.")] = False
 
     def read(self) -> "Surface":
-        """The surface."""
+        """Returns the surface."""
         from trueloop.jobs.surface.job import read_nominal
 
         return read_nominal(self.nominal, self.face, flip=self.flip)

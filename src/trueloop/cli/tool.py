@@ -101,13 +101,13 @@ class Offsets:
     z_mm: Annotated[float | None, typer.Option("--z-mm", help="Its offset on Z, kept with it.")] = None
 
     def values(self) -> dict[str, float | None]:
-        """By name."""
+        """Returns x and z by name, mm; None where not stated."""
         return {"x_mm": self.x_mm, "z_mm": self.z_mm}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mounted:
-    """What is mounted."""
+    """The edge that is mounted."""
 
     holder: Annotated[str, typer.Option("--holder", help="What the holder is called; no two alike.")] = ""
     insert: Annotated[str, typer.Option("--insert", help="The insert: its designation, or the number on it.")] = ""

@@ -75,7 +75,7 @@ class Codec:
         return cls({}).with_more(*types, **renamed)
 
     def with_more(self, *types: type, **renamed: type) -> "Codec":
-        """The same with more types."""
+        """Returns a codec with further types."""
         added = (*types, *renamed.values())
         named = {**self.types, **{one.__name__: one for one in types}, **renamed}
         if len(named) != len(self.types) + len(added) or len(set(named.values())) != len(named):

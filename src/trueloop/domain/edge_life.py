@@ -61,7 +61,7 @@ class EdgeLife:
 
     @property
     def setting(self) -> Setting:
-        """The last one."""
+        """Returns the latest setting."""
         return Setting(self.edge, self.set_at)
 
     def of_machine(self, machine: Machine) -> bool:
@@ -159,7 +159,7 @@ def edge_name(edge: Edge) -> str:
 
 
 def time(at: datetime) -> str:
-    """A time as messages have it: to the second, with its zone."""
+    """Returns a time as messages have it: to the second, with its zone."""
     return at.isoformat(sep=" ", timespec="seconds")
 
 

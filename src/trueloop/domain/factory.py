@@ -163,7 +163,7 @@ class WorkOrder:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """Its id."""
+        """Returns the order's id."""
         return (self.id,)
 
     @property
@@ -193,7 +193,7 @@ class Run:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """The key."""
+        """Returns the key."""
         return (self.key,)
 
 

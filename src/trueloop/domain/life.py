@@ -111,7 +111,7 @@ class Quarantine:
 
     @property
     def identity(self) -> Identity:
-        """Cut and time."""
+        """Returns the cut and the time."""
         return *self.cut, self.at.isoformat()
 
 

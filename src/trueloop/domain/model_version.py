@@ -30,7 +30,7 @@ class ModelVersion:
 
     @property
     def identity(self) -> Identity:
-        """The hash."""
+        """Returns the hash of the model."""
         return (self.sha256,)
 
 

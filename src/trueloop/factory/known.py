@@ -84,18 +84,18 @@ class OrderNow:
     version: int = 1
 
     def part(self, row: int) -> PartNow:
-        """Raises FAC-UNKNOWN."""
+        """Returns the row of that number. Raises FAC-UNKNOWN."""
         found = next((one for one in self.parts if one.row == row), None)
         if found is None:
             raise unknown("part", str(row), f"order {self.order.id!r} has {len(self.parts)} parts")
         return found
 
     def block(self, step: int) -> Block:
-        """Of the route."""
+        """Returns the block of the route for a step."""
         return self.order.route.blocks[step]
 
     def step(self, row: int, no: int) -> StepNow:
-        """Raises FAC-UNKNOWN."""
+        """Returns the row of that number. Raises FAC-UNKNOWN."""
         steps = self.part(row).steps
         if not 0 <= no < len(steps):
             raise unknown("step", str(no), f"the route has {len(steps)} steps, counted from 0")
@@ -118,7 +118,7 @@ def _state(parts: tuple[PartNow, ...]) -> str:
 
 
 def unknown(what: str, name: str, why: str) -> TrueloopError:
-    """FAC-UNKNOWN."""
+    """Returns the error FAC-UNKNOWN."""
     return TrueloopError(
         Code.FAC_UNKNOWN,
         f"there is no {what} {name!r}: {why}",

@@ -54,7 +54,7 @@ class Known:
 
 
 def order_of(known: Known, order_id: str) -> OrderNow:
-    """Raises FAC-UNKNOWN."""
+    """Returns the order. Raises FAC-UNKNOWN."""
     state = known.connection.execute(select(ORDER_STATE).where(ORDER_STATE.c.order == order_id)).one_or_none()
     order: WorkOrder | None = known.first(WorkOrder, order_id)
     if order is None or state is None:

@@ -70,7 +70,7 @@ def allowed(role: Role, request: type) -> bool:
 
 
 def require_role(request: ask.Request, by: By) -> None:
-    """Raises FAC-ROLE."""
+    """Requires that a person may do what is requested. Raises FAC-ROLE."""
     if not allowed(by.role, type(request)):
         needed = NEEDED[type(request)]
         raise TrueloopError(

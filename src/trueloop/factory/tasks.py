@@ -79,7 +79,7 @@ def add_task(store: Store, kind: str, subject: str, values: Mapping[str, str], b
 
 
 def task_of(store: Store, number: int) -> Task:
-    """Raises FAC-UNKNOWN."""
+    """Returns the task of that number. Raises FAC-UNKNOWN."""
     with store.reading() as connection:
         row = connection.execute(select(TASK).where(TASK.c.id == number)).one_or_none()
     if row is None:

@@ -1,15 +1,22 @@
 """Settings of a machine's cell: a TOML file."""
 
+import re
 from pathlib import Path
 from typing import Annotated, Final
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from trueloop.errors import Code
 from trueloop.formats.toml_tables import Located, Positive, Table, read_located
 
 HINT: Final = "docs/cell.md shows every key"
 Text = Annotated[str, Field(min_length=1)]
+
+
+def _address(text: str) -> str:
+    if re.fullmatch(r"https?://[^/@\s]+/?", text) is None:
+        raise ValueError("must be an http(s) address without path, such as https://factory.shop.example")
+    return text
 
 
 class TemperaturesTable(Table):
@@ -28,7 +35,7 @@ class CellTable(Table):
 
     machine: Text
     """The machine's name in the store."""
-    service: Annotated[str, Field(pattern=r"^https?://[^/@\s]+/?$")]
+    service: Annotated[str, AfterValidator(_address)]
     """The service's address."""
     key: Text = "cell.key"
     """A file with the key that `trueloop key add` printed; nobody else may read it."""
@@ -39,7 +46,7 @@ class CellTable(Table):
 
 
 class LinuxcncTable(Table):
-    """The control."""
+    """Settings of the LinuxCNC at the machine."""
 
     ini: Text
     """LinuxCNC's configuration."""

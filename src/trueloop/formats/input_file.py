@@ -90,7 +90,7 @@ def readable(path: Path, code: Code, *, hint: str) -> Iterator[None]:
 
 
 def read_text(path: Path, code: Code, *, hint: str) -> str:
-    """The same as text in UTF-8, with or without a byte order mark."""
+    """Reads a text file in UTF-8, with or without a byte order mark."""
     content = read_input(path, code, hint=hint)
     try:
         return content.decode("utf-8-sig")

@@ -130,7 +130,7 @@ def _named(path: Path, one: Inspection, adding: Adding, of: int) -> Inspection:
         lacks = "part type" if not name else "serial number"
         raise TrueloopError(
             Code.SER_PART,
-            f"one of {of} parts has no {lacks} (part {serial or name!r})",
+            f"a part has no {lacks} (part {serial or name!r}; parts in the file: {of})",
             hint="state it: `--type NAME`, and `--serial NUMBER` for a file of one part",
             place=Place(str(path)),
             values={"part": serial or name},

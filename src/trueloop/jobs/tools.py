@@ -395,7 +395,7 @@ def _corner(life: EdgeLife, corner: str, used: Sequence[EdgeLife]) -> TrueloopEr
     if not corner:
         said, hint = f"{name}: the corner has no name", "name it as it is marked on the insert: --corner 2"
     elif corner == life.edge.corner:
-        said = f"corner {corner!r} of {name} cuts already, since {time(life.set_at)}"
+        said = f"corner {corner!r} of {name} is already mounted, since {time(life.set_at)}"
         hint = f"name the new corner; for a new insert `trueloop tool mount {name}`"
     elif used:
         end = used[-1].events[-1]

@@ -244,8 +244,8 @@ def _unreachable(name: str, feature: str, meeting: Meeting, approach: Approach) 
     return TrueloopError(
         Code.PRB_REACH,
         f"point {name!r} on {feature!r} cannot be reached: with the ball's centre at x {x:.3f} mm (radius), "
-        f"z {z:.3f} mm {max(meeting.clearance_mm, 0.0):.3f} mm are left to {meeting.with_what!r}, "
-        f"{approach.margin_mm:.3f} mm are asked for",
+        f"z {z:.3f} mm the clearance to {meeting.with_what!r} is {max(meeting.clearance_mm, 0.0):.3f} mm, "
+        f"{approach.margin_mm:.3f} mm needed",
         hint="turn the stylus, use a thinner or longer stem, leave the point out, or accept a smaller margin, "
         "stand-off or back-off",
         values={

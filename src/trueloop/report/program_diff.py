@@ -87,7 +87,7 @@ class DiffLine:
 
     @property
     def text(self) -> str:
-        """The line itself."""
+        """Returns the line's text."""
         return unescape(text_of(self.content))
 
     @property

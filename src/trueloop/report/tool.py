@@ -183,7 +183,7 @@ def event_line(event: EdgeEvent) -> str:
 
 
 def event_as_dict(event: EdgeEvent) -> dict[str, object]:
-    """The same as JSON."""
+    """Returns an event as JSON-ready values."""
     return {
         "kind": str(event.kind),
         "at": event.at.isoformat(),
@@ -204,7 +204,7 @@ def life_line(life: EdgeLife) -> str:
 
 
 def life_as_dict(life: EdgeLife) -> dict[str, object]:
-    """The same as JSON."""
+    """Returns a life as JSON-ready values."""
     end = life.ended
     return {
         **_edge(life.events[-1]),
@@ -230,7 +230,7 @@ def edge_lines(shown: ShownEdge) -> Iterator[str]:
 
 
 def edge_as_dict(shown: ShownEdge) -> dict[str, object]:
-    """The same as JSON; errors in µm, positive where material is left on."""
+    """Returns an edge as JSON-ready values; errors in µm, positive where material is left on."""
     return {
         **life_as_dict(shown.life),
         "events": [event_as_dict(event) for event in shown.life.events],
@@ -264,7 +264,7 @@ def rows_of(shown: ShownEdge, found: Learnt) -> Iterator[tuple[str, ...]]:
 
 
 def heads_of(found: Learnt) -> tuple[str, ...]:
-    """Of these columns."""
+    """Returns the headings of the columns."""
     of_types = (f"{name} {what} (µm)" for name in found.by_type for what in ("adds", "in all"))
     return "angle (°)", "form (µm)", "finish less semi-finish (µm)", *of_types
 

@@ -61,7 +61,7 @@ def change_words(table: ToolTable, new: NewTable) -> list[str]:
 
 
 def change_as_dict(record_id: str, table: ToolTable, new: NewTable, written: Path | str) -> dict[str, object]:
-    """The same for machines. `written`: the file, or the table's name at its control."""
+    """Returns a change as JSON-ready values. `written`: the file, or the table's name at its control."""
     return {
         "record_id": record_id,
         "tool": new.row.tool,

@@ -1,4 +1,4 @@
-"""Which state a change is of: `ETag` in answers, `If-Match` in changes."""
+"""Optimistic locking over HTTP: `ETag` in answers, `If-Match` in changes."""
 
 from fastapi import Request, Response
 
@@ -7,24 +7,24 @@ from trueloop.server.identity.accounts import stale
 
 
 def wanted(request: Request) -> str:
-    """The state that `If-Match` names. Raises SRV-MATCH where it does not say."""
+    """Returns the ETag of the request's `If-Match`. Raises SRV-MATCH where there is none, or `*`."""
     given = request.headers.get("if-match", "").strip()
     if not given or given == "*":
         raise TrueloopError(
             Code.SRV_MATCH,
-            f"the change does not say of which state: the header 'If-Match' is {given or 'missing'}",
-            hint="send `If-Match` with the ETag that the thing had when it was read",
+            f"the header 'If-Match' is {given or 'missing'}: a change needs the ETag that was read",
+            hint="read the resource, and send its ETag as `If-Match`",
         )
     return given.removeprefix("W/").strip('"')
 
 
 def require_same(request: Request, now: str) -> None:
-    """Raises SRV-MATCH, and SRV-STALE where it is another by now."""
+    """Raises SRV-MATCH without an ETag, SRV-STALE where it is not the present one."""
     given = wanted(request)
     if given != now:
         raise stale(given, now)
 
 
 def tag(response: Response, etag: str) -> None:
-    """Says which state an answer is."""
+    """Sets the ETag of an answer."""
     response.headers["ETag"] = f'"{etag}"'

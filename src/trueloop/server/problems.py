@@ -92,7 +92,7 @@ def answer_of(error: TrueloopError) -> Response:
 
 
 def refused_request(why: str, hint: str = "the shapes stand in /api/v1/openapi.json") -> TrueloopError:
-    """SRV-REQUEST."""
+    """Returns SRV-REQUEST, for a request whose values do not have the documented shape."""
     return TrueloopError(Code.SRV_REQUEST, why, hint=hint)
 
 

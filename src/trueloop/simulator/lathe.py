@@ -90,7 +90,7 @@ class WarmLathe:
     lost: Backlash = field(default_factory=lambda: Backlash(0.0012, 0.0080))
 
     def without_errors(self) -> "WarmLathe":
-        """The same machine, with its errors and its lost motion switched off."""
+        """Returns the machine without errors and lost motion."""
         return WarmLathe(0.0, Backlash())
 
     def tool_mm(self, drives_mm: Array, tool_mm: Array, warm: WarmUp) -> Array:

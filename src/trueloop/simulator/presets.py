@@ -57,7 +57,7 @@ def nist(repeatability: Repeatability | None = None, transfer: Transfer = NIST_T
 
 
 def boring(repeatability: Repeatability | None = None, transfer: Transfer = SAME) -> Workshop:
-    """The same machine with a boring bar: an insert a fifth as worn, which meets a bore at the mirrored contact angles.
+    """Returns the lathe with a boring bar: an insert worn a fifth as much, in a bore at mirrored contact angles.
 
     The bar gives way by five times as much as an outside tool: an overhang of some four diameters (both assumed).
     """

@@ -49,7 +49,7 @@ class Kind:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the columns."""
+        """Returns the names of the columns."""
         return SEARCHED[self.table]
 
 

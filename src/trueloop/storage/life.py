@@ -50,7 +50,7 @@ def life(store: Store, part: Part) -> Life:
 
 
 def life_in(connection: Connection, codec: Codec, part: Part) -> Life:
-    """The same within a transaction."""
+    """Reads a part's life within a transaction."""
     own = {"part_type": part.part_type.name, "serial": part.serial}
     every = {
         kind: [

@@ -20,7 +20,7 @@ SLOT = checked_profile([Line(name, a, b) for name, a, b in zip(NAMES, CORNERS[:-
 
 def test_a_ball_is_not_sent_through_a_mouth_narrower_than_itself() -> None:
     """At its start above the lips and at the floor beneath them a ball of 2 mm is free, between them it is not."""
-    with pytest.raises(TrueloopError, match="left to 'chuck-side'") as refused:
+    with pytest.raises(TrueloopError, match="clearance to 'chuck-side'") as refused:
         plan_of(SLOT, {"floor": 1}, APPROACH, Stylus(1.0, 0.3))
     assert refused.value.code is Code.PRB_REACH
     thin = plan_of(SLOT, {"floor": 1}, APPROACH, Stylus(0.25, 0.1))
@@ -47,6 +47,8 @@ def test_the_ball_does_not_back_off_into_what_stands_opposite() -> None:
         return plan_of(GROOVE, {"wall": 1}, replace(APPROACH, second=SecondTouch(back_off_mm, 30.0)), stylus)
 
     assert plan(2.4).touches[0].feature == "wall"
-    with pytest.raises(TrueloopError, match=r"z -14\.500 mm 0\.000 mm are left to 'wall-2'.*\n.*back-off") as refused:
+    with pytest.raises(
+        TrueloopError, match=r"z -14\.500 mm the clearance to 'wall-2' is 0\.000 mm.*\n.*back-off"
+    ) as refused:
         plan(3.0)
     assert refused.value.code is Code.PRB_REACH

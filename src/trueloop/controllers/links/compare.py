@@ -52,7 +52,7 @@ def differences(first: bytes, second: bytes, passes: frozenset[Change] = frozens
 
 
 def in_words(found: Sequence[Difference], dialect: str, passes: frozenset[Change]) -> list[Difference]:
-    """The same with the blocks and words that differ, as the reader of that dialect splits the lines."""
+    """Returns the differences with blocks and words, as the reader of that dialect splits the lines."""
     return [_in_words(one, dialect, passes) for one in found]
 
 

@@ -75,7 +75,7 @@ class Connection:
         return _function(self.library, name, self.where)(ctypes.c_ushort(self.handle), *given)
 
     def refused(self, name: str, answer: int) -> TrueloopError:
-        """LNK-REACH."""
+        """Returns the error LNK-REACH."""
         return not_reached(self.where, f"{name} answered {answer}: {ANSWERS.get(answer, 'an unknown code')}")
 
     def moved(self, name: str, room: ctypes.c_int64, data: Any) -> int:
@@ -141,7 +141,7 @@ HEAD: Final = re.compile(rb"\A%\s*O(\d{4})(?!\d)")
 
 
 def named(number: int) -> str:
-    """`O0012`."""
+    """Returns the name of a program number: `O0012`."""
     return f"O{number:04d}"
 
 
@@ -181,7 +181,7 @@ LENGTH: Final = 8
 
 
 class _Offset(ctypes.Structure):
-    """ODBTOFS."""
+    """The structure ODBTOFS of FOCAS: a tool offset."""
 
     _fields_ = (("number", ctypes.c_short), ("kind", ctypes.c_short), ("data", ctypes.c_int32))
 
@@ -266,7 +266,7 @@ ROWS = 10
 
 
 class _Row(ctypes.Structure):
-    """PRGDIR3."""
+    """The structure PRGDIR3 of FOCAS: a row of the directory."""
 
     _fields_ = (
         *(("number", ctypes.c_int32), ("length", ctypes.c_int32), ("page", ctypes.c_int32)),
@@ -360,7 +360,7 @@ class Focas:
 
     @property
     def where(self) -> str:
-        """The address."""
+        """Returns the address."""
         return f"focas://{self.host}:{self.port}"
 
     @property
@@ -416,7 +416,7 @@ class Focas:
             self._removed(control)
 
     def busy(self) -> Busy | None:
-        """What runs."""
+        """Returns the program that runs."""
         with self._connected() as control:
             return busy(control)
 

@@ -24,12 +24,12 @@ class Folder:
 
     @property
     def where(self) -> str:
-        """The folder."""
+        """Returns the folder."""
         return str(self.folder)
 
     @property
     def note(self) -> str:
-        """Nothing."""
+        """Returns no note."""
         return ""
 
     def listed(self) -> list[Listed]:
@@ -41,7 +41,7 @@ class Folder:
             raise not_reached(self.where, error) from error
 
     def read(self, name: str) -> bytes:
-        """The file's bytes."""
+        """Returns the file's bytes."""
         path = self.folder / name
         if not _may_be_read(path):
             raise no_such_program(name, self.where, [one.name for one in self.listed()])
@@ -84,7 +84,7 @@ class Folder:
             (self.folder / aside).unlink(missing_ok=True)
 
     def busy(self) -> Busy | None:
-        """What `asked` says."""
+        """Returns the answer of `asked`."""
         return None if self.asked is None else self.asked()
 
 

@@ -39,7 +39,7 @@ class Ftp:
 
     @property
     def where(self) -> str:
-        """The address."""
+        """Returns the address."""
         return f"ftp{'s' if self.tls else ''}://{self.user}@{self.host}:{self.port}/{self.folder}"
 
     @property

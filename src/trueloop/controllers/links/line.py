@@ -105,7 +105,7 @@ def _with_parity(byte: int, code: WireCode) -> int:
 
 
 def wrong(what: str, line: int, column: int) -> TrueloopError:
-    """LNK-CODE."""
+    """Returns the error LNK-CODE."""
     return TrueloopError(
         Code.LNK_CODE,
         f"line {line}, column {column}: {what}",
@@ -185,7 +185,7 @@ class SerialPort:
         return first + self.device.read(self.device.in_waiting) if first else b""
 
     def clear(self) -> bool:
-        """CTS."""
+        """Returns whether CTS is set."""
         return bool(self.device.cts)
 
 
@@ -205,7 +205,7 @@ def open_port(name: str, baud: int, data_bits: int, parity: Parity, stop_bits: i
 
 
 def broken(where: str, said: str, hint: str) -> TrueloopError:
-    """LNK-LINE."""
+    """Returns the error LNK-LINE."""
     return TrueloopError(Code.LNK_LINE, f"{where}: {said}", hint=hint, values={"where": where})
 
 
@@ -366,7 +366,7 @@ class Line:
 
     @property
     def where(self) -> str:
-        """The port."""
+        """Returns the port."""
         return self.port
 
     @property

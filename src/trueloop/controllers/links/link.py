@@ -74,7 +74,7 @@ def checked_name(name: str) -> str:
         return name
     raise TrueloopError(
         Code.LNK_NAME,
-        f"{name!r} is no name for a program at a control",
+        f"{name!r} is not a valid program name",
         hint=f"up to 100 letters, digits and _ . , + -, beginning with a letter, a digit or _, not ending with {PART}",
         values={"name": name},
     )
@@ -90,7 +90,7 @@ def no_such_program(name: str, where: str, there: list[str]) -> TrueloopError:
 
 
 def not_reached(where: str, error: Exception | str) -> TrueloopError:
-    """LNK-REACH."""
+    """Returns the error LNK-REACH."""
     said = error if isinstance(error, str) else f"{type(error).__name__}: {error}"
     return TrueloopError(
         Code.LNK_REACH,

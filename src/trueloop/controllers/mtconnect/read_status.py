@@ -58,7 +58,7 @@ def pin(name: str) -> "float | None":
 
 
 def main() -> None:
-    """Until LinuxCNC ends."""
+    """Prints the state until LinuxCNC ends."""
     every_s, pins = float(sys.argv[1]), sys.argv[2:]
     component, stat = None, None
     try:

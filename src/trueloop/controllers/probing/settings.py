@@ -59,7 +59,7 @@ class Settings:
         return x, z
 
     def feed(self, mm_per_min: float) -> str:
-        """An F word."""
+        """Returns the F word of a feed."""
         return f"F{self.number(mm_per_min)}"
 
     def safe_first(self, plan: ProbePlan) -> tuple[str, str]:

@@ -152,7 +152,7 @@ def log_evidence(given: Weighed, blocks: Sequence[Integers]) -> float:
 
 
 def log_beside(given: Weighed, first: Integers, others: Sequence[Integers]) -> list[float]:
-    """The same of one block with each of several others, at the process and the size that are the first's best.
+    """Returns log likelihoods of one block with each of several others, at the process and the size best for the first.
 
     What is left out is small beside what tells the others apart: a quick first look at many pairs.
     """

@@ -108,7 +108,7 @@ POWER: Final = 0.9
 
 
 class Instability(StrEnum):
-    """What repeats show."""
+    """The result of the tests on repeats."""
 
     NONE = "none"
     SPREAD = "spread"

@@ -61,7 +61,7 @@ class Question:
         return found + [self.rows.shape[1] - 1] * missing, of + [0] * missing
 
     def count(self, hypothesis: Hypothesis) -> int:
-        """Number of columns."""
+        """Returns the number of columns."""
         return sum(self.place[part].stop - self.place[part].start for one in hypothesis for part in one.parts)
 
 

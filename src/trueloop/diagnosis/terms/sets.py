@@ -110,5 +110,5 @@ def _likeliest(hypotheses: Sequence[tuple[Hypothesis, float]], error: Wrong) -> 
 
 
 def with_separators(one: TermSet, separated_by: Sequence[str]) -> TermSet:
-    """The same, with what would divide it."""
+    """Returns the set with the measurements that would separate its terms."""
     return replace(one, separated_by=tuple(separated_by))

@@ -91,12 +91,18 @@ def _correction(what: Candidate) -> Iterator[str]:
     if not own or made.probe_run not in [one.run for one in probes if one.state is StepState.RECORDED]:
         raise TrueloopError(
             Code.FAC_TOUCHES,
-            f"correction {made.id!r} was made from touches of {made.parts} in run {made.probe_run!r}, not of part "
-            f"{part.value.serial!r}",
+            f"correction {made.id!r} was made from touches of {'; '.join(map(_part_words, made.parts)) or 'no part'} "
+            f"in run {made.probe_run!r}, not of part {part.value.serial!r}",
             hint="probe this part, and correct from its own touches",
             values={"run": made.probe_run},
         )
     yield f"correction {made.id} from this part's touches"
+
+
+def _part_words(identity: Identity) -> str:
+    """Returns a part in words: `shaft rev B serial b`."""
+    name, revision, serial = identity
+    return name + (f" rev {revision}" if revision else "") + (f" serial {serial}" if serial else "")
 
 
 def _machine(what: Candidate, machine: MachineFacts, now: datetime) -> Iterator[str]:

@@ -162,7 +162,7 @@ def order_now(order: WorkOrder, number: int, rows: tuple[int, ...] = ()) -> Orde
 
 
 def not_released(program: str) -> TrueloopError:
-    """FAC-RELEASE."""
+    """Returns the error FAC-RELEASE."""
     return TrueloopError(
         Code.FAC_RELEASE,
         f"the program {program[:16]!r} is not released",

@@ -127,7 +127,7 @@ def set_tool(facts: Edge | None, request: ask.SetTool, by: By, now: datetime) ->
 
 
 def stale(expected: str, found: str) -> TrueloopError:
-    """FAC-STALE."""
+    """Returns the error FAC-STALE."""
     return TrueloopError(
         Code.FAC_STALE,
         f"it was {expected!r} when it was read and is {found!r} now",

@@ -52,7 +52,7 @@ def machines_now(store: Store, now: datetime) -> tuple[MachineNow, ...]:
 
 
 def all_machines(known: Known, now: datetime) -> tuple[MachineNow, ...]:
-    """The same within a transaction."""
+    """Returns all machines, within a transaction."""
     said = {one.machine: one for one in known.rows(select(MACHINE_HEARD))}
     keys = select(API_KEY.c.machine).where(API_KEY.c.scope == "cell", API_KEY.c.ended_at.is_(None))
     named = {one.name for one in known.values(Machine)} | set(said) | set(known.connection.scalars(keys))

@@ -36,7 +36,7 @@ class Axis:
         return self.flattened([point])[0]
 
     def flattened(self, points: Sequence[Any]) -> list[Point]:
-        """The same of several."""
+        """Returns several points as radius and place along the axis."""
         away = np.array([(point.X(), point.Y(), point.Z()) for point in points]) - self.origin
         z = away @ self.direction
         x = np.linalg.norm(away - z[:, None] * self.direction, axis=1)

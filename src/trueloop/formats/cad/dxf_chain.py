@@ -25,7 +25,7 @@ class Segment:
     layer: str
 
     def reversed(self) -> "Segment":
-        """The same segment run from its end to its start."""
+        """Returns the segment run from its end to its start."""
         return replace(self, feature=self.feature.reversed())
 
     @property

@@ -145,7 +145,7 @@ def _item_name(record: Record) -> str:
 
 
 def _fit(zone: Record | None) -> str:
-    """Such as "h6"."""
+    """Returns the fit's class, such as "h6"."""
     if zone is None or "LIMITS_AND_FITS" not in zone.types:
         return ""
     form, grade = zone.value("LIMITS_AND_FITS", 0), zone.value("LIMITS_AND_FITS", 2)

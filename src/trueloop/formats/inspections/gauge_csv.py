@@ -133,7 +133,7 @@ class _Table:
         return self.cell(k, name) or self.above.get(name, ("", 0))[0]
 
     def number(self, k: int, name: str) -> float | None:
-        """The same as a number; None where there is none. Raises MSR-NUMBER."""
+        """Returns a cell as a number; None where it is empty. Raises MSR-NUMBER."""
         text = self.text(k, name)
         if not text:
             return None

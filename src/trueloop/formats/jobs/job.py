@@ -174,5 +174,5 @@ def read_job_file(path: Path, kind: type[T], hint: str) -> T:
 
 
 def locate_job_file(path: Path, kind: type[T], hint: str) -> Located[T]:
-    """The same with where in the file what stands."""
+    """Reads a job file with the line of each key."""
     return read_located(path, kind, Code.JOB_KEY, hint=hint, missing=Code.JOB_MISSING, syntax=Code.JOB_SYNTAX)

@@ -86,7 +86,7 @@ class MachineTable(Table):
 
 
 class AxisTable(Table):
-    """One axis."""
+    """An axis of the machine."""
 
     travel_mm: Range | None = None
     """Lowest and highest position."""
@@ -112,7 +112,7 @@ class TermsTable(Table):
 
 
 class TermTable(Table):
-    """One error's term."""
+    """The term of one error."""
 
     error: str
     """The error as ISO 230-1 names it: E, direction, axis; `EXX`, `EZ0S`. It takes the place of a standard one."""

@@ -21,7 +21,7 @@ LEAST_BACK_OFF_MM: Final = 0.1
 
 @with_options("stylus", Stylus)
 class StylusTable(Table):
-    """Ball and stem."""
+    """Ball and stem of the stylus."""
 
 
 @with_options("approach", Approach)

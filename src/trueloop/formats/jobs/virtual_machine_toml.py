@@ -57,7 +57,7 @@ class TransferTable(Table):
 
 
 class DeflectionTable(Table):
-    """What gives way."""
+    """Compliance of tool and workpiece."""
 
     specific_force_n_per_mm2: NotNegative = 0.0
     """Normal force by depth and feed; 0: nothing gives way."""

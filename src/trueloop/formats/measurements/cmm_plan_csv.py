@@ -23,5 +23,5 @@ def cmm_plan_to_csv(touches: Iterable[CmmTouch]) -> str:
 
 
 def _fixed(value: float, decimals: int) -> str:
-    """Never `-0.0000`."""
+    """Returns a number with fixed decimals, never `-0.0000`."""
     return f"{round(value, decimals) + 0.0:.{decimals}f}"

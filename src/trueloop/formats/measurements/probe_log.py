@@ -38,7 +38,7 @@ def read_probe_log(path: Path, control: str, *, inch: bool = False, diameter: bo
 def parse_probe_log(
     text: str, name: str, control: str, *, inch: bool = False, diameter: bool = True
 ) -> list[LoggedTouch]:
-    """The same from a log's text; `name` stands in refusals."""
+    """Parses the text of a probe log; `name` is used in errors."""
     scale = MM_PER_INCH if inch else 1.0
     x_scale = scale if control == "linuxcnc" or not diameter else scale / 2
     touches = []

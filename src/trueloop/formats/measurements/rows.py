@@ -133,7 +133,7 @@ def read_csv(path: Path, kind: CsvKind) -> CsvFile:
 
 
 def csv_of(text: str, path: Path, kind: CsvKind) -> CsvFile:
-    """The same of a file's text."""
+    """Parses the text of a CSV file."""
     lines = list(enumerate(text.splitlines(), 1))
     kept = [(k, line) for k, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if len(kept) < 2:
@@ -208,7 +208,7 @@ def vectors(rows: Rows, names: Iterable[str], otherwise: float | None = None) ->
 
 
 def wrong_unit(path: Path, why: str) -> TrueloopError:
-    """The refusal MCH-UNIT."""
+    """Returns the error MCH-UNIT."""
     return TrueloopError(
         Code.MCH_UNIT,
         f"{path.name!r}: {why}",

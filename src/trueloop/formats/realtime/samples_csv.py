@@ -26,7 +26,7 @@ HINT: Final = "name a samples.csv as `trueloop realtime watch` writes it; docs/r
 
 
 def header(axes: str, signals: Sequence[str]) -> bytes:
-    """The first line."""
+    """Returns the heading line."""
     return (",".join(column_names(axes, signals)) + "\n").encode()
 
 
@@ -174,7 +174,7 @@ class Recording:
         self._begin()
 
     def add(self, samples: Samples) -> None:
-        """Further periods."""
+        """Appends periods."""
         while len(samples):
             if self._rows == self._most:
                 self._file.close()
@@ -187,7 +187,7 @@ class Recording:
             samples = samples.rows(slice(fitting, None))
 
     def close(self) -> None:
-        """Nothing more comes."""
+        """Writes what is pending and closes the file."""
         self._file.close()
 
     def _begin(self) -> None:

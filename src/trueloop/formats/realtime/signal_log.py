@@ -46,7 +46,7 @@ class SignalLog:
         return None
 
     def begin(self, now_s: float) -> History | None:
-        """The same, to be gone on with. A log that cannot be is kept beside a new one. Raises `OSError`, OUT-FOLDER."""
+        """Opens the log to continue it; one that cannot be continued is kept aside. Raises `OSError`, OUT-FOLDER."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         if self.path.exists():
             self._drop_half_a_line()

@@ -21,12 +21,12 @@ class Cell:
 
     @property
     def journal(self) -> Path:
-        """The journal's file."""
+        """Returns the path of the journal."""
         return self.beside / self.settings.cell.journal
 
     @property
     def ini(self) -> Path:
-        """LinuxCNC's configuration."""
+        """Returns the path of LinuxCNC's configuration."""
         return self.beside / self.settings.linuxcnc.ini
 
     @property

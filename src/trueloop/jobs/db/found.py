@@ -39,7 +39,7 @@ class Sought:
 
 @dataclass(frozen=True)
 class Row:
-    """One row: `name` is what commands call it by, `cells` what it says, by the names of columns."""
+    """One row: `name` is its handle in commands, `cells` its text by column name."""
 
     kept_at: datetime
     name: str
@@ -47,7 +47,7 @@ class Row:
 
     @property
     def as_dict(self) -> dict[str, object]:
-        """For machines."""
+        """Returns the row as a JSON-ready dict."""
         return {"row": self.name, "kept_at": self.kept_at.isoformat(), **self.cells}
 
 

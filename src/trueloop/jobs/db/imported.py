@@ -140,7 +140,7 @@ class Imported:
 
     @property
     def as_dict(self) -> dict[str, object]:
-        """For machines."""
+        """Returns JSON-ready values."""
         rows = [{"row": name, "new": new} for name, new in self.rows]
         return {"file": str(self.path), "count": self.count, "new": self.new, "rows": rows}
 

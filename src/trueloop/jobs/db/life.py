@@ -31,7 +31,7 @@ class Entry:
 
     @property
     def as_dict(self) -> dict[str, object]:
-        """For machines."""
+        """Returns JSON-ready values."""
         at = None if self.at is None else self.at.isoformat()
         stated = {"row": self.row, "at": at, "kept_at": self.kept_at.isoformat(), "said": self.said}
         return {**stated, "links": list(self.links)}

@@ -61,5 +61,5 @@ def shown(name: str, repeats: Sequence[Repeats], accept: Collection[str]) -> Fix
 
 
 def limits_of(u_um: float | None, limit_um: float | None) -> Repeatability:
-    """From micrometres."""
+    """Returns limits in mm from micrometres."""
     return Repeatability(*(None if one is None else one / UM_PER_MM for one in (u_um, limit_um)))

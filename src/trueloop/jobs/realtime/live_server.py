@@ -39,7 +39,7 @@ class LiveServer:
 
     @property
     def address(self) -> str:
-        """Of the page."""
+        """Returns the address of the page."""
         return f"http://{self.host}:{self.port}/"
 
     def tell(self, tick: Mapping[str, Any]) -> None:

@@ -124,7 +124,7 @@ class Seen:
     last_s: float | None = None
 
     def take(self, samples: Samples) -> None:
-        """Further periods."""
+        """Appends periods."""
         new = events(samples, self.happened[-1] if self.happened else None)
         self.happened = (self.happened + new)[-MOST_EVENTS:]
         self.fault = next((event for event in reversed(new) if event.alarming), self.fault)

@@ -70,7 +70,7 @@ def compensate_and_keep(
     pdf: bool = False,
     memory: Use | None = None,
 ) -> Done:
-    """The same, kept in the job's store, or in the one that `keeping` names.
+    """Corrects a job, writes its files, and stores the correction in the job's store or in that of `keeping`.
 
     All is computed before anything is kept, and kept before it is written: no program can be run of which the store
     knows nothing. Where writing is refused then, the refusal says that the correction is kept. `memory`: how earlier

@@ -24,7 +24,7 @@ class Chosen:
     zero: Zero = "drawing"
 
     def keys(self, of: str) -> dict[str, int | str]:
-        """The same as keys of a job's table [part]; `of`: `dxf` or `step`."""
+        """Returns the choice as keys of a job's table [part]; `of`: `dxf` or `step`."""
         outline = {} if self.outline is None else {f"{of}_outline": self.outline}
         return outline | ({} if self.zero == "drawing" else {f"{of}_zero": self.zero})
 

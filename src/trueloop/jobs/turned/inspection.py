@@ -56,5 +56,5 @@ def part_errors(touches: Sequence[Touch], file: str | None, job: Job, profile: P
 
 
 def read_part_errors(file: Path, job: Job, profile: Profile) -> ErrorVectors:
-    """The same, read from the file. Raises TCH errors."""
+    """Reads touches from a file as error vectors. Raises TCH errors."""
     return part_errors(read_inspection(file, job).touches, str(file), job, profile)

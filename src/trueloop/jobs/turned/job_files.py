@@ -43,7 +43,7 @@ class JobFiles:
 
     @property
     def job(self) -> Job:
-        """The job."""
+        """Returns the job."""
         return self.located.model
 
     @classmethod
@@ -53,7 +53,7 @@ class JobFiles:
         return cls(path, sources, locate_turned_job(sources.file(path.name)))
 
     def with_serial(self, serial: str | None) -> "JobFiles":
-        """The same with another serial number of the part; None: the job's."""
+        """Returns the files of the job with another serial number of the part; None: the job's."""
         if serial is None:
             return self
         job = self.job
@@ -167,7 +167,7 @@ class JobFiles:
             check_uncorrected(source)
 
     def finish_program(self) -> Program:
-        """Raises NC errors."""
+        """Reads the finish program. Raises NC errors."""
         return self.program(self.job.own_programs.finish)
 
     def program(self, name: Path) -> Program:

@@ -104,7 +104,7 @@ def _gauge_files(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str
 
 
 def _touches(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str, str], int]:
-    """The same for points that a probe or a measuring machine touches."""
+    """Returns the file and count of points that a probe or a measuring machine touches."""
     points = _points(profile, wanted.nose_radius_mm)
     features = [profile.names[i] for i in points.feature_index]
     return {"touches.csv": empty_touches_csv(features, points.nominal_mm, "inch" if inch else "mm")}, len(features)

@@ -126,13 +126,19 @@ def _baseline(parts: Sequence[TrackedPart], begins: Sequence[int], options: Char
     return chosen
 
 
+def _serials(parts: Sequence[TrackedPart]) -> str:
+    """Returns the serial numbers of all parts, of more than six the first and the last."""
+    serials = [one.made.serial for one in parts]
+    return ", ".join(serials if len(serials) <= 6 else [serials[0], "…", serials[-1]])
+
+
 def _place(parts: Sequence[TrackedPart], serial: str) -> int:
     for k, one in enumerate(parts):
         if one.made.serial == serial:
             return k
     raise TrueloopError(
         Code.MON_NONE,
-        f"part {serial!r} is none of the {len(parts)} parts of the series",
+        f"the series has no part {serial!r} ({len(parts)} parts: {_serials(parts)})",
         hint="name parts by their serial numbers: `--baseline 101..120`; `trueloop series status` shows them",
         values={"characteristic": serial},
     )

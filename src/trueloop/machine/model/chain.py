@@ -119,7 +119,7 @@ class Chain:
         return tuple(name for axis in self.axes for name in axis.errors())
 
     def with_axes(self, changed: Mapping[str, Axis]) -> "Chain":
-        """The same structure, with some axes given offsets or travels."""
+        """Returns the structure with other offsets or travels of some axes."""
         return replace(
             self,
             work=tuple(changed.get(axis.name, axis) for axis in self.work),

@@ -54,7 +54,7 @@ class CompiledModel:
         return error if np.array_equal(self.bed_to_work, np.eye(3)) else error @ self.bed_to_work
 
     def bed_error_mm(self, positions: Array, travel: Array | None = None, threads: int = 1) -> Array:
-        """The same along the machine's own X, Y, Z, however the table is turned."""
+        """Returns the error along the machine's own X, Y, Z, however the table is turned."""
         ways = None if travel is None else np.ascontiguousarray(travel, dtype=np.float64)
         return self.core.error(np.ascontiguousarray(positions, dtype=np.float64), ways, threads)
 

@@ -26,7 +26,7 @@ class TermCurve:
 
 @dataclass(frozen=True)
 class TermRow:
-    """The same as numbers."""
+    """A row of the overview as numbers."""
 
     error: str
     unit: str

@@ -42,7 +42,7 @@ class PositionBasis:
 
     @property
     def size(self) -> int:
-        """Number of coefficients."""
+        """Returns the number of coefficients."""
         return len(self.breaks) - 1 + self.degree
 
     @property

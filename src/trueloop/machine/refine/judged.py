@@ -66,7 +66,7 @@ class Judged:
 
     @property
     def words(self) -> Wording:
-        """For people."""
+        """Returns the judgement as text."""
         said = _words_of_parts(self.by_part)
         if self.by_type is None:
             return wording("{parts} One part type only: what it says of others is not known.", parts=said)

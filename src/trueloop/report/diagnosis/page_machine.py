@@ -184,7 +184,7 @@ def _refinement(one: RefinementShape | None, say: Texts) -> str:
 
 
 def _changes(one: RefinementShape, say: Texts) -> str:
-    """The largest changes."""
+    """Returns the table of the largest changes (HTML)."""
     if not one.changes:
         return ""
     largest = sorted(one.changes, key=lambda each: -abs(each.new - each.old))[:CHANGES]

@@ -88,7 +88,7 @@ class FeatureMeansShape(Shape):
 
 
 class CandidateShape(Shape):
-    """One cause."""
+    """One cause with its probability."""
 
     key: str
     """Its name without spaces."""
@@ -126,7 +126,7 @@ class HypothesisShape(Shape):
 
 
 class CausesShape(Shape):
-    """What acts."""
+    """Causes that act on a part or a series."""
 
     sound: float
     """Probability that nothing acts."""

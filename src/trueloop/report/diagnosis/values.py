@@ -77,12 +77,12 @@ def um(value_mm: float) -> float:
 
 
 def known_um(value_mm: float | None) -> float | None:
-    """The same; null for what is not known."""
+    """Returns µm of a value in mm; None where it is not known."""
     return None if value_mm is None or not math.isfinite(value_mm) else um(value_mm)
 
 
 def findings_shape(findings: Iterable[Finding]) -> list[FindingShape]:
-    """What is odd."""
+    """Returns the shapes of findings."""
     return [
         FindingShape(severity=one.severity.value, code=one.code.value, message=one.message, hint=one.hint)
         for one in findings
@@ -141,7 +141,7 @@ def seen_part(part: SeenPart, last: SeenPart | None) -> SeenPartShape:
 
 
 def feature_error(one: FeatureError) -> FeatureErrorShape:
-    """One error."""
+    """Returns the shape of one feature's error."""
     return FeatureErrorShape(
         feature=one.feature,
         kind=one.kind.value,
@@ -204,7 +204,7 @@ def _mean(seen: Sequence[tuple[float, float]]) -> MeanShape | None:
 
 
 def causes_shape(found: Diagnosis) -> CausesShape:
-    """What acts."""
+    """Returns the shape of the causes that act."""
     return CausesShape(
         sound=found.sound,
         candidates=[_candidate(one) for one in found.candidates],

@@ -122,7 +122,7 @@ def fit_summary(
 
 
 def fit_lines(found: Identification, chosen: Sequence[Chosen], held: Sequence[HeldOut], readings: int) -> Iterator[str]:
-    """The same for people, without findings."""
+    """Yields lines of text on a fit, without its findings."""
     yield f"{len(found.model.terms)} terms from {readings} readings; scatter {found.scatter:.3g}"
     for one in chosen:
         yield f"  {one.error} takes {one.signal}: left out {one.rms_without:.3g} → {one.rms_with:.3g} RMS"
@@ -151,7 +151,7 @@ def drift_summary(models: Mapping[str, DriftModel], runs: Sequence[DriftRun]) ->
 
 
 def drift_lines(runs: Sequence[DriftRun], share: float) -> Iterator[str]:
-    """The same for people; `share` of the time was predicted."""
+    """Yields lines of text on drift; `share` of the time was predicted."""
     yield f"last {100 * share:g} % of the time predicted from what was before, µm RMS:"
     for run in runs:
         yield f"  {run.channel:<8} {run.raw_um:7.2f} → {run.rms_um:.2f}, without the past {run.static_rms_um:.2f}"
@@ -171,7 +171,7 @@ def positioning_summary(test: Positioning) -> dict[str, object]:
 
 
 def positioning_lines(test: Positioning) -> Iterator[str]:
-    """The same for people."""
+    """Yields lines of text on a positioning test."""
     scale, unit = scale_of(test)
     for symbol, meaning, value in values_of(test):
         up, down, both = (scale * one for one in astuple(value))
@@ -191,7 +191,7 @@ def plates_summary(names: Sequence[str], judged: JudgedPattern) -> dict[str, obj
 
 
 def plates_lines(names: Sequence[str], judged: JudgedPattern) -> Iterator[str]:
-    """The same for people."""
+    """Yields lines of text on plates."""
     for name, fit, one in zip(names, judged.fits, judged.after_mm, strict=True):
         x, y = fit.offset_mm
         with_others = "" if one is None else f", {UM_PER_MM * one:.2f} with the correction of the others"

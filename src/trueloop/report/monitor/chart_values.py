@@ -136,7 +136,7 @@ class CapabilityShape(Shape):
 
 
 class CharacteristicChartShape(Shape):
-    """One characteristic charted."""
+    """The charts of one characteristic."""
 
     characteristic: str
     """Its name."""

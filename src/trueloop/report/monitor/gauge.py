@@ -24,7 +24,7 @@ from trueloop.units import UM_PER_MM
 
 
 class CheckShape(Shape):
-    """One check."""
+    """One check of a gauge."""
 
     at: datetime | None
     """When."""
@@ -77,7 +77,7 @@ class GaugesShape(Shape):
 
 
 def gauges_shape(checked: Sequence[GaugeSeries]) -> GaugesShape:
-    """Checks as shapes."""
+    """Returns the shapes of checks."""
     return GaugesShape(gauges=[_gauge(one) for one in checked])
 
 

@@ -12,7 +12,7 @@ SLEW_MM_PER_S = 5.0
 
 
 def image_lines(image: Image, extent: Extent) -> Iterator[str]:
-    """The same for people."""
+    """Yields lines of text on an image."""
     identity, limits = image.identity, image.limits
     yield f"image for the machine {identity.machine!r}, serial number {identity.serial!r}"
     yield from _model_lines(image, extent)

@@ -70,7 +70,7 @@ def by_unit(signals: Sequence[str]) -> dict[str, list[str]]:
 
 
 def signal_colour(signals: Sequence[str], name: str) -> str:
-    """By its place."""
+    """Returns the colour of a signal, by its place among all."""
     return SIGNAL_COLOURS[signals.index(name) % len(SIGNAL_COLOURS)]
 
 

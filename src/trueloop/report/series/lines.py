@@ -110,7 +110,7 @@ def proposal_lines(proposal: Proposal, decision: ProposalDecision | None) -> Ite
 
 
 def proposal_as_dict(proposal: Proposal, decision: ProposalDecision | None) -> dict[str, object]:
-    """For JSON."""
+    """Returns a proposal and its decision as JSON-ready values."""
     offset = proposal.tool_offset
     return {
         "id": proposal.id,
@@ -146,7 +146,7 @@ def proposal_as_dict(proposal: Proposal, decision: ProposalDecision | None) -> d
 
 
 def decision_as_dict(decision: ProposalDecision) -> dict[str, object]:
-    """For JSON."""
+    """Returns a decision as JSON-ready values."""
     return {
         "proposal": decision.proposal,
         "verdict": decision.verdict,

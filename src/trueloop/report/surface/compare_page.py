@@ -154,12 +154,12 @@ def comparison_summary(found: Comparison) -> dict[str, object]:
 
 
 def comparison_json(found: Comparison) -> bytes:
-    """The same as a file."""
+    """Returns a comparison as the bytes of a JSON file."""
     return (json.dumps(comparison_summary(found), indent=1, ensure_ascii=False) + "\n").encode()
 
 
 def comparison_lines(found: Comparison) -> list[str]:
-    """The same as a table."""
+    """Returns a comparison as lines of text."""
     groups = (found.before, found.after)
     counts = [f"{which}: {len(group.kept)} parts" for which, group in zip(("before", "after"), groups, strict=True)]
     lines = [_line("Deviation in µm", counts, "after ÷ before")]

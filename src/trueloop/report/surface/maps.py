@@ -50,7 +50,7 @@ class DeviationMap:
 
     @property
     def thinned(self) -> "DeviationMap":
-        """The same at most `CELLS` places a side, or as many scattered ones: a picture needs no more."""
+        """Returns the map with at most `CELLS` places a side, or as many scattered ones: a picture needs no more."""
         most = CELLS if self.error_mm.ndim == 2 else CELLS**2
         some = tuple(slice(None, None, max(1, -(-n // most))) for n in self.error_mm.shape)
         bare = None if self.bare is None else self.bare[some]

@@ -43,7 +43,7 @@ def part_row(part: Part) -> dict[str, object]:
 
 
 def part_line(part: Part) -> str:
-    """The same in a line."""
+    """Returns a part's figures as a line of text."""
     chosen = part.separation.chosen
     return (
         f"{part.deviations.name}: {chosen.size} control points, Moran's I {chosen.moran_i:.4f} "
@@ -80,7 +80,7 @@ def added_lines(kept: str, parts: int, findings: Sequence[Finding], notes: Seque
 
 
 def pattern_lines(found: SurfaceModel, notes: Sequence[str], files: Sequence[str]) -> list[str]:
-    """The same for people."""
+    """Returns a pattern as lines of text."""
     pattern, figures, known = found.pattern, found.figures, headline(found.figures)
     return [
         f"pattern of {pattern.parts} parts: {pattern.size} control points, up to "
@@ -101,7 +101,7 @@ def sampling_summary(advice: SamplingAdvice, ball_radius_mm: float) -> dict[str,
 
 
 def sampling_lines(advice: SamplingAdvice, ball_radius_mm: float) -> list[str]:
-    """The same for people."""
+    """Returns the advice on sampling as lines of text."""
     grid = (
         f"grid of {advice.rows} × {advice.columns} points, {advice.step_mm:g} mm apart: it resolves waves of "
         f"{advice.shortest_wave_mm:g} mm and longer"

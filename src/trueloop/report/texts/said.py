@@ -10,7 +10,7 @@ S = TypeVar("S", bound=Shape)
 
 
 def said(shape: S, say: Texts) -> S:
-    """The same numbers and names; sentences as `say` says them."""
+    """Returns the shape with every sentence translated by `say`; numbers and names stay."""
     return type(shape).model_validate(_said(shape.model_dump(), say))
 
 

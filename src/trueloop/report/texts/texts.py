@@ -18,7 +18,7 @@ UIN_PER_UM: Final = 1000.0 / MM_PER_INCH
 
 @cache
 def german() -> Mapping[str, str]:
-    """German by English."""
+    """Returns the German texts by their English originals."""
     tables = tomllib.loads((Path(__file__).parent / "german.toml").read_text(encoding="utf-8"))
     return {english: text for table in tables.values() for english, text in table.items()}
 

@@ -14,7 +14,7 @@ def by_tool_lines(correction: Correction) -> list[str]:
 
 
 def by_tool_block(correction: Correction, say: Texts = ENGLISH) -> str:
-    """The same for the page (HTML); nothing where no offset comes first."""
+    """Returns the offsets by tool for the page (HTML); empty where no offset comes first."""
     lines = [say.note(line) for line in by_tool_lines(correction)]
     if not lines:
         return ""

@@ -38,7 +38,7 @@ from trueloop.units import UM_PER_MM
 
 
 def json_text(correction: Correction) -> str:
-    """The file `report.json`."""
+    """Returns the text of `report.json`."""
     return json.dumps(correction_as_dict(correction), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -75,7 +75,7 @@ def joint_as_dict(joint: Joint, name: str) -> dict[str, object]:
 
 
 def joint_json(joint: Joint, name: str) -> str:
-    """The file `part.json`."""
+    """Returns the text of `part.json`."""
     return json.dumps(joint_as_dict(joint, name), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -62,7 +62,7 @@ def setups_as_dict(corrected: CorrectedSetups) -> dict[str, object]:
 
 
 def setups_json(corrected: CorrectedSetups) -> str:
-    """The file `part.json`."""
+    """Returns the text of `part.json`."""
     return json.dumps(setups_as_dict(corrected), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

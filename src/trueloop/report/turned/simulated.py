@@ -29,7 +29,7 @@ def rms_by_feature_um(part: SimulatedPart) -> list[tuple[str, int, list[float]]]
 
 
 def _columns_um(part: SimulatedPart) -> dict[str, Array]:
-    """By touch."""
+    """Returns columns in µm, a row a touch."""
     columns_mm = {
         "semifinish_truth_um": part.semifinish_truth_mm,
         "probed_um": part.touches.error_mm,

@@ -94,7 +94,7 @@ class Pattern:
 
     @property
     def parts(self) -> int:
-        """Number of parts."""
+        """Returns the number of parts."""
         return len(self.models)
 
     def scatter_grid_mm(self, u: Array, v: Array) -> Array:
@@ -108,7 +108,7 @@ class Pattern:
         return self.uncertainty_mm(self.scatter_grid_mm(u, v).ravel(), *wide, coverage).reshape(len(u), len(v))
 
     def uncertainty_mm(self, scatter_mm: Array, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
-        """The same at pairs of parameters (n,) where the parts' models scatter so much (n,).
+        """Returns the uncertainty at pairs of parameters (n,) where the parts' models scatter by `scatter_mm` (n,).
 
         t₍ₛ₋₁₎ · scatter/√s for what scatters, and in squares the normal law's share of `missed_mm` and of what no point
         supports. A part without points at a place counts there as one that scatters as parts do on the whole.

@@ -35,7 +35,7 @@ class Weights:
 
     @property
     def count(self) -> int:
-        """Number of places."""
+        """Returns the number of places."""
         return len(self.points_mm)
 
     @cached_property

@@ -51,7 +51,7 @@ class Neighbourhood:
 
     @property
     def count(self) -> int:
-        """Number of places."""
+        """Returns the number of places."""
         return len(self.places.u)
 
     @cached_property

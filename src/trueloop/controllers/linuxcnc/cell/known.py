@@ -54,7 +54,7 @@ def known(entries: Iterable[Entry]) -> Known:
 
 
 def with_entry(now: Known, entry: Entry) -> Known:
-    """One entry later."""
+    """Returns the state after one more entry."""
     values = entry.values
     if entry.what in TOLD:
         now = replace(now, waiting=(*now.waiting, entry))

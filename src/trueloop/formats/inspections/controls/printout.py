@@ -89,7 +89,7 @@ class _Reader:
         self.nominal: tuple[str, dict[str, float], int] | None = None
 
     def line(self, line: str, number: int) -> None:
-        """Takes one line."""
+        """Parses one line of the printout."""
         if point := POINT.fullmatch(line):
             self._point(point, number)
         elif heading := HEADING.fullmatch(line):

@@ -56,7 +56,7 @@ class DmisText:
     encoding: str
 
     def as_bytes(self) -> bytes:
-        """The file's bytes."""
+        """Returns the file's bytes, unchanged."""
         return "".join(statement.raw for statement in self.statements).encode(self.encoding)
 
 

@@ -102,7 +102,7 @@ class Notes:
     first: dict[str, int] = field(default_factory=dict)
 
     def say(self, text: str, line: int) -> None:
-        """One remark."""
+        """Adds a remark on a line."""
         self.remarks.append(Remark(text, line))
 
     def count(self, kind: str, line: int) -> None:

@@ -30,7 +30,7 @@ def number(value: float, decimals: int = 4) -> str:
 
 
 def numbers(values: Iterable[float], decimals: int = 4) -> str:
-    """Numbers between commas."""
+    """Returns numbers joined by commas."""
     return ",".join(number(value, decimals) for value in values)
 
 

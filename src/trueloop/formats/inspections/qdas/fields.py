@@ -33,7 +33,7 @@ class Column:
     serials: list[str] = field(default_factory=list)
 
     def add(self, line: int, value: str, attribute: str = "0", time: str = "") -> None:
-        """One more value."""
+        """Adds a value."""
         self.lines.append(line)
         self.values.append(value)
         self.attributes.append(attribute)

@@ -34,7 +34,7 @@ def kept_of(reading: Reading) -> dict[str, str]:
 
 
 def kept_in(item: Element) -> Mapping[str, str]:
-    """The same of an item that was read."""
+    """Returns the attributes kept in an item that was read."""
     every = (one.attributes for one in item.every("AttributeStr"))
     return {
         one["name"].removeprefix(KEPT): one.get("value", "") for one in every if one.get("name", "").startswith(KEPT)

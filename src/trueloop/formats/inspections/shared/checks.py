@@ -22,16 +22,16 @@ class Said:
     """What is said of a file once for all that it applies to: how often each text applies, and where first."""
 
     def __init__(self) -> None:
-        """Nothing yet."""
+        """Starts without remarks."""
         self._texts: dict[str, tuple[int, int | None]] = {}
 
     def add(self, text: str, line: int | None, count: int = 1) -> None:
-        """So many more."""
+        """Counts further occurrences of a remark."""
         before, first = self._texts.get(text, (0, line))
         self._texts[text] = before + count, first
 
     def remarks(self) -> tuple[Remark, ...]:
-        """One a text."""
+        """Returns one remark for each text."""
         return tuple(Remark(f"{text} ({count} in all)", line) for text, (count, line) in self._texts.items())
 
 

@@ -58,7 +58,7 @@ def read_decoded(path: Path) -> tuple[str, str]:
 
 
 def decoded(content: bytes, path: Path) -> tuple[str, str]:
-    """The same of its bytes. An encoding that the file does not mark is UTF-8, or else the likeliest of `OTHERS`."""
+    """Returns text and encoding of bytes: without a mark UTF-8, or else the likeliest of `OTHERS`."""
     marked = next((name for mark, name in MARKS if content.startswith(mark)), None)
     for encoding in (marked,) if marked else ("utf-8", _likeliest(content)):
         try:

@@ -39,7 +39,7 @@ class Common:
         return [self.title.get(role, "")] * len(self.long)
 
     def text(self, role: Role, row: int) -> str:
-        """One of them."""
+        """Returns the cell of a role in a row."""
         return self.long.texts[role][row] if role in self.long.texts else self.title.get(role, "")
 
     def groups(self) -> dict[tuple[str, str], list[int]]:
@@ -63,7 +63,7 @@ class Common:
         return [known[text] for text in texts]
 
     def inspection(self, key: tuple[str, str], rows: Sequence[int], sha256: str, values: Sequence[Reading | CmmPoint], at: datetime | None) -> Inspection:  # fmt: skip  # noqa: E501
-        """One part's."""
+        """Returns the inspection of one part."""
         return Inspection(
             part=Part(PartType(key[0]), key[1]),
             measured="readings" if isinstance(values[0], Reading) else "CMM points",

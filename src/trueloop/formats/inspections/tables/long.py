@@ -43,7 +43,7 @@ class Long:
         return Place(str(self.grid.path), self.lines[row], column)
 
     def where(self, role: Role) -> Callable[[int], Place]:
-        """The same for any value of that role."""
+        """Returns the function from a row to the place of a role's cell."""
         return lambda row: self.place(role, row)
 
     def __len__(self) -> int:

@@ -94,7 +94,7 @@ def factor_of(unit: str, is_angle: bool) -> float | None:
 
 
 def unit_refusal(file: str, why: str, place: Place) -> TrueloopError:
-    """The refusal MSR-UNIT."""
+    """Returns the error MSR-UNIT."""
     return TrueloopError(
         Code.MSR_UNIT,
         why,

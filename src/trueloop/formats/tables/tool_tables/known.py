@@ -266,7 +266,7 @@ def read_tool_table(path: Path, unit: Unit | None = None) -> ToolTable:
 
 
 def tool_table_of(path: Path, source: bytes, unit: Unit | None = None) -> ToolTable:
-    """The same of a table that was read already; `path` names it. Raises what `read_tool_table` does."""
+    """Parses the bytes of a tool table; `path` names it in errors. Raises what `read_tool_table` does."""
     for recognises, read in KNOWN:
         if recognises(path, source):
             table = read(path, source.decode("latin-1"), unit)

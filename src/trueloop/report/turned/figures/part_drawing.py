@@ -143,12 +143,12 @@ class Strip:
 
     @property
     def left(self) -> float:
-        """Where words begin."""
+        """Returns the x at which words begin."""
         return self.z_range[0] + 12 * self.mm_per_px
 
     @property
     def right(self) -> float:
-        """Where bars end."""
+        """Returns the x at which bars end."""
         return self.z_range[1] - 12 * self.mm_per_px
 
     @property

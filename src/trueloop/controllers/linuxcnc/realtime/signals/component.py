@@ -188,12 +188,12 @@ class Collector:
         )
 
     def start(self) -> None:
-        """Begins to read."""
+        """Starts the threads."""
         for thread in self.threads():
             thread.start()
 
     def threads(self) -> list[threading.Thread]:
-        """All of them."""
+        """Returns all threads."""
         return [*self.readers.values(), self.past]
 
     def readings(self, now_s: float, spindle_rpm: float | None) -> list[Reading]:

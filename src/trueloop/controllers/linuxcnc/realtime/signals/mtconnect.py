@@ -99,7 +99,7 @@ def _agents_time(current: Current) -> float:
 
 
 def _value(item: str, seen: Observation | None) -> tuple[float, float]:
-    """Raises `ValueError`."""
+    """Returns value and time of an item. Raises `ValueError`."""
     if seen is None:
         raise ValueError(f"the agent reports no data item {item!r}")
     if seen.text.upper() == UNAVAILABLE:

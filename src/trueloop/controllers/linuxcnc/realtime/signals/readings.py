@@ -20,7 +20,7 @@ class Reading(NamedTuple):
     time_s: float
 
     def age_s(self, now_s: float) -> float:
-        """How long ago."""
+        """Returns the age, s."""
         return max(now_s - self.time_s, 0.0)
 
 
