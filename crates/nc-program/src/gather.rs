@@ -232,6 +232,9 @@ impl Runner<'_> {
             } else {
                 self.refuse(finding::PARAMETER, at, format!("parameter {text} has no value"), &hint);
             }
+            if self.state.undefined.is_empty() {
+                self.expect_endless_loops();
+            }
             self.state.undefined.push(key);
         }
     }

@@ -53,7 +53,7 @@ impl Runner<'_> {
     }
 
     fn read_line(&mut self, request: &mut Request, drawn: &mut Vec<Drawn>) -> Result<(), &'static str> {
-        let ended = self.executed >= self.options.block_limit || drawn.len() > MOST;
+        let ended = self.executed >= self.most_blocks || drawn.len() > MOST;
         let Some(block) = self.program.blocks().get(self.next).filter(|_| !ended) else {
             return Err("its contour does not come to an end");
         };

@@ -21,6 +21,9 @@ use crate::visit::Visit;
 /// Axis letters, in order of index.
 pub(crate) const AXES: [u8; 3] = *b"XYZ";
 
+/// Blocks that are run beyond those of the program where a parameter has no value: half a second of a loop.
+const BLOCKS_IN_DOUBT: usize = 500_000;
+
 /// How to run a program.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -42,7 +45,7 @@ pub struct Options {
     pub tools: Vec<Tool>,
     /// Work offsets by their number, from 1 (G54): machine position of the zero, mm, X a radius.
     pub work_offsets: Vec<(usize, [f64; 3])>,
-    /// Most blocks to execute, every turn of a loop counted, and most moves.
+    /// Most blocks to execute, every turn of a loop counted, and most moves; `usize::MAX`: nothing jumps.
     pub block_limit: usize,
     /// Note every block executed in the path.
     pub trace: bool,
@@ -119,6 +122,8 @@ pub(crate) struct Runner<'a> {
     pub draws: bool,
     /// Blocks executed.
     pub executed: usize,
+    /// Most blocks to execute: less from the first parameter without a value on.
+    pub most_blocks: usize,
 }
 
 impl<'a> Runner<'a> {
@@ -141,6 +146,15 @@ impl<'a> Runner<'a> {
             roughed: Vec::new(),
             draws: false,
             executed: 0,
+            most_blocks: options.block_limit,
+        }
+    }
+
+    /// A parameter has no value, and a loop may wait for ever for it: the rest of the program is run, and loops that end soon.
+    pub(crate) fn expect_endless_loops(&mut self) {
+        if self.options.block_limit < usize::MAX {
+            let rest = self.program.blocks().len() + BLOCKS_IN_DOUBT;
+            self.most_blocks = self.most_blocks.min(self.executed + rest);
         }
     }
 
@@ -152,7 +166,7 @@ impl<'a> Runner<'a> {
     /// Runs the blocks; false when the program ended before the last of them.
     pub(crate) fn blocks(&mut self) -> bool {
         let mut request = Request::new();
-        while self.executed < self.options.block_limit && self.path.len() <= self.options.block_limit {
+        while self.executed < self.most_blocks && self.path.len() <= self.options.block_limit {
             if self.upcoming().is_none() {
                 return true;
             }
@@ -161,15 +175,27 @@ impl<'a> Runner<'a> {
             }
         }
         if self.upcoming().is_some() {
-            let message = format!("stopped after {} blocks or moves", self.options.block_limit);
-            self.refuse(finding::LIMIT, self.block_start(), message, "check what ends the program's loops");
+            self.refuse_more();
         }
         true
     }
 
+    fn refuse_more(&mut self) {
+        let most = self.options.block_limit.min(self.most_blocks);
+        let without = self.state.undefined.first().filter(|_| self.most_blocks < self.options.block_limit);
+        let (message, hint) = match without.map(|key| key.text(self.program.dialect())) {
+            Some(name) => (
+                format!("stopped after {most} blocks, in which {name} has no value"),
+                format!("if a loop waits for it, give it one: --set '{name}=…'; check what ends the program's loops"),
+            ),
+            None => (format!("stopped after {most} blocks or moves"), "check what ends the program's loops".to_owned()),
+        };
+        self.refuse(finding::LIMIT, self.block_start(), message, &hint);
+    }
+
     /// Runs the next block; false when there is none, or the program ends with it.
     pub(crate) fn step(&mut self, request: &mut Request) -> bool {
-        let Some(block) = self.upcoming().filter(|_| self.executed < self.options.block_limit) else { return false };
+        let Some(block) = self.upcoming().filter(|_| self.executed < self.most_blocks) else { return false };
         self.executed += 1;
         self.block = self.next;
         self.next += 1;
