@@ -433,6 +433,7 @@ class Code(StrEnum):
     SRV_UNKNOWN = "SRV-UNKNOWN", "an address or a thing that there is not", ("name",)
     SRV_METHOD = "SRV-METHOD", "a method that an address does not take", ("method",)
     SRV_LARGE = "SRV-LARGE", "a request that is too large", ("limit_bytes",)
+    SRV_FILE = "SRV-FILE", "a file that cannot be read in the time and the memory that the service gives it", ("file",)
     SRV_ONCE = "SRV-ONCE", "a POST without the key by which it is done once"
     SRV_REUSED = "SRV-REUSED", "a key of a POST that was used for another, or whose outcome is not known", ("key",)
     SRV_STALE = "SRV-STALE", "a change of something that somebody changed meanwhile", ("expected", "found")

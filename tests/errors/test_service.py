@@ -13,6 +13,7 @@ from tests.support.awaited import awaited
 from trueloop.errors import Code, TrueloopError
 from trueloop.server import cursors, etags, manual, once, problems
 from trueloop.server.access import ADMIN, require
+from trueloop.server.apart.reading import not_read
 from trueloop.server.gates import too_large
 from trueloop.server.guarded import asked_of, require_origin
 from trueloop.server.identity import accounts, attempts, keys, passwords, sessions
@@ -86,6 +87,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRV_UNKNOWN: lambda: _raise(problems.nothing("part", "12")),
     Code.SRV_METHOD: lambda: _raise(problems.of_status(405, "PUT")),
     Code.SRV_LARGE: lambda: _raise(too_large(1024, "2048 bytes are declared")),
+    Code.SRV_FILE: lambda: _raise(not_read("part.dxf", "it takes longer than 30 s")),
     Code.SRV_ONCE: lambda: awaited(asked_of(_request())),
     Code.SRV_REUSED: _twice,
     Code.SRV_STALE: lambda: etags.require_same(_request(if_match='"1"'), "2"),

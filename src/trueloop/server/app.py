@@ -14,6 +14,7 @@ from fastapi.responses import PlainTextResponse
 import trueloop
 from trueloop.server import guarded, pages, problems
 from trueloop.server.access import Access, require
+from trueloop.server.apart.reading import PROCESSES
 from trueloop.server.figures import Figures
 from trueloop.server.gates import Gates
 from trueloop.server.guarded import Service
@@ -73,8 +74,10 @@ def create_app(
         if settings.workers:
             start_watch(store, clock, stopping, settings.silent_s)
             start_giving_back(stopping)
+            PROCESSES.start()
         yield
         stopping.set()
+        PROCESSES.end()
 
     app = FastAPI(
         title="trueloop",

@@ -33,6 +33,8 @@ class Limits:
     touches_bytes: int = 16 << 20
     streams: int = 64  # open at once, over all clients
     body_s: float = 120.0  # for a whole body to come in
+    read_s: float = 30.0  # for a file that was handed over to be read
+    read_bytes: int = 2 << 30  # of memory, for the same
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,20 @@
 """What was handed over becomes facts of the store: a program, or what was measured of a part of an order."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 
 from trueloop.domain.factory import BlockKind
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.program import Program, ProgramText
-from trueloop.errors import Code, Severity, TrueloopError
+from trueloop.errors import Code, TrueloopError
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
 from trueloop.factory.load import Known, order_of
 from trueloop.factory.requests import RecordStep
 from trueloop.factory.roles import By
-from trueloop.factory.views.uploads import ImportedView, Remarked
+from trueloop.factory.views.uploads import ImportedView, ProgramRead, Remarked
 from trueloop.jobs.factory.job_folder import job_folder, programs_of
-from trueloop.jobs.factory.upload_read import Asked, on_part, program_read
+from trueloop.jobs.factory.upload_read import Inspected
 from trueloop.jobs.factory.uploads import Upload
 from trueloop.jobs.measure.keep_measured import After, Shown, keep_in
 from trueloop.jobs.store.finish_cut import SaidOfCut
@@ -37,9 +37,8 @@ class OfPart:
     measured_at: datetime | None = None
 
 
-def import_program(store: Store, upload: Upload, asked: Asked, by: By) -> ImportedView:
-    """Keeps a program's text under its hash; one that is there already stays as it was described. Raises NC errors."""
-    read = program_read(upload, asked)
+def import_program(store: Store, upload: Upload, read: ProgramRead, by: By) -> ImportedView:
+    """Keeps a program's text under its hash; one that is there already stays as it was described."""
     known = find(store, Program, identity=upload.sha256)
     values = [] if known else [Program(upload.name, read.dialect, upload.sha256, read.unit)]
     kept = keep(store, [*values, ProgramText(upload.sha256, upload.content)], by=by.name)
@@ -47,7 +46,7 @@ def import_program(store: Store, upload: Upload, asked: Asked, by: By) -> Import
 
 
 def import_measurement(
-    store: Store, upload: Upload, asked: Asked, of: OfPart, by: By, now: datetime, why: str = ""
+    store: Store, upload: Upload, read: Inspected, of: OfPart, by: By, now: datetime
 ) -> ImportedView:
     """Keeps what was measured of a part; where measuring it is the order's next step, that step is recorded.
 
@@ -55,19 +54,14 @@ def import_measurement(
     """
     order, programs = _order(store, of.order)
     part = order.part(of.part)
-    with on_part(store, upload, replace(asked, order=of.order)) as found:
-        for finding in (one for each in found.on_part for one in each.findings):
-            if finding.severity is Severity.ERROR:
-                raise finding.as_error()
-        inspections = {one.run: one.inspection for one in found.on_part}
-    measured = _chosen(upload, part, inspections, of.run)
+    measured = _chosen(upload, part, dict(read.runs), of.run)
     said = SaidOfCut(record=next((one.run for one in part.steps if one.kind is BlockKind.CORRECT and one.run), None))
     with job_folder(order.order, programs) as job:
         files = JobFiles.of(job).with_serial(part.value.serial)
         shown = Shown(of.after, said, of.measured_at or now)
         kept = keep_in(store, [(upload.name, measured)], files, shown, Keeping(serial=part.value.serial))
     remarks = tuple(Remarked(one.severity.value, one.code.value, one.message, one.hint) for one in kept.findings)
-    recorded = _record(store, order, part, by, now, why or f"measured: {upload.name} {upload.sha256[:12]}")
+    recorded = _record(store, order, part, by, now, f"measured: {upload.name} {upload.sha256[:12]}")
     return ImportedView(upload.sha256, len(kept.kept), len(kept.new), remarks, recorded)
 
 

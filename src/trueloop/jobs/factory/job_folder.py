@@ -51,10 +51,12 @@ def unnamed_folder() -> Iterator[Path]:
         try:
             yield Path(name)
         except TrueloopError as refused:
-            raise _without(refused, f"{name}/") from refused
+            raise without_folder(refused, Path(name)) from refused
 
 
-def _without(refused: TrueloopError, folder: str) -> TrueloopError:
+def without_folder(refused: TrueloopError, path: Path) -> TrueloopError:
+    """The same refusal, in which files of that folder stand by their names alone."""
+    folder = f"{path}/"
     place = replace(refused.place, file=(refused.place.file or "").replace(folder, "") or None)
     return TrueloopError(
         refused.code,

@@ -1,28 +1,28 @@
-"""What a file that was handed over is, and what is in it: shown before anything of it is kept."""
+"""What a file that was handed over is, and what is in it: functions of the file alone, which asks the store nothing."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-from trueloop.errors import Code, Finding, TrueloopError
-from trueloop.factory.load import Known, order_of
+from trueloop.domain.codec import Codec
+from trueloop.domain.factory import WorkOrder
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.values import CODEC as STORED
+from trueloop.errors import Finding, Severity, TrueloopError
 from trueloop.factory.views import uploads as views
 from trueloop.factory.views.uploads import Kind, UploadView
 from trueloop.formats.input_file import read_source
 from trueloop.formats.inspections.known import HEAD, KNOWN
 from trueloop.formats.inspections.measured_file import Stated, Unit
 from trueloop.formats.inspections.tables import read as tables
-from trueloop.jobs.factory.job_folder import job_folder, programs_of
-from trueloop.jobs.factory.uploads import Upload
-from trueloop.jobs.measure.measured import PartOfJob, read_measured, read_part_of_job
+from trueloop.jobs.factory.job_folder import job_folder, without_folder
+from trueloop.jobs.measure.measured import read_measured, read_part_of_job
 from trueloop.jobs.measure.table_mapping import map_table
 from trueloop.nc.check.check import check
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.report.measured import FileOnPart, OnPart, ValueRow, rows_of
-from trueloop.storage.store import Store
 
 SHOWN: Final = 500
 """Values of one inspection that are listed: nobody reads more before importing."""
@@ -44,43 +44,89 @@ class Asked:
     mapping_toml: str = ""
 
 
-def read_upload(store: Store, upload: Upload, asked: Asked) -> UploadView:
-    """The file as it is read; what it is refused for stands in the view. Raises FAC-UNKNOWN for an order."""
-    kind = asked.kind or kind_of(upload)
-    view = UploadView(upload.name, upload.sha256, len(upload.content), kind)
+@dataclass(frozen=True)
+class Handed:
+    """A file that was handed over, as it lies at `path` in a folder of its own, under the name that its owner gave it.
+
+    `order`: whose job's part its values are matched with, and the texts of that order's `programs`.
+    """
+
+    path: str
+    name: str
+    sha256: str
+    asked: Asked = field(default_factory=Asked)
+    order: WorkOrder | None = None
+    programs: Mapping[str, bytes] = field(default_factory=dict)
+
+    @property
+    def file(self) -> Path:
+        """Where it lies."""
+        return Path(self.path)
+
+
+@dataclass(frozen=True)
+class Inspected:
+    """What was measured by a file: its inspections, each with its place in the file, from 1."""
+
+    runs: tuple[tuple[int, Inspection], ...]
+
+
+def upload_view(handed: Handed) -> UploadView:
+    """The file as it is read; what it is refused for stands in the view."""
+    kind = handed.asked.kind or kind_of(handed)
+    view = UploadView(handed.name, handed.sha256, handed.file.stat().st_size, kind)
     try:
         if kind == "program":
-            return replace(view, program=program_read(upload, asked))
+            return replace(view, program=program_read(handed))
         if kind == "drawing":
-            return replace(view, drawing=_drawing(upload, asked))
-        with on_part(store, upload, asked) as found:
-            return replace(view, measurement=_measurement(upload, asked, found))
+            return replace(view, drawing=_drawing(handed))
+        return replace(view, measurement=_measurement(handed, _on_part(handed)))
     except TrueloopError as refused:
-        if refused.code is Code.FAC_UNKNOWN:
-            raise
-        proposed = _proposed(upload, asked) if kind == "measurement" else ""
-        return replace(view, problem=_problem(refused), mapping_toml=asked.mapping_toml or proposed)
+        proposed = _proposed(handed) if kind == "measurement" else ""
+        problem = _problem(without_folder(refused, handed.file.parent))
+        return replace(view, problem=problem, mapping_toml=handed.asked.mapping_toml or proposed)
 
 
-def kind_of(upload: Upload) -> Kind:
+def kind_of(handed: Handed) -> Kind:
     """By the end of its name, else by what its first bytes are known as."""
-    ending = Path(upload.name).suffix.lower()
+    ending = Path(handed.name).suffix.lower()
     if ending in DRAWINGS:
         return "drawing"
     if ending in TABLES:
         return "measurement"
-    with upload.as_file() as path:
-        known = any(one.recognises(path, upload.content[:HEAD]) for one in KNOWN if one is not tables.FORMAT)
+    with handed.file.open("rb") as file:
+        head = file.read(HEAD)
+    known = any(one.recognises(handed.file, head) for one in KNOWN if one is not tables.FORMAT)
     return "measurement" if known else "program"
 
 
-def program_read(upload: Upload, asked: Asked) -> views.ProgramRead:
+def program_read(handed: Handed) -> views.ProgramRead:
     """A program with what is odd about it. Raises NC errors."""
-    with upload.as_file() as path:
-        source, dialect = read_source(path, asked.dialect)
-    program = read_program(source, dialect, upload.name, asked.unit)
+    asked = handed.asked
+    source, dialect = read_source(handed.file, asked.dialect)
+    program = read_program(source, dialect, handed.name, asked.unit)
     findings = check(program, {})
     return views.ProgramRead(dialect, _unit(program, asked.unit), program.block_count, tuple(map(_found, findings)))
+
+
+def inspected(handed: Handed) -> Inspected:
+    """What was measured. Raises MSR, GEO and JOB errors, among them what the file's findings on the part are."""
+    found = _on_part(handed)
+    for finding in (one for each in found.on_part for one in each.findings):
+        if finding.severity is Severity.ERROR:
+            raise finding.as_error()
+    return Inspected(tuple((one.run, one.inspection) for one in found.on_part))
+
+
+READINGS: Final[Mapping[str, Callable[[Handed], Any]]] = {
+    one.__name__: one for one in (upload_view, program_read, inspected)
+}
+"""The ways to read a file, by name."""
+CODEC: Final[Codec] = STORED.with_more(
+    *(Handed, Asked, Inspected, UploadView, views.ProgramRead, views.MeasurementRead, views.InspectionRead),
+    *(views.ValueRead, views.DrawingRead, views.Remarked),
+)
+"""What goes to a process that reads files, and comes back from it."""
 
 
 def _unit(program: Program, given: Unit | None) -> Unit | None:
@@ -92,40 +138,30 @@ def _unit(program: Program, given: Unit | None) -> Unit | None:
     return recorded_program("", program.dialect.name, "", told).unit
 
 
-@contextmanager
-def on_part(store: Store, upload: Upload, asked: Asked) -> Iterator[FileOnPart]:
-    """A measurement's file with the part of an order's job, while it is there. Raises MSR, GEO, JOB and FAC errors."""
-    part = _part(store, asked.order)
-    with upload.as_file() as path:
-        yield read_measured(path, _stated(path.parent, asked), part)
+def _on_part(handed: Handed) -> FileOnPart:
+    """A measurement's file with the part of an order's job, where one is given. Raises MSR, GEO, JOB and FAC errors."""
+    if handed.order is None:
+        return read_measured(handed.file, _stated(handed))
+    with job_folder(handed.order, handed.programs) as job:
+        part = read_part_of_job(job)
+    return read_measured(handed.file, _stated(handed), part)
 
 
-def _part(store: Store, order: str) -> PartOfJob | None:
-    if not order:
-        return None
-    with store.reading() as connection:
-        known = Known(connection, store.codec)
-        found = order_of(known, order).order
-        programs = programs_of(known, found)
-    with job_folder(found, programs) as job:
-        return read_part_of_job(job)
+def _stated(handed: Handed) -> Stated:
+    if not handed.asked.mapping_toml:
+        return Stated(handed.asked.unit)
+    mapping = handed.file.with_name("mapping.toml")
+    mapping.write_text(handed.asked.mapping_toml, encoding="utf-8")
+    return Stated(handed.asked.unit, mapping)
 
 
-def _stated(folder: Path, asked: Asked) -> Stated:
-    if not asked.mapping_toml:
-        return Stated(asked.unit)
-    mapping = folder / "mapping.toml"
-    mapping.write_text(asked.mapping_toml, encoding="utf-8")
-    return Stated(asked.unit, mapping)
-
-
-def _measurement(upload: Upload, asked: Asked, found: FileOnPart) -> views.MeasurementRead:
+def _measurement(handed: Handed, found: FileOnPart) -> views.MeasurementRead:
     return views.MeasurementRead(
         found.file.format,
         found.file.unit,
         tuple(_inspection(found, one) for one in found.on_part),
         tuple(views.Remarked("note", "", one.text, line=one.line) for one in found.file.remarks),
-        asked.mapping_toml or (_proposed(upload, asked) if found.file.format.startswith("table") else ""),
+        handed.asked.mapping_toml or (_proposed(handed) if found.file.format.startswith("table") else ""),
     )
 
 
@@ -149,26 +185,24 @@ def _value(row: ValueRow) -> views.ValueRead:
     )
 
 
-def _proposed(upload: Upload, asked: Asked) -> str:
+def _proposed(handed: Handed) -> str:
     """The mapping that a table's headings say; "" where there is none to propose."""
-    if Path(upload.name).suffix.lower() not in TABLES:
+    if Path(handed.name).suffix.lower() not in TABLES:
         return ""
     try:
-        with upload.as_file() as path:
-            written = map_table(path, path.parent / "mapping.toml", unit=asked.unit).path
-            return written.read_text(encoding="utf-8")
+        written = map_table(handed.file, handed.file.with_name("mapping.toml"), unit=handed.asked.unit).path
+        return written.read_text(encoding="utf-8")
     except TrueloopError:
         return ""
 
 
-def _drawing(upload: Upload, asked: Asked) -> views.DrawingRead:
+def _drawing(handed: Handed) -> views.DrawingRead:
     from trueloop.formats.jobs.characteristic_toml import characteristics_toml
     from trueloop.formats.jobs.profile_of_job import part_table_toml
     from trueloop.jobs.turned.drawing import read_drawing
 
-    with upload.as_file() as path:
-        drawn = read_drawing(path, unit=asked.unit)
-    table = part_table_toml(Path(upload.name).stem, drawn.profile, drawn.notes)
+    drawn = read_drawing(handed.file, unit=handed.asked.unit)
+    table = part_table_toml(Path(handed.name).stem, drawn.profile, drawn.notes)
     return views.DrawingRead(table + characteristics_toml(drawn.asked))
 
 

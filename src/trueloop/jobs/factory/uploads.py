@@ -6,13 +6,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from hashlib import sha256
-from pathlib import Path
 from typing import Final
 
 from sqlalchemy import delete, insert, select
 
 from trueloop.factory.known import unknown
-from trueloop.jobs.factory.job_folder import unnamed_folder
+from trueloop.factory.load import Known, order_of
+from trueloop.jobs.factory.job_folder import programs_of, unnamed_folder
+from trueloop.jobs.factory.upload_read import Asked, Handed
 from trueloop.storage.factory_tables import UPLOAD, stamp
 from trueloop.storage.store import Store
 
@@ -28,14 +29,6 @@ class Upload:
     name: str
     sha256: str
     content: bytes
-
-    @contextmanager
-    def as_file(self) -> Iterator[Path]:
-        """The file in a folder of its own, under a name of letters, digits and `._-` with the end of its own name."""
-        with unnamed_folder() as folder:
-            path = folder / (_UNSAFE.sub("_", self.name)[-_LONGEST:].lstrip(".") or "file")
-            path.write_bytes(self.content)
-            yield path
 
 
 def add_upload(store: Store, name: str, content: bytes, by: str, now: datetime) -> Upload:
@@ -56,3 +49,21 @@ def upload_of(store: Store, sha256: str, by: str) -> Upload:
     if row is None:
         raise unknown("upload", sha256, "hand the file over again: it is kept for a day")
     return Upload(row.name, row.sha256, bytes(row.content))
+
+
+@contextmanager
+def handed(store: Store, upload: Upload, asked: Asked) -> Iterator[Handed]:
+    """The file in a folder of its own for a while, with what the store knows of the order that is asked for.
+
+    Its name there has letters, digits and `._-`, and the end of its own. Raises FAC-UNKNOWN.
+    """
+    order, programs = None, dict[str, bytes]()
+    if asked.order:
+        with store.reading() as connection:
+            known = Known(connection, store.codec)
+            order = order_of(known, asked.order).order
+            programs = programs_of(known, order)
+    with unnamed_folder() as folder:
+        path = folder / (_UNSAFE.sub("_", upload.name)[-_LONGEST:].lstrip(".") or "file")
+        path.write_bytes(upload.content)
+        yield Handed(str(path), upload.name, upload.sha256, asked, order, programs)

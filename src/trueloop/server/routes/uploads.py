@@ -13,8 +13,9 @@ from trueloop.factory.views.parts import CertificateRow
 from trueloop.factory.views.uploads import ImportedView, Kind, UploadView
 from trueloop.jobs.factory.certify import certify
 from trueloop.jobs.factory.imports import OfPart, import_measurement, import_program
-from trueloop.jobs.factory.upload_read import Asked, read_upload
+from trueloop.jobs.factory.upload_read import Asked, inspected, program_read, upload_view
 from trueloop.jobs.factory.uploads import add_upload, upload_of
+from trueloop.server.apart.reading import read_apart
 from trueloop.server.guarded import By, Here, Row, factory_by, router
 
 routes = router()
@@ -68,30 +69,34 @@ async def upload(request: Request, name: Name, here: Here, who: By) -> UploadVie
     """A file, as the request's body. Nothing of it is a fact yet; it is forgotten after a day."""
     content = await request.body()
     kept = await run_in_threadpool(add_upload, here.store, name, content, who.name, here.clock())
-    return await run_in_threadpool(read_upload, here.store, kept, Asked())
+    return await read_apart(here, kept, Asked(), upload_view)
 
 
 @routes.post("/uploads/{sha}/read")
-def read(sha: str, given: ReadAs, here: Here, who: By) -> UploadView:
+async def read(sha: str, given: ReadAs, here: Here, who: By) -> UploadView:
     """The same file, read in another way."""
     asked = Asked(given.kind, given.dialect, given.unit, given.order, given.mapping_toml)
-    return read_upload(here.store, upload_of(here.store, sha, who.name), asked)
+    found = await run_in_threadpool(upload_of, here.store, sha, who.name)
+    return await read_apart(here, found, asked, upload_view)
 
 
 @routes.post("/uploads/{sha}/program", status_code=201)
-def as_program(sha: str, given: AsProgram, here: Here, who: By) -> ImportedView:
+async def as_program(sha: str, given: AsProgram, here: Here, who: By) -> ImportedView:
     """Kept as a program, which may be released then."""
     asked = Asked("program", given.dialect, given.unit)
-    return import_program(here.store, upload_of(here.store, sha, who.name), asked, factory_by(who))
+    found = await run_in_threadpool(upload_of, here.store, sha, who.name)
+    known = await read_apart(here, found, asked, program_read)
+    return await run_in_threadpool(import_program, here.store, found, known, factory_by(who))
 
 
 @routes.post("/uploads/{sha}/measurement", status_code=201)
-def as_measurement(sha: str, given: AsMeasurement, here: Here, who: By) -> ImportedView:
+async def as_measurement(sha: str, given: AsMeasurement, here: Here, who: By) -> ImportedView:
     """Kept as what was measured of a part."""
     asked = Asked("measurement", None, given.unit, given.order, given.mapping_toml)
     of = OfPart(given.order, given.part, given.after, given.run, given.measured_at)
-    found = upload_of(here.store, sha, who.name)
-    return import_measurement(here.store, found, asked, of, factory_by(who), here.clock())
+    found = await run_in_threadpool(upload_of, here.store, sha, who.name)
+    known = await read_apart(here, found, asked, inspected)
+    return await run_in_threadpool(import_measurement, here.store, found, known, of, factory_by(who), here.clock())
 
 
 @routes.post("/certificates", status_code=201)

@@ -1,0 +1,1 @@
+"""Files that people hand over are read in processes apart, which may die of them."""

@@ -1,0 +1,217 @@
+"""A file that was handed over, read in a process apart with limits of time and memory: `read_apart`.
+
+A reader has decades of formats to know, and some file will make one loop or take all memory. That ends the process that
+reads it, and is an answer; the service goes on. A process that has done well reads the next file.
+"""
+
+import asyncio
+import atexit
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from threading import Event, Lock, Timer
+from typing import Final, TypeVar, cast
+from weakref import WeakKeyDictionary
+
+from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.factory.upload_read import Asked, Handed
+from trueloop.jobs.factory.uploads import Upload, handed
+from trueloop.server.apart.answers import CODEC, Answer, Question
+from trueloop.server.guarded import Service
+
+AT_ONCE: Final = 2
+"""Files that are read at once: others wait, and hold no thread that answers requests."""
+WAITING: Final = 32
+"""Files that wait; one more is refused."""
+START_S: Final = 60.0
+"""For a process to begin, s."""
+END_S: Final = 5.0
+"""For one that ends by itself to end, s."""
+KEPT_BYTES: Final = 512 << 20
+"""A process that has taken more than this reads no other file: what it holds is given back by its end."""
+_PASSED_ON: Final = ("PATH", "PYTHON", "LANG", "LC_", "LD_LIBRARY_PATH", "HOME", "VIRTUAL_ENV")
+"""Beginnings of the names of what the process gets of the service's environment: no password of a database."""
+
+T = TypeVar("T")
+
+
+class _Queue:
+    """Of one loop."""
+
+    def __init__(self) -> None:
+        self.limiter, self.length = CapacityLimiter(AT_ONCE), 0
+
+
+_OF_LOOP: Final[WeakKeyDictionary[asyncio.AbstractEventLoop, _Queue]] = WeakKeyDictionary()
+
+
+async def read_apart(here: Service, upload: Upload, asked: Asked, reading: Callable[[Handed], T]) -> T:
+    """What one of `READINGS` gives of a file. Raises what that raises, FAC-UNKNOWN, SRV-FILE, SRV-DELAY."""
+    queue = _OF_LOOP.setdefault(asyncio.get_running_loop(), _Queue())
+    if queue.length >= AT_ONCE + WAITING:
+        raise TrueloopError(
+            Code.SRV_DELAY,
+            f"{WAITING} files that were handed over wait to be read",
+            hint="hand it over again later",
+            values={"retry_after_s": here.settings.limits.read_s},
+        )
+    queue.length += 1
+    try:
+        return await run_sync(_read, here, upload, asked, reading, limiter=queue.limiter)
+    finally:
+        queue.length -= 1
+
+
+def _read(here: Service, upload: Upload, asked: Asked, reading: Callable[[Handed], T]) -> T:
+    limits = here.settings.limits
+    with handed(here.store, upload, asked) as given:
+        question = Question(reading.__name__, given, limits.read_s, limits.read_bytes)
+        answer = PROCESSES.answer(question)
+        if answer.refusal is not None:
+            raise answer.refusal.error()
+        if answer.exhausted:
+            raise not_read(upload.name, f"it takes more than {limits.read_bytes / 1e9:.3g} GB of memory")
+        if answer.fault:
+            raise RuntimeError(answer.fault)
+        return cast(T, answer.value)
+
+
+def not_read(name: str, why: str) -> TrueloopError:
+    """SRV-FILE."""
+    return TrueloopError(
+        Code.SRV_FILE,
+        f"{name!r} was not read: {why}",
+        hint="hand over a smaller file, or see what it holds: `trueloop measure read`, `trueloop nc check`",
+        values={"file": name},
+    )
+
+
+class Process:
+    """One process that reads files."""
+
+    def __init__(self) -> None:
+        environment = {name: value for name, value in os.environ.items() if name.startswith(_PASSED_ON)}
+        self._popen = subprocess.Popen(
+            [sys.executable, "-P", "-m", "trueloop.server.apart.process"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env={**environment, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+        )
+        self.pid = self._popen.pid
+        self._ready = False
+
+    @property
+    def alive(self) -> bool:
+        """Whether it has not ended."""
+        return self._popen.poll() is None
+
+    def answer(self, question: Question) -> Answer:
+        """Raises SRV-FILE where none comes: the process has ended then, and what it held is free."""
+        if not self._ready:
+            with self._ended_after(START_S):
+                self._ready = bool(self._line())
+            if not self._ready:
+                raise RuntimeError(f"the process that reads files did not begin: {self._how_it_ended()}")
+        with self._ended_after(question.seconds) as late:
+            line = self._line(CODEC.to_json(question).encode())
+        if line.endswith(b"\n"):
+            return CODEC.from_json(line, Answer)
+        ended = self._how_it_ended()
+        why = (
+            f"it takes longer than {question.seconds:g} s"
+            if late.is_set()
+            else f"the process that read it ended {ended}"
+        )
+        raise not_read(question.handed.name, why)
+
+    def _how_it_ended(self) -> str:
+        """It has closed its output."""
+        with suppress(subprocess.TimeoutExpired):
+            self._popen.wait(END_S)
+        self.end()
+        status = self._popen.returncode
+        return f"by {signal.Signals(-status).name}" if status < 0 else f"with status {status}"
+
+    def end(self) -> None:
+        """Ends it, whatever it is at."""
+        self._popen.kill()
+        self._popen.communicate()
+
+    def _line(self, question: bytes = b"") -> bytes:
+        assert self._popen.stdin is not None and self._popen.stdout is not None
+        try:
+            self._popen.stdin.write(question)
+            self._popen.stdin.flush()
+        except BrokenPipeError:
+            return b""
+        return self._popen.stdout.readline()
+
+    @contextmanager
+    def _ended_after(self, seconds: float) -> Iterator[Event]:
+        """A process that takes longer than this block may is killed, which is seen by the event."""
+        late = Event()
+
+        def kill() -> None:
+            late.set()
+            self._popen.kill()
+
+        timer = Timer(seconds, kill)
+        timer.start()
+        try:
+            yield late
+        finally:
+            timer.cancel()
+
+
+class Processes:
+    """Those that wait for a file, the last that has read one first."""
+
+    def __init__(self) -> None:
+        self._waiting: list[Process] = []
+        self._lock = Lock()
+
+    def start(self) -> None:
+        """One, so that the first file need not wait for it."""
+        with self._lock:
+            self._waiting = self._waiting or [Process()]
+
+    def answer(self, question: Question) -> Answer:
+        """By one that waits, else by a new one. Raises SRV-FILE."""
+        process = self._taken() or Process()
+        try:
+            answer = process.answer(question)
+        except BaseException:
+            process.end()
+            raise
+        if answer.exhausted or answer.memory_bytes > KEPT_BYTES:
+            process.end()
+        else:
+            with self._lock:
+                self._waiting.append(process)
+        return answer
+
+    def end(self) -> None:
+        """Ends those that wait."""
+        while (process := self._taken()) is not None:
+            process.end()
+
+    def _taken(self) -> Process | None:
+        with self._lock:
+            while self._waiting:
+                process = self._waiting.pop()
+                if process.alive:
+                    return process
+                process.end()
+        return None
+
+
+PROCESSES: Final = Processes()
+"""Those of this process: they end with it."""
+atexit.register(PROCESSES.end)
