@@ -158,8 +158,8 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         fanuc_lathe_b="G21 G33 Z-5. F1.",
     ),
     "Drilling cycles": _for(
-        heidenhain="1 CYCL DEF 200 DRILLING",
-        siemens="MCALL CYCLE81(10,0,2,-5)",
+        heidenhain="0 BEGIN PGM A MM\n1 CYCL DEF 200 D ~\nQ200=1 ~\nQ201=-5 ~\nQ203=0\n2 L X+1 F9 M99",
+        siemens="G71 MCALL CYCLE81(10,0,2,-5)\nX1 F9",
         linuxcnc="G21 G81 X1 Z-1 R1",
         lathe="G21 G83 Z-5. R-1. F.1",
         haas_lathe="G21 G81 Z-5. R-1. F.1",

@@ -75,6 +75,7 @@ impl Writing {
             steps,
             carried: self.carried,
             drilling: self.drilling,
+            heights: HashMap::new(),
             shared: Vec::new(),
             added: 0,
             tolerance_mm: self.limits.tolerance_mm,
@@ -106,11 +107,16 @@ impl Writing {
         roles: &HashMap<usize, Role>,
     ) -> Result<Vec<Course>, Refused> {
         let mut courses = Vec::with_capacity(path.len());
+        let mut called = path.drilled.iter().filter(|hole| hole.said.is_some()).peekable();
         for index in 0..path.len() {
             let role = roles.get(&(path.block[index] as usize));
             let saying = Saying::of(path, index);
             let before = standing::before(self.standing, &mut self.renamed, &saying);
             self.standing = standing::after(before, program, &saying, role);
+            while called.next_if(|hole| hole.end <= index).is_some() {}
+            if let Some(hole) = called.peek().filter(|hole| hole.first <= index) {
+                self.standing[hole.third] = Standing::Said; // by the cycle, in its definition
+            }
             let fate = fate(path, index, role, before, self.standing);
             if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
                 require_said(program, path, index, before, self.standing)?;
@@ -142,7 +148,10 @@ impl Writing {
                 if index + 1 == hole.end {
                     let (here, after) = rest.split_at(rest.partition_point(|piece| piece.of_move <= index));
                     rest = after;
-                    writer.drill(hole, here, courses)?;
+                    match &hole.said {
+                        Some(said) => writer.drill_called(hole, said, here, courses)?,
+                        None => writer.drill(hole, here, courses)?,
+                    }
                     holes.next();
                 }
                 continue;

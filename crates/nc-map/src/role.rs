@@ -39,6 +39,7 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
             }
             Some(
                 G::OpaqueCycle
+                | G::DefineCycle(None)
                 | G::OpaqueMotion
                 | G::OpaqueBlock
                 | G::Removal(_)

@@ -4,6 +4,7 @@
 //! not change when positions get other names. An increment is written from where the tool really is, so that rounding
 //! never adds up; a position is rounded by itself.
 
+mod called;
 mod centre;
 pub(crate) mod contour;
 mod coordinate;
@@ -11,6 +12,8 @@ pub(crate) mod hole;
 pub(crate) mod pole;
 mod refusals;
 mod turned;
+
+use std::collections::HashMap;
 
 use nc_program::{Modal, MoveKind, Program, ToolPath, Word};
 
@@ -45,6 +48,8 @@ pub(crate) struct Writer<'a> {
     pub carried: Vector,
     /// The drilling cycle in force.
     pub drilling: Drilling,
+    /// By how much the values that say heights of called cycles were moved, by their first byte, mm.
+    pub heights: HashMap<usize, f64>,
     /// Where the pieces of shared contours end.
     pub shared: Vec<Ended>,
     /// Blocks written in addition.

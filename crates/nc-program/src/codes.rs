@@ -36,6 +36,9 @@ pub(crate) enum Action {
     TurningCycle,
     Thread(i32),
     Removal(Removal, i32),
+    HoleCycle(Drill, i32),
+    ModalCycle(i32),
+    CallCycle(i32),
     Lap(Lap, i32),
     CallMacro(i32),
     ModalMacro(i32),
@@ -77,6 +80,7 @@ impl Runner<'_> {
                 if self.path.len() > before {
                     self.call_modal_macro();
                 }
+                self.call_cycle(request, self.path.len() > before);
             }
             Action::DiameterByWord => self.diameter_by_word(request),
             Action::SetRegister => self.set_register(request),
@@ -100,6 +104,9 @@ impl Runner<'_> {
             Action::Profile(profile, word) => self.profile_cycle(request, profile, word),
             Action::Lap(lap, word) => self.lap(request, lap, word),
             Action::Removal(removal, word) => self.removal(removal, word),
+            Action::HoleCycle(drill, word) => self.cycle_here(drill, word),
+            Action::ModalCycle(word) => self.modal_cycle(word),
+            Action::CallCycle(word) => self.call_defined(word),
             Action::Thread(word) => self.thread_cycle(request, word),
             Action::Nothing => {}
         }
@@ -241,6 +248,7 @@ impl Runner<'_> {
                 self.keep_under_cycle();
                 self.state.modal.motion = Motion::Opaque;
             }
+            G::DefineCycle(cycle) => self.define_cycle(cycle, word),
             G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
             G::OpaqueMode => self.unfollowed(word),
             G::ToleranceCycle => self.tolerance_cycle(word),
@@ -408,6 +416,10 @@ pub(crate) fn action_of(code: G, word: i32) -> Option<Action> {
         G::Profile(profile) => Some(Action::Profile(profile, word)),
         G::Lap(lap) => Some(Action::Lap(lap, word)),
         G::Removal(removal) => Some(Action::Removal(removal, word)),
+        G::HoleCycle(drill) => Some(Action::HoleCycle(drill, word)),
+        G::ModalCycle => Some(Action::ModalCycle(word)),
+        G::CallCycle => Some(Action::CallCycle(word)),
+        G::DefineCycle(_) => Some(Action::Nothing),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
         G::Setting(..) | G::ToleranceCycle | G::Swivel | G::Preset => Some(Action::Nothing),
         _ => None,

@@ -12,9 +12,11 @@ pub(crate) struct Argument {
     pub text: Option<String>,
     /// NaN of a text and of what is left out.
     pub value: f64,
+    /// The bytes of a value, from one to before another.
+    pub span: (u32, u32),
 }
 
-const LEFT_OUT: Argument = Argument { text: None, value: f64::NAN };
+const LEFT_OUT: Argument = Argument { text: None, value: f64::NAN, span: (0, 0) };
 
 impl Runner<'_> {
     /// Those of a word. `None` where they cannot be read; why has been reported.
@@ -39,8 +41,9 @@ impl Runner<'_> {
                     if end == at {
                         return None;
                     }
+                    let span = (at as u32, end as u32);
                     at = end;
-                    Argument { value, ..LEFT_OUT }
+                    Argument { value, span, ..LEFT_OUT }
                 }
             };
             arguments.push(argument);

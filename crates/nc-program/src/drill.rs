@@ -86,6 +86,7 @@ impl Runner<'_> {
                 ends_at_plane: self.state.retracts_to_plane,
                 series: hole.series,
                 repeat,
+                said: None,
             });
             target[third] = self.state.position[third];
         }
@@ -196,7 +197,7 @@ impl Runner<'_> {
     }
 
     /// A move along the third axis alone.
-    fn height(&mut self, kind: MoveKind, at: [f64; 3], third: usize, to: f64, word: i32) {
+    pub(crate) fn height(&mut self, kind: MoveKind, at: [f64; 3], third: usize, to: f64, word: i32) {
         let (mut end, mut words) = (at, [INHERITED; 3]);
         end[third] = to;
         words[third] = word;

@@ -10,6 +10,9 @@ use crate::request::{Jump, Request};
 use crate::run::Runner;
 use crate::scope::{has_value, Scope};
 
+/// The coordinate of the surface, of Klartext's drilling cycles.
+const SURFACE: Key<'static> = Key::Number(203);
+
 /// A way to compute the value at a byte.
 type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Box<Fault>>;
 
@@ -108,8 +111,8 @@ impl Runner<'_> {
 
     fn gather_m(&mut self, value: f64, index: usize, request: &mut Request) {
         if let Some(function) = self.program.dialect().m_code(value) {
-            if function == M::CallCycle {
-                self.note_opaque(index as i32, "the moves of the cycle defined last are not in the path");
+            if matches!(function, M::CallCycle | M::CallCycleAlways) {
+                request.cycle_call = Some((index as i32, function == M::CallCycleAlways));
             }
             self.apply_function(function, request);
         }
@@ -134,7 +137,7 @@ impl Runner<'_> {
             M::CallProgram => request.jump = Jump::Program,
             M::CallBlock => request.jump = Jump::Block,
             M::Return => request.jump = Jump::Return,
-            M::CallCycle | M::Inert => {}
+            M::CallCycle | M::CallCycleAlways | M::Inert => {}
         }
     }
 
@@ -144,6 +147,9 @@ impl Runner<'_> {
         }
         let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
         let value = self.assigned(self.program.value_start(word), word.end());
+        if key == Some(SURFACE) {
+            self.state.defined.surface = (self.program.value_start(word) as u32, word.end() as u32);
+        }
         match key {
             Some(key) if self.program.dialect().formulas => self.state.store.set(key, value), // one after another
             Some(key @ Key::Number(_)) if self.program.dialect().parameters.unset_is_zero && !has_value(&key) => {

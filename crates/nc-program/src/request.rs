@@ -44,6 +44,8 @@ pub struct Request {
     pub changes_tool: bool,
     /// Where to go on after it.
     pub jump: Jump,
+    /// The word that calls the cycle defined last, and whether every move after it does, too.
+    pub cycle_call: Option<(i32, bool)>,
 }
 
 impl Request {
@@ -62,6 +64,7 @@ impl Request {
             ends: false,
             changes_tool: false,
             jump: Jump::None,
+            cycle_call: None,
         }
     }
 
@@ -74,6 +77,7 @@ impl Request {
         self.ends = false;
         self.changes_tool = false;
         self.jump = Jump::None;
+        self.cycle_call = None;
     }
 
     /// Notes a value; the last one of a letter counts.

@@ -73,6 +73,8 @@ fn word_jumps(program: &Program, word: &Word) -> bool {
         // An arc that leaves as the move before arrives, or goes about a pole: either may be of another part.
         (WordKind::Name, _) => match program.code(word) {
             Some(G::Motion(Motion::Tangent)) => true,
+            // The heights of its holes are said where it is defined.
+            Some(G::HoleCycle(_) | G::ModalCycle | G::DefineCycle(Some(_))) => true,
             Some(G::Pole(_)) => dialect.about_pole,
             _ => false,
         },

@@ -1,5 +1,6 @@
 //! What a run knows between two blocks, and takes along from one part of a program to the next.
 
+use crate::called_cycle::{CalledHole, Defined};
 use crate::contouring::Contouring;
 use crate::dialect::ToolOffset;
 use crate::frame::Frame;
@@ -73,6 +74,10 @@ pub(crate) struct State {
     pub spline: SplineData,
     /// The macros that moves call: those of the program the last of them, whose own moves call the one before.
     pub modal_macros: Vec<ModalMacro>,
+    /// The cycle that runs after each move (MCALL).
+    pub modal_cycle: Option<CalledHole>,
+    /// The cycle defined last (CYCL DEF).
+    pub defined: Defined,
     /// Drilling cycles retract to the plane R.
     pub retracts_to_plane: bool,
     /// Block of the O number of the program being run; `None` before the first.
@@ -120,6 +125,8 @@ impl State {
             comes_at_rapid: false,
             spline: SplineData::default(),
             modal_macros: Vec::new(),
+            modal_cycle: None,
+            defined: Defined::default(),
             retracts_to_plane: dialect.rules.retracts_to_plane,
             program_start: None,
         }

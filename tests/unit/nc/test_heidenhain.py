@@ -104,7 +104,7 @@ def test_a_label_with_rep_in_its_name_is_called_once() -> None:
         ("1 FN 9: IF +1 EQU +1", Code.NC_FLOW, "a comparison without a jump"),
         ("1 FN 9: IF +1 ~ +1 GOTO LBL 1", Code.NC_FLOW, "a comparison that is not known"),
         ("1 LBL 1\n2 CALL LBL 1", Code.NC_LIMIT, "more than 64 deep"),
-        ("1 CYCL CALL M3", Code.NC_OPAQUE, "CYCL CALL M3: what it does is not in the path"),
+        ("1 CYCL CALL M3", Code.NC_OPAQUE, "CYCL CALL M3: the moves of the cycle defined last are not in the path"),
         ("1 PLANE SPATIAL SPA0 SPB0", Code.NC_OPAQUE, "the path goes on as if it were not there"),
         ("1 L A+90 FMAX", Code.NC_OPAQUE, "A+90: this axis is not in the path"),
         ("1 L X+1 M99", Code.NC_OPAQUE, "M99: the moves of the cycle defined last are not in the path"),

@@ -113,7 +113,7 @@ def test_expressions_follow_the_order_of_the_manual() -> None:
             "TILT=CROT(Z,30): the path goes on as if it were not there",
         ),
         ("G71\nCYCLE800(0,1)", Code.NC_OPAQUE, "CYCLE800(0,1): the path goes on as if it were not there"),
-        ("G71\nCYCLE81(10,0,2,-5)", Code.NC_OPAQUE, "CYCLE81(10,0,2,-5): what it does is not in the path"),
+        ("G71\nPOCKET3(10,0,2,-5)", Code.NC_OPAQUE, "POCKET3(10,0,2,-5): what it does is not in the path"),
         ("G71 G0 X1=5", Code.NC_OPAQUE, "X1=5: this axis is not in the path"),
         ("G71 DIAMON\nTRANS X5", Code.NC_OPAQUE, "X of the shift is taken as a radius"),
         ("G71 G1 X5 Y5 ANG=30 F1", Code.NC_OPAQUE, "an angle beside both coordinates of the end"),
@@ -152,7 +152,7 @@ def test_a_plain_coordinate_is_displaced_as_a_whole() -> None:
 
 
 def test_an_error_is_told_behind_a_thousand_notes() -> None:
-    program = siemens("G71 G90\n" + "CYCLE81(10,0,2,-5)\n" * 1001 + "G1 X=R5 F100")
+    program = siemens("G71 G90\n" + "POCKET3(10,0,2,-5)\n" * 1001 + "G1 X=R5 F100")
     found = program.run(strict=False).findings
     assert sum(one.code is Code.NC_OPAQUE for one in found) == 1000
     assert found[-1].code is Code.NC_PARAMETER

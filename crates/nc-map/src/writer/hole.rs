@@ -27,11 +27,11 @@ pub(crate) struct Drilling {
 }
 
 /// Where a hole is to be, displaced, mm.
-struct Wanted {
+pub(super) struct Wanted {
     /// Its place and its bottom.
-    bottom: Vector,
+    pub bottom: Vector,
     /// Height of the plane R.
-    plane: f64,
+    pub plane: f64,
 }
 
 impl<'a> Writer<'a> {
@@ -77,7 +77,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Every axis stands at a position of the program before the drill goes down.
-    fn require_known(&self, hole: &Drilled, courses: &[Course]) -> Result<[Standing; 3], Refused> {
+    pub(super) fn require_known(&self, hole: &Drilled, courses: &[Course]) -> Result<[Standing; 3], Refused> {
         let cut = self.first_cut(hole);
         let standing = courses.get(cut).map_or([Standing::Never; 3], |course| course.standing);
         require_said(self.program, self.path, cut, standing, standing)?;
@@ -100,7 +100,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Where the hole is to be: across, the middle between the outermost of its points.
-    fn wanted(&self, here: &Here, hole: &Drilled, pieces: &[Piece]) -> Result<Wanted, Refused> {
+    pub(super) fn wanted(&self, here: &Here, hole: &Drilled, pieces: &[Piece]) -> Result<Wanted, Refused> {
         let down = self.first_cut(hole)..=hole.bottom;
         let cuts =
             || pieces.iter().filter(|p| down.contains(&p.of_move) && self.path.kind[p.of_move] == MoveKind::Line);

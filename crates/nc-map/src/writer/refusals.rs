@@ -99,6 +99,14 @@ impl Writer<'_> {
         Refused::block(self.block_start(here.block), message, "write each hole into a block of its own")
     }
 
+    pub(super) fn other_hole(&self, here: &Here, by_mm: f64, known_mm: f64) -> Refused {
+        let message = format!(
+            "this hole is displaced by {by_mm:.5} mm along its axis, and the first one of its cycle by {known_mm:.5} mm"
+        );
+        let hint = "define the cycle anew before it, or allow a larger tolerance: one definition says one height";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
     pub(super) fn begun_elsewhere(&self, here: &Here, initial_mm: f64, height_mm: f64) -> Refused {
         let message = format!("the cycle begins at {initial_mm:.5} mm, and its first hole at {height_mm:.5} mm");
         let hint = "call the cycle in the block of its first hole";

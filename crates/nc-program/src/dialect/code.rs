@@ -118,6 +118,14 @@ pub enum G {
     EndModalMacro,
     /// Grooves side by side, in pecks along that axis (0 is X, 2 is Z).
     Groove(u8),
+    /// A drilling cycle by its arguments, here: CYCLE81.
+    HoleCycle(Drill),
+    /// The cycle behind it runs after each move: MCALL.
+    ModalCycle,
+    /// A cycle of that number is defined by Q parameters; `None` where it is not followed.
+    DefineCycle(Option<(u16, Drill)>),
+    /// Runs it.
+    CallCycle,
     /// Ends the points of a spline, which is cut.
     EndSpline,
     /// Runs the blocks from N of P to N of Q, then goes back to where it began.
@@ -165,6 +173,8 @@ pub enum M {
     ChangeTool,
     /// Runs the cycle defined last at the end of the move.
     CallCycle,
+    /// The same after each move from here on.
+    CallCycleAlways,
     /// Without influence on the path.
     Inert,
 }

@@ -9,6 +9,7 @@ use super::{
     ToolOffset, G, M,
 };
 use crate::controls;
+use crate::drill::Drill;
 use crate::flow::Flow;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane};
 
@@ -59,7 +60,8 @@ pub const HEIDENHAIN: Dialect = Dialect {
 fn m_code(number: u16) -> Option<M> {
     match number {
         2 | 30 => Some(M::End),
-        89 | 99 => Some(M::CallCycle),
+        89 => Some(M::CallCycleAlways),
+        99 => Some(M::CallCycle),
         0..=999 => Some(M::Inert),
         _ => None,
     }
@@ -68,6 +70,11 @@ fn m_code(number: u16) -> Option<M> {
 const CYCLE: Name = Name::Text(G::OpaqueBlock);
 const FRAME: Name = Name::Text(G::OpaqueMode);
 const TEXT: Name = Name::Text(G::Inert);
+
+/// A drilling cycle by its number, defined by Q parameters.
+const fn drills(number: u16, drill: Drill) -> Name {
+    Name::Text(G::DefineCycle(Some((number, drill))))
+}
 
 const NAMES: Names = Names::of(&[
     ("APPR\t", CYCLE),
@@ -81,7 +88,9 @@ const NAMES: Names = Names::of(&[
     ("CR\t", Name::Code(G::Motion(Motion::Counterclockwise))),
     ("CTP\t", Name::Code(G::Motion(Motion::Tangent))),
     ("CT\t", Name::Code(G::Motion(Motion::Tangent))),
-    ("CYCL CALL", CYCLE),
+    ("CYCL CALL PAT", CYCLE),
+    ("CYCL CALL POS", CYCLE),
+    ("CYCL CALL", Name::Text(G::CallCycle)),
     ("CYCL DEF 7.0", TEXT),
     ("CYCL DEF 7.#", Name::Code(G::OffsetRegister)),
     ("CYCL DEF 8.", FRAME),
@@ -93,7 +102,15 @@ const NAMES: Names = Names::of(&[
     ("CYCL DEF 26.", FRAME),
     ("CYCL DEF 32.", TEXT),
     ("CYCL DEF 247", Name::Text(G::Preset)),
-    ("CYCL DEF", CYCLE),
+    ("CYCL DEF 200", drills(200, Drill::Plain)),
+    ("CYCL DEF 201", drills(201, Drill::Ream)),
+    ("CYCL DEF 203", drills(203, Drill::Plain)),
+    ("CYCL DEF 205", drills(205, Drill::Plain)),
+    ("CYCL DEF 206", drills(206, Drill::Tap)),
+    ("CYCL DEF 207", drills(207, Drill::Tap)),
+    ("CYCL DEF 209", drills(209, Drill::Tap)),
+    ("CYCL DEF 240", drills(240, Drill::Plain)),
+    ("CYCL DEF", Name::Text(G::DefineCycle(None))),
     ("C\t", Name::Code(G::Motion(Motion::Counterclockwise))),
     ("DEP\t", CYCLE),
     ("DR+\t", Name::Code(G::Motion(Motion::Counterclockwise))),

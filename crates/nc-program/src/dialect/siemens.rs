@@ -10,6 +10,7 @@ use super::{
     ToolOffset, G, M,
 };
 use crate::controls;
+use crate::drill::Drill;
 use crate::flow::Flow;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::removal::Removal;
@@ -132,6 +133,16 @@ const NAMES: Names = Names::of(&[
     ("CASE", Name::Flow(Flow::Case)),
     ("CYCLE800", Name::Text(G::Swivel)),
     ("CYCLE832", Name::Text(G::ToleranceCycle)),
+    ("CYCLE81", Name::Text(G::HoleCycle(Drill::Plain))),
+    ("CYCLE82", Name::Text(G::HoleCycle(Drill::Plain))),
+    ("CYCLE83", Name::Text(G::HoleCycle(Drill::Plain))),
+    ("CYCLE84", Name::Text(G::HoleCycle(Drill::Tap))),
+    ("CYCLE840", Name::Text(G::HoleCycle(Drill::Tap))),
+    ("CYCLE85", Name::Text(G::HoleCycle(Drill::Ream))),
+    ("CYCLE86", Name::Text(G::HoleCycle(Drill::Plain))),
+    ("CYCLE87", Name::Text(G::HoleCycle(Drill::Plain))),
+    ("CYCLE88", Name::Text(G::HoleCycle(Drill::Plain))),
+    ("CYCLE89", Name::Text(G::HoleCycle(Drill::Ream))),
     ("CYCLE#", CYCLE),
     ("COMPON", INERT),
     ("COMPOF", INERT),
@@ -208,7 +219,7 @@ const NAMES: Names = Names::of(&[
     ("M1", Name::Address(b'M')),
     ("M#", INERT),
     ("MIRROR", FRAME),
-    ("MCALL", CYCLE),
+    ("MCALL", Name::Text(G::ModalCycle)),
     ("MSG", INERT),
     ("NORM", INERT),
     ("NEWCONF", INERT),

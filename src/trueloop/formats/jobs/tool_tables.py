@@ -150,6 +150,10 @@ class ProgramsTable(Table):
     """How that correction was in force: by the `"corrected"` program, by the program with tool `"offsets"`, or as
     `"wear"` entered at the control. To be given where the correction can be carried out in several ways.
     """
+    folder: Path | None = None
+    """Folder of subprograms in files of their own (`O2000`, `2000.nc`, `CONTOUR.SPF`), of Fanuc, Haas and Siemens.
+    Those that the programs call are read, and the corrected program holds them behind itself.
+    """
     parameters: Annotated[dict[str, Finite], In("program's")] = Field(default_factory=dict)
     """Values of the programs' parameters, `{ P46 = 3.52 }`, in the programs' own unit."""
     unit: Literal["mm", "inch"] | None = None

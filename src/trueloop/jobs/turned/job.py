@@ -231,7 +231,7 @@ def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
         file=str(files.path),
         characteristics=measured.characteristics,
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
-        notes=(*fit_notes(job.part, read.profile), *measured.notes),
+        notes=(*fit_notes(job.part, read.profile), *measured.notes, *files.called_notes),
         memory=options_from(MemoryOptions, job),
     )
     inputs = with_cut(files, inputs)

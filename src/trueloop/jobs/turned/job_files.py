@@ -22,11 +22,13 @@ from trueloop.geometry.profile import Profile, Side
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.sources import Sources
+from trueloop.jobs.turned.called_files import with_called
 from trueloop.loops.turned.commanded import Run
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.understood import require_understood
 from trueloop.units import MM_PER_INCH
+from trueloop.wording import wording
 
 PROGRAM_HINT: Final = "the job's table [programs] or [setups.programs] names it, relative to the job file"
 
@@ -174,11 +176,41 @@ class JobFiles:
         """A program that the job names. Raises NC errors."""
         file, given = self.sources.file(name), self.job.own_programs
         source = read_input(file, Code.NC_FILE, hint=PROGRAM_HINT)
+        if given.folder is not None:
+            source, _ = self._with_called(source, given.folder)
         with in_file(self.path):
             program = read_program(source, given.dialect, str(file), given.unit, given.decimals)
             if not given.accept_unknown_words:
                 require_understood(program)
             return program
+
+    def _with_called(self, source: bytes, folder: Path) -> tuple[bytes, tuple[tuple[str, int], ...]]:
+        """A program with those of the folder that it calls."""
+
+        def read(path: Path) -> bytes:
+            return read_input(self.sources.file(folder / path.name), Code.NC_FILE, hint=PROGRAM_HINT)
+
+        with in_file(self.path):
+            return with_called(source, self.job.own_programs.dialect, self.path.parent / folder, read)
+
+    @property
+    def called_notes(self) -> tuple[str, ...]:
+        """A note on subprograms that come from files of their own, with the lines at which they stand."""
+        given = self.job.own_programs
+        if given.folder is None:
+            return ()
+        finish = read_input(self.sources.file(given.finish), Code.NC_FILE, hint=PROGRAM_HINT)
+        _, called = self._with_called(finish, given.folder)
+        if not called:
+            return ()
+        return (
+            wording(
+                "Called programs are read from {folder} behind the finish program: {programs}. The corrected program "
+                "holds them, too, in place of their files: other programs that call them are corrected with it.",
+                folder=given.folder.as_posix(),
+                programs=", ".join(f"{name} (from line {line})" for name, line in called),
+            ),
+        )
 
     def profile(self, finish: Program | None = None) -> Profile:
         """The nominal profile. Raises GEO errors, and NC errors where it is that of the finish program.

@@ -1,0 +1,76 @@
+//! The holes of cycles that are called: they are drilled where the tool stands, displaced already, and their heights are
+//! said where the cycle is defined, for all holes at once.
+
+use super::{Here, Writer};
+use crate::part::Course;
+use crate::pieces::Piece;
+use crate::refusal::Refused;
+use crate::value::takes_terms;
+use nc_program::{number, Drilled, Said};
+
+impl Writer<'_> {
+    /// Writes the heights of a hole into the cycle that drills it; those of a later hole have to come out the same.
+    pub fn drill_called(
+        &mut self,
+        hole: &Drilled,
+        said: &Said,
+        pieces: &[Piece],
+        courses: &[Course],
+    ) -> Result<(), Refused> {
+        let here = self.place(hole.place);
+        self.require_known(hole, courses)?;
+        let (wanted, third) = (self.wanted(&here, hole, pieces)?, hole.third);
+        for axis in here.axes.iter().filter(|axis| axis.index != third) {
+            let k = axis.index;
+            let off = (self.path.start[hole.place][k] + self.carried[k] - wanted.bottom[k]).abs();
+            if off > self.tolerance_mm + here.step.unit * axis.unit {
+                return Err(self.leaning(&here, k, off));
+            }
+        }
+        let depth = wanted.bottom[third] - self.path.end[hole.bottom][third];
+        let plane = wanted.plane - hole.plane;
+        let mut by = None;
+        for (spans, wanted) in [(said.plane, plane), (said.depth, depth)] {
+            for span in spans.into_iter().filter(|(start, end)| end > start) {
+                let done = self.height_of_cycle(&here, span, wanted)?;
+                by = by.or(Some(done));
+            }
+        }
+        self.carried[third] = by.unwrap_or(0.0);
+        Ok(())
+    }
+
+    /// A value that says a height, moved by so many mm; gives by how much it is.
+    fn height_of_cycle(&mut self, here: &Here, (start, end): (u32, u32), by_mm: f64) -> Result<f64, Refused> {
+        let (program, step, unit) = (self.program, here.step, here.state.mm());
+        let (start, end) = (start as usize, end as usize);
+        if let Some(known) = self.heights.get(&start).copied() {
+            return if (known - by_mm).abs() <= self.tolerance_mm + step.unit * unit {
+                Ok(known)
+            } else {
+                Err(self.other_hole(here, by_mm, known))
+            };
+        }
+        let old = program.source().get(start..end).unwrap_or(&[]).trim_ascii();
+        let number = number::read(old, 0).filter(|(_, after)| *after == old.len()).map(|(value, _)| value);
+        let change = step.round(by_mm / unit);
+        let done = match number {
+            _ if change == 0 => 0.0,
+            Some(value) => {
+                let steps = step.round(value + by_mm / unit);
+                self.edits.replace(start, start + old.len(), |out| step.restyle(out, old, steps));
+                (step.value(steps) - value) * unit
+            }
+            None if takes_terms(program) => {
+                self.edits.replace(start, start + old.len(), |out| step.with_term(out, old, change, program.dialect()));
+                step.value(change) * unit
+            }
+            None => {
+                let message = format!("{} would have to be displaced, but takes no sum", String::from_utf8_lossy(old));
+                return Err(Refused::block(start, message, "write the height as a number"));
+            }
+        };
+        self.heights.insert(start, done);
+        Ok(done)
+    }
+}

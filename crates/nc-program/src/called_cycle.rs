@@ -1,0 +1,248 @@
+//! Drilling cycles that are called: CYCLE81 to CYCLE89 of Sinumerik, at once or by MCALL after each move; of Klartext
+//! those that CYCL DEF 200 … define, by CYCL CALL and M99, or by M89 after each move.
+//!
+//! Their heights are arguments and Q parameters, not words of the block that drills: a path tells where each is written.
+
+use crate::cycle_arguments::{numbers, Argument};
+use crate::dialect::{Name, G};
+use crate::drill::Drill;
+use crate::finding;
+use crate::hole::{Drilled, Said};
+use crate::names;
+use crate::parameters::Key;
+use crate::path::{MoveKind, INHERITED};
+use crate::request::Request;
+use crate::run::Runner;
+
+/// A hole that a cycle drills wherever it is called. Heights in mm.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CalledHole {
+    drill: Drill,
+    /// Where feed begins.
+    plane: f64,
+    bottom: f64,
+    /// Where the tool ends.
+    retract: f64,
+    /// Feeds down and up, mm; NaN for that in force.
+    feeds: [f64; 2],
+    said: Said,
+}
+
+/// What M89 and CYCL CALL run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Defined {
+    /// The cycle defined last: its number, and what it drills; `None` where it is not followed.
+    pub cycle: Option<(u16, Drill)>,
+    /// Every move calls it.
+    pub modal: bool,
+    /// Where the surface's coordinate (Q203) was given last.
+    pub surface: (u32, u32),
+}
+
+/// What keeps a cycle from being followed.
+type Made<T> = Result<T, String>;
+
+impl Runner<'_> {
+    /// CYCLE81 and its like: drills where the tool stands.
+    pub(crate) fn cycle_here(&mut self, drill: Drill, word: i32) {
+        match self.argued_hole(drill, word) {
+            Ok(hole) => self.drill_here(&hole),
+            Err(why) => self.not_followed(word, &why),
+        }
+    }
+
+    /// MCALL: the cycle behind it runs after each move from here on; without one none does.
+    pub(crate) fn modal_cycle(&mut self, word: i32) {
+        self.state.modal_cycle = None;
+        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
+        let Some((start, end)) = found.map(|word| (word.start as usize, word.end())) else { return };
+        let source = self.program.source();
+        let at = names::skip(source, start + b"MCALL".len(), |byte| matches!(byte, b' ' | b'\t'));
+        if at >= end {
+            return;
+        }
+        match names::meaning(source, at, self.program.dialect()) {
+            Some((Name::Text(G::HoleCycle(drill)), _)) => match self.argued_hole(drill, word) {
+                Ok(hole) => self.state.modal_cycle = Some(hole),
+                Err(why) => self.not_followed(word, &why),
+            },
+            _ => self.warn_opaque(word, "what it runs after each move is not in the path"),
+        }
+    }
+
+    /// After a block's move: what MCALL, M89 and M99 run.
+    pub(crate) fn call_cycle(&mut self, request: &Request, moved: bool) {
+        if let Some(hole) = self.state.modal_cycle.filter(|_| moved) {
+            self.drill_here(&hole);
+        }
+        if let Some((word, always)) = request.cycle_call {
+            self.state.defined.modal = always;
+            self.call_defined(word);
+        } else if self.state.defined.modal && moved {
+            self.call_defined(INHERITED);
+        }
+    }
+
+    /// The cycle defined last: by CYCL CALL, M99 and M89.
+    pub(crate) fn call_defined(&mut self, word: i32) {
+        match self.state.defined.cycle {
+            Some((number, drill)) => match self.defined_hole(number, drill) {
+                Ok(hole) => self.drill_here(&hole),
+                Err(why) => self.not_followed(word, &why),
+            },
+            None => self.note_opaque(word, "the moves of the cycle defined last are not in the path"),
+        }
+    }
+
+    /// CYCL DEF: what M89 calls from here on is none any more.
+    pub(crate) fn define_cycle(&mut self, cycle: Option<(u16, Drill)>, word: i32) {
+        let in_one_line = self.word_text(word).contains('=');
+        (self.state.defined.cycle, self.state.defined.modal) = (cycle.filter(|_| !in_one_line), false);
+        if self.state.defined.cycle.is_none() {
+            self.note_opaque(word, "what it does is not in the path");
+        }
+    }
+
+    /// By the arguments `(RTP, RFP, SDIS, DP, DPR, …)`, with which all of these cycles begin.
+    fn argued_hole(&mut self, drill: Drill, word: i32) -> Made<CalledHole> {
+        let arguments = self.cycle_arguments(word).ok_or("its arguments cannot be read")?;
+        let [retract, reference, clearance, depth, by] = numbers(&arguments);
+        let text = self.word_text(word).to_ascii_uppercase();
+        let (feeds, first) = self.of_cycle(&text, &arguments)?;
+        if text.contains("CYCLE83(") {
+            self.note_opaque(word, "its pecks are not in the path");
+        }
+        let (Some(retract), Some(reference)) = (retract, reference) else {
+            return Err("its planes RTP and RFP are not given".to_owned());
+        };
+        let by = by.filter(|by| *by != 0.0 || depth.is_none());
+        let bottom = match (depth, by) {
+            (Some(depth), Some(by)) if (reference - by.abs() - depth).abs() > 1e-6 => {
+                return Err("its depth is given twice, by DP and by DPR".to_owned())
+            }
+            (Some(depth), _) => depth,
+            (None, Some(by)) => reference - by.abs(),
+            _ => return Err("its depth is not given".to_owned()),
+        };
+        let mm = self.state.modal.mm();
+        let span = |index: usize| arguments.get(index).map_or((0, 0), |argument| argument.span);
+        let said = if depth.is_some() && by.is_none() {
+            Said { plane: [span(0), span(1)], depth: [span(3), first] }
+        } else {
+            Said { plane: [span(0), (0, 0)], depth: [span(1), if depth.is_some() { span(3) } else { first }] }
+        };
+        fitting(CalledHole {
+            drill,
+            plane: (reference + clearance.unwrap_or(0.0).abs()) * mm,
+            bottom: bottom * mm,
+            retract: retract * mm,
+            feeds: feeds.map(|feed| feed * mm),
+            said,
+        })
+    }
+
+    /// Of a cycle's further arguments: its feeds, in program units, and where its first depth stands (CYCLE83).
+    fn of_cycle(&self, text: &str, arguments: &[Argument]) -> Made<([f64; 2], (u32, u32))> {
+        let given = |index: usize| arguments.get(index).map(|argument| argument.value).filter(|value| !value.is_nan());
+        let is = |number: &str| text.contains(&format!("CYCLE{number}("));
+        let sideways = [("83", 12), ("84", 12), ("840", 11)];
+        if sideways
+            .iter()
+            .any(|(number, axis)| is(number) && given(*axis).is_some_and(|axis| ![0.0, 3.0].contains(&axis)))
+        {
+            return Err("it drills along another axis than the plane's third".to_owned());
+        }
+        if (is("81") || is("82")) && given(6).is_some_and(|mode| mode >= 10.0) {
+            return Err("its depth is that of a diameter or of the shank, which the tool decides".to_owned());
+        }
+        if is("86") && [7, 8].iter().any(|index| given(*index).is_some_and(|way| way != 0.0)) {
+            return Err("it lifts off sideways".to_owned());
+        }
+        let feeds = if is("85") { [6, 7].map(|index| given(index).unwrap_or(f64::NAN)) } else { [f64::NAN; 2] };
+        let first =
+            arguments.get(5).filter(|first| is("83") && !first.value.is_nan()).map_or((0, 0), |first| first.span);
+        Ok((feeds, first))
+    }
+
+    /// By the Q parameters of a cycle that CYCL DEF defines.
+    fn defined_hole(&self, number: u16, drill: Drill) -> Made<CalledHole> {
+        let mm = self.state.modal.mm();
+        let q = |number: u32| self.state.store.get(&Key::Number(number)).filter(|value| value.is_finite());
+        let (Some(clearance), Some(depth), Some(surface)) = (q(200), q(201), q(203)) else {
+            return Err("Q200, Q201 and Q203 are not all given".to_owned());
+        };
+        if number == 240 && q(343).is_some_and(|by| by != 0.0) {
+            return Err("its depth is that of a diameter, which the tool decides".to_owned());
+        }
+        if depth >= 0.0 {
+            return Err(format!("its depth Q201 is {depth}"));
+        }
+        let out = q(208).filter(|feed| *feed > 0.0).or(q(206));
+        let unit = if self.state.modal.inch { self.program.dialect().rules.inch_feed * mm } else { mm };
+        let feed = |value: Option<f64>| value.filter(|feed| *feed > 0.0).map_or(f64::NAN, |feed| feed * unit);
+        fitting(CalledHole {
+            drill,
+            plane: (surface + clearance) * mm,
+            bottom: (surface + depth) * mm,
+            retract: (surface + clearance.max(q(204).unwrap_or(0.0))) * mm,
+            feeds: [feed(q(206)), feed(out)],
+            said: Said { plane: [(0, 0); 2], depth: [self.state.defined.surface, (0, 0)] },
+        })
+    }
+
+    /// Down from where the tool stands, and out again.
+    fn drill_here(&mut self, hole: &CalledHole) {
+        let third = self.state.modal.plane.axes().2;
+        let (at, feed, first) = (self.state.position, self.state.modal.feed, self.path.len());
+        if at[third] != hole.plane {
+            self.height(MoveKind::Rapid, at, third, hole.plane, INHERITED);
+        }
+        let [down, up] = hole.feeds.map(|own| if own.is_nan() { feed } else { own });
+        let bottom = self.path.len();
+        self.state.modal.feed = down;
+        self.height(MoveKind::Line, at, third, hole.bottom, INHERITED);
+        if matches!(hole.drill, Drill::Ream | Drill::Tap | Drill::Bore) {
+            self.state.modal.feed = up;
+            self.height(MoveKind::Line, at, third, hole.plane, INHERITED);
+        }
+        self.state.modal.feed = feed;
+        if self.state.position[third] != hole.retract {
+            self.height(MoveKind::Rapid, at, third, hole.retract, INHERITED);
+        }
+        self.path.drilled.push(Drilled {
+            first,
+            place: first,
+            bottom,
+            end: self.path.len(),
+            third,
+            plane_word: INHERITED,
+            depth_word: INHERITED,
+            plane: hole.plane,
+            initial: hole.retract,
+            plane_from_initial: false,
+            ends_at_plane: false,
+            series: 0,
+            repeat: 0,
+            said: Some(hole.said),
+        });
+    }
+
+    fn not_followed(&mut self, word: i32, why: &str) {
+        self.warn_opaque(word, &format!("what it does is not in the path: {why}"));
+    }
+
+    fn warn_opaque(&mut self, word: i32, what: &str) {
+        let message = format!("{}: {what}", self.word_text(word));
+        let hint = "write the holes out as moves, or as a cycle that is followed";
+        self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+    }
+}
+
+/// A hole that can be drilled.
+fn fitting(hole: CalledHole) -> Made<CalledHole> {
+    let CalledHole { plane, bottom, retract, .. } = hole;
+    if plane <= bottom || retract < plane || (plane + bottom + retract).is_nan() {
+        return Err(format!("it drills from {plane:.4} mm to {bottom:.4} mm and ends at {retract:.4} mm"));
+    }
+    Ok(hole)
+}

@@ -1,0 +1,131 @@
+"""Holes of cycles that are called, of Sinumerik and Klartext: their heights are displaced where they are defined."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.mapped import FREE, mapped
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.field.field import Field, affine_field, function_field
+
+SHIFT = affine_field(np.eye(3), (0.1, 0.2, -0.05))
+RISING = function_field(lambda p: np.column_stack([0 * p[:, 0], 0 * p[:, 0], 1e-3 * p[:, 0]]), "rising")
+LOWER = function_field(lambda p: np.column_stack([0 * p[:, 0], 0 * p[:, 0], 1e-3 * p[:, 2]]), "lower")
+
+SINUMERIK = """G17 G71 G90 G94 F300
+G0 X0 Y0 Z50
+R1=5
+MCALL CYCLE83(30,R1,2,-21.5,,-3,,2,,,1,0)
+X10 Y20
+X30
+MCALL
+G0 Z50
+CYCLE84(30,5,2,,12,0,3,8,,0,300,300)
+CYCLE85(R1+25,R1,2,R1-16)
+M30
+"""
+KLARTEXT = """0 BEGIN PGM A MM
+1 TOOL CALL 1 Z S900 F300
+2 L X+0 Y+0 Z+50 R0 FMAX
+3 CYCL DEF 200 DRILLING ~
+  Q200=2 ;SET-UP CLEARANCE ~
+  Q201=-15 ;DEPTH ~
+  Q206=250 ;FEED ~
+  Q203=+0 ;SURFACE ~
+  Q204=50 ;2ND CLEARANCE
+4 L X+10 Y+20 FMAX M99
+5 L X+30 FMAX M99
+6 CYCL CALL M3
+7 END PGM A MM
+"""
+
+
+def lines(folder: Path, text: str, field: Field, dialect: str) -> list[str]:
+    return [line for line in mapped(folder, text, field, dialect)[0].splitlines() if "trueloop" not in line]
+
+
+def test_every_height_of_a_sinumerik_cycle_that_is_a_position_moves_with_the_hole(tmp_path: Path) -> None:
+    """DPR and the clearance are no positions: RFP, from which DPR counts, moves by the depth."""
+    written = lines(tmp_path, SINUMERIK, SHIFT, "siemens")
+    assert written[1] == "G0 X0.1000 Y0.2000 Z49.9500"
+    assert written[3:6] == [
+        "MCALL CYCLE83(29.9500,R1-0.05,2,-21.5500,,-3.0500,,2,,,1,0)",
+        "X10.1000 Y20.2000",
+        "X30.1000",
+    ]
+    assert written[7:10] == [
+        "G0 Z49.9500",
+        "CYCLE84(29.9500,4.9500,2,,12,0,3,8,,0,300,300)",
+        "CYCLE85(R1+25-0.05,R1-0.05,2,R1-16-0.05)",
+    ]
+
+
+def test_of_a_klartext_cycle_the_surface_moves(tmp_path: Path) -> None:
+    written = lines(tmp_path, KLARTEXT, SHIFT, "heidenhain")
+    assert written == [
+        line.replace("X+0 Y+0 Z+50", "X+0.1000 Y+0.2000 Z+49.9500")
+        .replace("X+10 Y+20", "X+10.1000 Y+20.2000")
+        .replace("X+30", "X+30.1000")
+        .replace("Q203=+0", "Q203=-0.0500")
+        for line in KLARTEXT.splitlines()
+    ]
+
+
+def test_depth_and_plane_have_displacements_of_their_own(tmp_path: Path) -> None:
+    """At Z 7, where feed begins, 0.007; at −21.5 −0.0215."""
+    text = "G17 G71 G90 F300\nG0 X0 Y0 Z50\nCYCLE81(30,5,2,-21.5)\nM30\n"
+    assert lines(tmp_path, text, LOWER, "siemens")[2] == "CYCLE81(30.0070,5.0070,2,-21.5215)"
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "line"),
+    [(SINUMERIK, "siemens", 6), (KLARTEXT, "heidenhain", 11)],
+    ids=["sinumerik", "klartext"],
+)
+def test_holes_of_one_definition_that_are_displaced_differently_are_refused(
+    text: str, dialect: str, line: int, tmp_path: Path
+) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, text, RISING, dialect, FREE)
+    assert refused.value.code is Code.NC_MAP
+    assert refused.value.place.line == line
+    assert "define the cycle anew" in str(refused.value.hint)
+
+
+def test_each_hole_with_a_definition_of_its_own_goes_by_its_own_displacement(tmp_path: Path) -> None:
+    text = "G17 G71 G90 F300\nG0 X0 Y0 Z50\nX10\nCYCLE81(30,5,2,-20)\nX30\nCYCLE81(30,5,2,-20)\nM30\n"
+    written = lines(tmp_path, text, RISING, "siemens")
+    assert [line for line in written if "CYCLE" in line] == [
+        "CYCLE81(30.0100,5.0100,2,-19.9900)",
+        "CYCLE81(30.0300,5.0300,2,-19.9700)",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "words"),
+    [
+        ("siemens", "MCALL CYCLE81(30,5,2,-20,10)\nX5\n", "given twice"),
+        ("siemens", "CYCLE81(30,5,2)\n", "depth is not given"),
+        ("siemens", "CYCLE81(30,5,2,9)\n", "it drills from 7.0000 mm to 9.0000 mm"),
+        ("siemens", "CYCLE82(30,5,2,-9,,0,10)\n", "which the tool decides"),
+        ("siemens", "CYCLE83(30,5,2,-9,,,,,,,,,1)\n", "another axis"),
+        ("siemens", "CYCLE86(30,5,2,-9,,0,3,1,1)\n", "lifts off sideways"),
+        ("siemens", "MCALL POCKET3(1)\nX5\n", "runs after each move"),
+        ("heidenhain", "3 CYCL DEF 200 D ~\n Q200=2 ~\n Q203=0\n4 L X+5 M99\n", "not all given"),
+        ("heidenhain", "3 CYCL DEF 240 C ~\n Q343=1 ~\n Q200=2 ~\n Q201=-3 ~\n Q203=0\n4 L X+5 M99\n", "tool decides"),
+        ("heidenhain", "3 CYCL DEF 200 D ~\n Q200=2 ~\n Q201=+3 ~\n Q203=0\n4 L X+5 M99\n", "its depth Q201 is 3"),
+        ("heidenhain", "3 CYCL DEF 208 B ~\n Q200=2\n4 L X+5 M99\n", "CYCL DEF 208"),
+        ("heidenhain", "3 CYCL CALL POS X+1 Y+2 Z+3\n", "CYCL CALL POS"),
+    ],
+)
+def test_what_is_not_followed_is_refused_by_its_name(dialect: str, text: str, words: str, tmp_path: Path) -> None:
+    head = {
+        "siemens": "G17 G71 G90 F300\nG0 X0 Y0 Z50\n",
+        "heidenhain": "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+50 R0 FMAX\n2 L Z+40 F300\n",
+    }[dialect]
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, head + text, SHIFT, dialect)
+    assert refused.value.code is Code.NC_OPAQUE
+    assert re.search(re.escape(words), refused.value.message)
