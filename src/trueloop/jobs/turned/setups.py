@@ -16,8 +16,8 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_setup import characteristics_in, ends_in, vectors_in
 from trueloop.loops.turned.setup_corrections import CutsOfSetup
 from trueloop.loops.turned.setups import InSetups, OfSetup, Setup, in_setups
+from trueloop.turned.readings.shared import own_seen, shared_words
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.seen import Seen
 from trueloop.wording import all_of, wording
 
 
@@ -102,14 +102,10 @@ def _inputs(files: JobFiles, read: ReadFiles, frame: SetupFrame) -> Inputs:
 
 
 def _of_features(vectors: ErrorVectors, profile: Profile, features: set[str]) -> ErrorVectors:
-    """Those on some features, and the readings that are of these alone."""
+    """Those on some features, and what readings state of these alone."""
     rows = np.flatnonzero([profile.names[index] in features for index in vectors.feature_index.tolist()])
-    seen = tuple(one for one in vectors.seen if _features_seen(one, profile) <= features)
-    return replace(vectors.chosen(rows), seen=seen)
-
-
-def _features_seen(seen: Seen, profile: Profile) -> set[str]:
-    return {profile.names[index] for index in seen.feature_index.tolist()}
+    own = [index for index, name in enumerate(profile.names) if name in features]
+    return replace(vectors.chosen(rows), seen=own_seen(vectors.seen, own))
 
 
 def _features_of(asked: Characteristic) -> set[str]:
@@ -122,8 +118,6 @@ def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
     The part of the next cut stands on a face that another set-up cuts, which a correction of its own error moves.
     """
     owns = [set(one.features) for one in read.found.setups]
-    seen = {one.name: _features_seen(one, read.profile) for one in measured.vectors.seen}
-    readings = [name for name, of in seen.items() if not any(of <= own for own in owns)]
     touched = {read.profile.names[index] for index in measured.vectors.feature_index.tolist()}
     unused = [name for name in read.found.uncut if name in touched]
     found: list[str] = []
@@ -134,10 +128,9 @@ def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
                 "set up again, all that is cut there moves with it."
             )
         )
-    if readings:
-        found.append(
-            wording("{names}: seen of features of no single set-up, and used for none.", names=all_of(readings))
-        )
+    names = read.profile.names
+    indices = [[index for index, name in enumerate(names) if name in own] for own in owns]
+    found.extend(shared_words(measured.vectors.seen, indices, names))
     if unused:
         found.append(wording("{features}: touched, which corrects nothing.", features=all_of(unused)))
     return found

@@ -13,6 +13,8 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.turned.options import Options
+from trueloop.turned.readings.shared import own_seen
+from trueloop.turned.readings.shared import shared_words as readings_words
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.seen import Seen
 from trueloop.wording import all_of, wording
@@ -23,7 +25,8 @@ T = TypeVar("T")
 def own_inputs(inputs: Inputs, own: OwnContour) -> Inputs | None:
     """Of inputs of the whole part, with this edge's tool, those of its contour; None where nothing of it was measured.
 
-    Readings and characteristics of features that several edges cut are left out, which a note says.
+    Of readings of features that several edges cut it has what they state of its own. Characteristics of these are left
+    out, which a note says.
     """
     touches = _own_vectors(inputs.touches, own, inputs)
     if not len(touches.point):
@@ -47,20 +50,14 @@ def shared_words(inputs: Inputs, contours: tuple[OwnContour, ...], judged: Colle
     owns = [set(_own_of(one)) for one in contours]
     measured = {int(i) for i in inputs.touches.feature_index}
     left = [name for i, name in enumerate(inputs.profile.names) if i in measured - set[int]().union(*owns)]
-    readings = [s.name for s in inputs.touches.seen if not any(set(s.feature_index.tolist()) <= own for own in owns)]
     shared = [one.name for one in inputs.characteristics if not any(_is_own(one, own, inputs) for own in contours)]
     asked = [name for name in shared if name not in judged]
-    found = []
+    found: list[str] = []
     if left:
         found.append(
             wording("{names}: left alone, and what was measured of it is used for nothing.", names=all_of(left))
         )
-    if readings:
-        found.append(
-            wording(
-                "{names}: seen of features that several edges cut, and used for none of them.", names=all_of(readings)
-            )
-        )
+    found.extend(readings_words(inputs.touches.seen, owns, inputs.profile.names))
     if asked:
         found.append(
             wording("{names}: sizes between features of several edges, which are not judged.", names=all_of(asked))
@@ -81,9 +78,7 @@ def _own_vectors(vectors: ErrorVectors, own: OwnContour, inputs: Inputs) -> Erro
     features = own.profile.features
     along = [float(features[i].locate(point)[0]) for i, point in zip(index, chosen.nominal_mm, strict=True)]
     gauged = tuple(name for name in chosen.gauged if name in chosen.point)
-    seen = tuple(
-        _own_seen(one, own, inputs) for one in chosen.seen if set(one.feature_index.tolist()) <= {*_own_of(own)}
-    )
+    seen = tuple(_own_seen(one, own, inputs) for one in own_seen(chosen.seen, _own_of(own)))
     placed = replace(chosen, feature_index=index, arc_length_mm=np.array(along), gauged=gauged, seen=seen)
     return placed.chosen(np.lexsort((placed.arc_length_mm, placed.feature_index)))
 

@@ -12,15 +12,13 @@ from trueloop.geometry.profile import Profile
 from trueloop.turned.readings.matched import MatchedReading
 from trueloop.turned.readings.nominal import FACES_Z
 from trueloop.turned.readings.observed import Repeated, corrected, datum_of, repeated, seen_by
+from trueloop.turned.readings.shared import determined
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import SAME_POINT_MM
 from trueloop.turned.touches.seen import Seen
 from trueloop.turned.touches.touches import Gauging
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
-
-SOLVED: Final = 1.0 - 1e-6
-"""A face that lengths tie to the datum: less is a face whose error another one's may take."""
 
 
 @dataclass(frozen=True)
@@ -79,23 +77,10 @@ def _single(used: Sequence[Repeated], seen: Sequence[Seen]) -> Iterator[_Row]:
 def _faces(profile: Profile, used: Sequence[Repeated], seen: Sequence[Seen], datum: int | None) -> Iterator[_Row]:
     """Faces that lengths tie to the datum, or to the part's zero: their errors by weighted least squares."""
     lengths = [s for one, s in zip(used, seen, strict=False) if one.first.reading.quantity is Quantity.LENGTH]
-    faces = sorted({int(i) for one in lengths for i in one.feature_index} - {datum})
-    if not faces:
-        return
-    terms = np.zeros((len(lengths), len(faces)))
-    for row, one in enumerate(lengths):
-        for index, weight in zip(one.feature_index.tolist(), one.weight.tolist(), strict=True):
-            if index != datum:
-                terms[row, faces.index(index)] += weight / one.standard_u_mm
-    inverse = np.linalg.pinv(terms, rcond=1e-9)
-    errors = inverse @ np.array([one.value_mm / one.standard_u_mm for one in lengths])
-    solved, u = np.diag(inverse @ terms), np.linalg.norm(inverse, axis=1)
-    if datum is not None:
-        yield _Row(f"{profile.names[datum]} (datum)", datum, 0.5 * profile.features[datum].length_mm, 0.0, 0.0)
-    for k, index in enumerate(faces):
-        if solved[k] >= SOLVED:
-            middle = 0.5 * profile.features[index].length_mm
-            yield _Row(f"{profile.names[index]} (lengths)", index, middle, float(errors[k]), float(u[k]))
+    by_definition = () if datum is None or not lengths else seen[len(used) :]
+    for (index, along_mm), (error_mm, u_mm) in determined((*by_definition, *lengths)).items():
+        kind = "datum" if index == datum else "lengths"
+        yield _Row(f"{profile.names[index]} ({kind})", index, along_mm, error_mm, u_mm)
 
 
 def _joined(profile: Profile, rows: Sequence[_Row], touches: ErrorVectors | None) -> ErrorVectors:

@@ -1,0 +1,84 @@
+"""A length between faces that are not cut together corrects the one of them that the other readings do not place."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.cli import run
+from tests.support.two_sides import PLACES, job
+
+PROGRAM = """O1
+G21 G40 G99
+G97 S1500 M3
+T0303
+G0 X40. Z2.
+G0 X0
+G42 G1 Z0. F0.1
+X30. ,C1.
+Z-20.
+G40 X42.
+G0 X100. Z100.
+T0505
+G0 X28. Z-18.
+G42 G1 X30. Z-20. F0.1
+X36.
+Z-50.
+G40 X42.
+G0 X100. Z100.
+M30
+"""
+DIAMETERS = ("seat,-5,,30.000,,", "seat,-15,,30.000,,", "collar,-25,,36.000,,", "collar,-45,,36.000,,")
+
+
+def two_tools(folder: Path, *lengths: str) -> Path:
+    (folder / "f.nc").write_text(PROGRAM)
+    rows = ["feature,z_mm,from,diameter_mm,length_mm,uncertainty_um", *(f"{row}1" for row in DIAMETERS), *lengths]
+    (folder / "r.csv").write_text("\n".join(rows) + "\n")
+    features = (("front", 15, 0), ("seat", 15, -20), ("shoulder", 18, -20), ("collar", 18, -50))
+    order = [(18, -50), *[(x, z) for _, x, z in reversed(features)][1:], (0, 0)]
+    names = [name for name, _, _ in reversed(features)]
+    drawn = "".join(
+        f'[[part.feature]]\nname = "{name}"\nto = [{x}, {z}]\n' for name, (x, z) in zip(names, order[1:], strict=True)
+    )
+    path = folder / "job.toml"
+    path.write_text(
+        f'[part]\nname = "s"\nstart = [18, -50]\n{drawn}'
+        "[[tools]]\nnumber = 3\nnose_radius_mm = 0.2\n[[tools]]\nnumber = 5\nnose_radius_mm = 0.2\n"
+        '[programs]\ndialect = "fanuc-lathe"\nfinish = "f.nc"\ncut_with = "given"\n'
+        '[gauging]\nreadings = "r.csv"\n[compensation]\nby = "offset"\n[output]\nfolder = "o"\n'
+    )
+    return path
+
+
+def wear_z_mm(said: str, tool: str) -> float:
+    found = re.search(tool + r" wear X .*?, Z ([−+][\d.]+)", said)
+    assert found, said
+    return float(found[1].replace("−", "-"))
+
+
+def test_a_length_from_the_datum_moves_the_tool_of_its_other_face(tmp_path: Path) -> None:
+    """20.012 mm from the front (T3) to the shoulder (T5): 12 µm were left on less there, and T5 gets them in Z.
+
+    The shoulder looks to z+, the length runs from it towards z−: it is long where the shoulder was cut too deep.
+    """
+    said = run("compensate", two_tools(tmp_path, "shoulder,,front,,20.012,1"), "-o", tmp_path / "o")
+    assert wear_z_mm(said, "T5") == pytest.approx(0.012, abs=0.0015)
+    assert "T3 wear" not in said or abs(wear_z_mm(said, "T3")) < 0.001
+    assert "taken as the error of shoulder, counted from front" in " ".join(said.split())
+
+
+def test_the_second_set_up_takes_the_whole_length(tmp_path: Path) -> None:
+    """80.016 mm from the front (first set-up) to the back (second): 16 µm are left on at the back, which the second
+    set-up takes off: its tools come closer to the chuck, Z −0.016.
+    """
+    path = job(tmp_path, [0.0] * len(PLACES))
+    (tmp_path / "r.csv").write_text(
+        "feature,z_mm,from,diameter_mm,length_mm,uncertainty_um\n"
+        "seat,-10,,36.000,,1\nseat,-20,,36.000,,1\nback-seat,-60,,38.000,,1\nback-seat,-70,,38.000,,1\n"
+        "back,,front,,80.016,1\n"
+    )
+    path.write_text(path.read_text().replace('touches = "touches.csv"', 'readings = "r.csv"'))
+    said = run("compensate", path, "-o", tmp_path / "o")
+    assert wear_z_mm(said, "T2") == pytest.approx(-0.016, abs=0.002)
+    assert "taken as the error of back, counted from front" in " ".join(said.split())
