@@ -4,8 +4,8 @@ X_mm, Y_mm …, A_deg …   axis positions as commanded; axes left out stand at 
 travel_X …              + or − (or 1, −1): the way the axis came; empty or left out: unknown
 along                   X Y Z: the reading is a displacement along it; A B C: a rotation about it
 along_x, along_y, along_z   instead of `along`: a direction, for instance of a ball bar from its centre to the tool
-reading_um | reading_mm | reading_urad     actual − commanded, tool as seen from the work
-u_um | u_urad           standard uncertainty, if known
+reading_um | reading_mm | reading_urad | reading_arcsec     actual − commanded, tool as seen from the work
+u_um | u_mm | u_urad | u_arcsec     standard uncertainty, if known
 tool_x_mm, tool_y_mm, tool_z_mm   point of measurement from the frame of the last axis that carries the tool
 run                     what was measured in one go
 absolute                no (or empty, or no column): the instrument was zeroed, a straightedge laid by eye, for the run;
@@ -79,8 +79,10 @@ def _row(reading: Reading, along: str) -> str:
     return f"{reading.time_s:.3f},{x:.6f},{z:.6f},{ways},{along},{value},{tool},{absolute},{reading.run}"
 
 
-READING: Final = {"reading_um": 1 / UM_PER_MM, "reading_mm": 1.0, "reading_urad": 1 / URAD_PER_RAD}
-UNCERTAINTY: Final = {"u_um": 1 / UM_PER_MM, "u_mm": 1.0, "u_urad": 1 / URAD_PER_RAD}
+LENGTHS: Final = {"um": 1 / UM_PER_MM, "mm": 1.0}
+ANGLES: Final = {"urad": 1 / URAD_PER_RAD, "arcsec": math.radians(1 / 3600)}
+READING: Final = {f"reading_{unit}": scale for unit, scale in (LENGTHS | ANGLES).items()}
+UNCERTAINTY: Final = {f"u_{unit}": scale for unit, scale in (LENGTHS | ANGLES).items()}
 ALONG: Final = ("along_x", "along_y", "along_z")
 TOOL: Final = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
 OTHERS: Final = ("along", *ALONG, *TOOL, "run", "time_s", "absolute")
@@ -155,16 +157,20 @@ def _readings(rows: Rows, is_angle: Flags) -> tuple[Array, Array]:
     reading, count = given[0], len(rows)
     uncertainties = [name for name in UNCERTAINTY if name in rows.header]
     for name in uncertainties:
-        if ("rad" in name) != ("rad" in reading) or len(uncertainties) > 1:
+        if _is_angle(name) != _is_angle(reading) or len(uncertainties) > 1:
             units = " and ".join(uncertainties)
             raise wrong_unit(rows.path, f"{count} readings are in {reading}, their standard uncertainty in {units}")
-    if not np.all(is_angle == (reading == "reading_urad")):
+    if not np.all(is_angle == _is_angle(reading)):
         why = f"{int(is_angle.sum())} of {count} rows are rotations, but the readings are in {reading}"
         raise wrong_unit(rows.path, why)
     values = rows.numbers(reading) * READING[reading]
     if not uncertainties:
         return values, np.full(count, np.nan)
     return values, rows.numbers(uncertainties[0]) * UNCERTAINTY[uncertainties[0]]
+
+
+def _is_angle(column: str) -> bool:
+    return column.rpartition("_")[2] in ANGLES
 
 
 def _check_reach(axis: Axis, position: Array, rows: Rows) -> None:
