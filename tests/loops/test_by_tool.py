@@ -18,7 +18,7 @@ from trueloop.report.turned.by_tool import by_tool_as_dict, by_tool_block, by_to
 from trueloop.turned.options import By
 from trueloop.turned.program.by_tool import ByTool, MovedFeature
 
-ANSWER = "T3 wear X \u22120.024 mm (diameter), Z +0.004"
+ANSWER = "T3 wear X \u22120.024 mm (diameter), Z +0.004 (X \u00b1 0.011, Z \u00b1 0.006)"
 PLAIN = "number = 3\nnose_radius_mm = 0.4"
 
 

@@ -217,9 +217,13 @@ def test_an_offset_moves_a_diameter_by_twice_x_and_a_length_by_z() -> None:
     )
     diameter, length = (moved_by_offset(profile, one) for one in _stepped())
     assert diameter == pytest.approx([2.0, 0.0]) and length == pytest.approx([0.0, -1.0])
-    x_mm, z_mm = fitted_offset(np.array([diameter, length]), np.array([-0.020, 0.009]), np.array([0.002, 0.002]))
+    (x_mm, z_mm), known = fitted_offset(
+        np.array([diameter, length]), np.array([-0.020, 0.009]), np.array([0.002, 0.002])
+    )
     assert (x_mm, z_mm) == pytest.approx((-0.010, -0.009))
-    assert fitted_offset(diameter[None], np.array([-0.020]), np.array([0.002])) == pytest.approx((-0.010, 0.0))
+    assert known == pytest.approx((1.96 * 0.001, 1.96 * 0.002), rel=1e-3)
+    offset_mm, known = fitted_offset(diameter[None], np.array([-0.020]), np.array([0.002]))
+    assert offset_mm == pytest.approx((-0.010, 0.0)) and known[1] is None
 
 
 def test_a_decision_overrides_only_what_is_named() -> None:

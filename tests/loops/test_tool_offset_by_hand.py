@@ -21,6 +21,7 @@ from trueloop.report.turned.correction_json import correction_as_dict
 from trueloop.report.turned.page import page
 from trueloop.turned.options import By
 from trueloop.turned.program.wear import wear_offset
+from trueloop.turned.program.wear_numbers import WearOffset
 
 NOSE = Tool(1, nose_radius_mm=0.79375, orientation=9)
 OVERSIZE_MM = (0.012, -0.004)
@@ -30,7 +31,12 @@ OVERSIZE_MM = (0.012, -0.004)
 def test_a_contour_of_g71_and_g70_that_no_shift_can_stand_around_gets_numbers() -> None:
     correction = pin(OWN_SHIFT, OVERSIZE_MM)
     assert correction.decision.by_offset and correction.offsets_program is None
-    assert correction.wear.words == "tool 3: wear X \u22120.024 (diameter), Z +0.004 mm"
+    u = correction.decision.expanded_u_mm
+    assert u == pytest.approx((0.0056, 0.0056), abs=0.0004)  # 1.96 · √2 · 2 µm of two cuts, and little of the touches
+    assert correction.wear.words == "tool 3: wear X \u22120.024 (diameter), Z +0.004 mm (X ± 0.011, Z ± 0.006)"
+    kept = correction.record.tool_offset
+    assert kept is not None and kept.expanded_u_mm == pytest.approx(u)
+    assert WearOffset.of(kept, "radius").expanded_u == pytest.approx(u)
     assert correction.wear.blocks == ("G21 G10 P3 U-0.024 W0.004",)
     assert correction.corrected_program == OWN_SHIFT
     assert correction.name_to_run == "program.nc"
@@ -52,9 +58,7 @@ def test_nothing_that_looks_like_a_corrected_program_is_written(tmp_path: Path) 
         '[programs]\ndialect = "fanuc-lathe"\nfinish = "finish.nc"\n[gauging]\ntouches = "touches.csv"\n'
     )
     told = invoke("compensate", tmp_path / "job.toml", "-o", tmp_path / "out", status=0).stdout
-    assert (
-        "tool 3: wear X \u22120.024 (diameter), Z +0.004 mm (enter it at the control once, then run finish.nc" in told
-    )
+    assert "(X ± 0.011, Z ± 0.006) (enter it at the control once, then run finish.nc" in told
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
         "record.json", "report.html", "report.json", "table.csv",
     ]  # fmt: skip

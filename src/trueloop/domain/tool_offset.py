@@ -3,6 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
+ExpandedU = tuple[float | None, float | None]
+"""Of an offset's X and Z; None: not determined."""
+
 
 @dataclass(frozen=True)
 class TableRow:
@@ -35,7 +38,8 @@ class ToolOffset:
     `makes_the_correction`: the offset is the correction; else the contour is, and the offset takes its place only by
     choice. `x_is` says how the control counts its offsets on X, `unit` and `decimals` are those of its numbers,
     `blocks` its own words for the change. `measured_sha256` names the measurements it comes from: what was measured
-    before an offset was changed says nothing of the part after it.
+    before an offset was changed says nothing of the part after it. `expanded_u_mm` (95 %; x as a radius, z) is how well
+    both are known, None of an axis that the measurements do not determine; None: not stated.
     """
 
     tool: int
@@ -48,4 +52,5 @@ class ToolOffset:
     held: HeldTool = field(default_factory=HeldTool)
     decimals: int = 4
     blocks: tuple[str, ...] = ()
+    expanded_u_mm: ExpandedU | None = None
     schema: Literal[1] = field(default=1, kw_only=True)

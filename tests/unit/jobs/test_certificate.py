@@ -174,7 +174,10 @@ def test_what_is_said_to_have_been_in_force_is_what_was(tmp_path: Path) -> None:
     assert found["1"]["correction"].words == "none: cut as programmed" and "tool offset" not in found["1"]
     assert found["2"]["correction"].identity == record and "tool offset" not in found["2"]
     assert found["2"]["program"].identity == hashlib.sha256(corrected).hexdigest()
-    assert found["3"]["tool offset"].words == "tool 3: X −25.0 µm (radius), Z +0.0 µm"
+    assert (
+        found["3"]["tool offset"].words
+        == "tool 3: X −25.0 µm (radius), Z +0.0 µm (X ± 5.7 µm, Z not determined by what was measured)"
+    )
     assert found["3"]["program"].identity == hashlib.sha256((tmp_path / "f.nc").read_bytes()).hexdigest()
 
 

@@ -25,6 +25,7 @@ from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.report.monitor.certificate import CertificateShape, certificate_page, certificate_shape
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store, find
+from trueloop.turned.program.wear_numbers import known_to
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
 
@@ -151,7 +152,9 @@ def _offset_in_force(one: Correction[Any], cut: Cut) -> Iterator[InForce]:
     force = cut_with(record, program_that_ran(one.payload, cut))
     if force.offset_mm != (0.0, 0.0):
         x, z = (Um(value, "+.1f") for value in force.offset_mm)
-        words = wording("tool {tool}: X {x} (radius), Z {z}", tool=record.tool_offset.tool, x=x, z=z)
+        words: str = wording("tool {tool}: X {x} (radius), Z {z}", tool=record.tool_offset.tool, x=x, z=z)
+        if (known := record.tool_offset.expanded_u_mm) is not None:
+            words = known_to(words, *(None if u_mm is None else Um(u_mm) for u_mm in known))
         yield InForce(wording("tool offset"), record.id, words)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.proposal import Proposal
-from trueloop.domain.tool_offset import HeldTool
+from trueloop.domain.tool_offset import ExpandedU, HeldTool
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.loops.post_process.options import SeriesOptions
@@ -25,6 +25,7 @@ from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.contour_tools import contour_tools
 from trueloop.loops.turned.programs import no_number
 from trueloop.nc.program.program import Program
+from trueloop.statistics import NORMAL_95
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.program.wear import wear_offset
 from trueloop.turned.program.wear_numbers import WearOffset
@@ -63,11 +64,18 @@ def moved_by_offset(profile: Profile, asked: Characteristic) -> Array:
     return np.asarray((sizes.gains @ normals).mean(axis=0))
 
 
-def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple[float, float]:
-    """The offset (x as a radius, z) mm that comes closest: gains (m, 2), changes and uncertainties (m,)."""
+def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple[tuple[float, float], ExpandedU]:
+    """Returns the offset (x as a radius, z) mm that comes closest, and its expanded uncertainty (95 %); gains (m, 2),
+    changes and uncertainties (m,).
+    """
     u = np.maximum(standard_u_mm, LEAST_U_MM)
-    x, z = np.linalg.pinv(gains / u[:, None], rcond=OPEN) @ (wanted_mm / u)
-    return float(x), float(z)
+    terms = gains / u[:, None]
+    inverse = np.linalg.pinv(terms, rcond=OPEN)
+    x, z = inverse @ (wanted_mm / u)
+    known = np.diag(inverse @ terms) > 1.0 - OPEN
+    expanded = NORMAL_95 * np.linalg.norm(inverse, axis=1)
+    x_u, z_u = (float(one) if determined else None for one, determined in zip(expanded, known, strict=True))
+    return (float(x), float(z)), (x_u, z_u)
 
 
 def tool_proposals(
@@ -116,9 +124,11 @@ def _of_one(
     series, gains = [one for one, _ in of_it], np.array([gain for _, gain in of_it])
     wanted = np.array([-one.change_mm for one in series])
     u_mm = np.array([one.last.step.predicted_u_mm or 0.0 for one in series])
-    x_mm, z_mm = fitted_offset(gains, wanted, u_mm)
+    offset_mm, known_mm = fitted_offset(gains, wanted, u_mm)
     cut = job.matched.match.features[0].moves[0].move.index
-    wear = wear_offset(job.program, job.matched.path, cut, (x_mm, z_mm), number, job.x_is_diameter, job.edge)
+    wear = wear_offset(
+        *(job.program, job.matched.path, cut, offset_mm, number, job.x_is_diameter, job.edge), expanded_u_mm=known_mm
+    )
     kept = wear.as_offset(True, "", HeldTool(edge=job.edge))
     moved = gains @ np.array([kept.x_radius_mm, kept.z_mm])
     if np.all(np.abs(moved) <= options.least_mm):

@@ -200,6 +200,7 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
         correlation,
         cut.offset_mm,
         contour,
+        common_u_mm=options.between_cuts.common_difference_mm,
     )
 
 

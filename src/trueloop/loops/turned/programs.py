@@ -99,7 +99,11 @@ def _wear(
         )
     edge = own.edge if own is not None and own.number == tool and held.row is None else held.edge
     with in_file(program.file):
-        return wear_offset(program, path, cut, change_mm, tool, options.offset_is_diameter, edge), notes
+        wear = wear_offset(
+            *(program, path, cut, change_mm, tool, options.offset_is_diameter, edge),
+            expanded_u_mm=decision.expanded_u_mm,
+        )
+    return wear, notes
 
 
 def no_number(program: Program, line: int) -> TrueloopError:

@@ -140,6 +140,10 @@ class OffsetShape(Shape):
     """To be added, in `unit`."""
     unit: str
     """mm or inch."""
+    x_expanded_u: float | None
+    """Expanded uncertainty of `x` (95 %), in `unit`; null: what was measured does not determine it."""
+    z_expanded_u: float | None
+    """That of `z`."""
     words: str
     """The same in words."""
     blocks: list[str]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc, stdtrit
 
 from trueloop.arrays import Array, by_content
+from trueloop.statistics import NORMAL_95
 from trueloop.wording import Um, wording
 
 SIGNIFICANCE: Final = 0.05
@@ -29,7 +30,9 @@ AS_NORMAL: Final = 1e9
 
 @dataclass(frozen=True)
 class AxisDecision:
-    """What one axis needs. `offset_mm` is to be added to the tool's offset, a radius on X; `p_value` nan: no test."""
+    """What one axis needs. `offset_mm` is to be added to the tool's offset, a radius on X, `expanded_u_mm` its expanded
+    uncertainty (95 %); None: what was measured does not determine it. `p_value` nan: no test.
+    """
 
     axis: str
     enough: bool
@@ -37,6 +40,7 @@ class AxisDecision:
     largest_left_mm: float
     p_value: float
     words: str
+    expanded_u_mm: float | None = None
 
 
 @by_content
@@ -78,6 +82,11 @@ class Decision:
         """That on top of what was in force (x as a radius, z)."""
         return self.x.offset_mm + self.in_force_mm[0], self.z.offset_mm + self.in_force_mm[1]
 
+    @property
+    def expanded_u_mm(self) -> tuple[float | None, float | None]:
+        """The expanded uncertainty (95 %) of both (x as a radius, z); None: not determined by what was measured."""
+        return self.x.expanded_u_mm, self.z.expanded_u_mm
+
     def leverage(self, outward_normal: Array) -> Array:
         """By how much the offset along the normals (n, 2) of touches follows each touch's own error, (n,)."""
         return _along(outward_normal, self.unit_covariance)
@@ -105,6 +114,8 @@ def decide(
     correlation: Array | None = None,
     in_force_mm: tuple[float, float] = (0.0, 0.0),
     contour_in_force_mm: Array | None = None,
+    *,
+    common_u_mm: float = 0.0,
 ) -> Decision:
     """Fits one offset to all touches and tests, axis by axis, what it leaves.
 
@@ -113,17 +124,23 @@ def decide(
     `from_memory`: some of the places were not touched, their errors are from earlier parts. `correlation` (n, n): of
     the touches' scatter; None: they have nothing in common. `in_force_mm` is the offset (x as a radius, z) in
     force, `contour_in_force_mm` (n,) what a contour in force moved the places by, of which the best offset counts.
+    `common_u_mm` (standard) is what moves the next cut as a whole. U of an offset holds that, what the touches scatter
+    by, and where they deviate from any offset by more, that scatter: √(χ²/ν) of it (Birge).
     """
     informs = np.abs(outward_normal) > FACES_AXIS
     faces = np.any(informs, axis=0)
     inverse = np.linalg.pinv(np.where(faces, outward_normal, 0.0), rcond=1e-9)
     same = np.eye(len(process_error_mm)) if correlation is None else correlation
-    u_mm = _coverage(degrees_of_freedom) * sigma_mm * np.sqrt(np.diag(inverse @ same @ inverse.T))
+    variance = np.diag(inverse @ same @ inverse.T)
     known = np.sqrt(np.diag(inverse @ inverse.T)) <= DETERMINED
     if not np.all(known):
         inverse = np.linalg.pinv(np.where(known & faces, outward_normal, 0.0), rcond=1e-9)
     constants = inverse @ process_error_mm
     left = process_error_mm - outward_normal @ constants
+    spare = len(left) - int(np.count_nonzero(known & faces))
+    scatter_mm = max(sigma_mm, float(np.sqrt(left @ left / spare)) if spare > 0 else 0.0)
+    from_touches = _coverage(degrees_of_freedom) * scatter_mm * np.sqrt(variance)
+    u_mm = np.hypot(from_touches, NORMAL_95 * common_u_mm)
     x, z = (
         _decide_axis(
             *(axis, left, informs[:, axis], -weight * constants[axis], float(u_mm[axis])),
@@ -176,7 +193,7 @@ def _decide_axis(
         verdict=verdict,
         p=p_value,
     )
-    return AxisDecision(name, enough, offset_mm, largest, p_value, words)
+    return AxisDecision(name, enough, offset_mm, largest, p_value, words, expanded_u_mm)
 
 
 def _undetermined(axis: int, expanded_u_mm: float) -> AxisDecision:
@@ -190,7 +207,7 @@ def _undetermined(axis: int, expanded_u_mm: float) -> AxisDecision:
 
 
 def _offset_words(axis: int, offset_mm: float, expanded_u_mm: float) -> str:
-    """The offset with its U (95 %), from what the touches scatter by."""
+    """The offset with its U (95 %)."""
     value, u = Um(offset_mm, "+.1f"), Um(expanded_u_mm)
     words = wording("{offset} ± {u}", offset=value, u=u)
     return wording("{x} (on the radius)", x=words) if axis == 0 else words

@@ -5,6 +5,7 @@ A tool stands at machine = program + work offset + tool offset: by what is added
 
 from dataclasses import replace
 
+from trueloop.domain.tool_offset import ExpandedU
 from trueloop.nc.edit.number_text import resolution_of, rounded
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
@@ -21,12 +22,15 @@ def wear_offset(
     tool: int,
     is_diameter: bool | None,
     edge: int = 1,
+    *,
+    expanded_u_mm: ExpandedU | None = None,
 ) -> WearOffset:
     """The tool's offset changed by (x as a radius, z) mm, in the words of the program's control.
 
     `cut` is a move of the finish pass: the unit is that of its words. `is_diameter` says how the control reads offsets
     on X; None: as the words on X, on Sinumerik as a radius. LinuxCNC always reads them as words. `edge` is the tool's.
-    `tool` 0: its number is not known; there are no words for that offset then.
+    `tool` 0: its number is not known; there are no words for that offset then. `expanded_u_mm`: of both offsets, as
+    they are given.
     """
     dialect, words = program.dialect, path.coordinate_state(cut)
     if dialect.offset_x == "words":
@@ -37,7 +41,11 @@ def wear_offset(
     step = resolution_of(dialect, state)
     x, z = (float(rounded(v / state.unit_mm(a), step)) for a, v in zip("XZ", offset_mm, strict=True))
     decimals = max(0, -int(step.as_tuple().exponent))
-    wear = WearOffset(tool, x, z, state.diameter, "inch" if state.inch else "mm", decimals, edge)
+    u = None
+    if expanded_u_mm is not None:
+        x_u, z_u = (None if v is None else v / state.unit_mm(a) for a, v in zip("XZ", expanded_u_mm, strict=True))
+        u = (x_u, z_u)
+    wear = WearOffset(tool, x, z, state.diameter, "inch" if state.inch else "mm", decimals, edge, expanded_u=u)
     if not tool:
         return wear
     if dialect.wear_words == "ge2000t":

@@ -6,7 +6,7 @@ A tool stands at machine = program + work offset + tool offset: by what is added
 from dataclasses import dataclass
 from typing import Literal
 
-from trueloop.domain.tool_offset import HeldTool, ToolOffset
+from trueloop.domain.tool_offset import ExpandedU, HeldTool, ToolOffset
 from trueloop.units import MM_PER_INCH
 from trueloop.wording import Signed, wording
 
@@ -18,6 +18,7 @@ class WearOffset:
     `x` is a diameter where `x_is_diameter`; both are in `unit`, "mm" or "inch". `blocks` add it, from a program or by
     hand at the control; empty where no words for that are known. `edge` is the tool's, where a control counts edges.
     `tool` is the number of its offset, 0 where neither job nor program states one: such an offset is not entered.
+    `expanded_u` (95 %) is in the units of `x` and `z`, None of an axis that was not determined; None: not stated.
     """
 
     tool: int
@@ -28,6 +29,7 @@ class WearOffset:
     decimals: int
     edge: int = 1
     blocks: tuple[str, ...] = ()
+    expanded_u: ExpandedU | None = None
 
     @property
     def called(self) -> str:
@@ -38,18 +40,28 @@ class WearOffset:
 
     @property
     def words(self) -> str:
-        """`tool 3: wear X −0.024 (diameter), Z +0.004 mm`."""
+        """`tool 3: wear X −0.024 (diameter), Z +0.004 mm (X ± 0.003, Z ± 0.002)`."""
         x, z = (Signed(value, self.decimals) for value in (self.x, self.z))
         x_is = wording("diameter") if self.x_is_diameter else wording("radius")
         who = wording("tool {number}", number=self.tool) if self.tool else self.called
-        return wording("{who}: wear X {x} ({x_is}), Z {z} {unit}", who=who, x=x, x_is=x_is, z=z, unit=self.unit)
+        return self._known_to(
+            wording("{who}: wear X {x} ({x_is}), Z {z} {unit}", who=who, x=x, x_is=x_is, z=z, unit=self.unit)
+        )
 
     @property
     def answer(self) -> str:
-        """`T3 wear X −0.024 mm (diameter), Z +0.004`."""
+        """`T3 wear X −0.024 mm (diameter), Z +0.004 (X ± 0.003, Z ± 0.002)`."""
         x, z = (Signed(value, self.decimals) for value in (self.x, self.z))
         x_is, who = wording("diameter") if self.x_is_diameter else wording("radius"), self.called
-        return wording("{who} wear X {x} {unit} ({x_is}), Z {z}", who=who, x=x, unit=self.unit, x_is=x_is, z=z)
+        return self._known_to(
+            wording("{who} wear X {x} {unit} ({x_is}), Z {z}", who=who, x=x, unit=self.unit, x_is=x_is, z=z)
+        )
+
+    def _known_to(self, numbers: str) -> str:
+        if self.expanded_u is None:
+            return numbers
+        x, z = (None if u is None else f"{u:.{self.decimals}f}" for u in self.expanded_u)
+        return known_to(numbers, x, z)
 
     def number(self, value: float) -> str:
         """A value with its sign and all decimals."""
@@ -64,6 +76,7 @@ class WearOffset:
             *(self.tool, x_radius_mm, self.z * unit_mm, makes_the_correction, x_is, self.unit, measured_sha256, held),
             decimals=self.decimals,
             blocks=self.blocks,
+            expanded_u_mm=_scaled(self.expanded_u, unit_mm / (2 if self.x_is_diameter else 1), unit_mm),
         )
 
     @classmethod
@@ -73,10 +86,29 @@ class WearOffset:
         is_diameter, blocks = x_is == "diameter", kept.blocks if x_is == kept.x_is else ()
         x, z = kept.x_radius_mm / unit_mm * (2 if is_diameter else 1), kept.z_mm / unit_mm
         x, z = (round(value, kept.decimals) + 0.0 for value in (x, z))
-        return cls(kept.tool, x, z, is_diameter, kept.unit, kept.decimals, kept.held.edge, blocks)
+        u = _scaled(kept.expanded_u_mm, (2 if is_diameter else 1) / unit_mm, 1 / unit_mm)
+        return cls(kept.tool, x, z, is_diameter, kept.unit, kept.decimals, kept.held.edge, blocks, u)
 
     def as_dict(self) -> dict[str, object]:
         """For JSON."""
         x_is = "diameter" if self.x_is_diameter else "radius"
         offset: dict[str, object] = {"tool": self.tool, "x": self.x, "x_is": x_is, "z": self.z, "unit": self.unit}
-        return {**offset, "words": self.words, "blocks": list(self.blocks)}
+        known = dict(zip(("x_expanded_u", "z_expanded_u"), self.expanded_u or (None, None), strict=True))
+        return {**offset, **known, "words": self.words, "blocks": list(self.blocks)}
+
+
+def known_to(numbers: str, x_u: object | None, z_u: object | None) -> str:
+    """Returns the numbers of an offset with ±U of X and Z; None: not determined."""
+    x, z = (
+        wording("{axis} not determined by what was measured", axis=axis)
+        if u is None
+        else wording("{axis} ± {u}", axis=axis, u=u)
+        for axis, u in (("X", x_u), ("Z", z_u))
+    )
+    return wording("{numbers} ({x}, {z})", numbers=numbers, x=x, z=z)
+
+
+def _scaled(u: ExpandedU | None, x: float, z: float) -> ExpandedU | None:
+    if u is None:
+        return None
+    return (None if u[0] is None else u[0] * x), (None if u[1] is None else u[1] * z)
