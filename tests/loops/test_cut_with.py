@@ -8,6 +8,7 @@ import pytest
 from tests.support.cli import run
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.store.where import Choice
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
 
 PROGRAM = """O1
@@ -31,7 +32,13 @@ SECOND = (0.004, 0.004, 0.004, 0.004)
 
 
 def correct(
-    folder: Path, part: int, readings: tuple[float, ...], by: str, programs: str = "", more: str = "", db: str = "none"
+    folder: Path,
+    part: int,
+    readings: tuple[float, ...],
+    by: str,
+    programs: str = "",
+    more: str = "",
+    db: Choice = False,
 ) -> Done:
     """The correction from the finished part's diameters, as deviations in mm, into the folder oPART."""
     (folder / "f.nc").write_text(PROGRAM)
@@ -121,7 +128,7 @@ def test_a_weight_takes_its_share_of_what_is_left_and_keeps_the_rest(tmp_path: P
         correct(tmp_path, part, readings, "contour", programs)
         job = tmp_path / f"j{part}.toml"
         job.write_text(job.read_text().replace("[compensation]\n", half))
-        return compensate_and_keep(job, tmp_path / f"o{part}", Keeping(db="none"))
+        return compensate_and_keep(job, tmp_path / f"o{part}", Keeping(db=False))
 
     assert "X29.975" in " ".join(line for line in _lines(halved(1, FIRST, "")))
     second = halved(2, (0.025,) * 4, 'cut_with = "o1/record.json"')
@@ -142,10 +149,21 @@ def test_it_is_asked_for_where_a_correction_lies_beside_the_job(tmp_path: Path) 
     assert all("29.996" in line or "35.996" in line for line in diameters(given))
 
 
-def test_without_a_time_of_the_measurement_a_note_names_the_corrections(tmp_path: Path) -> None:
-    correct(tmp_path, 1, FIRST, "contour")
-    second = correct(tmp_path, 2, SECOND, "contour", more="# measured_at is not stated")
-    assert any("o1/record.json" in note and "cut_with" in note for note in second.correction.notes)
+@pytest.mark.parametrize("stored", [False, True])
+def test_it_is_asked_for_where_the_time_of_the_measurement_is_not_stated(tmp_path: Path, stored: bool) -> None:
+    """The answer that the hint names leads on; the files that were measured before stay possible."""
+    db: Choice = str(tmp_path / "m.db") if stored else False
+    if stored:
+        run("db", "init", str(db))
+    untimed = "# measured_at is not stated"
+    first = correct(tmp_path, 1, FIRST, "contour", more=untimed, db=db)
+    correct(tmp_path, 1, FIRST, "contour", more=untimed, db=db)  # made from these very readings
+    with pytest.raises(TrueloopError) as asked:
+        correct(tmp_path, 2, SECOND, "contour", more=untimed, db=db)
+    assert asked.value.code is Code.CMP_CUT_WITH and first.correction.record.id in asked.value.message
+    assert 'programs.cut_with = "given"' in asked.value.hint and not (tmp_path / "o2").exists()
+    second = correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"', untimed, db=db)
+    assert all("29.946" in line or "35.946" in line for line in diameters(second))
 
 
 def test_it_is_asked_how_an_offset_was_in_force(tmp_path: Path) -> None:
@@ -225,10 +243,15 @@ def test_another_feed_or_speed_of_the_semi_finish_cut_is_reported(tmp_path: Path
 
 
 def test_a_part_too_large_by_one_amount_on_all_sides_may_have_its_allowance_on(tmp_path: Path) -> None:
-    """30 µm along every normal: no offset of a tool does that. Stated as finished, it is corrected."""
+    """30 µm along every normal: no offset of a tool does that, which leaves 21 µm on a cone of 45°. Stated as finished,
+    it is corrected.
+    """
 
-    def measured(programs: str, errors_um: tuple[float, ...]) -> Done:
-        places = (("cylinder-1", 18, -40), ("face-1", 16, -30), ("cylinder-2", 15, -10), ("face-2", 5, 0))
+    square = (("cylinder-1", 18, -40), ("face-1", 16, -30), ("cylinder-2", 15, -10), ("face-2", 5, 0))
+
+    def measured(
+        programs: str, errors_um: tuple[float, ...], places: tuple[tuple[str, float, float], ...] = square
+    ) -> Done:
         rows = [f"{k},{n},{x},{z},{e}" for k, ((n, x, z), e) in enumerate(zip(places, errors_um, strict=True))]
         (tmp_path / "t.csv").write_text("\n".join(["point,feature,nominal_x_mm,nominal_z_mm,error_um", *rows]) + "\n")
         correct_job = 'touches = "t.csv"\nreadings = []\n'
@@ -238,7 +261,7 @@ def test_a_part_too_large_by_one_amount_on_all_sides_may_have_its_allowance_on(t
             f'[programs]\ndialect = "fanuc-lathe"\nfinish = "f.nc"\n{programs}\n[gauging]\n{correct_job}'
             '[output]\nfolder = "o"\n'
         )
-        return compensate_and_keep(tmp_path / "j.toml", tmp_path / "out" / "o", Keeping(db="none"))
+        return compensate_and_keep(tmp_path / "j.toml", tmp_path / "out" / "o", Keeping(db=False))
 
     alike = (30.0, 31.0, 29.0, 30.0)
     with pytest.raises(TrueloopError) as asked:
@@ -247,3 +270,8 @@ def test_a_part_too_large_by_one_amount_on_all_sides_may_have_its_allowance_on(t
     assert measured('cut_with = "given"', alike).correction.decision.offset_mm[0] == pytest.approx(-0.030, abs=0.002)
     measured("", (30.0, 4.0, 31.0, 5.0))
     measured("", (-30.0, -31.0, -29.0, -30.0))
+    slanted = (("cylinder-1", 18, -40), ("cylinder-2", 15, -20), ("cylinder-2", 15, -10), ("cone-2", 14.5, -0.5))
+    with pytest.raises(TrueloopError) as asked:
+        measured("", alike, slanted)
+    assert asked.value.code is Code.CMP_ALLOWANCE
+    measured("", (30.0, 30.0, 30.0, 30.0 * 0.7071), slanted)

@@ -143,7 +143,7 @@ def test_a_kept_correction_makes_the_same_image(job: Path, tmp_path: Path) -> No
     invoke("db", "init", store, status=0)
     invoke("compensate", job, "--serial", "1", status=0)
     record = job.parent / "out" / "record.json"
-    sources = [(job, "--db", "none"), (record, "--db", store), (read_record(record).id, "--db", store)]
+    sources = [(job, "--no-store"), (record, "--db", store), (read_record(record).id, "--db", store)]
     for file, source in zip(files, sources, strict=True):
         run("realtime", "image", *source, "-o", file, *PLACED, *TRAVEL, *WIDE)
     assert len({file.read_bytes() for file in files}) == 1

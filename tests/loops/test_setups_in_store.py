@@ -176,7 +176,7 @@ def test_the_next_part_is_corrected_alike(both: tuple[Way, Path, Path], capfd: p
         words.append([(word.before, word.after) for word in record.changes])
         (path.parent / "touches.csv").write_text(touches(errors_um(4), way, seen))
         without = path.parent / "without"
-        run("compensate", path, "--serial", "P4", "-o", without, "--db", "none")
+        run("compensate", path, "--serial", "P4", "-o", without, "--no-store")
         name = "corrected-second.ngc" if way is None else "corrected.ngc"
         assert _moves(without / name) != _moves(path.parent / "next" / name)
     assert words[0] == words[1] and words[0]
@@ -256,7 +256,7 @@ def test_where_one_set_up_is_refused_nothing_of_any_is_kept(tmp_path: Path, why:
     """One bore 400 µm out; a program that is corrected already; a part without a serial number."""
     path = placed(tmp_path)
     if why in ("first", "second"):
-        run("compensate", path, "--db", "none", "-o", tmp_path / "out")
+        run("compensate", path, "--no-store", "-o", tmp_path / "out")
         (tmp_path / f"{why}.ngc").write_bytes((tmp_path / "out" / f"corrected-{why}.ngc").read_bytes())
     if why == "too much":
         wrong = [e + 400.0 * (p.feature == "bore") for e, p in zip(errors_um(1), PLACES, strict=True)]
@@ -271,8 +271,8 @@ def test_where_one_set_up_is_refused_nothing_of_any_is_kept(tmp_path: Path, why:
 def test_a_part_whose_z_hangs_on_a_touch_of_one_edge_is_not_kept(tmp_path: Path) -> None:
     path = placed(tmp_path, more=f'z_reference = "{len(PLACES)}"\n')
     said = run("compensate", path, "--serial", "P1", "-o", tmp_path / "out", status=3)
-    assert "JOB-SETUPS" in said and "--db none" in said and not find(store(path), Correction)
-    invoke("compensate", path, "--db", "none", "-o", tmp_path / "out", status=0)
+    assert "JOB-SETUPS" in said and "--no-store" in said and not find(store(path), Correction)
+    invoke("compensate", path, "--no-store", "-o", tmp_path / "out", status=0)
 
 
 def one_tool(folder: Path, names: Sequence[str], mounted: bool = False) -> Path:
@@ -299,7 +299,7 @@ def test_a_number_alone_does_not_say_that_two_set_ups_have_one_edge(tmp_path: Pa
         kept = [one.value.record for one in find(store(path), Correction)]
         if edges is None:
             assert "SET-EDGE" in said and "T1" in said and not kept and not (path.parent / "out").exists()
-            run("compensate", path, "--db", "none", "-o", path.parent / "out")
+            run("compensate", path, "--no-store", "-o", path.parent / "out")
         else:
             found = {one.edge.identity for one in kept if one.edge is not None and one.edge.insert}
             assert len(found) == edges

@@ -203,4 +203,4 @@ def test_a_part_whose_z_hangs_on_a_touch_of_one_edge_is_not_kept(tmp_path: Path)
     (job.parent / "touches.csv").write_text(rows_of({**errors_um(1), "face": [0.1, 0.0, -0.1]}, PROFILE))
     said = invoke("compensate", job, "--serial", "P1", "-o", tmp_path / "out", status=3).output
     assert "JOB-TOOLS" in said and not (tmp_path / "out").exists() and not find(store(job), Correction)
-    invoke("compensate", job, "--db", "none", "-o", tmp_path / "out", status=0)
+    invoke("compensate", job, "--no-store", "-o", tmp_path / "out", status=0)

@@ -20,7 +20,7 @@ from trueloop.cli.program_file import (
     vector_of,
 )
 from trueloop.cli.shared_options import ModelOption, not_negative, positive
-from trueloop.cli.store_options import Db, Supersede
+from trueloop.cli.store_options import Db, NoStore, Supersede, chosen
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
@@ -101,6 +101,7 @@ def accept(
     why: Annotated[str, typer.Option("--why", help="Why it is accepted.  [default: not said]")] = "",
     who: Annotated[str, typer.Option("--who", help="Who accepts it.  [default: the user]")] = "",
     db: Db = None,
+    no_store: NoStore = False,
 ) -> None:
     """Accept a refined model that is offered: by the new file programs may be corrected.
 
@@ -109,7 +110,7 @@ def accept(
     from trueloop.formats.tables.model_file import read_model
     from trueloop.jobs.machine.machine_model import accept_model
 
-    written, kept = accept_model(model, out, why=why, who=who, db=db)
+    written, kept = accept_model(model, out, why=why, who=who, db=chosen(db, no_store))
     version = read_model(written).version
     assert version is not None and version.accepted is not None
     typer.echo(f"version {version.number}: {version.reason}")

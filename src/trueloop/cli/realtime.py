@@ -14,6 +14,7 @@ import typer
 from trueloop.cli.failure import ExitStatus, guarded
 from trueloop.cli.program_file import parameters_of, vector_of
 from trueloop.cli.shared_options import positive
+from trueloop.cli.store_options import NoStore, chosen
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
 from trueloop.units import UM_PER_MM
 
@@ -219,10 +220,11 @@ class OfTable:
         typer.Option(
             "--db",
             metavar="FILE|URL",
-            help="Store of a record, and of a job's earlier parts; none: no store.  "
+            help="Store of a record, and of a job's earlier parts.  "
             "[default: store.db of the job, else trueloop.db beside it]",
         ),
     ] = None
+    no_store: NoStore = False
 
 
 @guarded
@@ -305,7 +307,7 @@ def _options(machine: OfMachine, signals: OfSignals, table: OfTable, limit_mm: f
         tuple(machine.standing or ()),
         _pair(table.origin, "--origin") if table.origin else None,
         table.tip,
-        table.db,
+        chosen(table.db, table.no_store),
     )
 
 

@@ -10,15 +10,17 @@ if TYPE_CHECKING:
     from trueloop.errors import Finding
     from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.jobs.store.keeping import Keeping
+    from trueloop.jobs.store.where import Choice
 
 Db = Annotated[
     str | None,
     typer.Option(
         "--db",
         metavar="FILE|URL",
-        help="Store to keep it in; none: no store.  [default: store.db of the job, else trueloop.db beside it]",
+        help="Store to keep it in.  [default: store.db of the job, else trueloop.db beside it]",
     ),
 ]
+NoStore = Annotated[bool, typer.Option("--no-store", help="Work without a store, whatever the job says.")]
 Supersede = Annotated[
     bool, typer.Option("--supersede", help="Replace a stored version that differs; the old one is kept as history.")
 ]
@@ -28,19 +30,32 @@ Accept = Annotated[
 ]
 
 
+def chosen(db: str | None, no_store: bool) -> "Choice":
+    """Returns the store that two options name. Raises BadParameter where they contradict each other."""
+    if db and no_store:
+        raise typer.BadParameter("a store is named, and none is wanted", param_hint="--no-store")
+    return False if no_store else db
+
+
 @dataclass(frozen=True, kw_only=True)
 class StoreChoice:
     """Where a command keeps what it finds."""
 
     db: Db = None
+    no_store: NoStore = False
     supersede: Supersede = False
     accept: Accept = None
+
+    @property
+    def choice(self) -> "Choice":
+        """The store, as jobs take it."""
+        return chosen(self.db, self.no_store)
 
     def keeping(self, serial: str | None) -> "Keeping":
         """As jobs take it."""
         from trueloop.jobs.store.keeping import Keeping
 
-        return Keeping(self.db, serial, self.supersede, tuple(self.accept or ()))
+        return Keeping(self.choice, serial, self.supersede, tuple(self.accept or ()))
 
 
 def print_findings(findings: "Iterable[Finding]") -> None:

@@ -8,7 +8,7 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import Db, Seed, positive
-from trueloop.cli.store_options import StoreChoice, kept_as_dict
+from trueloop.cli.store_options import NoStore, StoreChoice, chosen, kept_as_dict
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 from trueloop.errors import Finding
 from trueloop.units import UM_PER_MM
@@ -75,16 +75,17 @@ class EarlierParts:
         typer.Option(
             "--db",
             metavar="FILE|URL",
-            help="Store whose parts count too; none: no store.  [default: trueloop.db beside the job]",
+            help="Store whose parts count too.  [default: trueloop.db beside the job]",
         ),
     ] = None
+    no_store: NoStore = False
     keep_outliers: KeepOutliers = False
 
     def read(self, job: Path) -> "Together":
         """A surface's job, read, with the parts of the store."""
         from trueloop.jobs.surface.added import with_store
 
-        return with_store(read(job), self.db, keep_outliers=self.keep_outliers)
+        return with_store(read(job), chosen(self.db, self.no_store), keep_outliers=self.keep_outliers)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -287,7 +288,7 @@ def compensate(
     from trueloop.jobs.surface.kept_parts import keep_surface
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
-    together = with_store(read(job), store.db, keep_outliers=keep_outliers)
+    together = with_store(read(job), store.choice, keep_outliers=keep_outliers)
     given = together.read
     with busy(f"correcting by {len(given.inputs.parts)} parts") as progress:
         done = correct_surface(given, work=run.work(progress))

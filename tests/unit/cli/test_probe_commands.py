@@ -240,5 +240,5 @@ def test_what_a_log_holds_is_kept_as_what_the_semi_finish_cut_left(loop: Path) -
     again = invoke(*command, "--serial", "17", "--json", status=0)
     assert json.loads(again.stdout)["store"]["new"] == {} and len(find(store, Inspection)) == 1
     assert "STO-OTHER-PART" in invoke(*command, "--serial", "18", status=3).stderr
-    without = invoke(*command, "--serial", "18", "--db", "none", "--json", status=0)
+    without = invoke(*command, "--serial", "18", "--no-store", "--json", status=0)
     assert "store" not in json.loads(without.stdout) and len(find(store, Inspection)) == 1

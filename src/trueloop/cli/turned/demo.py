@@ -26,5 +26,9 @@ def demo(
 ) -> None:
     """Run a ready job: a part that NIST measured in the 1990s, from its touches to a corrected program."""
     run_job(
-        example(f"{part}/job.toml"), output or Path("out") / part, page, StoreChoice(db="none").keeping(None), as_json
+        example(f"{part}/job.toml"),
+        output or Path("out") / part,
+        page,
+        StoreChoice(no_store=True).keeping(None),
+        as_json,
     )

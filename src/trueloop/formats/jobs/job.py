@@ -48,7 +48,7 @@ class StoreTable(Table):
 
     db: str = ""
     """Its file, from the job's folder, or its URL (`postgresql://…`); left out, `trueloop.db` beside the job where that
-    exists. `--db` takes its place; `--db none`: no store.
+    exists. `--db` takes its place; `--no-store`: no store.
     """
 
 

@@ -18,7 +18,7 @@ from trueloop.formats.measurements.readings_csv import read_readings
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.model_file import accepted_text, model_to_json, read_model
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.where import Choice, store_of
 from trueloop.jobs.user import user_name
 from trueloop.machine.identify.choice import Chosen
 from trueloop.machine.identify.form import fit_form
@@ -59,7 +59,7 @@ def offer_model(
 
 
 def accept_model(
-    offered: Path, out: Path, *, why: str = "", who: str = "", db: str | None = None
+    offered: Path, out: Path, *, why: str = "", who: str = "", db: Choice = None
 ) -> tuple[Path, KeptFacts | None]:
     """Writes the offered model to `out` as accepted, by the user unless `who` is named, and keeps the decision.
 
@@ -94,7 +94,7 @@ def _value(model: MachineModel, version: Version, text: str) -> ModelVersion:
     )
 
 
-def _kept(file: Path, values: tuple[ModelVersion | ModelDecision, ...], db: str | None) -> KeptFacts | None:
+def _kept(file: Path, values: tuple[ModelVersion | ModelDecision, ...], db: Choice) -> KeptFacts | None:
     store = store_of(file.parent, db, None)
     return None if store is None else keep_facts(store, values)
 

@@ -17,6 +17,7 @@ from trueloop.formats.input_file import FilePath
 from trueloop.jobs.db.named import named_row
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.opened import opened
+from trueloop.jobs.store.where import Choice
 from trueloop.jobs.turned.compensate import correct_job
 from trueloop.loops.realtime.process_table import Placed, machine_of, process_table
 from trueloop.loops.turned.commanded import Run
@@ -74,7 +75,7 @@ def table_of_job(job: FilePath, placing: Placing, keeping: Keeping | None = None
         return _table(made.inputs.program, made.inputs.run, made.correction, placing, made.read.files)
 
 
-def table_of_record(record: str, placing: Placing, db: str | None = None) -> CorrectedProgram:
+def table_of_record(record: str, placing: Placing, db: Choice = None) -> CorrectedProgram:
     """The table of a correction kept in a store (`db`, else `trueloop.db` in the present folder), by its record's id.
 
     Raises STO errors, STO-UNKNOWN for a record that is not there, RTC-TABLE for one that corrects no turned part, and

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from trueloop.errors import Finding, Severity, TrueloopError
+from trueloop.jobs.store.where import Choice
 
 if TYPE_CHECKING:
     from trueloop.jobs.store.keep_facts import KeptFacts
@@ -13,12 +14,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Keeping:
-    """How a command keeps: in the store `db`, None: as the job says; `serial` of the part where the job has none.
+    """How a command keeps: in the store `db`; `serial` of the part where the job has none.
 
     `supersede`: what is stored with another content gives way; `accept`: codes of refusals that are to be warnings.
     """
 
-    db: str | None = None
+    db: Choice = None
     serial: str | None = None
     supersede: bool = False
     accept: tuple[str, ...] = ()

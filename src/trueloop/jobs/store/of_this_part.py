@@ -18,7 +18,7 @@ def require_serial(part: Part, file: str) -> None:
             Code.STO_PART,
             f"{file!r} does not say of which part it is: {part.part_type.name!r} without a serial number",
             hint="state it: --serial NUMBER, or `part.serial` of the job",
-            override="--db none",
+            override="--no-store",
             values={"file": file},
         )
 

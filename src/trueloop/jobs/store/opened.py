@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.store.where import BESIDE, place_of_store
+from trueloop.jobs.store.where import BESIDE, Choice, place_of_store
 from trueloop.storage.reading import shown
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 NO_STORE: Final = "make one by `trueloop db init`, or name one by --db"
 
 
-def opened(db: str | None, *, read_only: bool = False, held_open: int = 0) -> "Store":
+def opened(db: Choice, *, read_only: bool = False, held_open: int = 0) -> "Store":
     """The store asked for, else `trueloop.db` in the present folder. Raises STO errors."""
     from trueloop.jobs.store.codec import store_codec
     from trueloop.storage.store import open_store
@@ -21,7 +21,7 @@ def opened(db: str | None, *, read_only: bool = False, held_open: int = 0) -> "S
     return open_store(_place(db), codec=store_codec(), read_only=read_only, held_open=held_open)
 
 
-def _place(db: str | None) -> str:
+def _place(db: Choice) -> str:
     place = place_of_store(Path(), db, None)
     if place is None:
         raise TrueloopError(Code.STO_FILE, f"there is no store '{BESIDE}' in this folder", hint=NO_STORE)

@@ -1,7 +1,7 @@
 """Which store a command works with: the one asked for, the job's, or the one beside the job; else none."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 if TYPE_CHECKING:
     from trueloop.storage.store import Store
@@ -9,15 +9,15 @@ if TYPE_CHECKING:
 BESIDE: Final = "trueloop.db"
 """A store of this name in the job's folder is used without being asked for: `trueloop db init` makes it."""
 
-NO_STORE: Final = "none"
-"""`--db none`: no store, whatever the job says."""
+Choice = str | Literal[False] | None
+"""A store as a command names it: a file or a URL; None: the job's or the one beside it; False: no store."""
 
 
-def place_of_store(job_folder: Path, db: str | None, job_db: str | None) -> str | None:
-    """Where the store is: `db` as given, a file or a URL; `job_db` from the job's folder; None: there is none, or none
-    is wanted.
+def place_of_store(job_folder: Path, db: Choice, job_db: str | None) -> str | None:
+    """Returns where the store is: `db` as given; `job_db` from the job's folder; None: there is none, or none is
+    wanted.
     """
-    if db == NO_STORE:
+    if db is False:
         return None
     if db:
         return db
@@ -27,7 +27,7 @@ def place_of_store(job_folder: Path, db: str | None, job_db: str | None) -> str 
     return str(beside) if beside.is_file() else None
 
 
-def store_of(job_folder: Path, db: str | None, job_db: str | None) -> "Store | None":
+def store_of(job_folder: Path, db: Choice, job_db: str | None) -> "Store | None":
     """That store, open, with the types of all products; None: a job without a store. Raises STO errors."""
     place = place_of_store(job_folder, db, job_db)
     if place is None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from trueloop.domain.inspection import Inspection
 from trueloop.errors import Finding, in_file
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.where import Choice, store_of
 from trueloop.loops.surface.surface import HERE, Work, model_of
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class Added:
     notes: tuple[str, ...]
 
 
-def with_store(read: "ReadSurface", db: str | None, *, keep_outliers: bool = False) -> Together:
+def with_store(read: "ReadSurface", db: Choice, *, keep_outliers: bool = False) -> Together:
     """The job with the parts of the store asked for, else of the one beside it; as it is where there is none.
 
     `keep_outliers`: parts that are outlying beyond doubt count for the pattern too. Raises STO and SRF errors.

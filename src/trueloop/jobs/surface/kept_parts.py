@@ -165,7 +165,7 @@ def _refused(inspection: Inspection, why: str, hint: str) -> TrueloopError:
         Code.SRF_STORED,
         f"part {part.serial!r} of {part.part_type.name!r} in the store {why}",
         hint=hint,
-        override="--db none takes the job's own parts alone",
+        override="--no-store takes the job's own parts alone",
         values={"part": part.serial},
     )
 

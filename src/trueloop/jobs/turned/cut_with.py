@@ -20,14 +20,13 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import InForce, in_force
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
-from trueloop.wording import listed, wording
 
 GIVEN: Final = "given"
 """`programs.cut_with` of a part that the finish program cut as it is."""
 ID: Final = re.compile(r"[0-9a-f]{16}")
 FEWEST: Final = 4
-FACES: Final = 0.9
-"""A place faces an axis where its normal has at least this component along it (26 degrees)."""
+ACROSS: Final = 0.75
+"""Normals whose product is no more (41 degrees) look in two directions."""
 ALIKE: Final = 0.25
 """Errors that differ by no more than this share of their mean are one amount."""
 SURE: Final = 3.0
@@ -54,24 +53,10 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
     if not stated:
         with in_file(files.path):
             _require_no_allowance(inputs.touches)
-        return with_possible(inputs, tuple(_beside(files, inputs)))
+        return replace(inputs, in_force=replace(inputs.in_force, possible=tuple(_beside(files, inputs))))
     by = None if programs.cut_by is None else Ran(programs.cut_by)
     with in_file(files.path):
         return replace(inputs, in_force=_stated(files, inputs, stated, by))
-
-
-def with_possible(inputs: Inputs, possible: tuple[str, ...]) -> Inputs:
-    """Inputs with corrections that may have been in force. Where the time of the measurement is known, they are made
-    before it, and what was in force is to be stated; else it is taken that none was, which a note says.
-    """
-    if inputs.measured_at is not None or not possible:
-        return replace(inputs, in_force=replace(inputs.in_force, possible=possible))
-    note = wording(
-        "Corrections of this program exist ({possible}); when the part was measured is not stated, and it is taken as "
-        "cut by the given program: `programs.cut_with` states what was in force.",
-        possible=listed(possible[:4]),
-    )
-    return replace(inputs, in_force=replace(inputs.in_force, possible=()), notes=(*inputs.notes, note))
 
 
 def _stated(files: JobFiles, inputs: Inputs, stated: str, by: Ran | None) -> InForce:
@@ -123,8 +108,8 @@ def _beside(files: JobFiles, inputs: Inputs) -> Iterator[str]:
 
 
 def may_have_cut(record: Record, inputs: Inputs) -> bool:
-    """Whether a correction may have been in force when the part was cut: it is of the same program and tool, was not
-    made from this measurement, and was made before it.
+    """Returns whether a correction may have been in force when the part was cut: it is of the same program and tool,
+    was not made from this measurement, and was made before it, as far as the time of the measurement is stated.
     """
     if record.product is not Product.TURNED or record.program is None:
         return False
@@ -159,14 +144,14 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
 
 
 def _require_no_allowance(measured: ErrorVectors) -> None:
-    """Refuses a finished part that is too large by about one amount on cylinders and faces: CMP-ALLOWANCE.
+    """Refuses a finished part that is too large by about one amount in several directions: CMP-ALLOWANCE.
 
-    No offset of a tool leaves the same on both; an allowance that is still on does.
+    An allowance that is still on leaves the same on cylinders, faces, cones and arcs; an offset of a tool leaves other
+    amounts there, but by chance.
     """
     rows = np.flatnonzero(measured.standard_u_mm > 0.0)
-    error_mm, normal = measured.error_mm[rows], np.abs(measured.outward_normal[rows])
-    both = len(rows) >= FEWEST and np.all(np.any(normal > FACES, axis=0))
-    if not both or np.min(error_mm) <= 0.0:
+    error_mm, normal = measured.error_mm[rows], measured.outward_normal[rows]
+    if len(rows) < FEWEST or np.min(error_mm) <= 0.0 or np.min(normal @ normal.T) > ACROSS:
         return
     middle_mm = float(np.mean(error_mm))
     beyond = middle_mm > SURE * float(np.max(measured.standard_u_mm[rows]))
@@ -174,8 +159,8 @@ def _require_no_allowance(measured: ErrorVectors) -> None:
         size_um = middle_mm * UM_PER_MM
         raise TrueloopError(
             Code.CMP_ALLOWANCE,
-            f"all {len(rows)} measured places, on cylinders and on faces, are too large by about {size_um:.1f} µm: is "
-            "an allowance still on?",
+            f"all {len(rows)} measured places, which look in several directions, are too large by about "
+            f"{size_um:.1f} µm: is an allowance still on?",
             hint=f"if it is: gauging.measured_allowance_mm = {middle_mm:.3f}, as it was meant; if the part is "
             'finished: programs.cut_with = "given", or the record of the correction in force',
             values={"size_um": size_um},

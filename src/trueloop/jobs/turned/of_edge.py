@@ -94,7 +94,7 @@ def require_kept_apart(files: JobFiles) -> None:
         f"takes z from touch {reference!r}: the store keeps each edge's touches by themselves, and that one is of one "
         "edge"
     )
-    hint = "take z from it at the device, and leave `gauging.z_reference` out; or keep nothing: --db none"
+    hint = "take z from it at the device, and leave `gauging.z_reference` out; or keep nothing: --no-store"
     place, setups, tools = Place(str(files.path)), files.job.setups, files.job.tools
     if setups:
         names = [one.name for one in setups]

@@ -39,7 +39,7 @@ def _unnamed(files: JobFiles, setups: tuple[CorrectedSetup, CorrectedSetup], too
         Code.SET_EDGE,
         f"{called} of set-ups {names[0]} and {names[1]} would be one edge in the store, and the job does not name it",
         hint="state `name` of both tables [[setups.tools]]: the same where it is one tool, else two",
-        override="--db none",
+        override="--no-store",
         place=Place(str(files.path)),
         values={"setups": names, "tool": called},
     )

@@ -9,7 +9,7 @@ from trueloop.domain.life import Cut, Ran, Stage
 from trueloop.domain.part import Part
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.jobs.store.of_this_part import cuts_of
-from trueloop.jobs.turned.cut_with import may_have_cut, require_later, stored_words, with_possible
+from trueloop.jobs.turned.cut_with import may_have_cut, require_later, stored_words
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import HINT, InForce, in_force
@@ -40,7 +40,7 @@ def with_stored_cut(store: Store, inputs: Inputs, part: Part) -> Inputs:
     known = [one.value.record for one in find(store, Correction, part_type=inputs.part.name)]
     possible = tuple(stored_words(one) for one in known if may_have_cut(one, inputs))
     beside = tuple(one for one in force.possible if not any(of.id in one for of in known))
-    return with_possible(inputs, (*beside, *possible))
+    return replace(inputs, in_force=replace(force, possible=(*beside, *possible)))
 
 
 def _with_program(store: Store, force: InForce) -> InForce:
