@@ -23,7 +23,7 @@ from trueloop.loops.simulated.simulated import (
 )
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs
-from trueloop.loops.turned.joint import Joint, correct_edges
+from trueloop.loops.turned.part import SetupCorrection, SetupCuts, correct_setup
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import Called
@@ -91,7 +91,7 @@ class SeveralPart:
     `expanded_u_mm` is the half width of the band that the correction of the point's edge promised.
     """
 
-    joint: Joint
+    joint: SetupCorrection
     touches: ErrorVectors
     finish_truth_mm: Array
     expanded_u_mm: Array
@@ -119,7 +119,7 @@ def simulate_several(trial: SeveralTrial, workshops: Mapping[Called, Workshop], 
         stock = machine.cut(stock, [one.semifinish], rng)
     first = workshops[trial.edges[0].edge.called]
     touches = probe_part(trial.whole, first, stock, rng, first.temperatures_c[1])
-    joint = correct_edges([(own, replace(inputs, touches=touches)) for own, inputs in trial.cuts], "corrected")
+    joint = correct_setup(SetupCuts(tuple((own, replace(inputs, touches=touches)) for own, inputs in trial.cuts)))
     truth = true_errors_mm(trial.whole, _finished(trial, workshops, joint, stock, seed))
     promised = {
         name: half_mm
@@ -130,7 +130,7 @@ def simulate_several(trial: SeveralTrial, workshops: Mapping[Called, Workshop], 
 
 
 def _finished(
-    trial: SeveralTrial, workshops: Mapping[Called, Workshop], joint: Joint, stock: Stock, seed: int
+    trial: SeveralTrial, workshops: Mapping[Called, Workshop], joint: SetupCorrection, stock: Stock, seed: int
 ) -> Stock:
     rng = random_of(seed, 1)
     for (own, inputs), paths, made in zip(trial.cuts, trial.edges, joint.edges, strict=True):

@@ -19,9 +19,8 @@ import numpy as np
 from studies.simulated_edges import SeveralTrial, grooving, several_trial, simulate_several, with_nose
 from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.turned.job import read_job
+from trueloop.jobs.turned.job import read_cuts, read_job
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.several import read_cuts
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
 from trueloop.loops.turned.correction import Inputs
@@ -160,7 +159,9 @@ def groove(repeatability: Repeatability) -> Callable[[int], Made]:
     """A groove whose walls and floor two corners of an insert leave, in a shaft that an OD tool turns."""
     with tempfile.TemporaryDirectory() as folder:
         job = _written(Path(folder), GROOVE_JOB, GROOVE_PROGRAM)
-        trial = several_trial([(own, _touched(inputs)) for own, inputs in read_cuts(JobFiles.of(job))])
+        trial = several_trial(
+            [(own, _touched(inputs)) for own, inputs in read_cuts(JobFiles.of(job)).setups[0].cuts if own is not None]
+        )
     outside = with_nose(nist(repeatability, SAME), 0.8)
     small = replace(outside, probe=replace(outside.probe, ball_radius_mm=BALL_MM))
     edges = [own.edge for own, _ in trial.cuts]

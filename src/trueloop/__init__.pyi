@@ -25,9 +25,9 @@ from trueloop.report.turned.correction_json import correction_as_dict as correct
 from trueloop.formats.tables.control_tables import table_to_csv as table_to_csv
 from trueloop.jobs.turned.compensate import write_correction as write_correction
 from trueloop.jobs.turned.compensate import compensate_job as compensate_job
-from trueloop.jobs.turned.compensate_part import CorrectedEdge as CorrectedEdge
-from trueloop.jobs.turned.compensate_part import CorrectedPart as CorrectedPart
-from trueloop.jobs.turned.compensate_part import compensate_part as compensate_part
+from trueloop.jobs.turned.compensate import CorrectedEdge as CorrectedEdge
+from trueloop.jobs.turned.compensate import CorrectedPart as CorrectedPart
+from trueloop.jobs.turned.compensate import compensate_part as compensate_part
 
 # NC programs.
 from trueloop.formats.input_file import read_program as read_program

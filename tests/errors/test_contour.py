@@ -11,7 +11,7 @@ from trueloop.geometry.feature import Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.turned.commanded import Run
-from trueloop.loops.turned.edges import cutters_of
+from trueloop.loops.turned.cuts import cutters_of
 from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.match.cutters import cutters
 from trueloop.nc.match.cutting_edge import CuttingEdge

@@ -10,7 +10,7 @@ from tests.support.two_sides import FRAMES, PLACES, job, second
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.opened import made
-from trueloop.jobs.turned.compensate_setups import compensate_setups, corrected_setups
+from trueloop.jobs.turned.compensate import compensate_and_keep, corrected_part
 from trueloop.jobs.turned.job import read_job
 from trueloop.jobs.turned.job_files import JobFiles
 
@@ -26,7 +26,7 @@ def _corrected(frame: str = FRAMES["second"], more: str = "", program: str = "")
     with tempfile.TemporaryDirectory() as folder:
         if program:
             (Path(folder) / "second.ngc").write_text(program)
-        return corrected_setups(JobFiles.of(job(Path(folder), ERRORS_UM, more, frames=frames)))
+        return corrected_part(JobFiles.of(job(Path(folder), ERRORS_UM, more, frames=frames)))
 
 
 def _read_as_one() -> object:
@@ -43,7 +43,7 @@ def _kept_by_number() -> object:
         text = path.read_text().replace("number = 2\n", "number = 1\n")
         path.write_text(text.replace("number = 1\n", 'number = 1\ninsert = "CNMG"\n'))
         made(str(folder / "trueloop.db")).close()
-        return compensate_setups(path, folder / "out", Keeping(serial="P1"))
+        return compensate_and_keep(path, folder / "out", Keeping(serial="P1"))
 
 
 PRODUCERS: dict[Code, Callable[[], object]] = {

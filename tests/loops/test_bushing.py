@@ -15,9 +15,9 @@ from tests.support.cli import invoke, run
 from tests.support.grooved import Cutting, Place, dense, surface_mm
 from tests.support.linuxcnc import Tool, interpret
 from trueloop.arrays import Array
+from trueloop.jobs.turned.job import read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.several import read_cuts
-from trueloop.loops.turned.joint import Joint, correct_edges
+from trueloop.loops.turned.part import SetupCorrection, correct_setup
 
 OD, BAR = 1, 2
 NOSE_MM = {OD: 0.8, BAR: 0.4}
@@ -91,8 +91,8 @@ def rows_of(errors_um: Sequence[float], but: Sequence[str] = ()) -> list[str]:
     return [f"{k},{p.feature},{p.x_mm},{p.z_mm},{e:.6f}" for k, (p, e) in pairs if p.feature not in but]
 
 
-def corrected(path: Path) -> Joint:
-    return correct_edges(read_cuts(JobFiles.of(path)), "corrected.ngc")
+def corrected(path: Path) -> SetupCorrection:
+    return correct_setup(read_cuts(JobFiles.of(path)).setups[0])
 
 
 def test_the_model_errs_as_it_is_told(tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ from tests.support.second_side import (
 )
 from tests.support.two_sides import FIRST, Place, setup_toml
 from trueloop.arrays import Array
-from trueloop.jobs.turned.compensate_setups import corrected_setups
+from trueloop.jobs.turned.compensate import corrected_part
 from trueloop.jobs.turned.job_files import JobFiles
 
 FRAMES: Sequence[Frame] = get_args(Frame)
@@ -99,12 +99,12 @@ def test_wear_is_taken_out_by_a_contour_under_g41_and_g42(tmp_path: Path, frame:
 @pytest.mark.parametrize("frame", ["flipped", "taken"])
 def test_each_corner_gets_its_offset_in_its_own_set_up(tmp_path: Path, frame: Frame) -> None:
     """By hand: −o, X as a diameter, Z as the program has it; the corner at the chuck is the left one."""
-    done = corrected_setups(JobFiles.of(job(tmp_path, frame, touched(tmp_path, frame, SET_OFF))))
-    wears = {one.wear.tool: one.wear for setup in done.setups for one in setup.joint.corrections}
+    done = corrected_part(JobFiles.of(job(tmp_path, frame, touched(tmp_path, frame, SET_OFF))))
+    wears = {one.wear.tool: one.wear for setup in done.setups for one in setup.corrections}
     assert {tool: (wear.x, wear.z) for tool, wear in wears.items()} == {
         tool: pytest.approx((-2 * off_x, -off_z), abs=2e-4) for tool, (off_x, off_z) in OFF_MM.items()
     }
-    cut = {of.tool: of.contour.profile.names for setup in done.setups for of in setup.joint.edges}
+    cut = {of.tool: of.features for setup in done.setups for of in setup.edges}
     near, far = ("back-wall", "back-floor"), ("floor", "wall")
     if frame == "flipped":
         assert cut["T5 (left corner)"] == far[::-1] and cut["T15 (right corner)"] == near[::-1]
@@ -167,10 +167,8 @@ def test_one_edge_of_the_groove_knows_nothing_of_the_other(tmp_path: Path) -> No
     thrown = errors_um + np.array([30.0 * (place.tool == LEFT) for place in places("flipped")])
     written = []
     for errors in (errors_um, thrown):
-        done = corrected_setups(JobFiles.of(job(tmp_path, "flipped", errors, CONTOUR)))
-        changes = {
-            one.wear.tool: [word.after for word in one.record.changes] for one in done.setups[1].joint.corrections
-        }
+        done = corrected_part(JobFiles.of(job(tmp_path, "flipped", errors, CONTOUR)))
+        changes = {one.wear.tool: [word.after for word in one.record.changes] for one in done.setups[1].corrections}
         written.append(changes)
     assert set(written[0]) == {OD, BORE, LEFT, RIGHT}
     assert {tool for tool in written[0] if written[0][tool] != written[1][tool]} == {LEFT}

@@ -16,9 +16,9 @@ from tests.support.grooved import Cutting
 from tests.support.two_sides import FRAMES, PLACES, first, job, measured_um, second, standing_um
 from trueloop.arrays import Array
 from trueloop.domain.judged import Judgement
-from trueloop.jobs.turned.compensate_setups import corrected_setups
+from trueloop.jobs.turned.compensate import corrected_part
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.loops.turned.setup_corrections import CorrectedSetups
+from trueloop.loops.turned.part import PartCorrection
 
 ASKED = "".join(
     f'\n[[part.characteristic]]\nname = "{name}"\nquantity = "length"\nfeature = "{one}"\nother = "{other}"\n'
@@ -40,15 +40,15 @@ def corrected(
     more: str = "",
     reference: str = point_of("front", 10.0),
     frames: Mapping[str, str] = FRAMES,
-) -> CorrectedSetups:
+) -> PartCorrection:
     """`more`: tables of the job; z counts from the touch `reference`, "" from none."""
     counted = f'z_reference = "{reference}"\n' if reference else ""
     path = job(folder, list(errors_um), counted + more, frames=frames, part=ASKED)
     run("compensate", path, "-o", folder / "out")
-    return corrected_setups(JobFiles.of(path))
+    return corrected_part(JobFiles.of(path))
 
 
-def lengths(done: CorrectedSetups) -> dict[str, Judgement]:
+def lengths(done: PartCorrection) -> dict[str, Judgement]:
     return {one.characteristic.name: one.after for one in done.characteristics}
 
 
@@ -141,9 +141,9 @@ def test_what_the_face_moves_by_is_carried_to_the_other_side(tmp_path: Path) -> 
         head, *setups = path.read_text().split("[[setups]]\n")
         setups[-1], gauging = setups[-1].split("[gauging]\n")
         path.write_text("[[setups]]\n".join([head, *setups[::order]]) + "[gauging]\n" + gauging)
-        found = lengths(corrected_setups(JobFiles.of(path)))
+        found = lengths(corrected_part(JobFiles.of(path)))
         assert {name: one.value for name, one in found.items()} == pytest.approx({"L": 80.002, "W": 20.0}, abs=1e-5)
-        (moved,) = [one.decision.offset_mm[1] for one in by_tool(corrected_setups(JobFiles.of(path))).values()
+        (moved,) = [one.decision.offset_mm[1] for one in by_tool(corrected_part(JobFiles.of(path))).values()
                     if face in one.profile.names]  # fmt: skip
         assert moved < -5e-4
 
@@ -168,9 +168,9 @@ def test_a_length_from_the_face_that_it_stands_on_is_as_sure_as_the_other_side(t
 
 def done_u(folder: Path) -> Array:
     """Standard uncertainties of the touches of the front."""
-    from trueloop.jobs.turned.setups import read_cuts_of_setups
+    from trueloop.jobs.turned.job import read_cuts
 
-    read = read_cuts_of_setups(JobFiles.of(folder / "job.toml"))
+    read = read_cuts(JobFiles.of(folder / "job.toml"))
     return read.measured.vectors.standard_u_mm[on("front") > 0.0]
 
 

@@ -4,6 +4,7 @@ A shaft that is turned at both sides, part after part. The judge is a second sto
 with the back side drawn by hand in the frame of its program, corrects the same program by the same touches.
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,7 +23,7 @@ from trueloop.domain.tool import Edge, Tool
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.store.where import store_of
-from trueloop.loops.turned.in_setup import reading_in
+from trueloop.loops.turned.share import reading_in
 from trueloop.storage.store import Store, find
 
 NAMES = {"first, T1": "left-hand", "second, T2": "right-hand", "second, T4": "bar"}
@@ -266,6 +267,32 @@ def test_where_one_set_up_is_refused_nothing_of_any_is_kept(tmp_path: Path, why:
     assert {"first": "CMP-TWICE", "second": "CMP-TWICE", "no serial": "STO-PART"}.get(why, "") in said
     assert not (tmp_path / "now").exists()
     assert not find(store(path), Correction) and not find(store(path), Inspection)
+
+
+def test_the_whole_part_is_answered_for_by_its_serial_number(tmp_path: Path) -> None:
+    """Sheet and plan are of the whole part, one certificate of what all edges cut; each edge's share is diagnosed."""
+    path = placed(tmp_path)
+    make_parts(path, None, (1, 2))
+    sizes = {"seat": 36.0, "back-seat": 38.0, "bore": 20.0}
+    rows = "".join(f"D {of},{of},{d + 0.004},{d},{d - 0.05},{d + 0.05}\n" for of, d in sizes.items())
+    header = "characteristic,feature,diameter_mm,nominal,lower_limit,upper_limit\n"
+    (tmp_path / "sizes.csv").write_text(f"# uncertainty_um: 1\n# instrument: micrometer 4\n{header}{rows}")
+    run("measure", "read", tmp_path / "sizes.csv", "--job", path, "--after", "finish", "--serial", "P2")
+    assert all(f"{of}," in run("measure", "sheet", path) for of in sizes)
+    assert all(of in run("measure", "plan", path) for of in sizes)
+    db = ("--db", tmp_path / "trueloop.db")
+    certificate = json.loads(run("monitor", "certify", "P2", "-o", tmp_path / "c", "--json", *db))
+    assert certificate["part_type"] == "two sides"
+    assert {one["characteristic"]: one["verdict"] for one in certificate["characteristics"]} == {
+        f"D {of}": "in" for of in sizes
+    }
+    edges = {one["identity"] for one in certificate["in_force"] if one["what"] == "edge"}
+    assert {name for name in NAMES.values() if any(name in edge for edge in edges)} == {*NAMES.values()}
+    types = {f"two sides, {of}" for of in NAMES}
+    of_part, of_series = (json.loads(run("diagnose", *what, "--json", *db)) for what in (("part", "P2"), ("series",)))
+    assert {one["part_type"] for one in of_part["shares"]} == types == {one["part_type"] for one in of_series["shares"]}
+    of_one = json.loads(run("diagnose", "part", "P2", "--type", "two sides, second, T4", "--json", *db))
+    assert of_one["part_type"] == "two sides, second, T4"
 
 
 def test_a_part_whose_z_hangs_on_a_touch_of_one_edge_is_not_kept(tmp_path: Path) -> None:

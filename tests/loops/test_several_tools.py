@@ -30,10 +30,10 @@ from tests.support.grooved import (
 from tests.support.linuxcnc import Tool, interpret
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.turned.job import read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.several import read_cuts
 from trueloop.loops.turned.commanded import Run
-from trueloop.loops.turned.joint import Joint, correct_edges, require_sum
+from trueloop.loops.turned.part import SetupCorrection, SetupCuts, correct_setup, require_sum
 from trueloop.nc.program.program import read_program
 
 TABLE = [Tool(OD, NOSE_MM[OD]), Tool(LEFT, NOSE_MM[LEFT]), Tool(RIGHT, NOSE_MM[RIGHT], z_offset_mm=WIDTH_MM)]
@@ -75,11 +75,13 @@ def touched(folder: Path, cuttings: Mapping[int, Cutting], file: Path | None = N
     return np.array(measured_um(commanded(file), cuttings))
 
 
-def corrected(folder: Path, errors_um: Sequence[float], more: str = "", control: Control = "linuxcnc") -> Joint:
+def corrected(
+    folder: Path, errors_um: Sequence[float], more: str = "", control: Control = "linuxcnc"
+) -> SetupCorrection:
     """As the command does it, and its files in `out`."""
     path = job(folder, errors_um, control, more)
     run("compensate", path, "-o", folder / "out")
-    return correct_edges(read_cuts(JobFiles.of(path)), "corrected.ngc")
+    return correct_setup(read_cuts(JobFiles.of(path)).setups[0])
 
 
 def by_edge(errors_um: Array, edge: int) -> Array:
@@ -175,7 +177,7 @@ def test_a_fit_knows_nothing_of_another_edges_touches(tmp_path: Path) -> None:
     of_od = []
     for errors in (errors_um, thrown):
         job(tmp_path, errors.tolist(), "linuxcnc", '[compensation]\nby = "contour"\n')
-        joint = correct_edges(read_cuts(JobFiles.of(tmp_path / "job.toml")), "corrected.ngc")
+        joint = correct_setup(read_cuts(JobFiles.of(tmp_path / "job.toml")).setups[0])
         (one,) = [of.correction for of in joint.edges if of.tool == "T3"]
         assert one is not None
         of_od.append((one.decision.offset_mm, one.model.scatter_mm, [word.after for word in one.record.changes]))
@@ -187,7 +189,7 @@ def test_bands_have_each_edges_own_prior(tmp_path: Path) -> None:
     path = job(tmp_path, touched(tmp_path, SET_OFF).tolist(), "linuxcnc")
     text = path.read_text().replace("groove_corner = 'left'", "groove_corner = 'left'\ncut_to_cut_um = 0.0")
     path.write_text(text)
-    joint = correct_edges(read_cuts(JobFiles.of(path)), "corrected.ngc")
+    joint = correct_setup(read_cuts(JobFiles.of(path)).setups[0])
     u = {one.tool: one.correction.prediction.expanded_u_mm.max() for one in joint.edges if one.correction is not None}
     others = min(u["T15 (right corner)"], u["T3"])
     assert others > 0.005 and u["T5 (left corner)"] < others / 2
@@ -281,7 +283,7 @@ def test_a_length_between_two_edges_is_judged_by_both(tmp_path: Path) -> None:
     half = "[compensation]\nweight = 0.5\ncut_to_cut_um = 3.0\n"
     errors_um = touched(tmp_path, SET_OFF) + np.tile([0.2, -0.2, 0.2], len(PLACES) // 3)
     path = job(tmp_path, errors_um.tolist(), "linuxcnc", LENGTH + half)
-    joint = correct_edges(read_cuts(JobFiles.of(path)), "corrected.ngc")
+    joint = correct_setup(read_cuts(JobFiles.of(path)).setups[0])
     assert joint.notes == ()
     (length,) = joint.characteristics
     assert length.characteristic.name == "L1" and length.before is None
@@ -308,7 +310,7 @@ def test_what_a_program_itself_is_off_by_stays_in_a_length_where_an_offset_corre
     program = (tmp_path / "finish.ngc").read_text()
     assert program.count("Z-39.8000") == 2
     (tmp_path / "finish.ngc").write_text(program.replace("Z-39.8000", "Z-39.7900"))
-    joint = correct_edges(read_cuts(JobFiles.of(path)), "corrected.ngc")
+    joint = correct_setup(read_cuts(JobFiles.of(path)).setups[0])
     (left,) = [one.correction for one in joint.edges if one.tool == "T5 (left corner)"]
     assert left is not None and left.decision.by_offset
     (length,) = joint.characteristics
@@ -319,7 +321,7 @@ def test_a_length_of_an_edge_that_was_not_measured_is_said_to_be_unjudged(tmp_pa
     path = job(tmp_path, touched(tmp_path, SET_OFF).tolist(), "linuxcnc", LENGTH)
     rows = (tmp_path / "touches.csv").read_text().splitlines()
     (tmp_path / "touches.csv").write_text("\n".join(r for r in rows if ",left-" not in r and "-left" not in r) + "\n")
-    joint = correct_edges(read_cuts(JobFiles.of(path)), "corrected.ngc")
+    joint = correct_setup(read_cuts(JobFiles.of(path)).setups[0])
     assert joint.notes == ("L1: sizes between features of several edges, which are not judged.",)
     assert joint.characteristics == ()
 
@@ -348,8 +350,8 @@ def test_a_joint_program_is_the_sum_of_its_corrections(tmp_path: Path) -> None:
     joint = corrected(tmp_path, touched(tmp_path, WORN).tolist(), '[compensation]\nby = "contour"\n')
     assert joint.program is not None
     given, drive = read_program((tmp_path / "finish.ngc").read_bytes(), "linuxcnc"), Run({})
-    cuts = read_cuts(JobFiles.of(tmp_path / "job.toml"))
-    singles = [correct_edges([one], "x.ngc").program for one in cuts]
+    cuts = read_cuts(JobFiles.of(tmp_path / "job.toml")).setups[0].cuts
+    singles = [correct_setup(SetupCuts((one,))).program for one in cuts]
     paths = [drive.of(given.rewritten(one)) for one in singles if one is not None]
     whole = drive.of(given.rewritten(joint.program))
     require_sum(drive.of(given), paths, whole)

@@ -12,8 +12,8 @@ from tests.loops.test_composed_correction import write_job
 from tests.support.correction import example_inputs
 from trueloop.domain.correction import Correction as Envelope
 from trueloop.domain.record import Product
-from trueloop.jobs.turned.compensate import outputs_of
 from trueloop.jobs.turned.job import read_job
+from trueloop.jobs.turned.outputs import outputs_of
 from trueloop.loops.turned.commanded import commanded
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.paths import Paths

@@ -1,9 +1,9 @@
 """`trueloop diagnose`: from errors of parts to their causes."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 import typer
 
@@ -15,8 +15,12 @@ from trueloop.domain.page_options import Language, LengthUnit
 
 if TYPE_CHECKING:
     from trueloop.jobs.diagnose.asked import Asked
+    from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
     from trueloop.report.series.values import FindingShape
     from trueloop.report.shape import Shape
+    from trueloop.report.texts.texts import Texts
+
+    Share = TypeVar("Share", PartDiagnosisShape, SeriesDiagnosisShape)
 
 Accept = Annotated[
     list[str] | None,
@@ -98,6 +102,38 @@ def print_diagnosis(
         typer.echo(f"written: {file}", err=True)
 
 
+def _written(
+    found: "Sequence[Share]", name: str, page_of: "Callable[[Share, Texts], str]", folder: Path | None, page: Page
+) -> list[list[str]]:
+    """The files of each diagnosis; of a part that several edges cut with the edge in their names."""
+    from trueloop.jobs.diagnose.written import write_diagnosis
+
+    names = [name if len(found) == 1 else f"{name}-{_file_name(one.part_type)}" for one in found]
+    return [
+        write_diagnosis(one, called, page_of, folder, page.language, page.unit)
+        for one, called in zip(found, names, strict=True)
+    ]
+
+
+def _file_name(part_type: str) -> str:
+    return "".join(one if one.isalnum() or one in "-_." else "_" for one in part_type.replace(", ", "-"))
+
+
+def _print_shares(
+    found: "Sequence[Share]", lines: "Callable[[Share], Iterable[str]]", files: list[list[str]], *, as_json: bool
+) -> None:
+    """One diagnosis; or that of each edge of a part that several cut, in JSON as a list `shares`."""
+    if len(found) == 1:
+        print_diagnosis(found[0], lines(found[0]), found[0].findings, files[0], as_json=as_json)
+        return
+    if as_json:
+        pairs = zip(found, files, strict=True)
+        print_json({"shares": [{**one.model_dump(mode="json"), "files": written} for one, written in pairs]})
+        return
+    for one, written in zip(found, files, strict=True):
+        print_diagnosis(one, lines(one), one.findings, written, as_json=False)
+
+
 @guarded
 def fixture(
     of_what: Annotated[
@@ -170,15 +206,14 @@ def part(
 ) -> None:
     """Show what is wrong with one part: errors of its features by device, components at its points, likely causes."""
     from trueloop.jobs.diagnose import diagnosed
-    from trueloop.jobs.diagnose.written import write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import part_lines
     from trueloop.report.diagnosis.page_part import part_page
 
     with busy("diagnosing"):
-        found = diagnosed.part(opened(db), serial, of.asked(accept))
-        files = write_diagnosis(found, "part", part_page, output, page.language, page.unit)
-    print_diagnosis(found, part_lines(found), found.findings, files, as_json=as_json)
+        found = diagnosed.parts(opened(db), serial, of.asked(accept))
+        files = _written(found, "part", part_page, output, page)
+    _print_shares(found, part_lines, files, as_json=as_json)
 
 
 @guarded
@@ -187,15 +222,14 @@ def series(
 ) -> None:
     """Name what makes the parts of a type wrong: tool, probe, set-up, deflection, chatter, or the machine."""
     from trueloop.jobs.diagnose import diagnosed
-    from trueloop.jobs.diagnose.written import write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import series_lines
     from trueloop.report.diagnosis.page_series import series_page
 
     with busy("diagnosing"):
-        found = diagnosed.series(opened(db), of.asked(accept))
-        files = write_diagnosis(found, "series", series_page, output, page.language, page.unit)
-    print_diagnosis(found, series_lines(found), found.findings, files, as_json=as_json)
+        found = diagnosed.every_series(opened(db), of.asked(accept))
+        files = _written(found, "series", series_page, output, page)
+    _print_shares(found, series_lines, files, as_json=as_json)
 
 
 @guarded

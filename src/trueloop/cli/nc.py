@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from trueloop.geometry.feature import Feature
     from trueloop.geometry.setup_frame import SetupFrame
     from trueloop.loops.machine.mapped_program import Mapped
-    from trueloop.loops.turned.edges import CutFeature
+    from trueloop.loops.turned.cuts import CutFeature
     from trueloop.nc.field.field import Field
     from trueloop.nc.match.contour_match import FeatureMatch, MatchedMove
     from trueloop.nc.program.parts import Stretch
@@ -217,9 +217,15 @@ def features_of_job(
 
     Exit status 1 when that is not plain for one.
     """
-    from trueloop.jobs.turned.compensate_setups import has_setups
+    from trueloop.jobs.turned.job import read_setups
+    from trueloop.jobs.turned.job_files import JobFiles
 
-    found = _of_setups(job) if has_setups(job) else _of_one(job)
+    with busy(f"matching {job}"):
+        files = JobFiles.of(job)
+        setups = read_setups(files).found
+        cuts = tuple(_cut(one.setup.program, one.cut_features, job, one.setup.frame) for one in setups.setups)
+    doubtful = tuple(refusal.in_file(str(job)) for refusal in setups.doubtful)
+    found = _Found(files.job.part.name, cuts, setups.uncut, doubtful)
     refusals = [*found.doubtful, *(refusal for cut in found.cuts for refusal in cut.refused)]
     if as_json:
         print_json(found.as_dict())
@@ -231,32 +237,6 @@ def features_of_job(
             say(refusal, as_json=False)
     if refusals:
         raise typer.Exit(ExitStatus.FINDINGS)
-
-
-def _of_one(job: Path) -> "_Found":
-    from trueloop.jobs.turned.job import read_finish
-    from trueloop.loops.turned.edges import cut_by_one, cut_features
-
-    with busy(f"matching {job}"):
-        finish = read_finish(job)
-        part, program, run = finish.part, finish.program, finish.run
-        if part.edges:
-            found = cut_features(program, run, part.profile, part.edges, finish.decided)
-        else:
-            found = cut_by_one(program, run, part.profile, part.nose_radius_mm)
-    return _Found(part.name, (_cut(program, found, job),))
-
-
-def _of_setups(job: Path) -> "_Found":
-    from trueloop.jobs.turned.job_files import JobFiles
-    from trueloop.jobs.turned.setups import read_setups
-
-    with busy(f"matching {job}"):
-        files = JobFiles.of(job)
-        found = read_setups(files).found
-        cuts = tuple(_cut(one.setup.program, one.cut_features, job, one.setup.frame) for one in found.setups)
-    doubtful = tuple(refusal.in_file(str(job)) for refusal in found.doubtful)
-    return _Found(files.job.part.name, cuts, found.uncut, doubtful)
 
 
 @dataclass(frozen=True)
@@ -322,9 +302,9 @@ class _Found:
         return {"part": self.part, "setups": setups, "uncut": list(self.uncut), "doubtful": doubtful}
 
 
-def _cut(program: "Program", found: "list[CutFeature]", job: Path, setup: "SetupFrame | None" = None) -> _Cut:
+def _cut(program: "Program", found: "list[CutFeature]", job: Path, setup: "SetupFrame") -> _Cut:
     file = program.file or str(job)
-    return _Cut(file, tuple(_row(program, one, file) for one in found), setup)
+    return _Cut(file, tuple(_row(program, one, file) for one in found), setup if setup.name else None)
 
 
 @dataclass(frozen=True)

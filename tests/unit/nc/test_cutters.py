@@ -9,8 +9,8 @@ import pytest
 from tests.support.cli import invoke, run
 from tests.support.grooved import CALLS, LEFT, NOSE_MM, OD, PLACES, RIGHT, Control, job, program
 from trueloop.geometry.profile import JunctionKind
-from trueloop.jobs.turned.job import read_finish
-from trueloop.loops.turned.edges import cutters_of
+from trueloop.jobs.turned.job import read_setups
+from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.nc.match.own_contour import OwnContour, own_contour
 from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.program import read_program
@@ -25,10 +25,9 @@ def tools_of(path: Path, status: int = 0) -> dict[str, str]:
 
 
 def own(path: Path, called: Called) -> OwnContour:
-    finish = read_finish(path)
-    profile, edges = finish.part.profile, finish.part.edges
-    found = cutters_of(finish.program, finish.run, profile, edges, finish.decided)
-    return own_contour(profile, found, next(edge for edge in edges if edge.called == called))
+    (of,) = read_setups(JobFiles.of(path)).found.setups
+    assert of.found is not None
+    return own_contour(of.profile, of.found, next(edge for edge in of.setup.edges if edge.called == called))
 
 
 def written(folder: Path, old: str, new: str, more: str = "") -> Path:

@@ -63,72 +63,25 @@ def run_job(
     path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool, memory: Use | None = None
 ) -> None:
     """Corrects as the job says and prints what was done."""
-    from trueloop.jobs.turned.compensate_setups import has_setups
-    from trueloop.jobs.turned.several import has_several
-
-    if has_setups(path):
-        _run_setups(path, output, page, keeping, as_json, memory)
-        return
-    if has_several(path):
-        _run_several(path, output, page, keeping, as_json, memory)
-        return
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
+        from trueloop.cli.turned.part_summary import print_part
         from trueloop.cli.turned.summary import print_summary
         from trueloop.jobs.turned.compensate import compensate_and_keep
         from trueloop.report.turned.correction_json import correction_as_dict
+        from trueloop.report.turned.part import part_as_dict
 
         done = compensate_and_keep(
             path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf, memory=memory
         )
+    alone, files = done.corrected.alone, [str(file) for file in done.files]
     if as_json:
-        files = {"files": [str(file) for file in done.files]}
-        print_json({**correction_as_dict(done.correction), **files, **kept_as_dict(done.kept)})
+        shown = part_as_dict(done.corrected) if alone is None else correction_as_dict(alone)
+        print_json({**shown, "files": files, **kept_as_dict(done.kept)})
         return
-    print_summary(done.correction, done.files)
-    if done.kept is not None:
-        typer.echo(done.kept.words)
-        print_findings(done.kept.findings)
-
-
-def _run_several(
-    path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool, memory: Use | None
-) -> None:
-    """The same of a job of several edges."""
-    with busy(f"correcting as {path.parent.name}/{path.name} says"):
-        from trueloop.cli.turned.joint_summary import print_joint
-        from trueloop.jobs.turned.several import correct_several
-        from trueloop.report.turned.joint import joint_as_dict
-
-        done = correct_several(
-            path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf, memory=memory
-        )
-    if as_json:
-        files = {"files": [str(file) for file in done.files]}
-        print_json({**joint_as_dict(done.joint, done.name), **files, **kept_as_dict(done.kept)})
-        return
-    print_joint(done.joint, done.name, done.files)
-    if done.kept is not None:
-        typer.echo(done.kept.words)
-        print_findings(done.kept.findings)
-
-
-def _run_setups(
-    path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool, memory: Use | None
-) -> None:
-    """The same of a job of several set-ups."""
-    with busy(f"correcting as {path.parent.name}/{path.name} says"):
-        from trueloop.cli.turned.setups_summary import print_setups
-        from trueloop.jobs.turned.compensate_setups import compensate_setups
-        from trueloop.report.turned.setups import setups_as_dict
-
-        done = compensate_setups(
-            path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf, memory=memory
-        )
-    if as_json:
-        files = {"files": [str(file) for file in done.files]}
-        print_json({**setups_as_dict(done.corrected), **files, **kept_as_dict(done.kept)})
-        return
-    print_setups(done.corrected, done.files)
+    if alone is None:
+        print_part(done.corrected, done.files)
+    else:
+        print_summary(alone, done.files)
     if done.kept is not None:
         typer.echo(done.kept.words)
         print_findings(done.kept.findings)

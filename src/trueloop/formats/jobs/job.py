@@ -81,6 +81,11 @@ class Job(Table):
         assert self.programs is not None
         return self.programs
 
+    @property
+    def every_programs(self) -> tuple[ProgramsTable, ...]:
+        """The tables of programs, one a set-up."""
+        return tuple(one.programs for one in self.setups) if self.programs is None else (self.programs,)
+
     def require_one_setup(self) -> None:
         """Raises JOB-SETUPS where the job has several set-ups."""
         if self.setups:

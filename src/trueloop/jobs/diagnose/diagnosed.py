@@ -1,8 +1,12 @@
 """Diagnoses of parts and series from a store, as shapes."""
 
+from collections.abc import Sequence
+from typing import TypeVar
+
+from trueloop.domain.part import Part
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.diagnose.asked import Asked, sources_of
-from trueloop.jobs.diagnose.records import part_named
+from trueloop.jobs.diagnose.records import part_named, types_of
 from trueloop.jobs.diagnose.seen_series import parts_of
 from trueloop.loops.diagnosis.part import diagnose_part
 from trueloop.loops.diagnosis.series import diagnose_series
@@ -10,15 +14,27 @@ from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosis
 from trueloop.report.diagnosis.values import part_shape, series_shape
 from trueloop.storage.store import Store
 
+T = TypeVar("T", PartDiagnosisShape, SeriesDiagnosisShape)
+
 
 def part(store: Store, serial: str, asked: Asked) -> PartDiagnosisShape:
-    """One part. Raises DIA errors, and what job and model are refused with."""
-    named = part_named(store, serial, asked.part_type)
+    """One part that one edge cut, or what one edge cut of it. Raises DIA errors, and what job and model are refused
+    with.
+    """
+    return _only(parts(store, serial, asked))
+
+
+def parts(store: Store, serial: str, asked: Asked) -> list[PartDiagnosisShape]:
+    """One part: what each edge cut of it, where several did."""
+    return [_part(store, one, asked) for one in part_named(store, serial, asked.part_type).shares]
+
+
+def _part(store: Store, named: Part, asked: Asked) -> PartDiagnosisShape:
     sources = sources_of(store, asked, named.part_type.name)
     parts, findings = parts_of(sources)
     own = next((one for one in parts if one.part.identity == named.identity), None)
     if own is None:
-        raise _not_inspected(serial, quarantined=named.identity in sources.records.out)
+        raise _not_inspected(named.serial, quarantined=named.identity in sources.records.out)
     done = diagnose_part(
         own, parts, sources.places, None if sources.model is None else sources.model.model, asked.accept
     )
@@ -34,11 +50,31 @@ def part(store: Store, serial: str, asked: Asked) -> PartDiagnosisShape:
 
 
 def series(store: Store, asked: Asked) -> SeriesDiagnosisShape:
-    """All parts of a type."""
-    sources = sources_of(store, asked, asked.part_type)
+    """All parts of a type that one edge cut, or what one edge cut of them."""
+    return _only(every_series(store, asked))
+
+
+def every_series(store: Store, asked: Asked) -> list[SeriesDiagnosisShape]:
+    """All parts of a type: what each edge cut of them, where several did."""
+    return [_series(store, name, asked) for name in types_of(store, asked.part_type)]
+
+
+def _series(store: Store, part_type: str, asked: Asked) -> SeriesDiagnosisShape:
+    sources = sources_of(store, asked, part_type)
     parts, findings = parts_of(sources)
     done = diagnose_series(parts, sources.places, asked.accept)
     return series_shape(sources.records.part_type, done.series, done.causes, (*findings, *done.findings))
+
+
+def _only(found: Sequence[T]) -> T:
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(repr(one.part_type) for one in found)
+    raise TrueloopError(
+        Code.DIA_NONE,
+        f"{len(found)} edges cut the part, each with a diagnosis of its own: {names}",
+        hint="say which: `part_type`, one of these names",
+    )
 
 
 def _not_inspected(serial: str, *, quarantined: bool) -> TrueloopError:

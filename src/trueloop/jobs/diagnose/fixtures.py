@@ -35,12 +35,12 @@ def fixture_of_file(path: Path, repeatability: Repeatability, accept: Collection
 
 def fixture_of_part(store: Store, serial: str, asked: Asked, repeatability: Repeatability) -> FixtureDiagnosisShape:
     """Repeats of a part's own points and readings. Raises DIA-NONE and DIA-FEW."""
-    named = part_named(store, serial, asked.part_type)
-    sources = sources_of(store, asked, named.part_type.name)
-    parts, _ = parts_of(sources, (serial,))
+    shares = part_named(store, serial, asked.part_type).shares
+    of_shares = [sources_of(store, asked, one.part_type.name) for one in shares]
     repeats = [
         one
-        for each in parts
+        for sources in of_shares
+        for each in parts_of(sources, (serial,))[0]
         for points in each.points(sources.places).values()
         for one in repeats_of(points, repeatability.standard_u_mm, repeatability.limit_mm)
     ]

@@ -12,6 +12,7 @@ from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, InspectionLink, Stage
 from trueloop.domain.part import Part
+from trueloop.domain.part_share import WholePart, joined_shares, whole_of
 from trueloop.domain.standard_part import StandardPart
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.diagnose.quarantined import quarantined_cuts
@@ -87,7 +88,7 @@ def tool_of(cut: Cut) -> str:
 
 def read_records(store: Store, part_type: str | None) -> Records:
     """Of that part type, or of the only one. Raises DIA-NONE where the store holds none of it, or several."""
-    name = _type_of(store, part_type)
+    (name,) = types_of(store, part_type)[:1]
     cuts = [one.value for one in find(store, Cut, part_type=name)]
     standards = [one.value for one in find(store, StandardPart, part_type=name)]
     inspections = tuple(one for one in find(store, Inspection, part_type=name) if one.value.values)
@@ -106,14 +107,17 @@ def read_records(store: Store, part_type: str | None) -> Records:
     )
 
 
-def part_named(store: Store, serial: str, part_type: str | None) -> Part:
-    """The part of that serial number. Raises DIA-NONE, with those that are written alike, or where several have it."""
-    same = [one.value for one in find(store, Part, serial=serial)]
-    found = {one.identity: one for one in same if part_type in (None, one.part_type.name)}
+def part_named(store: Store, serial: str, part_type: str | None) -> WholePart:
+    """The part of that serial number, with what each edge cut of it. Raises DIA-NONE, with those that are written
+    alike, or where several have it.
+    """
+    same = {one.value.identity: one.value for one in find(store, Part, serial=serial)}
+    found = [one for one in joined_shares(same.values()) if part_type in (None, one.part.part_type.name)]
+    found = found or [WholePart(one, (one,)) for one in same.values() if one.part_type.name == part_type]
     if len(found) == 1:
-        return next(iter(found.values()))
+        return found[0]
     if found:
-        names = ", ".join(sorted({part.part_type.name for part in found.values()}))
+        names = ", ".join(sorted({one.part.part_type.name for one in found}))
         raise TrueloopError(
             Code.DIA_NONE,
             f"{len(found)} parts have the serial number {serial!r}",
@@ -127,12 +131,17 @@ def part_named(store: Store, serial: str, part_type: str | None) -> Part:
     )
 
 
-def _type_of(store: Store, asked: str | None) -> str:
+def types_of(store: Store, asked: str | None) -> tuple[str, ...]:
+    """The part type of that name, or the only one; of a part that several edges cut those of its shares.
+
+    Raises DIA-NONE where the store holds none of it, or several.
+    """
     known = list(dict.fromkeys(_types(store)))
-    if asked is None and len(known) == 1:
-        return known[0]
-    if asked in known:
-        return asked
+    if asked in known or (asked is None and len(known) == 1):
+        return (asked or known[0],)
+    shares = known if asked is None else [one for one in known if one.startswith(f"{asked}, ")]
+    if (whole := whole_of(shares)) is not None and asked in (None, whole):
+        return tuple(shares)
     if asked is None and known:
         message, hint = f"the store holds inspections of {len(known)} part types", "say which: `--type NAME`; "
         raise TrueloopError(Code.DIA_NONE, message, hint=hint + ", ".join(known))

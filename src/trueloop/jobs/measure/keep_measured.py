@@ -35,8 +35,8 @@ from trueloop.jobs.store.of_this_part import (
 from trueloop.jobs.store.plausible import other_points, require_size
 from trueloop.jobs.store.where import store_of
 from trueloop.jobs.tools import apart
+from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job
 from trueloop.jobs.turned.inspection import part_type
-from trueloop.jobs.turned.job import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.of_edge import inspection_of_edge, require_kept_apart
 from trueloop.jobs.turned.shares import shares_of

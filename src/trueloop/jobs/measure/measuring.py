@@ -27,7 +27,8 @@ AROUND_DEG = (0.0, 90.0, 180.0, 270.0)
 class MeasuringJob:
     """A job's part, its points for a measuring machine, and what its drawing asks for.
 
-    `allowance_mm` is what the semi-finish cut leaves on. `files` are all that was read, and the job's programs.
+    `allowance_mm` is what the semi-finish cut leaves on, the most of all set-ups. `files` are all that was read, and
+    the job's programs.
     """
 
     part: ReadPart
@@ -51,15 +52,16 @@ def read_measuring(path: Path, angles_deg: Sequence[float] = (0.0,), *, diameter
     with in_file(path):
         given = points_of_job(path, job, part, margin_mm)
         touches = cmm_plan(part.profile, given.points, given.names, angles_deg, diameters=diameters)
-    given_programs = (job.own_programs.finish, job.own_programs.semifinish)
-    programs = [path.parent / named for named in given_programs if named is not None]
+    tables = job.every_programs
+    named = [name for one in tables for name in (one.finish, one.semifinish) if name is not None]
+    programs = [path.parent / name for name in named]
     probe_files = [] if probe_file is None else [probe_file]
     return MeasuringJob(
         part,
         touches,
         characteristics_of(located, part.profile),
         tuple(angles_deg),
-        job.own_programs.semifinish_allowance_mm or 0.0,
+        max(one.semifinish_allowance_mm or 0.0 for one in tables),
         (*part.files, *probe_files, *given.files, *programs),
     )
 

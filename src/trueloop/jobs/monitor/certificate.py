@@ -1,6 +1,7 @@
 """The certificate of a part from the store, and its files."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -12,13 +13,14 @@ from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.model_version import ModelDecision
 from trueloop.domain.page_options import Language, LengthUnit
 from trueloop.domain.part import Part
+from trueloop.domain.part_share import WholePart, joined_shares
 from trueloop.domain.program import ProgramText
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.record import Record
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.user import user_name
-from trueloop.loops.monitor.certificate import Certificate, InForce, Seen, asked_of, certified
+from trueloop.loops.monitor.certificate import Asked, Certificate, InForce, Seen, asked_of, certified
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.in_force import cut_with
 from trueloop.loops.turned.made_parts import program_that_ran
@@ -35,28 +37,58 @@ def certificate_of(
 ) -> CertificateShape:
     """The certificate of a part. `stated_u_um`: standard uncertainty of readings that state none.
 
-    Raises MON-NONE for a part that the store does not know, of which it knows several, or that was not measured.
+    Of a part that several edges or set-ups cut the certificate is of the whole. Raises MON-NONE for a part that the
+    store does not know, of which it knows several, or that was not measured.
     """
-    part = _part(store, serial, part_type)
-    cuts = [one.value for one in find(store, Cut, part_type=part.part_type.name, serial=serial)]
+    whole = _part(store, serial, part_type)
+    shares = [_share(store, part) for part in whole.shares]
+    u = None if stated_u_um is None else stated_u_um / UM_PER_MM
+    asked = {one.name: one for share in shares for one in share.asked}
+    values = certified(whole.part, tuple(asked.values()), [one for share in shares for one in share.seen], u)
+    in_force = {(one.what, one.identity): one for share in shares for one in share.in_force}
+    missing = dict.fromkeys(words for share in shares for words in share.missing)
+    done = Certificate(whole.part, values, tuple(in_force.values()), tuple(missing), _cut_at(shares))
+    return certificate_shape(done, datetime.now(UTC), who or user_name(), stated_u_um)
+
+
+@dataclass(frozen=True)
+class _Share:
+    """What the store holds of what one edge cut of a part, or of a part that is kept whole."""
+
+    cut: Cut | None
+    asked: tuple[Asked, ...]
+    seen: tuple[Seen, ...]
+    in_force: tuple[InForce, ...]
+    missing: tuple[str, ...]
+
+
+def _share(store: Store, part: Part) -> _Share:
+    cuts = [one.value for one in find(store, Cut, part_type=part.part_type.name, serial=part.serial)]
     cut = next(
         (one for one in reversed(cuts) if one.stage is Stage.FINISH and one.part.identity == part.identity), None
     )
     of_type = [one.value for one in find(store, Inspection, part_type=part.part_type.name)]
     seen = tuple(_seen(store, [one for one in of_type if one.part.identity == part.identity], cuts))
-    u = None if stated_u_um is None else stated_u_um / UM_PER_MM
     asked = asked_of(one for one in of_type if one.part.part_type.identity == part.part_type.identity)
     in_force, missing = _in_force(store, part, cut, [one.inspection for one in seen])
-    done = Certificate(part, certified(part, asked, seen, u), in_force, missing, None if cut is None else cut.at)
-    return certificate_shape(done, datetime.now(UTC), who or user_name(), stated_u_um)
+    return _Share(cut, asked, seen, in_force, missing)
 
 
-def _part(store: Store, serial: str, part_type: str | None) -> Part:
+def _cut_at(shares: Sequence[_Share]) -> datetime | None:
+    """When the last of the cuts was done; None where that is not known of all."""
+    times = [None if share.cut is None else share.cut.at for share in shares]
+    known = [at for at in times if at is not None]
+    return max(known) if len(known) == len(times) else None
+
+
+def _part(store: Store, serial: str, part_type: str | None) -> WholePart:
     found = {one.value.identity: one.value for one in find(store, Part, serial=serial)}
-    parts = [one for one in found.values() if part_type in (None, one.part_type.name)]
+    every = joined_shares(found.values())
+    parts = [one for one in every if part_type in (None, one.part.part_type.name)]
+    parts = parts or [WholePart(one, (one,)) for one in found.values() if one.part_type.name == part_type]
     if len(parts) == 1:
         return parts[0]
-    types = ", ".join(repr(one.part_type.name) for one in parts) or "none"
+    types = ", ".join(repr(one.part.part_type.name) for one in parts) or "none"
     raise TrueloopError(
         Code.MON_NONE,
         f"the store holds {len(parts)} parts with the serial number {serial!r}, of part types: {types}",

@@ -1,41 +1,102 @@
-"""From a turned part's job file to its corrected programs, table, report and record."""
+"""From a turned part's job to its corrected programs, tables, reports and records: all set-ups and edges, or none."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from trueloop.domain.page_options import Language, LengthUnit, PageOptions
+from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
-from trueloop.formats.tables.control_tables import table_to_csv
-from trueloop.formats.tables.tool_tables.known import new_table
-from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
 from trueloop.jobs.store.where import store_of
-from trueloop.jobs.turned.job import ReadJob, read_job
+from trueloop.jobs.turned.job import ReadJob, read_cuts, read_job
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.of_edge import require_kept_apart, stored_inputs
+from trueloop.jobs.turned.outputs import METRIC, new_tables, outputs_of, outputs_of_part
+from trueloop.jobs.turned.shared_edges import require_edges_named
 from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.part import PartCorrection, correct_part
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.memory.edge.options import Use
-from trueloop.report.pdf import as_pdf
-from trueloop.report.texts.texts import Texts
-from trueloop.report.turned.correction_json import json_text
-from trueloop.report.turned.page import page as page_of
+from trueloop.nc.match.own_contour import OwnContour
 
 if TYPE_CHECKING:
     from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.storage.store import Store
 
-METRIC: Final = PageOptions(unit="mm")
+
+@dataclass(frozen=True)
+class CorrectedEdge:
+    """One edge of a part: what calls it (`T5 (left corner)`), the features that it cuts, and its correction.
+
+    `setup` is the name of its set-up, "" where the job has none. `correction` is None where nothing was measured of
+    what the edge cuts; its positions are those of the program that the edge cuts by, which the corrections of all of
+    its edges share: `correction.name_to_run` names the file that carries them.
+
+    >>> part = trueloop.compensate_part(trueloop.example("grooved/grooved.toml"), "out")
+    >>> left = part.edge("T5")
+    >>> left.tool, left.features, left.correction.decision.by_offset, left.correction.name_to_run
+    ('T5 (left corner)', ('left-wall', 'floor-left'), True, 'corrected.nc')
+    """
+
+    tool: str
+    features: tuple[str, ...]
+    correction: Correction | None
+    setup: str = ""
 
 
 @dataclass(frozen=True)
-class Done:
-    """A job's correction, the files written, and what was kept in its store; None: it has none."""
+class CorrectedPart:
+    """The corrections of a part by edge, in the job's order, and the files written.
 
-    correction: Correction
-    files: list[Path]
-    kept: "KeptFacts | None" = None
+    >>> part = trueloop.compensate_part(trueloop.example("modbas2/job.toml"), "out")
+    >>> [(edge.tool, edge.features[-1]) for edge in part.edges], part.files[-1].name
+    ([('T1', 'dome')], 'record.json')
+    """
+
+    edges: tuple[CorrectedEdge, ...]
+    files: tuple[Path, ...]
+
+    def edge(self, tool: str, setup: str = "") -> CorrectedEdge:
+        """An edge by what calls it, T5, and by its set-up where several cut with such a tool.
+
+        Raises NC-NO-TOOL where there is none, or several are meant.
+        """
+        asked = [one for one in self.edges if tool in (one.tool, one.tool.partition(" (")[0])]
+        found = [one for one in asked if not setup or one.setup == setup]
+        if len(found) != 1:
+            raise _not_one(tool, setup, len(found), self.edges)
+        return found[0]
+
+
+def compensate_part(
+    job: FilePath,
+    output: FilePath | None = None,
+    *,
+    language: Language | None = None,
+    unit: LengthUnit | None = None,
+    pdf: bool = False,
+) -> CorrectedPart:
+    """The corrections of a job by edge, of any number of tools and set-ups, and their files: all of them or none.
+
+    As `trueloop compensate`: `output` is the folder, else that which the job names; `language` and `unit` are of the
+    pages, where they are not to be the job's. Raises what reading and correcting refuse, and OUT errors.
+
+    >>> part = trueloop.compensate_part(trueloop.example("two-sides/two-sides.toml"), "out")
+    >>> [(edge.setup, edge.tool) for edge in part.edges]
+    [('first', 'T1'), ('second', 'T2'), ('second', 'T4')]
+    >>> part.edge("T4").correction.wear.words  # of the boring bar; Z as the program of its set-up has it
+    'tool 4: wear X −0.0100 (diameter), Z −0.0055 mm'
+    """
+    done = compensate_and_keep(job, output, Keeping(), language=language, unit=unit, pdf=pdf)
+    edges = tuple(
+        CorrectedEdge(edge.tool, edge.features, edge.correction, one.frame.name)
+        for one in done.corrected.setups
+        for edge in one.edges
+    )
+    return CorrectedPart(edges, tuple(done.files))
 
 
 def compensate_job(
@@ -46,7 +107,8 @@ def compensate_job(
     unit: LengthUnit | None = None,
     pdf: bool = False,
 ) -> tuple[Correction, list[Path]]:
-    """The correction of a job and the files written: into `output`, or the folder that the job names; all or none.
+    """The correction of a job of one tool and the files written: into `output`, or the folder that the job names; all
+    or none.
 
     `language` and `unit` of the page, where they are not to be the job's; `pdf`: the page as PDF besides.
 
@@ -56,8 +118,24 @@ def compensate_job(
     >>> [file.name for file in files]
     ['corrected.nc', 'offsets.nc', 'table.csv', 'report.html', 'report.json', 'record.json']
     """
+    JobFiles.of(Path(job)).require_one_tool()
     done = compensate_and_keep(job, output, Keeping(), language=language, unit=unit, pdf=pdf)
     return done.correction, done.files
+
+
+@dataclass(frozen=True)
+class Done:
+    """The corrections of a job, the files written, and what was kept in its store; None: it has none."""
+
+    corrected: PartCorrection
+    files: list[Path]
+    kept: "KeptFacts | None" = None
+
+    @property
+    def correction(self) -> Correction:
+        """That of a job of one tool."""
+        assert self.corrected.alone is not None
+        return self.corrected.alone
 
 
 def compensate_and_keep(
@@ -70,30 +148,55 @@ def compensate_and_keep(
     pdf: bool = False,
     memory: Use | None = None,
 ) -> Done:
-    """Corrects a job, writes its files, and stores the correction in the job's store or in that of `keeping`.
+    """Corrects a job, keeps that in its store, or in the one that `keeping` names, and writes its files.
 
     All is computed before anything is kept, and kept before it is written: no program can be run of which the store
     knows nothing. Where writing is refused then, the refusal says that the correction is kept. `memory`: how earlier
-    parts of the edge take part, where that is not to be the job's choice. Raises STO, EDG and MEM
-    errors.
+    parts of the edges take part, where that is not to be the job's choice. Raises what reading and correcting refuse,
+    STO, EDG, MEM and OUT errors.
     """
-    made = correct_job(job, keeping, memory)
-    read, store, inputs, correction = made.read, made.store, made.inputs, made.correction
-    folder = Path(output or _from_here(read.output_folder))
-    options = PageOptions(language or read.page.language, unit or read.page.unit)
-    contents = {**_new_table(read.tool_table, correction), **outputs_of(correction, options, pdf)}
-    if store is None:
-        return Done(correction, write_all(folder, contents.items(), read.files))
-    from trueloop.jobs.store.keep_correction import keep_correction  # slow to import, and most jobs have no store
-
-    kept = keep_correction(store, inputs, correction, keeping)
+    files = JobFiles.of(Path(job)).with_serial(keeping.serial)
+    store = store_of(files.path.parent, keeping.db, files.job.store.db)
+    corrected = corrected_part(files, store, memory)
+    folder = Path(output or _from_here(files.output_folder))
+    options = files.page_options(language, unit)
+    contents = [*new_tables(files, corrected), *outputs_of_part(corrected, options, pdf).items()]
+    kept = None if store is None else _kept(store, files, corrected, keeping)
     with kept_all_the_same(kept):
-        return Done(correction, write_all(folder, contents.items(), read.files), kept)
+        return Done(corrected, write_all(folder, contents, files.sources.files), kept)
+
+
+def corrected_part(files: JobFiles, store: "Store | None" = None, memory: Use | None = None) -> PartCorrection:
+    """The corrections of a job with what a store knows of each edge, nothing written and nothing kept.
+
+    Raises what reading and correcting refuse.
+    """
+    if store is not None:
+        require_kept_apart(files)
+    cuts = read_cuts(files)
+    profile, measured = cuts.read.profile, cuts.measured
+
+    def known(inputs: Inputs, own: OwnContour | None) -> Inputs:
+        return with_memory(store, inputs if store is None else stored_inputs(inputs, profile, own), memory)
+
+    asked, vectors = measured.characteristics, measured.vectors
+    return correct_part(profile, cuts.setups, asked, vectors, cuts.read.found.uncut, cuts.notes, known)
+
+
+def _kept(store: "Store", files: JobFiles, corrected: PartCorrection, keeping: Keeping) -> "KeptFacts":
+    """The share that each edge has of the part, as a part of its own: all of them or none."""
+    from trueloop.jobs.store.keep_correction import keep_corrections  # slow to import, and most jobs have no store
+
+    require_edges_named(files, corrected)
+    edges = [(one.inputs, one.correction) for one in corrected.edges]
+    return keep_corrections(store, [(i, c) for i, c in edges if i is not None and c is not None], keeping)
 
 
 @dataclass(frozen=True)
 class Corrected:
-    """A job as read, its store, the inputs with what that knows of the edge, and the correction; nothing is written."""
+    """A job of one tool as read, its store, the inputs with what that knows of the edge, and the correction; nothing is
+    written.
+    """
 
     read: ReadJob
     store: "Store | None"
@@ -142,32 +245,18 @@ def write_correction(
     return write_all(Path(folder), outputs_of(correction, page, pdf).items(), inputs)
 
 
-def _new_table(table: ToolTable | None, correction: Correction) -> Mapping[str, bytes | None]:
-    """The job's tool table with the offset in it, where the offset makes the correction. Raises OFS errors."""
-    if table is None:
-        return {}
-    offset = correction.record.tool_offset
-    made = offset is not None and offset.makes_the_correction
-    content = new_table(table, offset, correction.record.id).content if offset is not None and made else None
-    return {f"new-{table.path.name}": content}
-
-
 def _from_here(folder: Path) -> Path:
     """The folder as seen from where the program runs, without a detour by the job's folder."""
     resolved = folder.resolve()
     return resolved.relative_to(Path.cwd()) if resolved.is_relative_to(Path.cwd()) else resolved
 
 
-def outputs_of(correction: Correction, options: PageOptions = METRIC, pdf: bool = False) -> Mapping[str, bytes | None]:
-    """File name to bytes, None for one that there shall not be. The record comes last: then its set is complete."""
-    program = correction.record.program
-    html = page_of(correction, Texts.of(options, None if program is None else program.unit))
-    return {
-        correction.corrected_name: None if correction.runs_as_given else correction.corrected_program,
-        correction.offsets_name: correction.offsets_program,
-        "table.csv": table_to_csv(correction.table),
-        "report.html": html.encode(),
-        "report.pdf": as_pdf(html) if pdf else None,
-        "report.json": json_text(correction).encode(),
-        "record.json": correction.record.to_json().encode(),
-    }
+def _not_one(tool: str, setup: str, count: int, edges: Sequence[CorrectedEdge]) -> TrueloopError:
+    there = ", ".join(f"{one.tool} in {one.setup!r}" if one.setup else one.tool for one in edges)
+    where = f" in set-up {setup!r}" if setup else ""
+    return TrueloopError(
+        Code.NC_NO_TOOL,
+        f"{count} edges of the part are {tool!r}{where}; its edges are {there}",
+        hint="name the tool as it is called, and its set-up where several cut with it",
+        values={"tool": tool},
+    )

@@ -37,15 +37,16 @@ class GaugeSheet:
 
 
 def gauge_sheet_of(path: Path) -> GaugeSheet:
-    """What the job's drawing asks for, and the diameters and lengths of the part besides, in the program's unit.
+    """What the job's drawing asks for, and the diameters and lengths of the part besides, in the first program's unit.
 
     Raises JOB, GEO, TOL and NC errors.
     """
     files = JobFiles.of(path)
-    program = files.finish_program()
-    profile = files.profile(program)
+    first, *_ = of_setups = files.of_setups
+    programs = [one.finish_program() for one in of_setups]
+    profile = files.profile(programs[0])
     planned = gauge_plan(profile, characteristics_of(files.located, profile))
-    inch = unit_of_path(program.unit, files.run.of(program))["unit"] == "inch"
+    inch = unit_of_path(programs[0].unit, first.run.of(programs[0]))["unit"] == "inch"
     return GaugeSheet(files.job.part.name, profile, planned, inch, (path, *files.sources.files))
 
 

@@ -1,53 +1,38 @@
-"""A turned part's job and the files it names, read into the values that the loop works on."""
+"""A turned part's job and the files it names, read into the values that the loop works on: set-ups, their edges, and
+what was measured, each in the frame of its program. A job of one tool has one set-up with one edge.
+"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
+
 from trueloop.domain.characteristic import Characteristic
-from trueloop.domain.inspection import Inspection
-from trueloop.domain.limits import Limits
-from trueloop.domain.machine import Machine
 from trueloop.domain.page_options import PageOptions
-from trueloop.domain.tool import Edge, Tool
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import FilePath
-from trueloop.formats.jobs.correction_tables import CompensationTable, FeatureFitTable
 from trueloop.formats.jobs.curve_of_job import fit_notes
-from trueloop.formats.jobs.job import Job
-from trueloop.formats.jobs.tool_tables import ToolsTable
-from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
 from trueloop.formats.option_tables import options_from
-from trueloop.formats.tables.tool_tables.known import held_tool
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.geometry.setup_frame import SetupFrame
-from trueloop.jobs.turned.characteristics import characteristics_of, joined
-from trueloop.jobs.turned.cut_with import with_cut
-from trueloop.jobs.turned.inspection import part_errors, part_type, read_inspection, read_part_errors
+from trueloop.geometry.setup_frame import PART, SetupFrame
+from trueloop.jobs.turned.inputs import Measured, ReadFiles, inputs_of, read_measured
+from trueloop.jobs.turned.inspection import read_part_errors
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.part_on_machine import read_part_on_machine
-from trueloop.jobs.turned.readings import read_readings
-from trueloop.jobs.user import user_name
-from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.cuts import InSetups, OfSetup, Setup, in_setups
+from trueloop.loops.turned.part import SetupCuts
 from trueloop.loops.turned.part_on_machine import PartOnMachine
-from trueloop.memory.edge.options import MemoryOptions
+from trueloop.loops.turned.share import characteristics_in, ends_in, vectors_in
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.program.called import Called
-from trueloop.nc.program.program import Program
-from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
-from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
-from trueloop.turned.fit.nose_model import NoseModel
-from trueloop.turned.fit.spline import EndConditions
-from trueloop.turned.options import Options
-from trueloop.turned.readings.vectors import nominal_words
+from trueloop.turned.readings.shared import own_seen, shared_words
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.touches import Gauging, in_order, no_reference
-from trueloop.units import UM_PER_MM
-from trueloop.wording import wording
+from trueloop.turned.touches.touches import Gauging
+from trueloop.wording import all_of, wording
 
 
 @dataclass(frozen=True)
@@ -97,33 +82,10 @@ def read_part(path: FilePath) -> ReadPart:
     >>> [(feature.name, round(feature.length_mm, 3)) for feature in part.profile.features][-2:]
     [('small-cylinder', 7.62), ('dome', 58.251)]
     """
-    path = Path(path)
-    files = JobFiles.of(path)
-    return _part(files, files.profile())
-
-
-def _part(files: JobFiles, profile: Profile) -> ReadPart:
+    files = JobFiles.of(Path(path))
     edges = files.edges or tuple(edge for one in files.job.setups for edge in files.with_setup(one).edges)
     noses_mm = tuple(edge.nose_radius_mm for edge in edges) or (files.nose_radius_mm,)
-    return ReadPart(files.job.part.name, profile, noses_mm, files.sources.files, edges, files.frames)
-
-
-@dataclass(frozen=True)
-class ReadFinish:
-    """A job's part, its finish program, and how that is run. `decided`: by feature the edge that the job names."""
-
-    part: ReadPart
-    program: Program
-    run: Run
-    decided: Mapping[str, Called | None] = field(default_factory=dict)
-
-
-def read_finish(path: Path) -> ReadFinish:
-    """The finish program of a job and what it is meant to cut: its touches need not exist yet."""
-    files = JobFiles.of(path)
-    program = files.finish_program()
-    part = _part(files, files.profile(program))
-    return ReadFinish(part, program, files.run, decided_of(files, part.profile))
+    return ReadPart(files.job.part.name, files.profile(), noses_mm, files.sources.files, edges, files.frames)
 
 
 def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called | None]:
@@ -156,178 +118,140 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
     >>> job.inputs.profile.names[-1], job.inputs.nose_radius_mm
     ('dome', 0.79375)
     """
-    path = Path(path)
-    files = JobFiles.of(path).with_serial(serial)
+    files = JobFiles.of(Path(path)).with_serial(serial)
     files.require_one_tool()
-    read = read_files(files)
-    return read.with_inputs(inputs_of(files, read))
-
-
-@dataclass(frozen=True)
-class ReadFiles:
-    """What a job names, whichever of its tools cuts: program, profile, what was measured."""
-
-    program: Program
-    profile: Profile
-    measured: "Measured"
-    finish_touches: ErrorVectors | None
-    nose: NoseModel | None
-    machine: PartOnMachine | None
-    files: JobFiles
-
-    def with_inputs(self, inputs: Inputs) -> ReadJob:
-        """The job of one tool."""
-        files, job = self.files, self.files.job
-        tool = files.tool
-        table = files.tool_table(tool.table) if tool.table is not None else None
-        page = files.page_options()
-        return ReadJob(inputs, files.sources.files, files.output_folder, table, page, job.store.db)
-
-
-def read_files(files: JobFiles) -> ReadFiles:
-    """Reads what the job names besides its tools. Raises JOB, NC, GEO, TCH and MSR errors."""
-    job, sources = files.job, files.sources
-    files.require_uncorrected()
-    program = files.finish_program()
-    profile = files.profile(program)
-    finish_touches = sources.file(job.gauging.finish_touches) if job.gauging.finish_touches else None
-    nose = _nose(files, job.compensation.nose_from)
-    machine = None
-    if job.machine is not None:
-        machine = read_part_on_machine(sources, files.path, job.machine, options_from(Gauging, job).ball_radius_mm)
-    measured = read_measured(files, profile, machine)
-    finish = read_part_errors(finish_touches, job, profile) if finish_touches else None
-    return ReadFiles(program, profile, measured, finish, nose, machine, files)
-
-
-def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
-    """The inputs of a job of one tool, or of one tool of a job that has several (`files.with_tool`)."""
-    job, sources, tool, measured = files.job, files.sources, files.tool, read.measured
-    nose = _nose(files, tool.nose_from) if isinstance(tool, ToolsTable) else read.nose
+    ((_, inputs),) = read_cuts(files).setups[0].cuts
+    tool, job = files.tool, files.job
     table = files.tool_table(tool.table) if tool.table is not None else None
-    inputs = Inputs(
-        part=part_type(job),
-        profile=read.profile,
-        nose_radius_mm=files.nose_radius_mm,
-        program=read.program,
-        touches=measured.vectors,
-        options=_options(job, tool),
-        made_at=datetime.now(UTC),
-        made_by=user_name(),
-        semifinish=files.program(job.own_programs.semifinish) if job.own_programs.semifinish else None,
-        allowance_mm=job.own_programs.semifinish_allowance_mm or 0.0,
-        parameters=job.own_programs.parameters,
-        execute_deleted_blocks=job.own_programs.execute_deleted_blocks,
-        lines=files.run.lines,
-        inspections=measured.inspections,
-        program_sha256=job.gauging.program_sha256,
-        finish_touches=read.finish_touches,
-        nose=nose,
-        machine=read.machine,
-        machine_tool=machine_of_job(job),
-        edge=edge_of_job(tool),
-        edge_set_at=tool.set_at,
-        held=held_tool(tool.table_name, tool.table_edge, tool.number, table),
-        file=str(files.path),
-        characteristics=measured.characteristics,
-        measured_allowance_mm=options_from(Gauging, job).allowance_mm,
-        notes=(*fit_notes(job.part, read.profile), *measured.notes, *files.called_notes),
-        memory=options_from(MemoryOptions, job),
-    )
-    inputs = with_cut(files, inputs)
-    return replace(inputs, inputs_sha256=sources.sha256)
+    return ReadJob(inputs, files.sources.files, files.output_folder, table, files.page_options(), job.store.db)
 
 
 @dataclass(frozen=True)
-class Measured:
-    """What was measured: as reported, as error vectors, and the characteristics that are judged by it; notes."""
+class ReadSetups:
+    """A part with its set-ups: `profile` in the part's frame, and what each set-up cuts of it. `files` is the job by
+    set-up, as if that were its only one.
+    """
 
-    inspections: tuple[Inspection, ...]
-    vectors: ErrorVectors
-    characteristics: tuple[Characteristic, ...]
+    profile: Profile
+    found: InSetups
+    files: tuple[JobFiles, ...]
+
+
+def read_setups(files: JobFiles) -> ReadSetups:
+    """Every set-up of a job with what it cuts: its touches need not exist yet.
+
+    Raises JOB, GEO, NC and SET errors, but not those of single features.
+    """
+    frames = files.frames or (PART,)
+    of_setups = files.of_setups
+    programs = [one.finish_program() for one in of_setups]
+    profile = files.profile(programs[0])
+    decided_of(files, profile)
+    setups = [
+        Setup(frame, program, one.run, one.edges, decided_of(one, profile), None if one.edges else one.nose_radius_mm)
+        for frame, one, program in zip(frames, of_setups, programs, strict=True)
+    ]
+    given = files.job.feature
+    decided = {
+        name: None if cut.left_alone else cut.setup for name, cut in given.items() if cut.setup or cut.left_alone
+    }
+    return ReadSetups(profile, in_setups(profile, setups, decided), of_setups)
+
+
+@dataclass(frozen=True)
+class ReadCuts:
+    """A part with what was measured of it, whole and by set-up; `notes` on what is of no set-up alone."""
+
+    read: ReadSetups
+    measured: Measured
+    setups: tuple[SetupCuts, ...]
     notes: tuple[str, ...]
 
 
-def read_measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None = None) -> Measured:
-    """Touches and readings of a job's part. Raises TCH, MSR and TOL errors."""
-    job, file = files.job, None
-    inspections: tuple[Inspection, ...] = ()
-    if job.gauging.touches is not None:
-        file = files.sources.file(job.gauging.touches)
-        inspections = (read_inspection(file, job, machine),)
-    readings = read_readings(job, files.sources, profile)
-    touches = [touch for one in inspections for touch in one.touches]
-    if readings.touches:
-        touches = in_order(profile, [*touches, *readings.touches])
-    vectors = None
-    if touches or file is not None:
-        vectors = part_errors(touches, str(file) if file is not None else readings.file, job, profile)
-    elif (reference := options_from(Gauging, job).z_reference) is not None:
-        with files.located.at("gauging", "z_reference"):
-            raise no_reference(reference, 0)
-    joint, notes = readings.joined(profile, vectors)
-    notes = (*notes, *nominal_words(joint))
-    asked = characteristics_of(files.located, profile)
-    characteristics, more = joined(asked, readings.asked, profile, readings.names)
-    return Measured((*inspections, *readings.inspections), joint, characteristics, (*notes, *more))
+def read_cuts(files: JobFiles) -> ReadCuts:
+    """A job whole. Raises what reading raises, also where the set-up of a feature is in doubt."""
+    for one in files.of_setups:
+        one.require_uncorrected()
+    read, job, sources = read_setups(files), files.job, files.sources
+    read.found.require_plain()
+    machine = None
+    if job.machine is not None:
+        ball_mm = options_from(Gauging, job).ball_radius_mm
+        machine = read_part_on_machine(sources, files.path, job.machine, ball_mm)
+    measured, after = read_measured(files, read.profile, machine), job.gauging.finish_touches
+    finish = None if after is None else read_part_errors(sources.file(after), job, read.profile)
+    pairs = zip(read.found.setups, read.files, strict=True)
+    if not job.setups:
+        cuts = [_cuts(of, one, ReadFiles(of.setup.program, of.profile, measured, finish, machine)) for of, one in pairs]
+        return ReadCuts(read, measured, tuple(cuts), ())
+    cuts = [_cuts(of, one, _in_setup(of, read.profile, measured, finish, machine)) for of, one in pairs]
+    notes = (*fit_notes(job.part, read.profile), *measured.notes, *_of_none(measured, read))
+    return ReadCuts(read, measured, tuple(cuts), notes)
 
 
-def machine_of_job(job: Job) -> Machine | None:
-    """The machine, as far as the job states it."""
-    name, serial = job.own_programs.machine, job.own_programs.machine_serial
-    return Machine(name, serial) if name or serial else None
+def _in_setup(
+    of: OfSetup, profile: Profile, measured: Measured, finish: ErrorVectors | None, machine: PartOnMachine | None
+) -> ReadFiles:
+    """What is of the features of one set-up, in its frame; `profile` is the part's."""
+    frame, own = of.setup.frame, {*of.features}
+    vectors = vectors_in(frame, _of_features(measured.vectors, profile, own), profile)
+    asked = [one for one in measured.characteristics if _features_of(one) <= own]
+    mine = replace(measured, vectors=vectors, characteristics=characteristics_in(frame, asked))
+    after = None if finish is None else vectors_in(frame, _of_features(finish, profile, own), profile)
+    return ReadFiles(of.setup.program, of.profile, mine, after, machine)
 
 
-def edge_of_job(given: TableOfTool) -> Edge | None:
-    """The finishing tool's edge, as far as the job states it."""
-    stated = given.name or given.insert or given.corner or given.set_at
-    return Edge(Tool(given.number, given.name), given.insert, given.corner) if stated else None
+def _cuts(of: OfSetup, files: JobFiles, read: ReadFiles) -> SetupCuts:
+    tables = {tool.called: tool for tool in files.job.tools}
+    with_tools = [(own, files if own is None else files.with_tool(tables[own.edge.called])) for own in of.contours]
+    frame = of.setup.frame
+    cuts = tuple((own, _placed(inputs_of(one, read), frame)) for own, one in with_tools)
+    return SetupCuts(cuts, frame, of.features, of.calls if frame.name else frozenset())
 
 
-def _nose(files: JobFiles, nose_from: Sequence[Path]) -> NoseModel | None:
-    """The nose as the jobs of other parts know it that were cut with the same edge."""
-    parts = []
-    for other in map(files.other, nose_from):
-        other.require_one_setup()
-        if other.job.part.from_program:
-            other.require_uncorrected()
-        profile = other.profile()
-        if other.job.gauging.touches is None:
-            raise TrueloopError(
-                Code.TCH_FILE,
-                f"{other.path.name!r} has 0 touches: a nose model needs touches of a probe along an arc",
-                hint="leave it out of `compensation.nose_from`",
-                place=Place(str(other.path)),
-            )
-        touches = read_part_errors(other.sources.file(other.job.gauging.touches), other.job, profile)
-        parts.append(nose_touches(other.job.part.name, profile, touches))
-    return fit_nose_model(parts) if parts else None
-
-
-def _options(job: Job, tool: TableOfTool) -> Options:
-    given = job.compensation
-    return options_from(
-        Options,
-        job,
-        knot_every_on={name: fit.knot_every for name, fit in given.features.items() if fit.knot_every is not None},
-        prescribed={name: ends for name, fit in given.features.items() if (ends := _ends(fit)).count},
-        between_cuts=_between_cuts(given),
-        limits=options_from(Limits, job),
-        offset_is_diameter=None if job.own_programs.offset_x_is is None else job.own_programs.offset_x_is == "diameter",
-        tool=tool.number,
-        tip=tool.tip,
+def _placed(inputs: Inputs, frame: SetupFrame) -> Inputs:
+    """The inputs of an edge in the frame of its set-up, where the job has set-ups."""
+    if not frame.name:
+        return inputs
+    where = wording(
+        "Set-up {name}: positions are those of its program, {formula} of the part.",
+        name=frame.name,
+        formula=frame.words,
     )
+    options = replace(inputs.options, prescribed=ends_in(frame, inputs.options.prescribed))
+    return replace(inputs, setup=frame, options=options, notes=(where,))
 
 
-def _between_cuts(given: CompensationTable) -> BetweenCuts:
-    """What the job says of how cuts differ; the prior where it says nothing."""
-    common_um, along_um = given.cut_to_cut_um, given.cut_to_cut_along_um
-    if common_um is None and along_um is None:
-        return PRIOR
-    source = wording("stated in the job") if common_um or along_um else NONE.source
-    return BetweenCuts((common_um or 0.0) / UM_PER_MM, (along_um or 0.0) / UM_PER_MM, source)
+def _of_features(vectors: ErrorVectors, profile: Profile, features: set[str]) -> ErrorVectors:
+    """Those on some features, and what readings state of these alone."""
+    rows = np.flatnonzero([profile.names[index] in features for index in vectors.feature_index.tolist()])
+    own = [index for index, name in enumerate(profile.names) if name in features]
+    return replace(vectors.chosen(rows), seen=own_seen(vectors.seen, own))
 
 
-def _ends(fit: FeatureFitTable) -> EndConditions:
-    given = (fit.start_um, fit.start_slope_um_per_mm, fit.end_um, fit.end_slope_um_per_mm)
-    return EndConditions(*(None if number is None else number / UM_PER_MM for number in given))
+def _features_of(asked: Characteristic) -> set[str]:
+    return {asked.feature, asked.other} - {""}
+
+
+def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
+    """Where z counts from, readings that are of no set-up alone, touches of what none cuts, in words.
+
+    The part of the next cut stands on a face that another set-up cuts, which a correction of its own error moves.
+    """
+    owns = [set(one.features) for one in read.found.setups]
+    touched = {read.profile.names[index] for index in measured.vectors.feature_index.tolist()}
+    unused = [name for name in read.found.uncut if name in touched]
+    found: list[str] = []
+    if len(owns) > 1 and not measured.vectors.at_reference.any():
+        found.append(
+            wording(
+                "z counts from no face (`gauging.z_reference`): where a correction moves the face by which the part is "
+                "set up again, all that is cut there moves with it."
+            )
+        )
+    names = read.profile.names
+    indices = [[index for index, name in enumerate(names) if name in own] for own in owns]
+    found.extend(shared_words(measured.vectors.seen, indices, names))
+    if unused:
+        found.append(wording("{features}: touched, which corrects nothing.", features=all_of(unused)))
+    return found

@@ -114,6 +114,11 @@ class JobFiles:
         return replace(self, located=located, setup=setup.name)
 
     @property
+    def of_setups(self) -> tuple["JobFiles", ...]:
+        """The job by set-up, as if that were its only one; itself where it has none."""
+        return tuple(self.with_setup(table) for table in self.job.setups) or (self,)
+
+    @property
     def frames(self) -> tuple[SetupFrame, ...]:
         """The frames of the job's set-ups. Raises SET-DATUM for one that does not say where its zero is."""
         frames = []

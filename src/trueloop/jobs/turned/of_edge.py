@@ -17,7 +17,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.correction import Inputs
-from trueloop.loops.turned.in_setup import index_in, reading_in, touch_in
+from trueloop.loops.turned.share import index_in, reading_in, touch_in
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matched import MatchedReading
@@ -68,8 +68,10 @@ def _own_reading(frame: SetupFrame, of: MatchedReading, mine: Mapping[int, str])
     return None if placed is None else replace(placed, feature=mine[of.feature_index], other=other)
 
 
-def stored_inputs(inputs: Inputs, profile: Profile, own: OwnContour) -> Inputs:
-    """An edge's inputs as those of its own part; `profile` is the whole part's."""
+def stored_inputs(inputs: Inputs, profile: Profile, own: OwnContour | None) -> Inputs:
+    """An edge's inputs as those of its own part; `profile` is the whole part's. A job's only tool has all of it."""
+    if own is None:
+        return inputs
     part = replace(inputs.part, name=name_of_share(inputs.part.name, own, inputs.setup))
     mine = (inspection_of_edge(one, profile, own, setup=inputs.setup) for one in inputs.inspections)
     inspections = tuple(_of_type(one, part) for one in mine if one.values)
@@ -88,7 +90,7 @@ def require_kept_apart(files: JobFiles) -> None:
     the z of all others depends on it.
     """
     reference = options_from(Gauging, files.job).z_reference
-    if reference is None:
+    if reference is None or not (files.job.setups or files.job.tools):
         return
     why = (
         f"takes z from touch {reference!r}: the store keeps each edge's touches by themselves, and that one is of one "

@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from trueloop.geometry.setup_frame import SetupFrame
-from trueloop.jobs.turned.job import decided_of
+from trueloop.jobs.turned.job import read_setups
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.of_edge import name_of_share
-from trueloop.jobs.turned.setups import read_setups
-from trueloop.loops.turned.edges import contours_of
 from trueloop.nc.match.own_contour import OwnContour
 
 
@@ -25,21 +23,17 @@ class ShareOfEdge:
 
 def shares_of(files: JobFiles) -> list[ShareOfEdge]:
     """Every edge that cuts, in the job's order. Raises NC errors, and SET errors where there are several set-ups."""
-    if not files.job.setups:
-        program = files.finish_program()
-        profile = files.profile(program)
-        contours = contours_of(program, files.run, profile, files.edges, decided_of(files, profile))
-        return _shares(files, contours, None)
     read = read_setups(files)
     read.found.require_plain()
     pairs = zip(read.found.setups, read.files, strict=True)
     return [share for of, one in pairs for share in _shares(one, of.contours, of.setup.frame)]
 
 
-def _shares(files: JobFiles, contours: Sequence[OwnContour], setup: SetupFrame | None) -> list[ShareOfEdge]:
+def _shares(files: JobFiles, contours: Sequence[OwnContour | None], frame: SetupFrame) -> list[ShareOfEdge]:
     tables = {tool.called: tool for tool in files.job.tools}
     found = []
-    for own in contours:
+    setup = frame if frame.name else None
+    for own in filter(None, contours):
         of_tool = files.with_tool(tables[own.edge.called])
         part = of_tool.job.part.model_copy(update={"name": name_of_share(of_tool.job.part.name, own, setup)})
         located = replace(of_tool.located, model=of_tool.job.model_copy(update={"part": part}))

@@ -6,7 +6,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Feature, is_curved
-from trueloop.loops.turned.setup_corrections import CorrectedSetups
+from trueloop.loops.turned.part import PartCorrection
 from trueloop.report import style
 from trueloop.report.markup import esc
 from trueloop.report.turned.contour_picture import COLOURS
@@ -18,7 +18,7 @@ PLACES: Final = 33
 """Places along a curved feature."""
 
 
-def drawing(corrected: CorrectedSetups) -> str:
+def drawing(corrected: PartCorrection) -> str:
     """Both halves of the section about the axis, and below them a line for each set-up with where its +Z points."""
     of = {name: k for k, one in enumerate(corrected.setups) for name in one.features}
     ways = [(_places(feature), of.get(feature.name)) for feature in corrected.profile.features]

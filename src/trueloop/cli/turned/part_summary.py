@@ -1,0 +1,84 @@
+"""What `compensate` prints of a part that several edges cut: the answers, every feature, what to run."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from trueloop.cli.terminal import wide_console
+from trueloop.loops.turned.part import EdgeCorrection, PartCorrection, SetupCorrection
+from trueloop.report.style import plain, signed
+from trueloop.report.turned.characteristics import characteristics_words
+from trueloop.report.turned.features import feature_summaries
+from trueloop.report.turned.part import all_notes, all_to_do, answers
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+SIGNS: Final = (
+    "+ is material left on. Predicted: what repeats is taken out; ±U holds what the finish cut may differ by."
+)
+
+
+def print_part(corrected: PartCorrection, files: Sequence[Path]) -> None:
+    """The summary for people, on stdout."""
+    from rich.markup import escape
+
+    console, named = wide_console(), corrected.in_setups
+    for answer in answers(corrected):
+        console.print(f"[bold]{escape(answer)}[/]")
+    console.print(f"\n[bold]{escape(corrected.part)}[/], correction {corrected.record_id}\n")
+    console.print(_features(corrected))
+    console.print(f"\n{SIGNS}\n")
+    for note in all_notes(corrected):
+        console.print(f"- {escape(note)}")
+    for one in corrected.setups:
+        for words in _edge_words(one):
+            console.print(escape(words))
+    console.print()
+    *others, last = all_to_do(corrected)
+    for words in others:
+        console.print(f"[bold]{escape(words)}[/]")
+    console.print(f"[bold]{escape(last)}[/]", end="\n" if named else " ")
+    console.print("Written:")
+    for path in files:
+        console.print(f"  {escape(str(path))}")
+
+
+def _features(corrected: PartCorrection) -> "Table":
+    """Every feature of all edges; with the set-up's name where there are several set-ups, in whose order they come."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    named = len(corrected.setups) > 1
+    words = ("set-up", "feature", "tool", "correction")
+    for heading in ("set-up", "feature", "tool", "touches", "before\nworst µm", "predicted\nworst", "\n±U (95 %)",
+                    "correction")[not named :]:  # fmt: skip
+        table.add_column(heading, justify="left" if heading in words else "right", no_wrap=True)
+    for one in corrected.setups:
+        for of in one.edges:
+            for row in _rows(of):
+                table.add_row(*((one.frame.name, *row) if named else row))
+    return table
+
+
+def _rows(of: EdgeCorrection) -> Iterator[tuple[str, ...]]:
+    if of.correction is None:
+        for feature in of.features:
+            yield feature, of.tool, "0", "", "", "", "not measured: left as programmed"
+        return
+    for line in feature_summaries(of.correction):
+        shown = signed(line.figures.before_worst_um), signed(line.expected_um), plain(line.expanded_u_um)
+        yield line.feature, of.tool, str(line.figures.touches), *shown, line.correction
+
+
+def _edge_words(setup: SetupCorrection) -> Iterator[str]:
+    """Decisions and notes of every edge of a set-up, and the sizes that were judged."""
+    before = f"{setup.frame.name}, " if setup.frame.name else ""
+    for of in setup.edges:
+        if of.correction is not None:
+            decision = of.correction.decision
+            for words in (decision.x.words, decision.z.words, *of.correction.notes):
+                yield f"- {before}{of.tool}: {words}"
+            yield from characteristics_words(of.correction.characteristics)
+    yield from characteristics_words(setup.characteristics)

@@ -1,0 +1,187 @@
+"""What an edge of a job is corrected from: what the job names, whichever tool cuts, and what is of that tool."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.limits import Limits
+from trueloop.domain.machine import Machine
+from trueloop.domain.tool import Edge, Tool
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.jobs.correction_tables import CompensationTable, FeatureFitTable
+from trueloop.formats.jobs.curve_of_job import fit_notes
+from trueloop.formats.jobs.job import Job
+from trueloop.formats.jobs.tool_tables import ToolsTable
+from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
+from trueloop.formats.option_tables import options_from
+from trueloop.formats.tables.tool_tables.known import held_tool
+from trueloop.geometry.profile import Profile
+from trueloop.jobs.turned.characteristics import characteristics_of, joined
+from trueloop.jobs.turned.cut_with import with_cut
+from trueloop.jobs.turned.inspection import part_errors, part_type, read_inspection, read_part_errors
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.readings import read_readings
+from trueloop.jobs.user import user_name
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.memory.edge.options import MemoryOptions
+from trueloop.nc.program.program import Program
+from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
+from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
+from trueloop.turned.fit.nose_model import NoseModel
+from trueloop.turned.fit.spline import EndConditions
+from trueloop.turned.options import Options
+from trueloop.turned.readings.vectors import nominal_words
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.touches import Gauging, in_order, no_reference
+from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
+
+
+@dataclass(frozen=True)
+class ReadFiles:
+    """What a job names, whichever of its tools cuts: program, profile and what was measured, in the frame of one of its
+    set-ups.
+    """
+
+    program: Program
+    profile: Profile
+    measured: "Measured"
+    finish_touches: ErrorVectors | None
+    machine: PartOnMachine | None
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was measured: as reported, as error vectors, and the characteristics that are judged by it; notes."""
+
+    inspections: tuple[Inspection, ...]
+    vectors: ErrorVectors
+    characteristics: tuple[Characteristic, ...]
+    notes: tuple[str, ...]
+
+
+def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
+    """The inputs of a job of one tool, or of one tool of a job that has several (`files.with_tool`)."""
+    job, sources, tool, measured = files.job, files.sources, files.tool, read.measured
+    nose = _nose(files, tool.nose_from if isinstance(tool, ToolsTable) else job.compensation.nose_from)
+    table = files.tool_table(tool.table) if tool.table is not None else None
+    inputs = Inputs(
+        part=part_type(job),
+        profile=read.profile,
+        nose_radius_mm=files.nose_radius_mm,
+        program=read.program,
+        touches=measured.vectors,
+        options=_options(job, tool),
+        made_at=datetime.now(UTC),
+        made_by=user_name(),
+        semifinish=files.program(job.own_programs.semifinish) if job.own_programs.semifinish else None,
+        allowance_mm=job.own_programs.semifinish_allowance_mm or 0.0,
+        parameters=job.own_programs.parameters,
+        execute_deleted_blocks=job.own_programs.execute_deleted_blocks,
+        lines=files.run.lines,
+        inspections=measured.inspections,
+        program_sha256=job.gauging.program_sha256,
+        finish_touches=read.finish_touches,
+        nose=nose,
+        machine=read.machine,
+        machine_tool=machine_of_job(job),
+        edge=edge_of_job(tool),
+        edge_set_at=tool.set_at,
+        held=held_tool(tool.table_name, tool.table_edge, tool.number, table),
+        file=str(files.path),
+        characteristics=measured.characteristics,
+        measured_allowance_mm=options_from(Gauging, job).allowance_mm,
+        notes=(*fit_notes(job.part, read.profile), *measured.notes, *files.called_notes),
+        memory=options_from(MemoryOptions, job),
+    )
+    inputs = with_cut(files, inputs)
+    return replace(inputs, inputs_sha256=sources.sha256)
+
+
+def read_measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None = None) -> Measured:
+    """Touches and readings of a job's part. Raises TCH, MSR and TOL errors."""
+    job, file = files.job, None
+    inspections: tuple[Inspection, ...] = ()
+    if job.gauging.touches is not None:
+        file = files.sources.file(job.gauging.touches)
+        inspections = (read_inspection(file, job, machine),)
+    readings = read_readings(job, files.sources, profile)
+    touches = [touch for one in inspections for touch in one.touches]
+    if readings.touches:
+        touches = in_order(profile, [*touches, *readings.touches])
+    vectors = None
+    if touches or file is not None:
+        vectors = part_errors(touches, str(file) if file is not None else readings.file, job, profile)
+    elif (reference := options_from(Gauging, job).z_reference) is not None:
+        with files.located.at("gauging", "z_reference"):
+            raise no_reference(reference, 0)
+    joint, notes = readings.joined(profile, vectors)
+    notes = (*notes, *nominal_words(joint))
+    asked = characteristics_of(files.located, profile)
+    characteristics, more = joined(asked, readings.asked, profile, readings.names)
+    return Measured((*inspections, *readings.inspections), joint, characteristics, (*notes, *more))
+
+
+def machine_of_job(job: Job) -> Machine | None:
+    """The machine, as far as the job states it."""
+    name, serial = job.own_programs.machine, job.own_programs.machine_serial
+    return Machine(name, serial) if name or serial else None
+
+
+def edge_of_job(given: TableOfTool) -> Edge | None:
+    """The finishing tool's edge, as far as the job states it."""
+    stated = given.name or given.insert or given.corner or given.set_at
+    return Edge(Tool(given.number, given.name), given.insert, given.corner) if stated else None
+
+
+def _nose(files: JobFiles, nose_from: Sequence[Path]) -> NoseModel | None:
+    """The nose as the jobs of other parts know it that were cut with the same edge."""
+    parts = []
+    for other in map(files.other, nose_from):
+        other.require_one_setup()
+        if other.job.part.from_program:
+            other.require_uncorrected()
+        profile = other.profile()
+        if other.job.gauging.touches is None:
+            raise TrueloopError(
+                Code.TCH_FILE,
+                f"{other.path.name!r} has 0 touches: a nose model needs touches of a probe along an arc",
+                hint="leave it out of `compensation.nose_from`",
+                place=Place(str(other.path)),
+            )
+        touches = read_part_errors(other.sources.file(other.job.gauging.touches), other.job, profile)
+        parts.append(nose_touches(other.job.part.name, profile, touches))
+    return fit_nose_model(parts) if parts else None
+
+
+def _options(job: Job, tool: TableOfTool) -> Options:
+    given = job.compensation
+    return options_from(
+        Options,
+        job,
+        knot_every_on={name: fit.knot_every for name, fit in given.features.items() if fit.knot_every is not None},
+        prescribed={name: ends for name, fit in given.features.items() if (ends := _ends(fit)).count},
+        between_cuts=_between_cuts(given),
+        limits=options_from(Limits, job),
+        offset_is_diameter=None if job.own_programs.offset_x_is is None else job.own_programs.offset_x_is == "diameter",
+        tool=tool.number,
+        tip=tool.tip,
+    )
+
+
+def _between_cuts(given: CompensationTable) -> BetweenCuts:
+    """What the job says of how cuts differ; the prior where it says nothing."""
+    common_um, along_um = given.cut_to_cut_um, given.cut_to_cut_along_um
+    if common_um is None and along_um is None:
+        return PRIOR
+    source = wording("stated in the job") if common_um or along_um else NONE.source
+    return BetweenCuts((common_um or 0.0) / UM_PER_MM, (along_um or 0.0) / UM_PER_MM, source)
+
+
+def _ends(fit: FeatureFitTable) -> EndConditions:
+    given = (fit.start_um, fit.start_slope_um_per_mm, fit.end_um, fit.end_slope_um_per_mm)
+    return EndConditions(*(None if number is None else number / UM_PER_MM for number in given))

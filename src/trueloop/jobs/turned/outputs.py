@@ -1,0 +1,108 @@
+"""The files of a part's corrections: programs, tables, reports and records, and the tool tables with their offsets."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from trueloop.domain.page_options import PageOptions
+from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
+from trueloop.formats.tables.control_tables import table_to_csv
+from trueloop.formats.tables.tool_tables.known import new_table, tool_table_of
+from trueloop.formats.tables.tool_tables.tool_table import ToolTable
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.part import EdgeCorrection, PartCorrection, SetupCorrection
+from trueloop.report.pdf import as_pdf
+from trueloop.report.texts.texts import Texts
+from trueloop.report.turned.correction_json import json_text
+from trueloop.report.turned.page import page as page_of
+from trueloop.report.turned.part import part_json, part_page
+
+METRIC: Final = PageOptions(unit="mm")
+
+
+def outputs_of_part(corrected: PartCorrection, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:
+    """File name to bytes, None for one that there shall not be; `part.json`, or the record of the job's only tool,
+    comes last: then the set is complete.
+    """
+    if corrected.alone is not None:
+        return outputs_of(corrected.alone, options, pdf)
+    contents: dict[str, bytes | None] = {one.name: one.program for one in corrected.setups}
+    reports: dict[tuple[str, str], str] = {}
+    for setup in corrected.setups:
+        for edge in setup.edges:
+            label = _label(setup, edge)
+            contents |= _of_edge(edge, label, options, pdf)
+            reports[setup.frame.name, edge.tool] = f"report-{label}.html"
+    contents["report.html"] = part_page(corrected, reports, _texts_of(corrected, options)).encode()
+    contents["part.json"] = part_json(corrected).encode()
+    return contents
+
+
+def outputs_of(correction: Correction, options: PageOptions = METRIC, pdf: bool = False) -> Mapping[str, bytes | None]:
+    """Those of a job of one tool; the record comes last."""
+    return {
+        correction.corrected_name: None if correction.runs_as_given else correction.corrected_program,
+        correction.offsets_name: correction.offsets_program,
+        **_of_correction(correction, "", options, pdf),
+    }
+
+
+def _label(setup: SetupCorrection, edge: EdgeCorrection) -> str:
+    """What stands for an edge in file names: `T5`, `T5-D2`, `first-T5`."""
+    called = "" if edge.contour is None else edge.contour.edge.called.words.replace(" ", "-")
+    return "-".join(filter(None, (setup.frame.name, called)))
+
+
+def _of_edge(of: EdgeCorrection, label: str, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:
+    """Those of one edge, its label in their names; none where nothing was measured of what it cuts."""
+    return {} if of.correction is None else _of_correction(of.correction, f"-{label}", options, pdf)
+
+
+def _of_correction(correction: Correction, ending: str, options: PageOptions, pdf: bool) -> dict[str, bytes | None]:
+    program = correction.record.program
+    html = page_of(correction, Texts.of(options, None if program is None else program.unit))
+    return {
+        f"table{ending}.csv": table_to_csv(correction.table),
+        f"report{ending}.html": html.encode(),
+        f"report{ending}.pdf": as_pdf(html) if pdf else None,
+        f"report{ending}.json": json_text(correction).encode(),
+        f"record{ending}.json": correction.record.to_json().encode(),
+    }
+
+
+def _texts_of(corrected: PartCorrection, options: PageOptions) -> Texts:
+    """The texts of a page of all edges, in the unit of the first program that says its own."""
+    records = [one.record for setup in corrected.setups for one in setup.corrections]
+    units = [record.program.unit for record in records if record.program is not None]
+    return Texts.of(options, units[0] if units else None)
+
+
+def new_tables(files: JobFiles, corrected: PartCorrection) -> list[tuple[str, bytes | None]]:
+    """File names and contents: of every table that the job's tools name `new-NAME`, None where no offset of it changes.
+
+    Edges that stand in one table are written into it one after the other. Raises OFS errors.
+    """
+    found: dict[Path, bytes | None] = {}
+    for one, setup in zip(files.of_setups, corrected.setups, strict=True):
+        tables = {tool.called: tool for tool in one.job.tools}
+        for edge in setup.edges:
+            own = one if edge.contour is None else one.with_tool(tables[edge.contour.edge.called])
+            if own.tool.table is not None:
+                found[own.tool.table] = _with_offset(own, own.tool, own.tool.table, edge, found.get(own.tool.table))
+    return [(f"new-{path.name}", content) for path, content in found.items()]
+
+
+def _with_offset(
+    files: JobFiles, tool: TableOfTool, path: Path, one: EdgeCorrection, before: bytes | None
+) -> bytes | None:
+    """The table with one edge's offset more; `before`: with those of others."""
+    offset = None if one.correction is None else one.correction.record.tool_offset
+    if one.correction is None or offset is None or not offset.makes_the_correction:
+        return before
+    return new_table(_read(files, tool, path, before), offset, one.correction.record.id).content
+
+
+def _read(files: JobFiles, tool: TableOfTool, path: Path, before: bytes | None) -> ToolTable:
+    given = files.tool_table(path)
+    return given if before is None else tool_table_of(given.path, before, tool.table_unit)

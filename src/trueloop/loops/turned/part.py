@@ -1,0 +1,356 @@
+"""The corrections of a part: set-up by set-up, edge by edge, and the programs that carry them.
+
+Every edge is corrected and read back by itself. What it changes is a list of edits of its program; those of all edges
+of a program are composed before anything is written. The whole is not trusted to be the sum of its parts: it is read
+again and run, and every move has to be that of the correction that moved it, or, outside of all of them, that of the
+source. A part that one tool cuts in one set-up goes the same way.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from difflib import SequenceMatcher
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.judged import Judged
+from trueloop.domain.record import marks_of_record, record_id
+from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import PART, SetupFrame
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.in_force import edits_of
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.loops.turned.share import judged_on_part, own_inputs, shared_words
+from trueloop.loops.turned.sizes import Share, lengths
+from trueloop.nc.edit.changes import not_as_intended
+from trueloop.nc.edit.edit import Edit, apply_edits
+from trueloop.nc.edit.heading import insert_heading
+from trueloop.nc.match.own_contour import OwnContour
+from trueloop.nc.program.called import Called
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.wording import all_of, wording
+
+DECIMALS: Final = 6
+"""Two moves that agree to so many decimals of a millimetre are the same: controls resolve a tenth of a micrometre."""
+
+Cut: TypeAlias = tuple[OwnContour | None, Inputs]
+"""What an edge cuts (None: the whole profile, whichever tool the program calls), and inputs of the whole set-up with
+that edge's tool."""
+Known: TypeAlias = Callable[[Inputs, OwnContour | None], Inputs]
+"""Adds to the inputs of one edge what is known of it."""
+_Row: TypeAlias = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class SetupCuts:
+    """What one set-up cuts: its `features` in the part's order, its edges, and all tool offsets that its program cuts
+    with. `frame` is the part's where the job has no set-ups.
+    """
+
+    cuts: tuple[Cut, ...]
+    frame: SetupFrame = PART
+    features: tuple[str, ...] = ()
+    calls: frozenset[Called] = frozenset()
+
+    @property
+    def program(self) -> Program:
+        """The finish program of its edges."""
+        return self.cuts[0][1].program
+
+    @property
+    def name(self) -> str:
+        """File name of the program that carries the corrections of all edges."""
+        named = f"-{self.frame.name}" if self.frame.name else ""
+        _, dot, ending = self.program.file_name.rpartition(".")
+        return f"corrected{named}{dot}{ending if dot else ''}"
+
+
+@dataclass(frozen=True)
+class EdgeCorrection:
+    """One edge of a program: what it cuts, its correction, and what that was made from; None: nothing was measured of
+    what it cuts. `contour` None: the job's one tool, which cuts the whole profile.
+    """
+
+    contour: OwnContour | None
+    correction: Correction | None
+    inputs: Inputs | None
+
+    @property
+    def tool(self) -> str:
+        """As the program calls it, and which corner it is."""
+        if self.contour is not None:
+            return self.contour.edge.words
+        return "" if self.correction is None else self.correction.wear.called
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Names of the features that it cuts."""
+        if self.contour is not None:
+            return self.contour.profile.names
+        return () if self.correction is None else self.correction.profile.names
+
+
+@dataclass(frozen=True)
+class SetupCorrection:
+    """The corrections of all edges of one program, and the program that carries them.
+
+    `program` is None where every correction is an offset, or nothing was measured: the given one is run. `record_id`
+    stands in it, and is of the corrections' own ids. `name` is that of its file. `characteristics` are those between
+    features of two edges.
+    """
+
+    part: str
+    frame: SetupFrame
+    features: tuple[str, ...]
+    source_name: str
+    source: bytes
+    edges: tuple[EdgeCorrection, ...]
+    program: bytes | None
+    record_id: str
+    name: str
+    notes: tuple[str, ...]
+    characteristics: tuple[Judged, ...] = ()
+
+    @property
+    def corrections(self) -> tuple[Correction, ...]:
+        """Those that there are."""
+        return tuple(one.correction for one in self.edges if one.correction is not None)
+
+
+@dataclass(frozen=True)
+class PartCorrection:
+    """The corrections of all set-ups of a part; `profile` is the part's. `record_id` is of the set-ups' own ids.
+
+    `characteristics` are those between faces of two set-ups, `uncut` the features that none cuts.
+    """
+
+    part: str
+    profile: Profile
+    setups: tuple[SetupCorrection, ...]
+    uncut: tuple[str, ...]
+    record_id: str
+    notes: tuple[str, ...]
+    characteristics: tuple[Judged, ...] = ()
+
+    @property
+    def alone(self) -> Correction | None:
+        """The correction of a part whose job has one tool, which is then all there is; None: it lists its edges."""
+        edge = self.setups[0].edges[0]
+        return edge.correction if edge.contour is None else None
+
+    @property
+    def in_setups(self) -> bool:
+        """Whether the job lists set-ups."""
+        return bool(self.setups[0].frame.name)
+
+    @property
+    def edges(self) -> tuple[EdgeCorrection, ...]:
+        """Those of all set-ups."""
+        return tuple(edge for one in self.setups for edge in one.edges)
+
+
+def correct_part(
+    profile: Profile,
+    cuts: Sequence[SetupCuts],
+    asked: Sequence[Characteristic],
+    vectors: ErrorVectors,
+    uncut: Sequence[str] = (),
+    notes: Sequence[str] = (),
+    known: Known | None = None,
+) -> PartCorrection:
+    """Corrects every program: all of them, or none. `asked` are the part's characteristics, `vectors` what was measured
+    of it, in its frame.
+
+    Raises what correcting one edge raises, CMP-READ-BACK where a program is not the sum of its corrections, and
+    SET-OFFSET where the job wants an offset that cannot be entered.
+    """
+    done = tuple(correct_setup(_by_what_may_be(one, cuts), asked, known) for one in cuts)
+    whole = cuts[0].cuts[0][1]
+    if not cuts[0].frame.name:
+        return PartCorrection(whole.part.name, profile, done, (), done[0].record_id, ())
+    allowed = any(of.allowance_mm or of.measured_allowance_mm for one in cuts for _, of in one.cuts)
+    sizes = () if allowed else lengths(profile, asked, vectors, [_shares(one) for one in done])
+    return PartCorrection(
+        part=whole.part.name,
+        profile=profile,
+        setups=done,
+        uncut=tuple(uncut),
+        record_id=record_id(dict(whole.inputs_sha256), {"setups": [one.record_id for one in done]}),
+        notes=(*_left(uncut), *notes, *_unjudged(done, asked, sizes, bool(vectors.at_reference.any()))),
+        characteristics=sizes,
+    )
+
+
+def correct_setup(
+    of: SetupCuts, asked: Sequence[Characteristic] | None = None, known: Known | None = None
+) -> SetupCorrection:
+    """The corrections of a program's edges, and the program that carries all. `asked` as in `correct_part`."""
+    owns = [own_inputs(inputs, own) for own, inputs in of.cuts]
+    if known is not None:
+        owns = [None if one is None else known(one, own) for one, (own, _) in zip(owns, of.cuts, strict=True)]
+    made = [None if own is None else compensate(own) for own in owns]
+    contours, whole = tuple(own for own, _ in of.cuts if own is not None), of.cuts[0][1]
+    if not contours:
+        (alone,) = made
+        assert alone is not None
+        edges: tuple[EdgeCorrection, ...] = (EdgeCorrection(None, alone, owns[0]),)
+        program = None if alone.runs_as_given else alone.corrected_program
+        return _setup(of, edges, program, alone.record.id, alone.name_to_run)
+    joint_id = record_id(dict(whole.inputs_sha256), {"corrections": [one.record.id for one in made if one is not None]})
+    with in_file(whole.program.file):
+        program = _composed(whole, [one for one in made if one is not None and not one.decision.by_offset], joint_id)
+    edges = tuple(
+        EdgeCorrection(own, None if one is None else _as_joint(one, program, of, asked), inputs)
+        for (own, _), one, inputs in zip(of.cuts, made, owns, strict=True)
+    )
+    done = _setup(of, edges, program, joint_id, of.name)
+    sizes = lengths(whole.profile, whole.characteristics, whole.touches, [_shares(replace(done, frame=PART))])
+    words = shared_words(whole, contours, [one.characteristic.name for one in sizes])
+    return replace(done, notes=words, characteristics=sizes)
+
+
+def _setup(
+    of: SetupCuts, edges: tuple[EdgeCorrection, ...], program: bytes | None, record: str, name: str
+) -> SetupCorrection:
+    whole, source = of.cuts[0][1], of.program
+    run = (source.file_name, source.source, edges, program, record, name)
+    return SetupCorrection(whole.part.name, of.frame, of.features, *run, notes=())
+
+
+def _as_joint(
+    correction: Correction, program: bytes | None, of: SetupCuts, asked: Sequence[Characteristic] | None
+) -> Correction:
+    """The correction with the program that carries all in the place of its own; offsets alone are entered by hand."""
+    source = correction.source_program if program is None else program
+    run = correction.source_name if program is None else of.name
+    made = replace(correction, corrected_program=source, offsets_program=None, joint_name=run)
+    return judged_on_part(made, asked) if of.frame.name and asked is not None else made
+
+
+def _composed(inputs: Inputs, corrections: Sequence[Correction], joint_id: str) -> bytes | None:
+    """The program with the edits of all corrections and its mark; None where there are no edits."""
+    if not corrections:
+        return None
+    program, run = inputs.program, inputs.run
+    edits = [edit for one in corrections for edit in edits_of(program, one.record.changes)]
+    source = apply_edits(program, [_mark(inputs, corrections, joint_id), *edits])
+    paths = [run.of(program.rewritten(one.corrected_program)) for one in corrections]
+    require_sum(run.of(program), paths, run.of(program.rewritten(source)))
+    return source
+
+
+def _mark(inputs: Inputs, corrections: Sequence[Correction], joint_id: str) -> Edit:
+    program = inputs.program
+    of_edges = [f"{one.record.options['edge']}: record {one.record.id}" for one in corrections]
+    of_machine = [] if inputs.machine is None else [inputs.machine.mark]
+    lines = [*marks_of_record(joint_id, program.source), *of_machine, *of_edges]
+    return insert_heading(program, [program.dialect.comment(line) for line in lines])
+
+
+def require_sum(before: ToolPath, singles: Sequence[ToolPath], joint: ToolPath) -> None:
+    """Refuses a joint path that is not the source's with what each single path changes of it in its place."""
+    source = _rows(before)
+    wanted, done = list[_Row](), 0
+    for first, last, rows in sorted(
+        (one for path in singles for one in _changed(source, _rows(path))), key=lambda c: c[:2]
+    ):
+        if first < done:
+            raise not_as_intended(f"two edges' corrections both move the cut of line {before.line[first]}")
+        wanted += [*source[done:first], *rows]
+        done = last
+    wanted += source[done:]
+    found = _rows(joint)
+    if len(found) != len(wanted):
+        raise not_as_intended(f"the joint program makes {len(found)} moves; its corrections make {len(wanted)}")
+    for k, (is_now, shall_be) in enumerate(zip(found, wanted, strict=True)):
+        if is_now != shall_be:
+            raise not_as_intended(f"the move of line {joint.line[k]} of the joint program is not its correction's")
+
+
+def _changed(source: Sequence[_Row], single: Sequence[_Row]) -> Iterator[tuple[int, int, Sequence[_Row]]]:
+    """Stretches of the source that a single path has otherwise: first move, one after the last, and its own moves."""
+    matcher = SequenceMatcher(None, source, single, autojunk=False)
+    for kind, first, last, begin, end in matcher.get_opcodes():
+        if kind != "equal":
+            yield first, last, single[begin:end]
+
+
+def _rows(path: ToolPath) -> list[_Row]:
+    """What each move is and where it goes, to a nanometre: nothing of lines or of what is called."""
+    values = np.column_stack([path.motion, path.end_mm, np.nan_to_num(path.centre_mm), path.sweep_rad])
+    return [tuple(row) for row in np.round(values.astype(np.float64), DECIMALS).tolist()]
+
+
+def _shares(of: SetupCorrection) -> list[Share]:
+    return [
+        Share(one.contour, one.correction, of.frame)
+        for one in of.edges
+        if one.contour is not None and one.correction is not None
+    ]
+
+
+def _unjudged(
+    done: Sequence[SetupCorrection], asked: Sequence[Characteristic], sizes: Sequence[Judged], from_face: bool
+) -> list[str]:
+    """The sizes that are of no set-up alone and not judged, in words, and why."""
+    judged = {one.characteristic.name for one in sizes}
+    names = [one.name for one in asked if one.name not in judged and not _of_one(one, done)]
+    if not names:
+        return []
+    if from_face:
+        return [wording("{names}: sizes of no single set-up, which are not judged.", names=all_of(names))]
+    return [
+        wording(
+            "{names}: sizes of no single set-up, which are not judged: z counts from no face, and on which face the "
+            "part stands is not known.",
+            names=all_of(names),
+        )
+    ]
+
+
+def _of_one(asked: Characteristic, done: Sequence[SetupCorrection]) -> bool:
+    return any({asked.feature, asked.other} - {""} <= {*one.features} for one in done)
+
+
+def _left(uncut: Sequence[str]) -> list[str]:
+    if not uncut:
+        return []
+    return [wording("{features}: cut in no set-up, left as they are.", features=all_of(uncut))]
+
+
+def _by_what_may_be(of: SetupCuts, every: Sequence[SetupCuts]) -> SetupCuts:
+    """The set-up with why an edge's offset may not be entered at the control: another set-up on the same machine cuts
+    with it too, or the control mirrors Z.
+    """
+    machine = of.cuts[0][1].machine_tool
+    others = [one for one in every if one is not of and one.cuts[0][1].machine_tool == machine]
+    shared = {call: one.frame.name for one in others for call in one.calls}
+    return replace(of, cuts=tuple((own, _without_offset(own, inputs, of.frame, shared)) for own, inputs in of.cuts))
+
+
+def _without_offset(own: OwnContour | None, inputs: Inputs, frame: SetupFrame, shared: Mapping[Called, str]) -> Inputs:
+    tool, other = ("", None) if own is None else (own.edge.words, shared.get(own.edge.called))
+    if frame.mirrored_z:
+        why = wording("{tool}: the control mirrors Z, so that the sign of an offset is not known.", tool=tool)
+    elif other is not None:
+        why = wording(
+            "{tool} cuts in set-up {other} too: its offset would move both, unless `programs.machine` of each names "
+            "another machine.",
+            tool=tool,
+            other=other,
+        )
+    else:
+        return inputs
+    if inputs.options.by == "offset" and own is not None:
+        with in_file(inputs.file):
+            raise TrueloopError(
+                Code.SET_OFFSET,
+                f"set-up '{frame.name}': {why.removesuffix('.')}",
+                hint='leave out `compensation.by = "offset"`: the contour is corrected then',
+                values={"setup": frame.name, "tool": own.edge.called.words},
+            )
+    return replace(inputs, no_offset=why)

@@ -1,0 +1,228 @@
+"""What a part that several edges cut, in one set-up or in several, is corrected by: the answer by set-up and tool, as
+text, JSON and page.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+
+from trueloop.domain.record import sha256_of
+from trueloop.loops.turned.part import EdgeCorrection, PartCorrection, SetupCorrection
+from trueloop.report.markup import esc, items, section, table
+from trueloop.report.program_diff import changed_lines, program_diff
+from trueloop.report.shell import html_page
+from trueloop.report.texts.texts import ENGLISH, Texts
+from trueloop.report.turned.characteristic_table import characteristic_table
+from trueloop.report.turned.characteristics import characteristics_as_dicts
+from trueloop.report.turned.features import feature_summaries
+from trueloop.report.turned.setups_drawing import drawing
+from trueloop.wording import all_of, wording
+
+
+def answer_of(of: EdgeCorrection) -> str:
+    """`T3 wear X −0.024 mm (diameter), Z +0.004`, `T5 (left corner): by the contour`, or `…: not measured`."""
+    if of.correction is None:
+        return wording("{tool}: not measured, left as programmed", tool=of.tool)
+    if not of.correction.decision.by_offset:
+        return wording("{tool}: by the contour", tool=of.tool)
+    offset = of.correction.wear.answer.removeprefix(f"{of.correction.wear.called} ")
+    return f"{of.tool} {offset}"
+
+
+def answers(corrected: PartCorrection) -> list[str]:
+    """The answers of all edges in one line by set-up: `first: T1 wear X −0.024 mm (diameter), Z +0.004`."""
+    return [_named(one, "; ".join(map(answer_of, one.edges))) for one in corrected.setups]
+
+
+def all_to_do(corrected: PartCorrection) -> list[str]:
+    """What to enter and what to run, by set-up."""
+    return [_named(one, _to_do(one)) for one in corrected.setups]
+
+
+def all_notes(corrected: PartCorrection) -> list[str]:
+    """What to know of all set-ups together, and of the edges of each."""
+    return [*corrected.notes, *(_named(one, note) for one in corrected.setups for note in _notes_of(one))]
+
+
+def _named(of: SetupCorrection, words: str) -> str:
+    return wording("{setup}: {words}", setup=of.frame.name, words=words) if of.frame.name else words
+
+
+def _to_do(of: SetupCorrection) -> str:
+    entered = [answer_of(one) for one in of.edges if one.correction is not None and one.correction.decision.by_offset]
+    run = of.source_name if of.program is None else of.name
+    if not entered:
+        return wording("Run {program}.", program=run)
+    return wording(
+        "Enter at the control, once: {offsets}. Then run {program}.", offsets="; ".join(entered), program=run
+    )
+
+
+def _notes_of(of: SetupCorrection) -> list[str]:
+    """What to know of all edges of a set-up together."""
+    unmeasured = [
+        wording(
+            "{tool} cuts nothing that was measured: {features} stay as programmed.",
+            tool=one.tool,
+            features=all_of(one.features),
+        )
+        for one in of.edges
+        if one.correction is None
+    ]
+    return [*unmeasured, *of.notes]
+
+
+def part_as_dict(corrected: PartCorrection) -> dict[str, object]:
+    """For machines: what to do, and by set-up its frame, its program and its edges; without set-ups the program's."""
+    if not corrected.in_setups:
+        (only,) = corrected.setups
+        return {"part": corrected.part, **_program(only)}
+    return {
+        "part": corrected.part,
+        "record_id": corrected.record_id,
+        "words": answers(corrected),
+        "to_do": all_to_do(corrected),
+        "uncut": list(corrected.uncut),
+        "notes": all_notes(corrected),
+        "characteristics": characteristics_as_dicts(corrected.characteristics),
+        "setups": [_setup(one) for one in corrected.setups],
+    }
+
+
+def part_json(corrected: PartCorrection) -> str:
+    """Returns the text of `part.json`."""
+    return json.dumps(part_as_dict(corrected), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _setup(one: SetupCorrection) -> dict[str, object]:
+    frame = one.frame
+    return {
+        "name": frame.name,
+        "zero_at_z_mm": frame.zero_at_z_mm,
+        "flipped": frame.flipped,
+        "mirrored_z": frame.mirrored_z,
+        "z_of_program": frame.words,
+        "features": list(one.features),
+        **_program(one),
+    }
+
+
+def _program(of: SetupCorrection) -> dict[str, object]:
+    """What to do, the programs by hash, and by edge what it cuts, its answer and its record."""
+    return {
+        "record_id": of.record_id,
+        "words": "; ".join(map(answer_of, of.edges)),
+        "to_do": _to_do(of),
+        "program_to_run": of.source_name if of.program is None else of.name,
+        "source_sha256": sha256_of(of.source),
+        "program_sha256": sha256_of(of.source if of.program is None else of.program),
+        "notes": _notes_of(of),
+        "characteristics": characteristics_as_dicts(of.characteristics),
+        "edges": [_edge(one) for one in of.edges],
+    }
+
+
+def _edge(of: EdgeCorrection) -> dict[str, object]:
+    assert of.contour is not None  # a job's only tool has a report of its own
+    edge, correction = of.contour.edge, of.correction
+    answer = "not measured" if correction is None else "offset" if correction.decision.by_offset else "contour"
+    entered = None if correction is None or correction.by_tool is None else correction.wear
+    offset = None if entered is None else {**entered.as_dict(), "edge": edge.called.edge}
+    return {
+        "tool": of.tool,
+        "number": edge.called.number,
+        "edge": edge.called.edge,
+        "corner": edge.corner,
+        "name": edge.name,
+        "nose_radius_mm": edge.nose_radius_mm,
+        "features": list(of.features),
+        "answer": answer,
+        "words": answer_of(of),
+        "tool_offset": offset,
+        "record_id": None if correction is None else correction.record.id,
+    }
+
+
+def part_page(corrected: PartCorrection, reports: Mapping[tuple[str, str], str], say: Texts = ENGLISH) -> str:
+    """The page of a part; `reports`: file name of each edge's own report, by set-up and tool."""
+    title = say("{part} – correction {record}", part=esc(corrected.part), record=esc(corrected.record_id))
+    notes = all_notes(corrected)
+    sizes = [*corrected.characteristics, *(size for one in corrected.setups for size in one.characteristics)]
+    verdict = "<br>".join(
+        f"<strong>{esc('; '.join(say.note(part) for part in answer))}</strong><br>{esc(say.note(run))}"
+        for answer, run in zip(_answers_in_parts(corrected), all_to_do(corrected), strict=True)
+    )
+    changed = [changes for one in corrected.setups if (changes := _changes_of(one, say)) or corrected.in_setups]
+    body = (
+        f"<header><h1>{esc(corrected.part)}</h1></header><p class='verdict'>{verdict}</p>"
+        + (_setups(corrected, say) if corrected.in_setups else "")
+        + section("edges", say("Errors of the features"), _features(corrected, reports, say))
+        + (section("sizes", say("Sizes between edges"), characteristic_table(tuple(sizes), say)) if sizes else "")
+        + (section("notes", say("Decisions"), items(esc(say.note(note)) for note in notes)) if notes else "")
+        + (section("program", say("Changes to the program"), *changed) if changed else "")
+    )
+    return html_page(title, body, language=say.language)
+
+
+def _answers_in_parts(corrected: PartCorrection) -> list[list[str]]:
+    """The answers by set-up as sentences that can be translated: those of each edge, or, with set-ups, of all."""
+    if corrected.in_setups:
+        return [[answer] for answer in answers(corrected)]
+    return [[answer_of(one) for one in corrected.edges]]
+
+
+def _setups(corrected: PartCorrection, say: Texts) -> str:
+    head = (say("set-up"), say("program"), say("its Z by z of the part"), say("features"))
+    rows = [
+        [
+            esc(one.frame.name),
+            f"<code>{esc(one.source_name)}</code>",
+            esc(one.frame.words),
+            esc(", ".join(one.features)),
+        ]
+        for one in corrected.setups
+    ]
+    left = [["–", "", "", esc(", ".join(corrected.uncut))]] if corrected.uncut else []
+    frames = table(head, [*rows, *left], words=(0, 1, 2, 3), name="frames", stacks=True)
+    return section("setups", say("Set-ups"), frames, drawing(corrected))
+
+
+def _features(corrected: PartCorrection, reports: Mapping[tuple[str, str], str], say: Texts) -> str:
+    head = (say("feature"), say("tool"), say("touches"), say("before<br>worst {um}"), say("after<br>worst {um}"),
+            say("largest U<br>{um}"), say("correction"))  # fmt: skip
+    rows = list(_rows(corrected, reports, say))
+    if not corrected.in_setups:
+        return table(head, [row for _, row in rows], words=(0, 1, 6), name="features", stacks=True)
+    named = [[esc(name), *row] for name, row in rows]
+    return table((say("set-up"), *head), named, words=(0, 1, 2, 7), name="by-setup", stacks=True)
+
+
+def _rows(
+    corrected: PartCorrection, reports: Mapping[tuple[str, str], str], say: Texts
+) -> Iterator[tuple[str, list[str]]]:
+    """For every feature the name of its set-up, and its row."""
+    for setup in corrected.setups:
+        for edge in setup.edges:
+            report = reports[setup.frame.name, edge.tool]
+            yield from ((setup.frame.name, row) for row in _rows_of_edge(edge, report, say))
+
+
+def _rows_of_edge(of: EdgeCorrection, report: str, say: Texts) -> Iterator[list[str]]:
+    tool = esc(of.tool)
+    if of.correction is None:
+        for name in of.features:
+            yield [esc(name), tool, "0", "", "", "", say("not touched: left as programmed")]
+        return
+    link = f"<a href='{esc(report)}'>{tool}</a>"
+    for one in feature_summaries(of.correction, say):
+        before, after = one.figures.before_worst_um, one.expected_um
+        sizes = [say.error(before), say.error(after), say.size(one.expanded_u_um)]
+        yield [esc(one.feature), link, str(one.figures.touches), *sizes, esc(one.correction)]
+
+
+def _changes_of(of: SetupCorrection, say: Texts) -> str:
+    """What is changed in the program; "" where it is run as given."""
+    if of.program is None:
+        return ""
+    gone, come = changed_lines(of.source, of.program)
+    counted = say("{n} lines in the place of {gone}, all others as they were.", n=come, gone=gone)
+    return f"<p><code>{esc(of.name)}</code>: {counted}</p>" + program_diff(of.source, of.program, say)
