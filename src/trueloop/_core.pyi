@@ -48,6 +48,11 @@ class NcProgram:
     @property
     def block_count(self) -> int: ...
     def source(self) -> bytes: ...
+    def new_lines(self, block: int, texts: list[bytes]) -> bytes:
+        """Blocks after one, each on its line: N0420 is followed by N0421, N0422 …; without numbers where they do not
+        fit before the next number, another block has one of them, or the program has none.
+        """
+
     def block(self, index: int) -> tuple[int, int, int, int, bool, bool]:
         """Start, end, first word, one past the last word, optional, tape mark."""
 

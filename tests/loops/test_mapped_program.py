@@ -189,6 +189,9 @@ def test_new_blocks_are_numbered_where_there_is_room(tmp_path: Path) -> None:
     lines = mapped(tmp_path, source, bend, options=MapOptions(tolerance_mm=0.0005, limit_mm=1))[0].splitlines()
     assert [line.split()[0] for line in lines[1:]] == ["N10", "N20", "N21", "N30", "X40.00000", "N31", "N32", "M2"]
     assert lines[2:4] == ["N20 G01 X10.00000 Y0.00100", "N21 G01 X20.00000 Y0.00400"]
+    taken = "N21 G21 G1 F1 X0 Y0\nN20 G01 X20.0\nN30 X40\nM2\n"
+    lines = mapped(tmp_path, taken, bend, options=MapOptions(tolerance_mm=0.0005, limit_mm=1))[0].splitlines()
+    assert [line.split()[0] for line in lines[1:]] == ["N21", "N20", "G01", "N30", "N31", "M2"]
 
 
 def test_places_of_the_machine_stay_and_need_no_field(tmp_path: Path) -> None:

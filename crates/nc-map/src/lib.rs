@@ -30,6 +30,7 @@ use standing::Standing;
 use writer::hole::Drilling;
 
 pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
+pub use lines::{new_lines, BlockNumbers};
 pub use mention::mentions;
 pub use refusal::Refusal;
 pub use role::{first_blocks, letters, named_axes};

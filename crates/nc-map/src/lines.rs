@@ -1,18 +1,41 @@
 //! New lines after a block, numbered as the program numbers its blocks.
 
+use std::collections::HashSet;
+use std::sync::OnceLock;
+
 use nc_program::{Program, Word, WordKind};
 
 /// A number further on than this many blocks is not looked for.
 const FURTHER: usize = 100;
 
+/// The numbers of all blocks of a program, looked for once: a search for one, or a jump, is to find the block that had it.
+#[derive(Debug, Default)]
+pub struct BlockNumbers(OnceLock<HashSet<usize>>);
+
+impl BlockNumbers {
+    fn of(&self, program: &Program) -> &HashSet<usize> {
+        self.0.get_or_init(|| program.words().iter().filter_map(|word| number_of(program, word)).collect())
+    }
+}
+
 /// Writes blocks after one, each on its line: N0420 is followed by N0421, N0422 …, without numbers where they do not fit
-/// before the next number or the program has none. A number that is to stand at the `last` of them is the only one.
-pub(crate) fn new_lines(program: &Program, block: usize, texts: &[Vec<u8>], last: Option<&Word>, out: &mut Vec<u8>) {
-    let numbers = numbers(program, block, texts.len()).filter(|_| last.is_none());
+/// before the next number, another block has one of them, or the program has none. A number that is to stand at the `last`
+/// of them is the only one.
+pub fn new_lines(
+    program: &Program,
+    block: usize,
+    texts: &[Vec<u8>],
+    last: Option<&Word>,
+    taken: &BlockNumbers,
+    out: &mut Vec<u8>,
+) {
+    let free = |own: usize| (1..=texts.len()).all(|step| !taken.of(program).contains(&(own + step)));
+    let numbers = numbers(program, block, texts.len()).filter(|(own, ..)| last.is_none() && free(*own));
     for (index, text) in texts.iter().enumerate() {
         out.extend(line_ending(program.source()));
-        if let Some((number, width, space)) = numbers {
-            out.extend(format!("N{:0width$}", number + 1 + index).bytes());
+        if let Some((number, letter, width, space)) = numbers {
+            out.push(letter);
+            out.extend(format!("{:0width$}", number + 1 + index).bytes());
             out.extend(space);
         }
         if let Some(number) = last.filter(|_| index + 1 == texts.len()) {
@@ -23,15 +46,9 @@ pub(crate) fn new_lines(program: &Program, block: usize, texts: &[Vec<u8>], last
     }
 }
 
-/// Number of the block, its width, and the space after it, where `count` numbers fit after it.
-fn numbers(program: &Program, block: usize, count: usize) -> Option<(usize, usize, &[u8])> {
-    let number = |block: usize| {
-        let is_number = |word: &&Word| word.letter == b'N' && word.kind == WordKind::Number;
-        let word = program.words_of(block).iter().find(is_number)?;
-        // Numbers without a letter are the control's: it counts anew.
-        let word = Some(word).filter(|word| !program.text(word)[0].is_ascii_digit())?;
-        (0.0..1e9).contains(&word.value).then_some((word, word.value as usize))
-    };
+/// Number of the block, its letter, its width, and the space after it, where `count` numbers fit after it.
+fn numbers(program: &Program, block: usize, count: usize) -> Option<(usize, u8, usize, &[u8])> {
+    let number = |block: usize| program.words_of(block).iter().find_map(|word| Some((word, number_of(program, word)?)));
     let (word, own) = number(block)?;
     let next = (block + 1..program.blocks().len()).take(FURTHER).find_map(number);
     if next.is_some_and(|(_, next)| next <= own + count) {
@@ -39,7 +56,14 @@ fn numbers(program: &Program, block: usize, count: usize) -> Option<(usize, usiz
     }
     let rest = program.source().get(word.end()..)?;
     let space = rest.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
-    Some((own, usize::from(word.length) - 1, if space == 0 { b" " } else { rest.get(..space)? }))
+    let letter = *program.text(word).first()?;
+    Some((own, letter, usize::from(word.length) - 1, if space == 0 { b" " } else { rest.get(..space)? }))
+}
+
+/// The number of a block, by its word N. Numbers without a letter are the control's: it counts anew.
+fn number_of(program: &Program, word: &Word) -> Option<usize> {
+    let is_number = word.letter == b'N' && word.kind == WordKind::Number && (0.0..1e9).contains(&word.value);
+    (is_number && !program.text(word)[0].is_ascii_digit()).then_some(word.value as usize)
 }
 
 /// That of the source.

@@ -7,6 +7,7 @@ use nc_program::{MoveKind, Program, ToolPath};
 use crate::edits::Edits;
 use crate::field::{Field, Trouble, Vector};
 use crate::geometry::Geometry;
+use crate::lines::BlockNumbers;
 use crate::pieces::{pieces, Fault, Piece};
 use crate::reader::Part;
 use crate::refusal::{self, Refused};
@@ -75,6 +76,7 @@ impl Writing {
             steps,
             carried: self.carried,
             drilling: self.drilling,
+            numbers: BlockNumbers::default(),
             heights: HashMap::new(),
             shared: Vec::new(),
             added: 0,

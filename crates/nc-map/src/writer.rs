@@ -20,7 +20,7 @@ use nc_program::{Modal, MoveKind, Program, ToolPath, Word};
 use crate::edits::Edits;
 use crate::field::{sum, Vector};
 use crate::geometry::Geometry;
-use crate::lines::new_lines;
+use crate::lines::{new_lines, BlockNumbers};
 use crate::part::Course;
 use crate::pieces::Piece;
 use crate::refusal::Refused;
@@ -48,6 +48,8 @@ pub(crate) struct Writer<'a> {
     pub carried: Vector,
     /// The drilling cycle in force.
     pub drilling: Drilling,
+    /// Those of its blocks.
+    pub numbers: BlockNumbers,
     /// By how much the values that say heights of called cycles were moved, by their first byte, mm.
     pub heights: HashMap<usize, f64>,
     /// Where the pieces of shared contours end.
@@ -130,7 +132,8 @@ impl<'a> Writer<'a> {
             if let Some(number) = number {
                 self.edits.replace(number.start as usize, number.end(), |_| ());
             }
-            self.edits.replace(end, end, |text| new_lines(program, here.block, &texts, number.as_ref(), text));
+            self.edits
+                .replace(end, end, |text| new_lines(program, here.block, &texts, number.as_ref(), &self.numbers, text));
         }
         if !self.edits.close(here.block, from) {
             return Err(self.twice(here.block));

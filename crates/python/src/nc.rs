@@ -1,6 +1,7 @@
 //! Binds `nc-program`.
 
 use bytes::Bytes;
+use nc_map::BlockNumbers;
 use nc_program::{
     lint, meaning, offset_statements, parameters_used, run, Dialect, Finding, Key, Options, Plane,
     Program, Severity, Tool, ToolPath, Word, WordKind,
@@ -63,6 +64,7 @@ pub type RunTuple<'py> = (
 #[pyclass(frozen)]
 pub struct NcProgram {
     pub program: Program,
+    numbers: BlockNumbers,
 }
 
 #[pymethods]
@@ -73,7 +75,10 @@ impl NcProgram {
         let source = Bytes::from_owner(source);
         let program = py.detach(|| Program::read(source, dialect));
         let program = program.map_err(|error| PyOverflowError::new_err(error.bytes.to_string()))?;
-        Ok(Self { program })
+        Ok(Self {
+            program,
+            numbers: BlockNumbers::default(),
+        })
     }
 
     /// Number of blocks (lines).
@@ -85,6 +90,18 @@ impl NcProgram {
     /// The bytes.
     fn source<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         PyBytes::new(py, self.program.source())
+    }
+
+    /// Blocks written after one, each on its line and numbered as the program numbers its blocks.
+    fn new_lines<'py>(
+        &self,
+        py: Python<'py>,
+        block: usize,
+        texts: Vec<Vec<u8>>,
+    ) -> Bound<'py, PyBytes> {
+        let mut out = Vec::new();
+        nc_map::new_lines(&self.program, block, &texts, None, &self.numbers, &mut out);
+        PyBytes::new(py, &out)
     }
 
     /// Start, end, first word, one past the last word, optional, tape mark.

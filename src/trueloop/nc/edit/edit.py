@@ -4,11 +4,9 @@ Lengths given are millimetres with X as a radius; inch and diameter are dealt wi
 the move. Results are rounded to the control's resolution.
 """
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import lru_cache
 from itertools import pairwise
 from typing import Final
 
@@ -220,39 +218,7 @@ def _require_words(program: Program, block: int, texts: Sequence[str]) -> None:
 
 
 def _new_lines(program: Program, block: int, texts: Sequence[str]) -> str:
-    ending = line_ending(program)
-    prefixes = _numbers(program, block, len(texts))
-    return "".join(f"{ending}{prefix}{text}" for prefix, text in zip(prefixes, texts, strict=True))
-
-
-def _numbers(program: Program, block: int, count: int) -> list[str]:
-    """The N words of new blocks after one, each with the space that follows; empty ones when there is no room."""
-    old = program.block(block)
-    word = next((word for word in old.words if word.letter == "N"), None)
-    if word is None or word.text[0].isdigit():  # numbers without a letter are the control's: it counts anew
-        return [""] * count
-    if old.number is None or _next_number(program, block) <= old.number + count:
-        return [""] * count
-    if any(old.number + step in _numbers_of(program) for step in range(1, count + 1)):
-        return [""] * count
-    width = len(word.text) - 1
-    after = re.match(rb"[ \t]*", program.source[word.end : old.end])
-    space = after.group().decode() if after else ""
-    return [f"{word.text[0]}{old.number + step:0{width}d}{space or ' '}" for step in range(1, count + 1)]
-
-
-@lru_cache(maxsize=4)
-def _numbers_of(program: Program) -> frozenset[float]:
-    """All block numbers of a program: a search for one, or a GOTO, is to find the block that had it."""
-    return frozenset(block.number for block in program.blocks if block.number is not None)
-
-
-def _next_number(program: Program, block: int) -> float:
-    for index in range(block + 1, program.block_count):
-        number = program.block(index).number
-        if number is not None:
-            return number
-    return float("inf")
+    return program.core.new_lines(block, [text.encode("latin-1") for text in texts]).decode("latin-1")
 
 
 def line_ending(program: Program) -> str:
