@@ -153,16 +153,10 @@ IDEMPOTENCY: Final = _table(
 UPLOAD: Final = _table(
     "upload", _id(), *_text("by", "name", "sha256", "created_at"), Column("content", LargeBinary, nullable=False)
 )
-ATTEMPT: Final = _table(
-    "attempt", _id(), *_text("subject", "address", "failed_at"), indexed=(("subject",), ("address",))
-)
 MACHINE_HEARD: Final = _table("machine_heard", Column("machine", Text, primary_key=True), *_text("at", "document"))
 
 LOGS: Final = (
     *(EVENT, TRANSFER, ALARM, ALARM_ACKNOWLEDGED, CERTIFICATE, PROGRAM_RELEASE, TEMPERATURE, RUN_TOUCHES),
     CALIBRATION,
 )
-STATES: Final = (
-    *(ORDER_STATE, PART_STATE, STEP, TASK, ACCOUNT, SESSION, API_KEY, IDEMPOTENCY, UPLOAD, ATTEMPT),
-    MACHINE_HEARD,
-)
+STATES: Final = (*(ORDER_STATE, PART_STATE, STEP, TASK, ACCOUNT, SESSION, API_KEY, IDEMPOTENCY, UPLOAD, MACHINE_HEARD),)

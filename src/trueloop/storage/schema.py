@@ -7,7 +7,7 @@ from sqlalchemy import Connection, inspect, text
 
 from trueloop.errors import Code, TrueloopError
 
-TODAY: Final = "0005"
+TODAY: Final = "0006"
 """The schema that this version of trueloop writes: the newest of `migrations/versions`."""
 _VERSION_TABLE: Final = "trueloop_schema"
 _SCRIPTS: Final = Path(__file__).with_name("migrations")
