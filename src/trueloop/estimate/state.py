@@ -89,7 +89,7 @@ class State:
     def noise_mm2(self, observed: Observed) -> Array:
         """Covariance of what instrument and repeatability of the cut put into values, (n, n)."""
         scatter = self.catalogue.repeatability_mm2(observed.places, self.sizes)
-        own = _of(np.diag(scatter), observed.functional)
+        own = _scattered(scatter, observed.functional)
         return np.asarray(own + observed.instrument_mm2 + JITTER_MM2 * np.eye(len(observed)))
 
     def predict(
@@ -111,7 +111,7 @@ class State:
         covariance = rows @ state.covariance @ rows.T
         if repeatability and terms is None:
             scatter = self.catalogue.repeatability_mm2(places, self.sizes)
-            covariance = covariance + _of(np.diag(scatter), functional)
+            covariance = covariance + _scattered(scatter, functional)
         return Normal(rows @ state.mean, covariance)
 
     def at(self, places: Places) -> "State":
@@ -201,9 +201,9 @@ class State:
         return replace(self, mean=self.mean[keep], covariance=covariance, blocks=kept, clocks=clocks)
 
 
-def _of(covariance: Array, functional: Array | None) -> Array:
-    """The covariance (n, n) of functionals (n, N) of N values of this covariance."""
-    return covariance if functional is None else np.asarray(functional @ covariance @ functional.T)
+def _scattered(variance: Array, functional: Array | None) -> Array:
+    """The covariance (n, n) of functionals (n, N) of N independent values of these variances."""
+    return np.diag(variance) if functional is None else np.asarray((functional * variance) @ functional.T)
 
 
 def _keys(term: Term, places: Places) -> dict[Key, float]:
