@@ -28,8 +28,7 @@ from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.simulated.simulated import simulate, trial_of
-from trueloop.loops.turned.composed import check_composed
-from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.loops.turned.part_on_machine import PartOnMachine, check_composed
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.simulator.machine import ErrorTerm, MachineError

@@ -9,7 +9,7 @@ from tests.support.correction import example_inputs
 from tests.support.kept import cut_of
 from trueloop.domain.life import Ran
 from trueloop.loops.turned.correction import Correction
-from trueloop.loops.turned.obtained import Obtained, obtained
+from trueloop.loops.turned.outcome import Obtained, obtained
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.statistics import rms
 

@@ -13,7 +13,7 @@ from trueloop.jobs.store.history import LivedPart, errors_of, history_of, quaran
 from trueloop.jobs.store.of_this_part import link_of
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.made_parts import name_of
-from trueloop.loops.turned.obtained import Obtained, obtained
+from trueloop.loops.turned.outcome import Obtained, obtained
 from trueloop.memory.noticing.alarm import Noticed
 from trueloop.memory.noticing.part import notice_part
 from trueloop.memory.noticing.sentences import of_left_out

@@ -20,7 +20,7 @@ from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 
 if TYPE_CHECKING:
-    from trueloop.loops.turned.obtained import Obtained
+    from trueloop.loops.turned.outcome import Obtained
 
 T = TypeVar("T")
 

@@ -22,8 +22,7 @@ from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import Made, effect_of, of_tool
 from trueloop.loops.post_process.tracked import Tracked
 from trueloop.loops.turned.commanded import Commanded
-from trueloop.loops.turned.contour_tools import contour_tools
-from trueloop.loops.turned.programs import no_number
+from trueloop.loops.turned.programs import contour_tools, no_number
 from trueloop.nc.program.program import Program
 from trueloop.statistics import NORMAL_95
 from trueloop.turned.characteristics.measurand import measurand

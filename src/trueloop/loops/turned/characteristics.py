@@ -1,5 +1,16 @@
-"""The characteristics of a correction: in or out as measured, and as expected of the next cut."""
+"""The characteristics of a correction: in or out as measured, and as expected of the next cut; lengths between features
+that two edges cut.
 
+Each edge's correction says where its own face will be, and how surely. The two errors have nothing in common but the
+frame of the part, so that their variances add. Along one face all places are taken to err together, which is on the
+safe side. Each set-up corrects the error of its own faces, so that what its datum was off by goes with them. What a
+length of two set-ups depends on besides is the face on which the part stands in a later set-up: where that face comes
+out otherwise in the next cut than in the part that was measured, all that the later set-up cuts moves with it. It is
+the face from which z counts.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -7,18 +18,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.judged import Judged
+from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.loops.turned.commanded import Commanded
-from trueloop.loops.turned.composed import Surface, model_covariance
-from trueloop.loops.turned.correction import Inputs
-from trueloop.loops.turned.part_on_machine import InMachine
-from trueloop.loops.turned.shifts import Shifts
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.outcome import expected_mm
+from trueloop.loops.turned.part_on_machine import InMachine, Surface, model_covariance
+from trueloop.loops.turned.paths import Shifts
+from trueloop.loops.turned.share import index_in
+from trueloop.nc.match.own_contour import OwnContour
+from trueloop.statistics import NORMAL_95
+from trueloop.tolerances.conformance import judge
 from trueloop.turned.characteristics.covariance import Covariance, Places, of_measured_part, of_next_cut
 from trueloop.turned.characteristics.judging import judged
-from trueloop.turned.characteristics.measurand import measurand
+from trueloop.turned.characteristics.measurand import Measurand, measurand
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.readings.sizes import is_face
+from trueloop.turned.touches.error_vectors import ErrorVectors
 
 TOUCHED_MM: Final = 0.05
 """A place this close to a touch is the touched one."""
@@ -96,3 +115,129 @@ class Corrected:
                 at, cut_in = touches.arc_length_mm[touched], self.surface.cut_in_mm[touched]
                 found[rows] = np.interp(places.arc_length_mm[rows], at, cut_in)
         return found
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one edge cuts, and its correction; `frame` is that of the contour."""
+
+    contour: OwnContour
+    correction: Correction
+    frame: SetupFrame = PART
+
+    def cuts(self, profile: Profile, feature: int) -> bool:
+        """Whether one of the part's features is cut by this edge."""
+        placed = index_in(self.frame, feature, len(profile.features))
+        return any(placed in parts for parts in self.contour.parts)
+
+    def at(self, profile: Profile, feature: int, arc_length_mm: Array) -> tuple[Array, Array]:
+        """Expected errors after the next cut and their standard uncertainties at places of one of the part's features.
+
+        By an offset the program's own deviation stays; by the contour no more of it than the control resolves.
+        """
+        own, made = self.contour.index_of(index_in(self.frame, feature, len(profile.features))), self.correction
+        points = self.frame.points(profile.features[feature].point_mm(arc_length_mm))
+        s = np.array([float(self.contour.profile.features[own].locate(point)[0]) for point in points])
+        kept = made.commanded[own].shifted.off_nominal_mm(s) if made.by_offset[own] else np.zeros(len(s))
+        return expected_mm(made, own, s) + kept, made.next_cut(own, s).expanded_u_mm / NORMAL_95
+
+
+@dataclass(frozen=True)
+class _Face:
+    """The face on which the part stands in every set-up after the one that cuts it, by its index; −1: none does.
+
+    `grown_mm`: by how much more material the next cut leaves on it than was measured; `u_mm` of the next cut, and of
+    what was measured.
+    """
+
+    feature: int
+    setup: int
+    faces_z: float
+    grown_mm: float = 0.0
+    next_u_mm: float = 0.0
+    measured_u_mm: float = 0.0
+
+
+def lengths(
+    profile: Profile, asked: Sequence[Characteristic], vectors: ErrorVectors, setups: Sequence[Sequence[Share]]
+) -> tuple[Judged, ...]:
+    """Those characteristics that are lengths between faces of two edges of one set-up, where that is the only one,
+    else of two set-ups. `setups`: the shares of each, in the order in which they are cut; `vectors` what was measured,
+    in the frame of `profile`.
+
+    Left out are those with a face that was not measured, and of two set-ups all where z counts from no face, and those
+    of a set-up before the one that cuts that face: on what the part stands there is not known. Raises TOL errors.
+    """
+    face = None if len(setups) == 1 else _face(profile, vectors, setups)
+    if face is None and len(setups) > 1:
+        return ()
+    between = [one for one in asked if one.quantity is Quantity.LENGTH and one.other]
+    found = (_judged(profile, one, vectors, setups, face) for one in between)
+    return tuple(one for one in found if one is not None)
+
+
+def _face(profile: Profile, vectors: ErrorVectors, setups: Sequence[Sequence[Share]]) -> _Face | None:
+    reference = np.flatnonzero(vectors.at_reference)
+    if not len(reference):
+        return None
+    feature = int(vectors.feature_index[reference[0]])
+    if not is_face(profile.features[feature]):
+        return None
+    faces_z = float(vectors.outward_normal[reference[0], 1])
+    cut = _cut_by(profile, feature, setups)
+    if cut is None:
+        return _Face(feature, -1, faces_z)
+    rows = vectors.of_feature(feature)
+    error_mm, u_mm = cut[1].at(profile, feature, vectors.arc_length_mm[rows])
+    grown_mm = float(np.mean(error_mm - vectors.error_mm[rows]))
+    return _Face(feature, cut[0], faces_z, grown_mm, float(np.max(u_mm)), float(np.max(vectors.standard_u_mm[rows])))
+
+
+def _cut_by(profile: Profile, feature: int, setups: Sequence[Sequence[Share]]) -> tuple[int, Share] | None:
+    """The set-up, by its place, and the edge that cuts a feature; None: none, or it was not measured."""
+    found = ((k, one) for k, shares in enumerate(setups) for one in shares if one.cuts(profile, feature))
+    return next(found, None)
+
+
+def _judged(
+    profile: Profile,
+    asked: Characteristic,
+    vectors: ErrorVectors,
+    setups: Sequence[Sequence[Share]],
+    face: _Face | None,
+) -> Judged | None:
+    touched = np.bincount(vectors.feature_index, minlength=len(profile.features)).astype(np.intp)
+    sizes = measurand(profile, asked, touched)
+    cut = {int(feature): _cut_by(profile, int(feature), setups) for feature in np.unique(sizes.feature_index)}
+    known = {feature: one for feature, one in cut.items() if one is not None}
+    owners = {place if face is not None else id(share) for place, share in known.values()}
+    if len(known) < len(cut) or len(owners) < len(known):  # of one edge or set-up, which judges it by itself
+        return None
+    if face is not None and min(place for place, _ in known.values()) < face.setup:
+        return None
+    value, variance = float(sizes.nominal[0]), 0.0
+    along, u_mm = defaultdict[int, float](float), {} if face is None else {face.feature: face.next_u_mm}
+    carried = 0.0
+    for feature, (place, share) in known.items():
+        gain, error_mm, u_mm[feature] = _of(profile, sizes, feature, share)
+        value += gain * error_mm
+        along[feature] += gain
+        if face is not None and place > face.setup:
+            carried += gain * _faces_z(profile, feature) * face.faces_z
+    if face is not None:
+        value += carried * face.grown_mm
+        along[face.feature] += carried
+        variance = (carried * face.measured_u_mm) ** 2
+    variance += sum((along[feature] * u) ** 2 for feature, u in u_mm.items())
+    return Judged(asked, None, judge(value, variance**0.5, None, asked.lower_limit, asked.upper_limit))
+
+
+def _of(profile: Profile, sizes: Measurand, feature: int, share: Share) -> tuple[float, float, float]:
+    """Of a face: by how much the length grows with its error, that error after the next cut and its uncertainty."""
+    rows = np.flatnonzero(sizes.feature_index == feature)
+    error_mm, u_mm = share.at(profile, feature, sizes.arc_length_mm[rows])
+    return float(np.sum(sizes.gains[0, rows])), float(np.mean(error_mm)), float(np.max(u_mm))
+
+
+def _faces_z(profile: Profile, feature: int) -> float:
+    return float(profile.features[feature].outward_normal(0.0)[1])

@@ -14,7 +14,7 @@ from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.cut_errors import cut_errors
-from trueloop.loops.turned.shifts import whole_mm
+from trueloop.loops.turned.paths import whole_mm
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.touches.error_vectors import ErrorVectors

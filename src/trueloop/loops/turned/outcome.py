@@ -1,4 +1,4 @@
-"""What each feature is expected to come out like, touched or not, and how sure that is."""
+"""What a correction is expected to leave, touched or not, how sure that is, and what an inspection found there."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -6,11 +6,76 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.life import Cut
 from trueloop.loops.turned.correction import Correction
-from trueloop.turned.error_curve.budget import Budget
+from trueloop.loops.turned.made_parts import program_that_ran
+from trueloop.loops.turned.paths import Shifts
+from trueloop.statistics import rms
+from trueloop.turned.compensation.decide import Decision
+from trueloop.turned.compensation.lean import unasked_u_mm
+from trueloop.turned.compensation.prediction import Prediction, predict
+from trueloop.turned.error_curve.budget import Budget, joined
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.between_cuts import BetweenCuts
+from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
+
+
+def prediction_at_touches(
+    touches: ErrorVectors,
+    model: ProfileErrorModel,
+    decision: Decision,
+    shifts: Shifts,
+    weight: float,
+    not_kept_mm: Array,
+) -> Prediction:
+    """What the correction that was chosen leaves: a curve where the contour moves, a constant where an offset does.
+
+    The constant comes from all touches together, so that it is known better than a curve and has an uncertainty of its
+    own. `not_kept_mm` (n,) is what of a correction in force is given up by an offset in its place. A touch left out as
+    bad says nothing of the part: there, the error is what was fitted. Where earlier parts tell the next cut, its error
+    had nothing been corrected is what they and the touches say, not what was touched.
+    """
+    left_out_as_bad = model.weight == 0.0
+    fitted = model.vectors.error_mm - model.residual_mm
+    process = expected_uncorrected_mm(model)
+    left_out = process - np.where(left_out_as_bad, 0.0, model.leave_one_out_mm)
+    constant = (not_kept_mm - np.asarray(touches.outward_normal @ np.array(decision.offset_mm))) / weight
+    leverage = decision.leverage(touches.outward_normal)
+    without = process - (process - constant) / np.where(leverage < 1.0 - 1e-9, 1.0 - leverage, np.nan)
+    by_offset = np.array(shifts.by_offset)[touches.feature_index]
+    gain = np.array([curve.gain for curve in model.curves])[touches.feature_index]
+    return predict(
+        measured_mm=touches.error_mm,
+        process_mm=process,
+        fitted_mm=gain * np.where(by_offset, constant, fitted),
+        left_out_fitted_mm=gain * np.where(by_offset, without, left_out),
+        budget=joined(
+            [
+                _budget(touches, model, shifts, decision.variance(touches.outward_normal), i)
+                for i in range(len(model.curves))
+            ]
+        ),
+        weight=weight,
+    )
+
+
+def expected_uncorrected_mm(model: ProfileErrorModel) -> Array:
+    """Errors of the next cut at the touches had nothing been corrected, of the process, (n,)."""
+    error_mm = model.vectors.error_mm
+    return model.as_told(np.where(model.weight == 0.0, error_mm - model.residual_mm, error_mm))
+
+
+def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, offset: Array, index: int) -> Budget:
+    """Uncertainties at the touches of one feature; `offset` (n,) the constant's variance per unit of a touch's."""
+    rows, curve = touches.of_feature(index), model.curves[index]
+    s = touches.arc_length_mm[rows]
+    unasked = unasked_u_mm(shifts.unasked[index], s)
+    if shifts.by_offset[index] and curve.next_cut is None:
+        return curve.budget_of(np.sqrt(offset[rows]) * curve.scatter_mm, s).with_more(unasked)
+    return curve.budget(s).with_more(unasked)
+
 
 PLACES: Final = 33
 """Places along a feature without a touch at which its outcome is looked at."""
@@ -95,3 +160,63 @@ def between_cuts_words(between: BetweenCuts) -> str:
         along=Um(between.scatter_mm, "g"),
         both=Um(between.difference_mm),
     )
+
+
+@dataclass(frozen=True)
+class Obtained:
+    """Expected against obtained at the inspected places on arcs of one part.
+
+    `predicted_mm` is the RMS that errors have on average whose expected values and standard uncertainties are those of
+    the prediction, √mean(e² + u²); `found_mm` that of the errors found. `inside` of `places` errors found differ
+    from the expected one by at most U (95 %), in which the uncertainty of the inspection has no part.
+    """
+
+    serial: str
+    predicted_mm: float
+    found_mm: float
+    inside: int
+    places: int
+
+    @property
+    def words(self) -> str:
+        """One line."""
+        predicted, found = Um(self.predicted_mm), Um(self.found_mm)
+        return (
+            f"{self.serial}: predicted {predicted} RMS, obtained {found} RMS; {self.inside} of {self.places} inside ±U"
+        )
+
+    @property
+    def as_dict(self) -> dict[str, object]:
+        """For machines, µm."""
+        um = {"predicted_rms_um": self.predicted_mm * UM_PER_MM, "obtained_rms_um": self.found_mm * UM_PER_MM}
+        return {"serial": self.serial, **um, "inside": self.inside, "places": self.places}
+
+
+def obtained(correction: Correction, cut: Cut, found: ErrorVectors) -> Obtained | None:
+    """What an inspection found against what the correction promised.
+
+    None without a place, and where another program ran than the one that the prediction is of. A place whose
+    error is zero by definition, because z was taken from it, is left out. Raises STO-PROGRAM.
+    """
+    rows = np.flatnonzero(~found.at_reference)
+    if len(rows) == 0 or program_that_ran(correction, cut) is not correction.recommended:
+        return None
+    at = found.chosen(rows)
+    expected, standard_u, expanded_u = _promised_mm(correction, at)
+    return Obtained(
+        cut.part.serial,
+        rms(np.hypot(expected, standard_u)),
+        rms(at.error_mm),
+        int(np.count_nonzero(np.abs(at.error_mm - expected) <= expanded_u)),
+        len(rows),
+    )
+
+
+def _promised_mm(correction: Correction, at: ErrorVectors) -> tuple[Array, Array, Array]:
+    """Expected error, its standard uncertainty and U at places, each (n,)."""
+    promised = np.empty((3, len(at.point)))
+    for index in np.unique(at.feature_index):
+        rows, s = at.of_feature(index), at.arc_length_mm[at.of_feature(index)]
+        budget = correction.next_cut(index, s)
+        promised[:, rows] = expected_mm(correction, index, s), budget.standard_u_mm, budget.expanded_u_mm
+    return promised[0], promised[1], promised[2]

@@ -19,11 +19,11 @@ from trueloop.domain.record import marks_of_record, record_id
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
+from trueloop.loops.turned.characteristics import Share, lengths
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.in_force import edits_of
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.loops.turned.share import judged_on_part, own_inputs, shared_words
-from trueloop.loops.turned.sizes import Share, lengths
 from trueloop.nc.edit.changes import not_as_intended
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading

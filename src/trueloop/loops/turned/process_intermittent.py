@@ -19,18 +19,22 @@ from trueloop.geometry.feature import Line
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
-from trueloop.loops.turned.composed import Surface, comp_mtg_at, model_u_mm, of_process, surface_of
-from trueloop.loops.turned.contour_tools import ContourTools, contour_tools
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
-from trueloop.loops.turned.cumulative import cumulative_words
 from trueloop.loops.turned.from_memory import FromMemory
-from trueloop.loops.turned.part_on_machine import InMachine, placed
-from trueloop.loops.turned.paths import Paths, corrected_paths
-from trueloop.loops.turned.predicted import expected_uncorrected_mm, prediction_at_touches
-from trueloop.loops.turned.programs import write_programs
-from trueloop.loops.turned.provenance import id_of, record_of
+from trueloop.loops.turned.outcome import expected_uncorrected_mm, prediction_at_touches
+from trueloop.loops.turned.part_on_machine import (
+    InMachine,
+    Surface,
+    comp_mtg_at,
+    model_u_mm,
+    of_process,
+    placed,
+    surface_of,
+)
+from trueloop.loops.turned.paths import Paths, corrected_paths, corrected_shifts
+from trueloop.loops.turned.programs import ContourTools, contour_tools, write_programs
+from trueloop.loops.turned.provenance import cumulative_words, id_of, record_of
 from trueloop.loops.turned.remembering import remembering
-from trueloop.loops.turned.shifts import corrected_shifts
 from trueloop.loops.turned.written import Writing
 from trueloop.turned.compensation.decide import Decision, decide
 from trueloop.turned.compensation.prediction import Prediction

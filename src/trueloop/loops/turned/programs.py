@@ -1,23 +1,137 @@
-"""The programs of a correction: the contour's, the variant with tool offsets alone, and the offset as numbers."""
+"""The programs of a correction: which tool offsets cut the contour, the contour's program, the variant with tool
+offsets alone, written, read back and compared with what was intended, and the offset as numbers.
+"""
 
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
+
+import numpy as np
 
 from trueloop.domain.record import ChangedWord
 from trueloop.domain.tool_offset import HeldTool
 from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.paths import Paths
 from trueloop.loops.turned.written import Writing, write_contour
-from trueloop.loops.turned.written_offsets import write_offsets
-from trueloop.nc.program.called import called
+from trueloop.nc.edit.changes import changes
+from trueloop.nc.edit.edit import Edit
+from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import Motion
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.limits import check_offset
-from trueloop.turned.options import Options
+from trueloop.turned.options import By, Options
+from trueloop.turned.program.offsets import (
+    has_local_shift,
+    offset_state,
+    shift_edits,
+    tool_offset_updates,
+    update_edits,
+)
+from trueloop.turned.program.read_back import SAME_MM
+from trueloop.turned.program.read_back_offset import require_same_path, require_shift, require_updates
+from trueloop.turned.program.shifted_frame import shifted_moves
 from trueloop.turned.program.wear import wear_offset
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.wording import wording
+
+
+@dataclass(frozen=True)
+class ContourTools:
+    """Tool offsets by feature, None where the tool has no number; `others`: numbers that cut something else.
+
+    `sharing`: the T words of several tools that run with the offset that cuts the contour.
+    """
+
+    calls: tuple[Called | None, ...]
+    others: tuple[int, ...]
+    sharing: tuple[int, ...] = ()
+
+    @property
+    def cut_by(self) -> tuple[int | None, ...]:
+        """Numbers of the offsets by feature."""
+        return tuple(None if call is None else call.number for call in self.calls)
+
+    @property
+    def several(self) -> bool:
+        """Whether the contour is cut with more than one offset: then no single one corrects it."""
+        return len(set(self.calls)) > 1
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know where there are several offsets, or several tools of one."""
+        if self.sharing:
+            return (
+                wording(
+                    "{count} tools ({tools}) use offset {number}: it moves what each of them cuts, so that the contour "
+                    "is corrected in the program.",
+                    count=len(self.sharing),
+                    tools=self._sharing_words,
+                    number=self.cut_by[0] or 0,
+                ),
+            )
+        if not self.several:
+            return ()
+        numbers = ", ".join(str(number) for number in sorted({number or 0 for number in self.cut_by}))
+        return (
+            wording(
+                "The contour is cut with the tool offsets {numbers}: it is corrected in the program, since no single "
+                "offset moves all of it.",
+                numbers=numbers,
+            ),
+        )
+
+    @property
+    def _sharing_words(self) -> str:
+        return ", ".join(f"T{word:04d}" for word in self.sharing)
+
+    def by(self, asked: By) -> By:
+        """How to correct. Raises NC-OFFSET where an offset is asked for and there are several, or tools share it."""
+        if not self.several and not self.sharing:
+            return asked
+        if asked == "offset" and self.sharing:
+            raise TrueloopError(
+                Code.NC_OFFSET,
+                f"{len(self.sharing)} tools ({self._sharing_words}) use offset {self.cut_by[0]}: it moves what each of "
+                "them cuts",
+                hint="give the finishing tool an offset number of its own, or leave out `compensation.by`",
+            )
+        if asked == "offset":
+            raise TrueloopError(
+                Code.NC_OFFSET,
+                f"the contour is cut with {len(set(self.calls))} tool offsets: one of them moves a part of it alone",
+                hint='leave out `compensation.by = "offset"`: the contour is corrected then',
+            )
+        return "contour"
+
+
+def contour_tools(program: Program, matched: Commanded, alone: bool = False) -> ContourTools:
+    """The tools of a finish program that was matched with its profile; `alone`: the others are corrected beside it."""
+    path = matched.path
+
+    def of(move: int) -> Called | None:
+        return called(program.dialect, path, move)
+
+    calls = tuple(of(feature.moves[0].move.index) for feature in matched.match.features)
+    if alone:
+        return ContourTools(calls, ())
+    cutting = np.isin(path.motion, (Motion.LINE, Motion.ARC))
+    words, first = np.unique(path.tool[cutting], return_index=True)
+    firsts = zip(words.tolist(), np.flatnonzero(cutting)[first].tolist(), strict=True)
+    by_word = {word: call for word, move in firsts if (call := of(move)) is not None}
+    numbers = {call.number for call in calls if call is not None}
+    others = sorted({call.number for call in by_word.values()} - numbers)
+    return ContourTools(calls, tuple(others), _sharing(program, by_word, set(calls)))
+
+
+def _sharing(program: Program, by_word: Mapping[int, Called], calls: Set[Called | None]) -> tuple[int, ...]:
+    """The T words of several tools that cut with the contour's only offset: T0101 and T0201."""
+    if not program.dialect.offset_in_t or len(calls) > 1:
+        return ()
+    words = sorted(word for word, call in by_word.items() if call in calls and word >= 100)
+    return tuple(words) if len({word // 100 for word in words}) > 1 else ()
 
 
 @dataclass(frozen=True)
@@ -151,3 +265,44 @@ def _offset_variant(
             )
         return None, notes
     return variant, []
+
+
+def write_offsets(
+    writing: Writing, offset_mm: tuple[float, float], tool: int, is_diameter: bool | None
+) -> tuple[bytes, list[ChangedWord]]:
+    """The program with the tool's offset changed by (x as a radius, z), and what changed.
+
+    Raises NC-OFFSET where none can be written around the contour, CMP-READ-BACK if reading it back says so.
+    """
+    if has_local_shift(writing.program):
+        edits = _shifted(writing, offset_mm)
+    else:
+        edits = _updated(writing, offset_mm, tool, is_diameter)
+    return writing.with_edits(edits), changes(writing.program, edits)
+
+
+def _shifted(writing: Writing, offset_mm: tuple[float, float]) -> list[Edit]:
+    program, path, cuts = writing.program, writing.matched.path, _cuts(writing.matched)
+    shifted = shifted_moves(program, path, cuts)
+    edits = shift_edits(program, path, shifted, offset_mm)
+    after = writing.run.of(writing.reread(writing.with_edits(edits)))
+    step_mm = program.dialect.step_mm(bool(path.inch[shifted.first]))
+    require_shift(program, path, after, shifted, cuts, offset_mm, step_mm / 2 + SAME_MM)
+    return edits
+
+
+def _updated(writing: Writing, offset_mm: tuple[float, float], tool: int, is_diameter: bool | None) -> list[Edit]:
+    program, path, lead = writing.program, writing.matched.path, max(_cuts(writing.matched)[0] - 1, 0)
+    state = offset_state(path.coordinate_state(lead), is_diameter)
+    values_mm = tool_offset_updates(program, state, offset_mm, tool)
+    edits = update_edits(program, path, lead, values_mm, tool, is_diameter)
+    after = writing.reread(writing.with_edits(edits))
+    require_same_path(path, writing.run.of(after))
+    require_updates(after, state, values_mm, tool)
+    return edits
+
+
+def _cuts(matched: Commanded) -> tuple[int, int]:
+    """First and last move of the contour, those that only lengthen it included."""
+    moves = [*(cut.move for cut in matched.cuts), *(move.index for move in matched.match.run_out)]
+    return min(moves), max(moves)

@@ -1,11 +1,16 @@
-"""What a correction was made from and by what, as its record keeps it."""
+"""What a correction was made from and by what, as its record keeps it; and what it is in all, and how much of it was in
+force when the measured part was cut.
+"""
 
+from collections.abc import Iterator
 from dataclasses import asdict, replace
 
 import numpy as np
 
 from trueloop import __version__
+from trueloop.domain.cut_with import CutWith
 from trueloop.domain.judged import Judged
+from trueloop.domain.life import Ran
 from trueloop.domain.record import Component, Product, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
 from trueloop.domain.tool_offset import ToolOffset
@@ -13,6 +18,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Composed, Inputs
 from trueloop.loops.turned.from_memory import FromMemory
+from trueloop.loops.turned.paths import Shifts, whole_mm
 from trueloop.loops.turned.programs import Programs
 from trueloop.loops.turned.remembering import history_sha256, is_used
 from trueloop.nc.program.unit import recorded_program, unit_of_path
@@ -20,7 +26,7 @@ from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.program.by_tool import ByTool
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.wording import wording
+from trueloop.wording import Um, listed, wording
 
 
 def id_of(inputs: Inputs) -> str:
@@ -163,3 +169,57 @@ def _components(profile: Profile, touches: ErrorVectors, composed: Composed | No
     names = [profile.names[i] for i in touches.feature_index]
     pairs = zip(composed.comp_mtg_mm.tolist(), composed.comp_proc_mm.tolist(), strict=True)
     return [Component.of(name, point, *pair) for name, point, pair in zip(names, touches.point, pairs, strict=True)]
+
+
+def cumulative_words(inputs: Inputs, matched: Commanded, decision: Decision, shifts: Shifts) -> Iterator[str]:
+    """Of a part that was cut with a correction in force; nothing where none was."""
+    cut = inputs.in_force.cut_with
+    if not cut.corrected:
+        return
+    whole = (
+        _whole_offset_words(cut, decision) if decision.by_offset else _contour_words(inputs, matched, decision, shifts)
+    )
+    yield wording(
+        "The measured part was cut with {what}; this correction takes its place and is the whole one: {whole}.",
+        what=cut.words,
+        whole=whole,
+    )
+    if cut.wear_mm != (0.0, 0.0):
+        x, z = (Um(value, "+.1f") for value in cut.wear_mm)
+        yield wording(
+            "X {x} (radius), Z {z} stand in the control's wear table and stay there: what is written or to be entered "
+            "comes on top of them.",
+            x=x,
+            z=z,
+        )
+
+
+def _whole_offset_words(cut: CutWith, decision: Decision) -> str:
+    whole = [Um(value, "+.1f") for value in decision.whole_offset_mm]
+    before = [Um(value, "+.1f") for value in cut.offset_mm]
+    of = wording("of which X {x}, Z {z} were in force", x=before[0], z=before[1])
+    if cut.ran is Ran.CORRECTED:
+        of = wording("in place of the contour that was in force")
+    return wording("tool offset X {x} (radius), Z {z}, {of}", x=whole[0], z=whole[1], of=of)
+
+
+def _contour_words(inputs: Inputs, matched: Commanded, decision: Decision, shifts: Shifts) -> str:
+    """At the middle of every feature that was measured, along its normal."""
+    kept = np.array(inputs.in_force.cut_with.offset_mm)
+    offset = kept + np.array(whole_mm(decision))
+    found = []
+    for index in dict.fromkeys(inputs.touches.feature_index.tolist()):
+        feature = inputs.profile.features[index]
+        s = feature.length_mm / 2
+        total = float(shifts.contour[index].value_mm(s) + feature.outward_normal(s) @ offset)
+        before = float(feature.outward_normal(s) @ kept)
+        before += float(matched.in_force[index].value_mm(s)) if matched.in_force else 0.0
+        found.append(
+            wording(
+                "{feature} {total}, of which {before} were in force",
+                feature=feature.name,
+                total=Um(total, "+.1f"),
+                before=Um(before, "+.1f"),
+            )
+        )
+    return listed(found)

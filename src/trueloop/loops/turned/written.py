@@ -11,8 +11,13 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded, Run
 from trueloop.loops.turned.paths import Paths
-from trueloop.loops.turned.roughing_stays import require_roughing_stays, then_written_out, with_own_contour
-from trueloop.loops.turned.shared_contour import roughing_stays_notes, shared_contour_notes
+from trueloop.loops.turned.roughing import (
+    require_roughing_stays,
+    roughing_stays_notes,
+    shared_contour_notes,
+    then_written_out,
+    with_own_contour,
+)
 from trueloop.nc.edit.changes import changes
 from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
