@@ -153,6 +153,7 @@ MOST_COUNTED: Final = 1_000_000
 Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False, strict=True)]
 Positive = Annotated[float, Field(gt=0, le=MOST, allow_inf_nan=False, strict=True)]
 NotNegative = Annotated[float, Field(ge=0, le=MOST, allow_inf_nan=False, strict=True)]
+Vector = tuple[Finite, Finite, Finite]
 Share = Annotated[float, Field(gt=0, le=1, strict=True)]
 Count = Annotated[int, Field(ge=1, le=MOST_COUNTED, strict=True)]
 

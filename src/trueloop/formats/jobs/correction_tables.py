@@ -15,6 +15,7 @@ from trueloop.formats.toml_tables import (
     NotNegative,
     Positive,
     Table,
+    Vector,
 )
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
@@ -116,7 +117,6 @@ class CompensationTable(Table):
     """
 
 
-Vector = tuple[Finite, Finite, Finite]
 Signals = dict[str, Finite] | Path
 """Values of a model's signals, or the log whose last row is meant."""
 
@@ -128,13 +128,13 @@ class MachineTable(Table):
     """The model, as `trueloop machine fit` wrote it."""
     serial: str | None = None
     """Refuse a model of a machine with another serial number."""
-    work_zero_mm: Vector
+    work_zero_mm: Vector | None = None
     """Machine coordinates of the program's zero, for a tool of no length, with all that is in force in the finish pass:
-    work offset, G52, G92, TRANS.
+    work offset, G52, G92, TRANS. With set-ups it is stated in each of them.
     """
-    tool_mm: Vector
+    tool_mm: Vector | None = None
     """The programmed point of the tool from the frame of the last axis, as `--tool`. Semi-finish and finish cut are
-    made with this tool.
+    made with this tool. With several tools it is stated in the table of each.
     """
     cutting: Signals = Field(default_factory=dict)
     """Signals of the model during the finish cut, `{ T1 = 24.0 }`, or the CSV log whose last row is meant."""

@@ -4,6 +4,7 @@ Lengths carry their unit in the key, or, for the profile's coordinates, in `part
 file. Unknown keys are refused: a mistyped option must not be an option ignored.
 """
 
+from operator import attrgetter
 from pathlib import Path
 
 from pydantic import Field, model_validator
@@ -28,7 +29,7 @@ from trueloop.formats.toml_tables import (
     read_located,
 )
 from trueloop.memory.edge.options import IN_FULL
-from trueloop.turned.options import Options
+from trueloop.turned.touches.touches import Gauging
 
 
 class OutputTable(Table):
@@ -138,13 +139,34 @@ class Job(Table):
             raise ValueError(f"`feature.{strange[0]}.tool` is none of [[tools]]")
         if several and self.compensation.nose_from:
             raise ValueError("`compensation.nose_from` is of one edge: give `nose_from` of a table [[tools]]")
-        if several and (self.machine is not None or self.part.from_program):
-            raise ValueError("with several tools the profile is drawn or spelt out, and there is no table [machine]")
+        if several and self.part.from_program:
+            raise ValueError("with several tools the profile is drawn or spelt out")
+        return self
+
+    @model_validator(mode="after")
+    def _placed_in_the_machine(self) -> "Job":
+        """Every tool and every program's zero is placed in the machine once."""
+        given = self.machine
+        if given is None:
+            return self
+        tools = [*self.tools, *(tool for one in self.setups for tool in one.tools)]
+        stated = [given.tool_mm] if self.tool is not None else [tool.tool_mm for tool in tools]
+        zeros = [one.work_zero_mm for one in self.setups] or [given.work_zero_mm]
+        if None in stated or (tools and given.tool_mm is not None):
+            where = "each table of tools" if tools else "the table [machine]"
+            raise ValueError(f"with [machine] `tool_mm` is stated in {where}, and nowhere else")
+        if None in zeros or (self.setups and given.work_zero_mm is not None):
+            where = "each table [[setups]]" if self.setups else "the table [machine]"
+            raise ValueError(f"with [machine] `work_zero_mm` is stated in {where}, and nowhere else")
+        if any(one.mirrored_z for one in self.setups):
+            raise ValueError("with [machine] no set-up has `mirrored_z`: which way the machine's Z runs is not known")
+        if tools and options_from(Gauging, self).z_reference is not None:
+            raise ValueError("with [machine] and several tools z is taken at the device, without `gauging.z_reference`")
         return self
 
     @model_validator(mode="after")
     def _contour_for_the_machine(self) -> "Job":
-        if self.machine is not None and options_from(Options, self).by == "offset":
+        if self.machine is not None and attrgetter("by")(self.compensation) == "offset":
             raise ValueError("no tool offset can carry the machine's error: `compensation.by` is to be another")
         return self
 
@@ -156,7 +178,7 @@ class Job(Table):
 
     @model_validator(mode="after")
     def _machine_once(self) -> "Job":
-        stated = self.programs is not None and (self.programs.machine or self.programs.machine_serial)
+        stated = any(one.machine or one.machine_serial for one in self.every_programs)
         if self.machine is not None and stated:
             raise ValueError("leave `programs.machine` and `programs.machine_serial` out: `machine.model` states them")
         return self

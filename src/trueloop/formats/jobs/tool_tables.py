@@ -13,6 +13,7 @@ from trueloop.formats.toml_tables import (
     Moment,
     NotNegative,
     Table,
+    Vector,
 )
 from trueloop.nc.match.cutting_edge import Corner
 from trueloop.nc.program.called import Called
@@ -80,6 +81,8 @@ class ToolsTable(ToolTable):
     """`compensation.cut_to_cut_um` of this edge; left out, that of the job."""
     cut_to_cut_along_um: NotNegative | None = None
     """The same of `compensation.cut_to_cut_along_um`."""
+    tool_mm: Vector | None = None
+    """`machine.tool_mm` of this tool: required where the job has a table [machine]."""
 
     @model_validator(mode="after")
     def _numbered(self) -> "ToolsTable":
@@ -191,6 +194,10 @@ class SetupTable(Table):
     mirrored_z: bool = False
     """The control mirrors Z, as at a sub-spindle: the part is not turned round, and yet the program's +Z points to the
     part's −z. Corrected by the contour alone: what the control makes of the sign of a tool offset is not known.
+    """
+    work_zero_mm: Vector | None = None
+    """`machine.work_zero_mm` of this set-up: required where the job has a table [machine]. Features are touched in the
+    set-up that cuts them, where the machine's probe touches.
     """
     program_sha256: str | None = None
     """SHA-256 of the finish program that was run before probing: another program is refused."""

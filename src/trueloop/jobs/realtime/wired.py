@@ -121,7 +121,7 @@ def _check_offset(table: ToolTable, number: int, unit_mm: float, image: Image, j
     Signs: an offset in force is subtracted from the image's tool point, mm, X as a radius. Raises RTC-HAL.
     """
     machine = job.job.machine
-    if machine is None or image.bank is None or not image.blocks:
+    if machine is None or machine.tool_mm is None or image.bank is None or not image.blocks:
         return
     row = geometry_of(table, row_of(table, number, 1, job.tool.table_name))
     offset = [0.0 if cell is None else float(cell.value) * unit_mm for cell in (row.x, row.z)]

@@ -13,6 +13,7 @@ from trueloop.domain.page_options import PageOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.curve_of_job import fit_notes
+from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
@@ -205,8 +206,18 @@ def _cuts(of: OfSetup, files: JobFiles, read: ReadFiles) -> SetupCuts:
     tables = {tool.called: tool for tool in files.job.tools}
     with_tools = [(own, files if own is None else files.with_tool(tables[own.edge.called])) for own in of.contours]
     frame = of.setup.frame
-    cuts = tuple((own, _placed(inputs_of(one, read), frame)) for own, one in with_tools)
+    placed = [(own, one, replace(read, machine=_of_tool(one, read))) for own, one in with_tools]
+    cuts = tuple((own, _placed(inputs_of(one, of_tool), frame)) for own, one, of_tool in placed)
     return SetupCuts(cuts, frame, of.features, of.calls if frame.name else frozenset())
+
+
+def _of_tool(files: JobFiles, read: ReadFiles) -> PartOnMachine | None:
+    """The machine with the zero of this set-up and with this tool, where the job states these in their tables."""
+    machine, tool = read.machine, files.job.tool
+    if machine is None or not isinstance(tool, ToolsTable):
+        return machine
+    assert tool.tool_mm is not None  # the job is refused without
+    return replace(machine, tool_mm=tool.tool_mm, work_zero_mm=files.work_zero_mm or machine.work_zero_mm)
 
 
 def _placed(inputs: Inputs, frame: SetupFrame) -> Inputs:

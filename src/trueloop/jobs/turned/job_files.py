@@ -42,6 +42,8 @@ class JobFiles:
     located: Located[Job]
     setup: str = ""
     """Name of the set-up that this is of, where the job has several."""
+    work_zero_mm: tuple[float, float, float] | None = None
+    """Machine coordinates of that set-up's zero, where the job has a table [machine]."""
 
     @property
     def job(self) -> Job:
@@ -111,7 +113,7 @@ class JobFiles:
         gauging = self.job.gauging.model_copy(update={"program_sha256": setup.program_sha256})
         own = {"programs": setup.programs, "tools": setup.tools, "setups": (), "feature": decided, "gauging": gauging}
         located = replace(self.located, model=self.job.model_copy(update=own))
-        return replace(self, located=located, setup=setup.name)
+        return replace(self, located=located, setup=setup.name, work_zero_mm=setup.work_zero_mm)
 
     @property
     def of_setups(self) -> tuple["JobFiles", ...]:

@@ -1,6 +1,7 @@
 """A job's table [machine], read: the model, the temperatures, where the part stands."""
 
 from pathlib import Path
+from typing import Final
 
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
@@ -14,9 +15,12 @@ from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import Signals
 from trueloop.machine.model.validity import require_serial
 
+NOWHERE: Final = (0.0, 0.0, 0.0)
+
 
 def read_part_on_machine(sources: Sources, job: Path, given: MachineTable, ball_radius_mm: float) -> PartOnMachine:
-    """The part on its machine. `ball_radius_mm` of the probe, where the table says none.
+    """The part on its machine. `ball_radius_mm` of the probe, where the table says none. Where several tools or set-ups
+    cut it, what places these is stated in their own tables, and takes the place of zeros here.
 
     Raises MCH-FILE for what is no model, MCH-MACHINE for a model of another machine, MCH-HISTORY and MCH-SIGNAL.
     """
@@ -29,9 +33,9 @@ def read_part_on_machine(sources: Sources, job: Path, given: MachineTable, ball_
     return PartOnMachine(
         model=model,
         sha256=sha256_of(file.read_bytes()),
-        work_zero_mm=given.work_zero_mm,
-        tool_mm=given.tool_mm,
-        probe_mm=given.probe_mm or given.tool_mm,
+        work_zero_mm=given.work_zero_mm or NOWHERE,
+        tool_mm=given.tool_mm or NOWHERE,
+        probe_mm=given.probe_mm or given.tool_mm or NOWHERE,
         cutting=cutting,
         semifinish=cutting if given.semifinish is None else _signals(sources, job, model, given.semifinish),
         probing=cutting if given.probing is None else _signals(sources, job, model, given.probing),
