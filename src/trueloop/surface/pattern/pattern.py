@@ -149,7 +149,7 @@ def pattern_of(
             Code.SRF_PARTS,
             f"{len(parts)} parts ({', '.join(map(repr, names)) or 'none'}) make no pattern; {LEAST_PARTS} are the "
             f"least, 10 were used in the published experiment",
-            hint="measure more parts, or correct by one part's model and know that the next part differs from it",
+            hint="measure more parts: `trueloop surface add` keeps each in a store, and a pattern is made of all in it",
         )
     size = size or common_size(_mean_part(parts) or parts)
     again = [
