@@ -112,6 +112,14 @@ def test_a_cut_decided_as_not_made_that_ran_after_all_holds_the_part(shop: Shop)
     assert shop.next() is None
 
 
+def test_a_step_that_a_machine_reports_is_not_recorded_by_hand(shop: Shop) -> None:
+    offer = shop.next()
+    assert offer is not None
+    row = shop.part_of(offer)
+    said = refused(Code.FAC_STATE, lambda: shop.do(ask.RecordStep(shop.order, row, 0, "done"), OPERATOR))
+    assert "at step 0 (semifinish), which is not recorded by hand: remove and measure and release are" in said.message
+
+
 def test_what_runs_is_not_decided_over(shop: Shop) -> None:
     offer = shop.next()
     assert offer is not None

@@ -142,12 +142,21 @@ def _require_next(part: PartNow, step: StepNow, kinds: tuple[BlockKind, ...]) ->
             hint="decide on it first",
             values={"serial": part.value.serial},
         )
-    if part.rejected or part.next is None or part.next.no != step.no or step.kind not in kinds:
-        said = "none" if part.next is None else f"{part.next.no} ({part.next.kind})"
+    if part.rejected or part.next is None:
+        why = "is rejected" if part.rejected else f"is {part.state.value}: no step is left"
+        raise _state(part, f"{why}, and step {step.no} ({step.kind}) cannot be recorded", "name another part")
+    if part.next.no != step.no:
         raise _state(
             part,
-            f"is {part.state.value}: its next step is {said}, not {step.no} ({step.kind})",
+            f"is {part.state.value}: its next step is {part.next.no} ({part.next.kind}), not {step.no} ({step.kind})",
             "take its steps in their order",
+        )
+    if step.kind not in kinds:
+        by_hand = " and ".join(kind.value for kind in kinds)
+        raise _state(
+            part,
+            f"is at step {step.no} ({step.kind}), which is not recorded by hand: {by_hand} are",
+            "its machine reports that step when it has run it",
         )
 
 
