@@ -143,3 +143,13 @@ def test_tangent_paths_that_rounding_keeps_apart_go_over_where_they_join(apart_m
     assert abs(before.end_mm - 3.0) < 0.025 and abs(after.start_mm) < 0.04
     gap = math.dist(before.shifted.centre_mm(before.end_mm), after.shifted.centre_mm(after.start_mm))
     assert gap <= abs(apart_mm) + 1e-9
+
+
+def test_the_perpendicular_beyond_a_free_end_is_beyond_it_at_both_ends() -> None:
+    """Of a line its distance; of an arc of radius 20 cut by a nose of 0.8, by hand: 20.8 sin(s / 20) = 0.5."""
+    line = ShiftedFeature(Line("cylinder", (20.0, 0.0), (20.0, 30.0)), ZERO, 0.8)
+    assert (reaches_mm(line, 0.5, True), reaches_mm(line, 0.5, False)) == pytest.approx((30.5, -0.5))
+    dome = Arc("dome", (20.0, 0.0), (0.0, 20.0), (0.0, 0.0), math.pi / 2)
+    beyond_mm = 20.0 * math.asin(0.5 / 20.8)
+    found = [reaches_mm(ShiftedFeature(dome, ZERO, 0.8), 0.5, at_end) for at_end in (True, False)]
+    assert found == pytest.approx([dome.length_mm + beyond_mm, -beyond_mm])

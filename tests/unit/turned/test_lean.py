@@ -106,16 +106,46 @@ def test_it_fades_towards_a_tangent_neighbour_and_its_slope_follows() -> None:
     differences = (out.value_mm(s + step) - out.value_mm(s - step)) / (2 * step)
     np.testing.assert_allclose(out.slope(s), differences, rtol=1e-4, atol=1e-7)
     assert out.value_mm(3.0) - curve.value_mm(3.0)[0] == pytest.approx(20.0 * curve.slope(3.0)[0] ** 2, rel=1e-9)
+    leaning = np.max(np.abs(out.slope(s) - own.slope(s))) / np.max(np.abs(own.slope(s)))
+    assert leaning == pytest.approx(1.5 / 4, rel=0.05)  # the steepest of 3u² − 2u³ is 3/2, over 4 times the way e'/κ
 
 
-def test_what_is_steeper_than_a_nose_makes_it_asks_for_a_micrometre_at_most() -> None:
+def test_it_fades_at_an_end_that_joins_tangentially_as_well() -> None:
+    profile = checked_profile([*FILLET.features, Line("neck", (30.0, 20.0), (30.0, 40.0))])
+    steep = touched(profile, [40, 4], lambda points, normals: 0.1 * normals[:, 1])
+    curve = fit_profile(profile, steep, FitOptions(knot_every=4)).curves[0]
+    out, own, end = to_take_out(profile, 0, curve), of_curve(curve), FILLET.length_mm
+    near = np.array([end - 1e-4, end])
+    np.testing.assert_allclose(out.value_mm(near), own.value_mm(near), rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(out.slope(near), own.slope(near), rtol=0.0, atol=2e-6)
+    s, step = end - np.linspace(0.01, 0.5, 50), 1e-5
+    differences = (out.value_mm(s + step) - out.value_mm(s - step)) / (2 * step)
+    np.testing.assert_allclose(out.slope(s), differences, rtol=1e-4, atol=1e-7)
+    middle = end - 3.0
+    assert out.value_mm(middle) - own.value_mm(middle) == pytest.approx(-20.0 * own.slope(middle) ** 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("profile", [DOME, EGG], ids=["arc", "ellipse"])
+def test_what_is_steeper_than_a_nose_makes_it_asks_for_a_micrometre_at_most(profile: Profile) -> None:
     """40 µm within 4 mm, nearly as steep as towards the spindle axis on the parts of [6811]: the term would be 2 µm."""
-    vectors = touched(DOME, [60], lambda points, normals: -0.01 * np.maximum(4.0 - points[:, 1], 0.0))
-    curve = fit_profile(DOME, vectors, FitOptions(knot_every=2)).curves[0]
-    s = np.linspace(0.0, DOME.length_mm, 200)
-    term = to_take_out(DOME, 0, curve).value_mm(s) - curve.value_mm(s)
+    vectors = touched(profile, [60], lambda points, normals: -0.01 * np.maximum(4.0 - points[:, 1], 0.0))
+    curve = fit_profile(profile, vectors, FitOptions(knot_every=2)).curves[0]
+    s = np.linspace(0.0, profile.length_mm, 200)
+    term = to_take_out(profile, 0, curve).value_mm(s) - curve.value_mm(s)
     assert np.max(curve.slope(s) ** 2 * 20.0) > 1.2 * MOST_MM
     assert np.max(term) == pytest.approx(MOST_MM)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["convex", "concave"])
+def test_on_a_large_arc_no_nose_errs_by_more_than_a_quarter_of_a_millimetre_a_radian(sign: float) -> None:
+    """e' = 0.002 on R = 200 mm is 0.4 mm/rad: κ (0.25 mm)² = 0.3125 µm is asked for, not e'² R = 0.8 µm."""
+    turn = sign * 0.1
+    start, end = (220.0, 0.0), (220.0 - sign * 200.0 * (1 - np.cos(turn)), 200.0 * np.sin(abs(turn)))
+    profile = checked_profile([Arc("crown", start, end, (220.0 - sign * 200.0, 0.0), turn)])
+    vectors = touched(profile, [41], lambda points, normals: 0.4 * np.arctan2(normals[:, 1], normals[:, 0]))
+    curve = fit_profile(profile, vectors, FitOptions(knot_every=4)).curves[0]
+    term = of_slope(profile, 0, curve).value_mm(np.linspace(2.0, 18.0, 9))
+    np.testing.assert_allclose(term, sign * 0.25**2 / 200.0, rtol=1e-6)
 
 
 def test_a_line_owes_nothing() -> None:

@@ -14,7 +14,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, shifted_contour
-from trueloop.turned.compensation.limits import check_limits, check_nose
+from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset, cut_mm
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled
 from trueloop.turned.compensation.table import correction_table
 
@@ -95,6 +95,24 @@ def test_a_fillet_that_stays_wider_than_the_nose_passes(shift_mm: tuple[float, .
     check_nose(fillet_pieces(*shift_mm))
 
 
+@pytest.mark.parametrize("offset_mm", [(0.0, -0.1502), (0.1502, 0.0), (-0.1502, 0.0)])
+def test_an_offset_is_too_large_in_either_direction(offset_mm: tuple[float, float]) -> None:
+    with pytest.raises(TrueloopError) as refusal:
+        check_offset(offset_mm, Limits(correction_mm=0.15))
+    assert refusal.value.code is Code.CMP_SIZE
+    assert refusal.value.values == pytest.approx({"size_um": 150.2, "limit_um": 150.0})
+    check_offset((0.1499, -0.1499), Limits(correction_mm=0.15))
+
+
+def test_what_is_looked_at_is_what_the_nose_cuts_of_the_feature_itself() -> None:
+    (piece, *_) = fillet_pieces(0.0)
+    length_mm = piece.shifted.feature.length_mm
+    beyond = CentrePiece(piece.shifted, -1.0, length_mm + 1.0)
+    assert (cut_mm(beyond)[0], cut_mm(beyond)[-1]) == (0.0, length_mm)
+    within = CentrePiece(piece.shifted, 0.1, length_mm - 0.1)
+    assert (cut_mm(within)[0], cut_mm(within)[-1]) == (0.1, length_mm - 0.1)
+
+
 def test_a_correction_within_limits_passes() -> None:
     shifts = on_cylinder(-0.1, 0.1)
     check_limits(centre_pieces(PART, shifted_contour(PART, shifts, NOSE_RADIUS_MM)), shifts, Limits())
@@ -127,6 +145,14 @@ def test_a_bump_on_the_edge_alone_is_as_steep_as_ever() -> None:
     with pytest.raises(TrueloopError) as caught:
         edge_check(0.0, lambda phi: 0.02 * np.sin(2 * phi), 0.0)
     assert caught.value.code is Code.CMP_SLOPE and "'edge'" in caught.value.message
+
+
+def test_the_shift_of_the_tool_is_that_of_most_of_the_part() -> None:
+    """An edge of 0.63 mm that alone stands off by 20 µm, beside 30 mm of a cylinder that does not: 50 µm/mm."""
+    with pytest.raises(TrueloopError) as caught:
+        edge_check(0.0, lambda phi: -0.02 * np.cos(phi), 0.0)
+    assert caught.value.code is Code.CMP_SLOPE
+    assert caught.value.values["slope_um_per_mm"] == pytest.approx(50.0, rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -157,3 +157,22 @@ def test_pieces_within_quadrants_are_the_same_arc(start_rad: float, sweep_rad: f
         inner = _points(piece)[50:-50]
         signs = np.sign(inner[np.all(np.abs(inner) > 0.011, axis=1)])
         assert len(np.unique(signs, axis=0)) <= 1
+
+
+@pytest.mark.parametrize(("beyond_mm", "pieces"), [(0.005, 1), (0.02, 2)])
+def test_a_sliver_beyond_a_quadrant_stays_attached(beyond_mm: float, pieces: int) -> None:
+    """A quarter of 90° less 30°, from 30° to the z axis on a radius of 20 mm, and a little more."""
+    angle = np.pi / 6 + beyond_mm / 20.0
+    start, end = ((20.0 * np.sin(a), 20.0 * np.cos(a)) for a in (np.pi / 6, -beyond_mm / 20.0))
+    move = Move((float(start[0]), float(start[1])), (float(end[0]), float(end[1])), (0.0, 0.0), float(angle))
+    assert len(within_quadrants(move)) == pieces
+
+
+def test_no_short_move_is_left_at_the_end() -> None:
+    """Chords of an arc of 20 mm reach 0.4 mm each, 2 √(2 · 20 mm · 1 µm): no rest is below 0.1 mm."""
+    for length_mm in np.arange(2.0, 2.8, 0.02):
+        angle = np.linspace(0.0, length_mm / 20.0, round(length_mm / 0.01) + 1)
+        points = 20.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        tangents = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+        last = as_lines(SampledPath(points, tangents, np.full(len(angle), 1e-3)))[-1]
+        assert np.hypot(*np.subtract(last.end_mm, last.start_mm)) > 0.1 - 1e-9

@@ -93,18 +93,17 @@ def _along_curve(feature: Curve, curve: ErrorCurve) -> Shift:
 
 
 def _per_rad_mm(feature: Feature, curve: ErrorCurve, arc_length_mm: Array) -> Array:
-    """dE/dφ = e′/κ, the way of the contact along the feature, mm; at most `STEEPEST_MM_PER_RAD` in size."""
-    slope, curvature = curve.slope(arc_length_mm), feature.curvature_per_mm(arc_length_mm)
-    bounded = np.abs(slope) < STEEPEST_MM_PER_RAD * np.abs(curvature)
-    steepest = STEEPEST_MM_PER_RAD * np.sign(slope) * np.where(curvature < 0.0, -1.0, 1.0)
-    return np.asarray(np.where(bounded, slope / np.where(bounded, curvature, 1.0), steepest))
+    """The size of dE/dφ = e′/κ, the way of the contact along the feature, mm; at most `STEEPEST_MM_PER_RAD`."""
+    slope, curvature = np.abs(curve.slope(arc_length_mm)), np.abs(feature.curvature_per_mm(arc_length_mm))
+    bounded = slope < STEEPEST_MM_PER_RAD * curvature
+    return np.asarray(np.where(bounded, slope / np.where(bounded, curvature, 1.0), STEEPEST_MM_PER_RAD))
 
 
 def _fade(profile: Profile, index: int, curve: ErrorCurve, feature: Feature) -> Shift:
     """A factor from 0 to 1: within `REACHES` times the way of the contact at the ends that join tangentially."""
     tangent = [False, *(junction.kind is JunctionKind.TANGENT for junction in profile.junctions), False]
     ends = np.array([0.0, feature.length_mm])
-    reach = REACHES * np.abs(_per_rad_mm(feature, curve, ends)) * tangent[index : index + 2]
+    reach = REACHES * _per_rad_mm(feature, curve, ends) * tangent[index : index + 2]
     return product(_smooth(0.0, float(reach[0])), _smooth(feature.length_mm, -float(reach[1])))
 
 
