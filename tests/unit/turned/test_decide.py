@@ -55,6 +55,14 @@ def test_errors_below_the_control_resolution_never_change_the_contour() -> None:
     assert decide(tiny, NORMALS, 1e-7, 8, 1e-4, 1.0).offset_is_enough
 
 
+@pytest.mark.parametrize(("taper_mm", "enough"), [(0.0012, True), (0.0014, False)])
+def test_a_contour_is_written_to_half_a_step(taper_mm: float, enough: bool) -> None:
+    """A taper of ±t is left by any offset; steps of 0.0001 inch, 2.54 µm, are written to within 1.27 µm."""
+    along = taper_mm * np.linspace(-1.0, 1.0, 9)
+    normals = np.tile([1.0, 0.0], (9, 1))
+    assert decide(0.02 + along, normals, 1e-7, 8, 0.00254, 1.0).offset_is_enough == enough
+
+
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
 def test_offset_is_found_on_slanted_features_too(x_mm: float, z_mm: float) -> None:
     angles = np.linspace(0.1, math.pi / 2, 9)

@@ -119,6 +119,7 @@ def decide(
 ) -> Decision:
     """Fits one offset to all touches and tests, axis by axis, what it leaves.
 
+    What it leaves up to half of the control's step `resolution_mm` no contour could be written nearer to.
     `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
     degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`;
     `from_memory`: some of the places were not touched, their errors are from earlier parts. `correlation` (n, n): of
@@ -175,7 +176,7 @@ def _decide_axis(
     largest = float(np.max(np.abs(left)))
     ratio = float(left @ left) / max(n - 1, 1) / sigma_mm**2 if sigma_mm > 0 else float("inf")
     p_value = _upper_tail(ratio, max(n - 1, 1), degrees_of_freedom)
-    enough = largest <= resolution_mm or p_value > SIGNIFICANCE
+    enough = largest <= resolution_mm / 2 or p_value > SIGNIFICANCE
     verdict = (
         wording("the offset is enough and the contour stays as programmed")
         if enough
