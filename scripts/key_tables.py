@@ -16,7 +16,6 @@ from trueloop.domain.option import unit_of
 from trueloop.formats import cell_toml
 from trueloop.formats.jobs import (
     correction_tables,
-    curve_tables,
     job,
     part_tables,
     probe_toml,
@@ -35,11 +34,11 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
     "job-file.md": {
         "[part]": part_tables.PartTable,
         "[[part.feature]]": part_tables.FeatureTable,
-        "[part.feature.asphere]": curve_tables.AsphereTable,
-        "[part.feature.ellipse]": curve_tables.EllipseTable,
-        "[part.feature.polynomial]": curve_tables.PolynomialTable,
-        "[part.feature.spline]": curve_tables.SplineTable,
-        "[part.feature.points]": curve_tables.PointsTable,
+        "[part.feature.asphere]": part_tables.AsphereTable,
+        "[part.feature.ellipse]": part_tables.EllipseTable,
+        "[part.feature.polynomial]": part_tables.PolynomialTable,
+        "[part.feature.spline]": part_tables.SplineTable,
+        "[part.feature.points]": part_tables.PointsTable,
         "[[part.characteristic]]": part_tables.CharacteristicTable,
         "[tool]": tool_tables.ToolTable,
         "[[tools]]": tool_tables.ToolsTable,

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Final
 
-from trueloop.controllers.linuxcnc.cell.task import Task
+from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
 from trueloop.controllers.linuxcnc.session import configuration, started
 
 LONGEST_S: Final = 60.0

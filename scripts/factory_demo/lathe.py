@@ -16,7 +16,7 @@ import numpy as np
 
 from scripts.factory_demo.truth import Metal
 from scripts.running_lathe import RunningLathe, running_lathe
-from trueloop.controllers.linuxcnc.cell.task import Task
+from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
 from trueloop.controllers.linuxcnc.component import virtual_part
 from trueloop.controllers.linuxcnc.session import ProbedPart
 from trueloop.simulator.probe import VirtualProbe

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import FeaturePlace
 
 CLEAR_MM: Final = 1.0
 ALONG, AROUND, ACROSS = 8, 9, 6

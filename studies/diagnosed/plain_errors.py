@@ -6,8 +6,7 @@ import numpy as np
 
 from studies.diagnosed.part_types import Gauged
 from trueloop.arrays import Array
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace
 
 
 def plain_errors(

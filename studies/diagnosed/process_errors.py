@@ -12,7 +12,7 @@ import numpy as np
 from studies.diagnosed.part_types import Gauged, PartType
 from studies.diagnosed.truth import Fault, Truth
 from trueloop.arrays import Array
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import FeaturePlace
 
 SETTINGS: Final = (1.0, -0.6, 0.8, -0.4)
 """An offset after each setting of its tool, in its size."""

@@ -12,7 +12,7 @@ from studies.diagnosed.process_errors import DEEPER, USUAL_DEPTH_MM, Cut, proces
 from studies.diagnosed.truth import Fault, Truth
 from trueloop.arrays import Array
 from trueloop.diagnosis.causes.seen_part import SeenBy
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import FeaturePlace
 
 
 @dataclass(frozen=True)

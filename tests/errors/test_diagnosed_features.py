@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import FeaturePlace
 from trueloop.diagnosis.features.fixturing import fixturing, unstable
 from trueloop.diagnosis.features.seen_points import SeenPoints
 from trueloop.diagnosis.features.undetermined import undetermined

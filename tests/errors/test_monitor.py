@@ -7,7 +7,7 @@ import numpy as np
 from tests.support.series import followed
 from trueloop.errors import Code
 from trueloop.loops.monitor.chart import chart_of
-from trueloop.loops.monitor.facts import PartFacts
+from trueloop.loops.monitor.known import PartFacts
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.monitoring.capability import capability
 

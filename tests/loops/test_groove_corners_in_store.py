@@ -85,7 +85,7 @@ def test_a_finish_cut_without_a_correction_is_of_its_corner_too(tmp_path: Path) 
 def test_mounted_corners_keep_the_names_that_they_were_mounted_by(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """And parts without an arc teach nothing, which is said, and no library complains of matrices without rows."""
+    """Each corner learns its own errors, of its own sign, and no library complains of matrices without rows."""
     monkeypatch.chdir(tmp_path)
     run("db", "init", "trueloop.db")
     for tool, (holder, corner) in MOUNTED.items():
@@ -97,9 +97,15 @@ def test_mounted_corners_keep_the_names_that_they_were_mounted_by(
     assert "DPOTRI" not in "".join(capfd.readouterr())
     said = run("tool", "show", "T15")
     assert "T15 grooving corner 2" in said and "6 cuts kept" in said
-    assert "no part of this edge" not in said
-    history = history_of(store(tmp_path), Edge(Tool(LEFT, "grooving"), corner="1"))
-    assert [part.part_type for part in history] == 3 * ["grooved, T5 (left corner)"]
+    for tool, corner, side, level_um in ((LEFT, "1", "left", 6.0), (RIGHT, "2", "right", -8.0)):
+        history = history_of(store(tmp_path), Edge(Tool(tool, "grooving"), corner=corner))
+        assert [(made.serial, made.part_type) for made in history] == [
+            (f"P{number}", f"grooved, T{tool} ({side} corner)") for number in (1, 2, 3)
+        ]
+        for made in history:
+            floor = [name == f"floor-{side}" for name in made.semifinish.feature]
+            assert sum(floor) == 3
+            assert 1e3 * made.semifinish.error_mm[floor].mean() == pytest.approx(level_um, abs=1.0)
     alike = " ".join(run("tool", "show", "grooving", status=3).split())
     assert "EDG-POCKET: 2 mounted edges go by 'grooving': T5 grooving corner 1; T15 grooving corner 2" in alike
     assert "name one by its number: T5 or T15" in alike

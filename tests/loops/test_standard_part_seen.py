@@ -6,7 +6,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.standard_part import StandardPart
-from trueloop.loops.diagnosis.inspected import Inspected, against_calibrated
+from trueloop.loops.diagnosis.part import Inspected, against_calibrated
 from trueloop.loops.diagnosis.points_of import places_of
 
 PART = Part(PartType("master"), "M1")

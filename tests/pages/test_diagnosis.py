@@ -9,7 +9,7 @@ from scripts.nist_causes import diagnosed
 from tests.pages.test_paper_and_telephone import LOOK
 from tests.support import diagnosis
 from tests.support.chromium import console_errors, dump_dom
-from trueloop.diagnosis.causes.candidate import Diagnosis
+from trueloop.diagnosis.causes.cause import Diagnosis
 from trueloop.diagnosis.causes.seen_part import SeenSeries
 from trueloop.report.diagnosis.page_fixture import fixture_page
 from trueloop.report.diagnosis.page_machine import machine_page

@@ -4,11 +4,9 @@ from typing import Literal
 
 import numpy as np
 
-from trueloop.diagnosis.causes.candidate import Candidate, Diagnosis
-from trueloop.diagnosis.causes.cause import Cause, Over, Sign
+from trueloop.diagnosis.causes.cause import Candidate, Cause, Diagnosis, Over, Sign
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace
 from trueloop.report.diagnosis.machine_shapes import (
     ChangeShape,
     CorrelationShape,

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from trueloop.controllers.linuxcnc.realtime.build import component
+from trueloop.controllers.linuxcnc.realtime.install import component
 from trueloop.controllers.linuxcnc.realtime.sampled import sampled_pins, sampler_lines
 
 UP_S = 30.0

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from trueloop.controllers.linuxcnc.realtime.signals.reader import Reader, ended
-from trueloop.controllers.linuxcnc.realtime.signals.readings import Board, Feed, Reading
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Board, Feed, Reader, Reading, ended
 
 LONGEST_S = 30.0
 

@@ -1,16 +1,19 @@
 """`trueloop mtconnect`: what LinuxCNC does told to agents, and what agents hold read."""
 
+import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.terminal import AsJson
+from trueloop.cli.terminal import AsJson, print_json, print_table
 
 if TYPE_CHECKING:
+    from trueloop.controllers.mtconnect.agent import Seen
     from trueloop.controllers.mtconnect.items import Machine
 
 app = typer.Typer(
@@ -121,14 +124,50 @@ def read(
     as_json: AsJson = False,
 ) -> None:
     """Read what an agent holds: what is current, then what comes, without a gap or with it told."""
-    from trueloop.cli.mtconnect_printed import keep, show
     from trueloop.controllers.mtconnect.agent import for_seconds
     from trueloop.controllers.mtconnect.agent import read as observations
 
     wanted = {one.upper() for one in kind or ()}
     seen = observations(url, for_seconds(seconds), lambda text: typer.echo(f"note: {text}", err=True))
     found = [one for one in seen if not wanted or one.item.type.upper() in wanted]
-    for file in keep(url, found, out, log):
+    for file in _keep(url, found, out, log):
         typer.echo(f"written: {file}", err=True)
     if as_json or (out is None and log is None):
-        show(found, as_json=as_json)
+        _show(found, as_json=as_json)
+
+
+COLUMNS: Final = ("item", "name", "type", "units", "time", "sequence", "value")
+
+
+def _keep(url: str, found: "Sequence[Seen]", out: Path | None, log: Path | None) -> list[Path]:
+    """Writes the files that options name; refuses to overwrite one."""
+    from trueloop.controllers.mtconnect.agent import temperature_log
+    from trueloop.formats.outputs import write_all
+
+    files = [(out, _csv(found))] if out else []
+    files += [(log, temperature_log(url, found))] if log else []
+    written: list[Path] = []
+    for path, text in files:
+        written += write_all(path.parent, [(path.name, text.encode())], [path] if path.exists() else [])
+    return written
+
+
+def _show(found: "Sequence[Seen]", *, as_json: bool) -> None:
+    """Prints a machine's state on stdout."""
+    rows = [_row(one) for one in found]
+    if as_json:
+        print_json({"observations": [dict(zip(COLUMNS, row, strict=True)) for row in rows]})
+    else:
+        print_table(COLUMNS, [[str(cell) for cell in row] for row in rows])
+
+
+def _csv(found: "Sequence[Seen]") -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(_row(one) for one in found)
+    return text.getvalue()
+
+
+def _row(one: "Seen") -> tuple[str | int, ...]:
+    return one.item.id, one.item.name, one.item.type, one.item.units, one.stamp, one.sequence, one.value

@@ -1,13 +1,18 @@
 """`trueloop simulate`: the whole loop on a virtual machine whose errors are known."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import Seed
 from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.units import UM_PER_MM
+
+if TYPE_CHECKING:
+    from trueloop.loops.simulated.simulated import SimulatedPart
+    from trueloop.loops.simulated.study import Study
 
 Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job; its touches say where to touch.")]
 Machine = Annotated[
@@ -25,7 +30,6 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Semi-finish, probe, compensate, finish and measure on the virtual machine: truth beside estimate."""
-    from trueloop.cli import simulated_summary
     from trueloop.jobs.simulated import workshop_and_trial
     from trueloop.loops.simulated.simulated import simulate as simulate_part
     from trueloop.report.turned.simulated import simulated_part_as_dict, study_as_dict
@@ -34,7 +38,7 @@ def simulate(
     if parts == 1:
         with busy("cutting, probing, correcting"):
             part = simulate_part(trial, workshop, seed)
-        print_json(simulated_part_as_dict(part)) if as_json else simulated_summary.print_part(part)
+        print_json(simulated_part_as_dict(part)) if as_json else _print_part(part)
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -51,7 +55,7 @@ def simulate(
             workers=workers,
             progress=lambda done: progress.update(task, completed=done),
         )
-    print_json(study_as_dict(made)) if as_json else simulated_summary.print_study(made)
+    print_json(study_as_dict(made)) if as_json else _print_study(made)
 
 
 app = typer.Typer(no_args_is_help=True, help="Run the loop on LinuxCNC, headless, with a virtual part.")
@@ -74,7 +78,6 @@ def loop(
     """
     from rich.console import Console
 
-    from trueloop.cli import simulated_summary
     from trueloop.controllers.linuxcnc.loop import drive_part
     from trueloop.jobs.simulated import workshop_and_trial
     from trueloop.report.turned.simulated import simulated_part_as_dict
@@ -82,4 +85,40 @@ def loop(
     workshop, trial = workshop_and_trial(job, machine)
     with Console(stderr=True).status("starting") as status:
         driven = drive_part(trial, workshop, seed=seed, feed_override=feed_override, say=status.update)
-    print_json(simulated_part_as_dict(driven.part)) if as_json else simulated_summary.print_part(driven.part)
+    print_json(simulated_part_as_dict(driven.part)) if as_json else _print_part(driven.part)
+
+
+def _print_part(part: "SimulatedPart") -> None:
+    """A row a feature, then what became of the promise."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from trueloop.report.turned.simulated import rms_by_feature_um
+
+    table = Table("feature", box=None, pad_edge=False)
+    for heading in ("touches", "semi-finish\ntruth", "\nprobed", "finish\ntruth", "\nCMM", "\npredicted ±U"):
+        table.add_column(heading, justify="right")
+    for name, touches, columns_um in rms_by_feature_um(part):
+        table.add_row(name, str(touches), *(f"{value:.2f}" for value in columns_um))
+    console = Console(highlight=False, soft_wrap=True)
+    console.print("RMS in µm over the touches of each feature\n")
+    console.print(table)
+    console.print(
+        f"\nTrue residual {part.residual_rms_mm * UM_PER_MM:.2f} µm RMS over {len(part.touches.point)} points, "
+        f"worst {part.residual_worst_mm * UM_PER_MM:.2f} µm; {part.coverage:.0%} of them inside the "
+        "predicted 95 % band."
+    )
+
+
+def _print_study(study: "Study") -> None:
+    """Prints a study as text."""
+    lines = (
+        ("as programmed", "uncorrected_mm"),
+        ("the loop", "loop_mm"),
+        ("tangent paths (junctions = path)", "path_mm"),
+        ("each touch for itself", "raw_mm"),
+    )
+    print(f"True residual after one compensation, {len(study.parts)} parts, RMS in µm")
+    for words, way in lines:
+        print(f"  {words:<34} {study.rms_mm(way) * UM_PER_MM:8.2f}")
+    print(f"The predicted 95 % bands hold {study.coverage:.1%} of the true residuals.")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.features.fixturing import Instability, fixturing, repeats_needed, unstable
+from trueloop.diagnosis.features.fixturing import Instability, fixturing, unstable
 from trueloop.errors import Code, TrueloopError
 
 U = 0.001
@@ -79,15 +79,6 @@ def test_what_is_significant_and_below_the_limit_is_stable() -> None:
     assert finding.code is Code.DIA_UNSTABLE
     assert finding.values["limit_um"] == pytest.approx(2.0)
     assert finding.values["size_um"] == pytest.approx(large.step.value_mm * 1000)
-
-
-@pytest.mark.parametrize("size", [2.0, 3.0, 4.0])
-def test_the_repeats_that_are_needed_find_a_step(size: float) -> None:
-    count = repeats_needed(size * U, U)
-    middle = np.arange(count) >= count // 2
-    found = shown(lambda rng: rng.normal(0, U, count) + size * U * middle, 500)
-    assert 1 - found[Instability.NONE] / 500 > 0.88
-    assert repeats_needed(100 * U, U) == 5
 
 
 def test_too_few_repeats_are_refused() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from trueloop.controllers.links.link import Busy
-from trueloop.controllers.linuxcnc.cell.task import Task
+from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.tool_tables.known import tool_table_of
 

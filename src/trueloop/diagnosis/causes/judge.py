@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.diagnosis.causes.candidate import Candidate, Diagnosis
+from trueloop.diagnosis.causes.cause import Candidate, Diagnosis
 from trueloop.diagnosis.causes.hypotheses import Asked, Hypothesis, acting, asked, log_weights
 from trueloop.diagnosis.causes.seen_part import SeenSeries
 from trueloop.diagnosis.causes.surface import SurfaceErrors, surface_errors

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
 
-from trueloop.diagnosis.features.feature_error import FeatureError
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import FeatureError, FeaturePlace
 from trueloop.diagnosis.features.seen_points import SeenPoints
 
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Integers, by_content
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
-from trueloop.diagnosis.features.feature_error import ErrorKind
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeaturePlace
 from trueloop.diagnosis.features.seen_points import SeenPoints
 from trueloop.estimate.places import Places, joined
 

@@ -13,8 +13,7 @@ from scipy.stats import chi2
 
 from trueloop.arrays import Array
 from trueloop.diagnosis.features.averaged import averaged
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace
 from trueloop.diagnosis.features.form import Form, form_of
 from trueloop.diagnosis.features.seen_points import SeenPoints
 

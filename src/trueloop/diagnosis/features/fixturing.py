@@ -10,7 +10,6 @@ than the device explains, and the pattern that explains them best names the caus
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import ceil
 from typing import Final
 
 import numpy as np
@@ -165,7 +164,7 @@ def fixturing(values_mm: Array, standard_u_mm: float, limit_mm: float | None = N
     too), while readings of a fixturing that holds are normal, independent and repeat to `standard_u_mm`: the spread by
     χ² of n − 1, drift and step as normal. If something is, the pattern is the one of the greatest likelihood with
     ½ ln n taken off a parameter (Schwarz) and ln of what was tried, its scatter at least `standard_u_mm`. Raises
-    DIA-FEW for less than `FEWEST` finite readings; how many a step of some size needs: `repeats_needed`.
+    DIA-FEW for less than `FEWEST` finite readings.
     """
     values = np.asarray(values_mm, dtype=np.float64)
     values = values[np.isfinite(values)]
@@ -186,19 +185,6 @@ def fixturing(values_mm: Array, standard_u_mm: float, limit_mm: float | None = N
     large = [s for s in (spread, drift, step) if s.significant and (limit_mm is None or abs(s.value_mm) > limit_mm)]
     settles = best.settles_after if shows is Instability.WARM_UP else None
     return Fixturing(n, float(values.mean()), spread, drift, step, at, shows, settles, not large, limit_mm)
-
-
-def repeats_needed(size_mm: float, standard_u_mm: float) -> int:
-    """Repeats that find a step of this size in their middle with a probability of 90 %, at least `FEWEST`.
-
-    Its mean differs by size·√n/2 in standard uncertainties. A drift of the same size from end to end needs three times
-    as many.
-    """
-    needed = FEWEST
-    for _ in range(20):
-        critical = stats.norm.isf(EACH / 2.0 / (needed - 1)) + stats.norm.ppf(POWER)
-        needed = max(FEWEST, ceil((2.0 * critical * standard_u_mm / size_mm) ** 2))
-    return needed
 
 
 def unstable(what: str, found: Fixturing) -> Finding | None:

@@ -5,8 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from trueloop.diagnosis.features.averaged import Averaged, averaged
-from trueloop.diagnosis.features.feature_error import ErrorKind
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeaturePlace
 from trueloop.diagnosis.features.form import SMOOTH_PLACES, SPAN, STRAIGHT, WAVES, Form, form_of
 from trueloop.diagnosis.features.seen_points import SeenPoints
 from trueloop.errors import Code, Finding, Severity

@@ -16,8 +16,7 @@ from trueloop.arrays import Array
 from trueloop.diagnosis.evidence import shares
 from trueloop.diagnosis.terms.checks import check
 from trueloop.diagnosis.terms.columns import with_order
-from trueloop.diagnosis.terms.posterior import posterior
-from trueloop.diagnosis.terms.question import Hypothesis, Question, log_evidence, log_grid, question
+from trueloop.diagnosis.terms.question import Hypothesis, Question, log_evidence, log_grid, posterior, question
 from trueloop.diagnosis.terms.residuals import Residuals
 from trueloop.diagnosis.terms.separators import separators
 from trueloop.diagnosis.terms.set_ups import TakenOut

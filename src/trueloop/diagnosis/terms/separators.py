@@ -14,8 +14,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.diagnosis.terms.posterior import Posterior, posterior
-from trueloop.diagnosis.terms.question import Hypothesis, Question
+from trueloop.diagnosis.terms.question import Hypothesis, Posterior, Question, posterior
 from trueloop.diagnosis.terms.set_ups import TakenOut, set_ups
 from trueloop.diagnosis.terms.sets import TermSet
 from trueloop.machine.model.model import State

@@ -6,8 +6,15 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.formats.jobs.curve_tables import AsphereTable, EllipseTable, PointsTable, PolynomialTable, SplineTable
-from trueloop.formats.jobs.part_tables import FeatureTable, PartTable
+from trueloop.formats.jobs.part_tables import (
+    AsphereTable,
+    EllipseTable,
+    FeatureTable,
+    PartTable,
+    PointsTable,
+    PolynomialTable,
+    SplineTable,
+)
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_fit import curve_through, off_points_mm
 from trueloop.geometry.curve_kinds import END_MM, Point, asphere, b_spline, between_ends, ellipse, power_series

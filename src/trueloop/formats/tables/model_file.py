@@ -15,12 +15,11 @@ from trueloop.formats.record_file import read_json
 from trueloop.machine.drift import DriftModel, Member
 from trueloop.machine.model.chain import Axis, AxisKind, Chain
 from trueloop.machine.model.history import Lag
-from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.model import Acceptance, Machine, MachineModel, Version
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import PositionBasis
 from trueloop.machine.model.term import Part, Term
 from trueloop.machine.model.validity import require_in_force
-from trueloop.machine.model.version import Acceptance, Version
 
 DRIFT_FILE_FORMAT: Final = "trueloop drift model 1"
 DRIFT_FILE_HINT: Final = "make one with `trueloop machine drift-fit`"

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import FeaturePlace
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.diagnose.both import given_model
 from trueloop.jobs.diagnose.records import Records, read_records

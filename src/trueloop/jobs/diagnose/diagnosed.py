@@ -8,8 +8,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.diagnose.asked import Asked, sources_of
 from trueloop.jobs.diagnose.records import part_named, types_of
 from trueloop.jobs.diagnose.seen_series import parts_of
-from trueloop.loops.diagnosis.part import diagnose_part
-from trueloop.loops.diagnosis.series import diagnose_series
+from trueloop.loops.diagnosis.part import diagnose_part, diagnose_series
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
 from trueloop.report.diagnosis.values import part_shape, series_shape
 from trueloop.storage.store import Store

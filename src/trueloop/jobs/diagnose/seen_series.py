@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart
-from trueloop.diagnosis.features.feature_error import ErrorKind
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeaturePlace
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import CmmPoint, Inspection
@@ -19,7 +18,7 @@ from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.book import read_book
 from trueloop.jobs.diagnose.both import GivenModel, both_seen
 from trueloop.jobs.diagnose.records import Records, tool_of
-from trueloop.loops.diagnosis.inspected import Inspected
+from trueloop.loops.diagnosis.part import Inspected
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.series import When, identity_of, parts_in_order, sizes_of
 from trueloop.loops.turned import correction as turned

@@ -27,8 +27,7 @@ from trueloop.machine.identify.identify import Identification
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.history import check_lags_given, signals_at_end
-from trueloop.machine.model.model import MachineModel
-from trueloop.machine.model.version import Acceptance, Version
+from trueloop.machine.model.model import Acceptance, MachineModel, Version
 from trueloop.machine.refine.refine import Refined, require_better
 from trueloop.report.machine.page import machine_page
 

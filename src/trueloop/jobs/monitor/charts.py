@@ -16,7 +16,7 @@ from trueloop.factory.book import Book, only_type, read_book
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.monitor.gauges import failed_checks
 from trueloop.loops.monitor.chart import MonitoredSeries, chart_of
-from trueloop.loops.monitor.facts import PartFacts
+from trueloop.loops.monitor.known import PartFacts
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.series import Made

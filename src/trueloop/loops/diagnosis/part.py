@@ -1,19 +1,69 @@
-"""One part diagnosed: feature errors by device, components at its points, causes as far as one part tells."""
+"""Diagnoses of one part and of a series: feature errors by device, components at points, fixturing, causes."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from trueloop.diagnosis.causes.candidate import Diagnosis
+from trueloop.diagnosis.causes.cause import Diagnosis
 from trueloop.diagnosis.causes.judge import judge
-from trueloop.diagnosis.causes.seen_part import SeenPart, SeenSeries
+from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.components import Components
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.errors_of import errors_of
+from trueloop.diagnosis.features.feature_error import FeaturePlace
+from trueloop.diagnosis.features.seen_points import SeenPoints
 from trueloop.diagnosis.features.undetermined import undetermined
 from trueloop.diagnosis.part_frame import FrameDiscrepancy
-from trueloop.errors import Code, Finding, Severity
-from trueloop.loops.diagnosis.inspected import Inspected
+from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.part import Part
+from trueloop.domain.standard_part import StandardPart
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.loops.diagnosis.left_on_parts import BothSeen
+from trueloop.loops.diagnosis.points_of import points_of
 from trueloop.loops.diagnosis.repeats import repeats_of, require_stable
 from trueloop.machine.model.model import MachineModel
+
+
+@dataclass(frozen=True, eq=False)
+class Inspected:
+    """One part: how it was made, without errors; what each kind of device found; its calibration if it is standard.
+
+    `both` is there where both devices saw the same points and the model of the machine is known.
+    """
+
+    part: Part
+    made: SeenPart
+    seen: Mapping[SeenBy, Inspection]
+    standard: StandardPart | None = None
+    both: BothSeen | None = None
+
+    def points(self, places: Mapping[str, FeaturePlace]) -> dict[SeenBy, SeenPoints]:
+        """By who saw them; of a standard part errors are actual less calibrated."""
+        seen = {by: points_of(against_calibrated(one, self.standard), places) for by, one in self.seen.items()}
+        return {by: points for by, points in seen.items() if points.feature}
+
+    def with_errors(self, places: Mapping[str, FeaturePlace]) -> SeenPart:
+        """As a diagnosis of causes takes it."""
+        points = self.points(places)
+        errors = {by: errors_of(some, places) for by, some in points.items()}
+        return replace(self.made, errors=errors, points=points)
+
+
+def against_calibrated(one: Inspection, standard: StandardPart | None) -> Inspection:
+    """An inspection whose readings are off nominal by as much as they are off their calibrated values.
+
+    Errors count from the nominal shape: a calibrated part is not nominal itself. Readings without a calibrated value,
+    or of which neither has the nominal one, are left out.
+    """
+    if standard is None:
+        return one
+    known = {value.characteristic: value for value in standard.values}
+    values = []
+    for value in one.values:
+        if isinstance(value, Reading) and (calibrated := known.get(value.characteristic)) is not None:
+            nominal = calibrated.nominal if value.nominal is None else value.nominal
+            if nominal is not None:
+                actual = value.actual - calibrated.actual + nominal
+                values.append(replace(value, actual=actual, nominal=nominal))
+    return replace(one, values=tuple(values), count=len(values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,3 +121,40 @@ def of_part(found: Diagnosis, part: SeenPart) -> Diagnosis:
     shown = {error.feature for errors in part.errors.values() for error in errors}
     own = tuple(one for one in found.candidates if not one.features or shown & set(one.features))
     return replace(found, candidates=own)
+
+
+LEAST_PARTS = 2
+
+
+@dataclass(frozen=True)
+class SeriesDiagnosis:
+    """Of one series."""
+
+    series: SeenSeries
+    causes: Diagnosis
+    findings: tuple[Finding, ...]
+
+
+def diagnose_series(
+    parts: Sequence[Inspected], places: Mapping[str, FeaturePlace], accept: Collection[str] = ()
+) -> SeriesDiagnosis:
+    """Of parts in cutting order.
+
+    Raises DIA-FEW for one part, DIA-UNSTABLE for a fixturing that does not hold, unless it is accepted: while it does
+    not, nothing else is concluded [4773 §4.1].
+    """
+    cut = [one for one in parts if not one.made.standard]
+    if len(cut) < LEAST_PARTS:
+        raise TrueloopError(
+            Code.DIA_FEW,
+            f"{len(cut)} parts were inspected, {LEAST_PARTS} at least tell what repeats from part to part",
+            hint="`trueloop diagnose part SERIAL` shows the errors of one part",
+            values={"count": len(cut), "needed": LEAST_PARTS},
+        )
+    repeats = [
+        (one.part.serial, r) for one in parts for points in one.points(places).values() for r in repeats_of(points)
+    ]
+    findings = require_stable(repeats, accept)
+    series = SeenSeries(places, tuple(one.with_errors(places) for one in parts))
+    found = judge(series)
+    return SeriesDiagnosis(series, found, (*findings, *found.findings))

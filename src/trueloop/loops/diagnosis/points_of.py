@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import FeaturePlace
 from trueloop.diagnosis.features.seen_points import SeenPoints
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch

@@ -8,11 +8,10 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
-from trueloop.diagnosis.causes.candidate import Candidate, Diagnosis
+from trueloop.diagnosis.causes.cause import Candidate, Diagnosis
 from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.monitor.facts import PartFacts
-from trueloop.loops.monitor.known import known, only
+from trueloop.loops.monitor.known import PartFacts, known, only
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.tracked import Tracked, TrackedPart
 from trueloop.monitoring.capability import SHARE_OF_FREEDOM, Capability, capability

@@ -4,18 +4,39 @@ Shapes are over the whole series (n,); a part that the fact does not touch has 0
 the baseline, so that what was there in the baseline already (wear, warmth) is counted from its mean too.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array, Flags
-from trueloop.domain.life import EdgeEventKind
-from trueloop.loops.monitor.facts import PartFacts
+from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind
 from trueloop.loops.post_process.series import Made
 from trueloop.monitoring.explain import Explanation
 from trueloop.wording import Um, Wording, wording
+
+
+@dataclass(frozen=True)
+class PartFacts:
+    """One part, in cutting order. `events`: of its edge since the part before. `proposals`: accepted since then.
+
+    `minutes` is what its edge had cut before it; None: not known. `temperatures` in °C by sensor. `failed`: that the
+    last check of the device by which it was measured failed, in words; empty: it did not, or there was none.
+    """
+
+    serial: str
+    at: datetime | None = None
+    cut: Cut | None = None
+    events: tuple[EdgeEvent, ...] = ()
+    proposals: tuple[str, ...] = ()
+    minutes: float | None = None
+    temperatures: Mapping[str, float] = field(default_factory=dict)
+    device: str = ""
+    failed: str = ""
+
 
 WARMER_K: Final = 0.5
 """A temperature is outside the baseline's where it is beyond its range by more."""

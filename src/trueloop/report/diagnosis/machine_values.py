@@ -3,7 +3,7 @@
 import math
 from typing import Literal
 
-from trueloop.machine.model.version import Version
+from trueloop.machine.model.model import Version
 from trueloop.machine.refine.judged import LeftOut
 from trueloop.machine.refine.left import Change
 from trueloop.machine.refine.refine import Refined

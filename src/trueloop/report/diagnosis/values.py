@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from statistics import fmean, stdev
 from typing import Final
 
-from trueloop.diagnosis.causes.candidate import Candidate, Diagnosis
+from trueloop.diagnosis.causes.cause import Candidate, Diagnosis
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.components import Components
 from trueloop.diagnosis.features.feature_error import FeatureError

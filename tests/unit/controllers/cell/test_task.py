@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from trueloop.controllers.linuxcnc.cell.task import Task
+from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
 from trueloop.controllers.linuxcnc.cell.temperatures import Temperature, read_pins
 
 

@@ -13,7 +13,7 @@ from trueloop.diagnosis.causes.hypotheses import asked
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.causes.surface import SurfaceErrors, surface_errors
 from trueloop.diagnosis.causes.ways import Way, block_of, ways
-from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.feature_error import FeaturePlace
 from trueloop.diagnosis.features.seen_points import SeenPoints
 
 PLACES = {

@@ -1,4 +1,4 @@
-"""The component put where LinuxCNC finds its modules."""
+"""Compiles the component around the object file that comes with trueloop, and installs it for LinuxCNC."""
 
 import os
 import re
@@ -6,13 +6,38 @@ import shlex
 import subprocess
 import tempfile
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Final
 
-from trueloop.controllers.linuxcnc.component import require_linuxcnc
-from trueloop.controllers.linuxcnc.realtime.build import component, sources
+from trueloop import _core
+from trueloop.controllers.linuxcnc.component import compiled, require_linuxcnc, source
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.outputs import write_all
+
+OBJECT: Final = "trueloop_rtec.o"
+
+
+def sources() -> dict[str, bytes]:
+    """All that is compiled, by file name."""
+    return {
+        "rtec.comp": source("realtime/rtec.comp").encode(),
+        "rtec.h": _core.realtime_header().encode(),
+        OBJECT: _core.realtime_library(),
+    }
+
+
+@cache
+def component() -> bytes:
+    """rtec.so. Raises RTC-BUILD with the compiler's words, CTL-LINUXCNC where LinuxCNC is missing."""
+    return compiled("rtec", sources(), f"-Wl,--gc-sections {{folder}}/{OBJECT}", Code.RTC_BUILD)
+
+
+@cache
+def recorder() -> bytes:
+    """recorder.so: for sessions that are judged. Raises RTC-BUILD, CTL-LINUXCNC."""
+    return compiled("recorder", {"recorder.comp": source("realtime/recorder.comp").encode()}, code=Code.RTC_BUILD)
+
 
 MODULE: Final = "rtec.so"
 OF_LINUXCNC: Final = "hal_lib.so"

@@ -24,7 +24,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.component import source
-from trueloop.controllers.linuxcnc.realtime.build import component, recorder
+from trueloop.controllers.linuxcnc.realtime.install import component, recorder
 from trueloop.controllers.linuxcnc.session import Progress, answer, configuration, play
 from trueloop.errors import Code, TrueloopError
 

@@ -9,8 +9,7 @@ from typing import Final, Literal
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import Vector
 from trueloop.formats.inspections.measured_file import Remark
-from trueloop.formats.inspections.qif.elements import Element
-from trueloop.formats.inspections.qif.own import kept_in
+from trueloop.formats.inspections.qif.elements import Element, kept_in
 from trueloop.formats.inspections.qif.units import Units
 from trueloop.formats.inspections.shared.text import NUMBER
 

@@ -12,8 +12,7 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Values
 from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
-from trueloop.formats.inspections.qif.elements import Element, encoding_of, records
-from trueloop.formats.inspections.qif.own import place_in
+from trueloop.formats.inspections.qif.elements import Element, encoding_of, place_in, records
 from trueloop.formats.inspections.qif.plan import Item, Parts, Plan, plan_of
 from trueloop.formats.inspections.qif.results import Result, ResultSet, take, traced
 from trueloop.formats.inspections.qif.units import Units, units_of

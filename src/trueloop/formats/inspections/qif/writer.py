@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import PartType
-from trueloop.formats.inspections.qif.own import KEPT, kept_of, written_kind
+from trueloop.formats.inspections.qif.elements import KEPT, kept_of, written_kind
 from trueloop.formats.inspections.shared.checks import within
 
 NAMESPACE: Final = "http://qifstandards.org/xsd/qif3"

@@ -16,8 +16,7 @@ from trueloop.formats.inspections.tables.header import Header
 from trueloop.formats.inspections.tables.headings import KNOWN, plain
 from trueloop.formats.inspections.tables.long import Long
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
-from trueloop.formats.inspections.tables.roles import Role
-from trueloop.formats.inspections.tables.units import LENGTH_MM, unit_stated_in
+from trueloop.formats.inspections.tables.roles import LENGTH_MM, Role, unit_stated_in
 from trueloop.units import MM_PER_INCH
 
 TITLES: Final = (Role.PART, Role.SERIAL, Role.DATE, Role.TIME, Role.OPERATOR, Role.DEVICE)

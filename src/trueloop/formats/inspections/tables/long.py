@@ -9,8 +9,7 @@ from trueloop.formats.inspections.tables.grid import Grid, Row, is_empty
 from trueloop.formats.inspections.tables.header import Header, is_unit_row
 from trueloop.formats.inspections.tables.headings import names_in, plain
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
-from trueloop.formats.inspections.tables.roles import LENGTHS, Role
-from trueloop.formats.inspections.tables.units import unit_in_heading, unit_named, without_unit
+from trueloop.formats.inspections.tables.roles import LENGTHS, Role, unit_in_heading, unit_named, without_unit
 
 SUMMARIES: Final = frozenset(
     names_in(

@@ -25,8 +25,7 @@ from trueloop.formats.inspections.tables.headings import names_in, plain
 from trueloop.formats.inspections.tables.long import Long
 from trueloop.formats.inspections.tables.mapping import HINT
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
-from trueloop.formats.inspections.tables.roles import LENGTHS, Role
-from trueloop.formats.inspections.tables.units import unit_named
+from trueloop.formats.inspections.tables.roles import LENGTHS, Role, unit_named
 from trueloop.formats.inspections.tables.values import (
     Numbers,
     factor_of,

@@ -13,8 +13,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Unit
 from trueloop.formats.inspections.shared.text import NUMBER, number_in
 from trueloop.formats.inspections.tables.long import Long
-from trueloop.formats.inspections.tables.roles import Role
-from trueloop.formats.inspections.tables.units import ANGLE_DEG, LENGTH_MM, unit_named
+from trueloop.formats.inspections.tables.roles import ANGLE_DEG, LENGTH_MM, Role, unit_named
 
 PLAIN: Final = frozenset("0123456789+-.,eE")
 DRESSED: Final = re.compile(rf"([ØøR⌀∅±n]?)\s*({NUMBER.pattern})\s*(\S*(?: \S+)?)")

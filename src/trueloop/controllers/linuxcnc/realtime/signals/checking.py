@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from trueloop.controllers.linuxcnc.realtime.signals.component import Collector
-from trueloop.controllers.linuxcnc.realtime.signals.reader import ended
-from trueloop.controllers.linuxcnc.realtime.signals.readings import Reading
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Reading, ended
 from trueloop.controllers.linuxcnc.realtime.signals.setup import Setup
 from trueloop.realtime.image import Signal
 

@@ -15,8 +15,7 @@ from typing import Any, Final
 
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import Pins
 from trueloop.controllers.linuxcnc.realtime.signals.past import Past
-from trueloop.controllers.linuxcnc.realtime.signals.reader import Reader, Say, ended
-from trueloop.controllers.linuxcnc.realtime.signals.readings import NOTHING, Board, Reading, wait
+from trueloop.controllers.linuxcnc.realtime.signals.readings import NOTHING, Board, Reader, Reading, Say, ended, wait
 from trueloop.controllers.linuxcnc.realtime.signals.setup import Setup
 from trueloop.errors import TrueloopError
 from trueloop.formats.realtime.signal_log import SignalLog

@@ -5,8 +5,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from trueloop.controllers.linuxcnc.realtime.signals.reader import Say
-from trueloop.controllers.linuxcnc.realtime.signals.readings import Board, Reading, wait
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Board, Reading, Say, wait
 from trueloop.errors import TrueloopError
 from trueloop.formats.realtime.signal_log import SignalLog
 from trueloop.machine.model.history import Lag

@@ -1,0 +1,76 @@
+"""`trueloop docs`, `trueloop examples` and `trueloop explain`: manual, examples and error codes."""
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import AsJson, print_json
+
+
+@guarded
+def docs(
+    words: Annotated[list[str] | None, typer.Argument(help="What to search for; left out, the first page.")] = None,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port to serve at; 0: any that is free.")] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
+) -> None:
+    """Show the manual in the browser, served to this machine alone until Ctrl-C; no network is needed."""
+    from trueloop.server import manual
+
+    with manual.listening(manual.require_built(manual.folder()), port) as server:
+        found = manual.address(server, " ".join(words or ()))
+        typer.echo(f"the manual is at {found} (Ctrl-C ends it)")
+        if not no_browser:
+            import webbrowser
+
+            webbrowser.open(found)
+        with suppress(KeyboardInterrupt):
+            server.serve_forever()
+
+
+@guarded
+def examples(
+    names: Annotated[list[str] | None, typer.Argument(metavar="NAME", help="Which; left out, they are listed.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The folder that gets them.  [default: examples]")
+    ] = None,
+) -> None:
+    """Copy examples that come with trueloop into folders of your own, or list them."""
+    from trueloop.formats.examples import copy_example, titles
+
+    known = titles()
+    for name in names or ():
+        if name not in known:
+            raise typer.BadParameter(f"{name!r} is none of {', '.join(known)}", param_hint="'NAME'")
+    for name in names or ():
+        folder = (output or Path("examples")) / name
+        typer.echo(f"written: {folder}, {copy_example(name, folder)} files")
+    if not names:
+        for name, title in known.items():
+            typer.echo(f"{name:10} {title}")
+
+
+@guarded
+def explain(
+    code: Annotated[str, typer.Argument(metavar="CODE", help="As a message names it: CMP-SIZE.")],
+    as_json: AsJson = False,
+) -> None:
+    """Show what an error code is about, and which values its errors carry."""
+    from difflib import get_close_matches
+
+    from trueloop.errors import Code
+
+    name = code.upper().replace("_", "-")
+    if name not in Code.__members__.values():
+        near = get_close_matches(name, [str(one) for one in Code], n=3)
+        meant = f"did you mean {' or '.join(near)}?" if near else "docs/errors.md lists all of them"
+        raise typer.BadParameter(f"{code!r} is no error code; {meant}", param_hint="'CODE'")
+    found = Code(name)
+    if as_json:
+        print_json({"code": found, "meaning": found.meaning, "values": list(found.values)})
+        return
+    typer.echo(f"{found}: {found.meaning}.")
+    if found.values:
+        typer.echo(f"Values, in the JSON of a message: {', '.join(found.values)}.")
