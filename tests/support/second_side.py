@@ -219,8 +219,9 @@ def job(
     ]
     (folder / "touches.csv").write_text("\n".join(["point,feature,nominal_x_mm,nominal_z_mm,error_um", *rows, ""]))
     of_first = f"[[setups.tools]]\nnumber = {FIRST}\nnose_radius_mm = {NOSE_MM[FIRST]}\n"
-    setups = setup_toml("first", "zero_at_z_mm = 0.0", "linuxcnc", of_first)
-    setups += setup_toml("second", STATES[frame], "linuxcnc", tools_toml(frame, exchanged))
+    given = 'cut_with = "given"\n'
+    setups = setup_toml("first", "zero_at_z_mm = 0.0", "linuxcnc", of_first, given)
+    setups += setup_toml("second", STATES[frame], "linuxcnc", tools_toml(frame, exchanged), given)
     (folder / "job.toml").write_text(
         f'[part]\nname = "second side"\n{PROFILE}{setups}[gauging]\ntouches = "touches.csv"\n{more}'
     )
