@@ -21,8 +21,8 @@ from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, choose
 from trueloop.turned.fit.conditions import chain_conditions
 from trueloop.turned.fit.line_fit import fit_lines
 from trueloop.turned.fit.options import FitOptions
-from trueloop.turned.fit.prior import gauged
 from trueloop.turned.fit.prior.gauged_fit import fit_gauged, is_supported
+from trueloop.turned.fit.prior.part_state import part_state
 from trueloop.turned.fit.prior.remembered import Remembered
 from trueloop.turned.fit.prior.remembered_fit import fit_remembered
 from trueloop.turned.fit.prior.untouched_fit import fit_untouched
@@ -57,14 +57,14 @@ def _with_gauged(
     profile: Profile, vectors: ErrorVectors, options: FitOptions, touched: dict[int, ChainFit]
 ) -> dict[int, ChainFit]:
     """The fits of all chains: those without a touch take values from touched neighbours alone, else from readings."""
-    chains, seen = chains_of(profile), gauged.known(profile, vectors)
+    chains, state = chains_of(profile), part_state(profile, vectors)
     fits, tangent = dict(touched), replace(options, junctions=TangentPolicy.PATH)
     for i in sorted(set(range(len(chains))) - set(touched), key=lambda i: chains[i].curved):
         of_touched = chain_conditions(profile, chains, i, touched, options)
         ends = chain_conditions(profile, chains, i, fits, tangent)[0] if chains[i].curved else of_touched[0]
-        supported = is_supported(profile, chains[i], vectors, seen)
-        fits[i] = fit_gauged(profile, chains[i], vectors, seen, ends, of_touched, supported)
-    fits[0] = replace(fits[0], notes=(*fits[0].notes, *seen.contradicted()))
+        supported = is_supported(profile, chains[i], vectors, state)
+        fits[i] = fit_gauged(profile, chains[i], vectors, state, ends, of_touched, supported)
+    fits[0] = replace(fits[0], notes=(*fits[0].notes, *state.contradicted()))
     return {i: fits[i] for i in range(len(chains))}
 
 

@@ -25,7 +25,6 @@ import numpy as np
 from trueloop.domain.characteristic import Quantity
 from trueloop.geometry.feature import Arc
 from trueloop.geometry.profile import Profile
-from trueloop.turned.fit.prior.gauged import TAPER
 from trueloop.turned.readings.matched import MatchedReading
 from trueloop.turned.readings.nominal import CORRECTED, FACES_Z, arc_length_of, nominal_of, tilt_rad
 from trueloop.turned.readings.plausibility import check_places, check_sizes
@@ -34,6 +33,9 @@ from trueloop.turned.touches.touches import Gauging
 
 PLACED_BY_HAND_MM: Final = 0.3
 """Standard uncertainty of the z at which a gauge is held by hand: within half a millimetre, any place alike."""
+TAPER: Final = 50e-6
+"""Taper of a part, one standard deviation, radius over length: 10 µm on the diameter in 100 mm. Acceptance tests of
+lathes allow 20 µm on the diameter in 300 mm when new and warm (ISO 1708, ISO 13041; from memory)."""
 ROUND: Final = 33
 """Places on an arc over which its radius is taken."""
 AT_ZERO_MM: Final = 1e-6

@@ -1,12 +1,13 @@
-"""The curve of a chain that no probe touched, from the readings of gauges (`gauged`).
+"""The curve of a chain that no probe touched, from the readings of gauges (`part_state`).
 
-A line's error is straight in arc length, and its curve holds what the readings say without loss; an arc's is carried
-over to a cubic spline as that of any feature without a touch is. Neighbours that join tangentially have one value
+A line is corrected by a straight line where that is near enough to what the readings show, else its curve is carried
+over to a cubic spline, as that of any arc without a touch is. Neighbours that join tangentially have one value
 where they meet; an arc has their slope there too: a kink that nobody measured is not cut, least of all into a fillet,
 which the nose would not reach.
 """
 
 from dataclasses import astuple, replace
+from typing import Final
 
 import numpy as np
 
@@ -14,28 +15,31 @@ from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.chain import Chain
 from trueloop.turned.fit.chain_fit import ChainFit, Sources, own_fit, touches_of
-from trueloop.turned.fit.knots import fit_determined
-from trueloop.turned.fit.prior.gauged import Known, Places
-from trueloop.turned.fit.prior.untouched import NOISE_MM, SUPPORTED
+from trueloop.turned.fit.knots import Knots, fit_determined
+from trueloop.turned.fit.prior.part_state import PartState
+from trueloop.turned.fit.prior.untouched import SUPPORTED
 from trueloop.turned.fit.prior.untouched_fit import chain_knots, chain_samples, name_of, root_of, through
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 
+STRAIGHT_MM: Final = 0.0005
+"""Every bend makes the program longer: a line this near to straight is straight."""
 
-def is_supported(profile: Profile, chain: Chain, vectors: ErrorVectors, seen: Known) -> bool:
+
+def is_supported(profile: Profile, chain: Chain, vectors: ErrorVectors, state: PartState) -> bool:
     """Whether the readings say enough of a chain to move it."""
     if np.any(np.isin(vectors.feature_index, chain.features)):
         return True
     _, index, along = chain_samples(profile, chain)
-    return seen.at(Places.of(profile, index, along))[2] >= SUPPORTED
+    return state.explained(index, along) >= SUPPORTED
 
 
 def fit_gauged(
     profile: Profile,
     chain: Chain,
     vectors: ErrorVectors,
-    seen: Known,
+    state: PartState,
     ends: EndConditions,
     touched: tuple[EndConditions, Sources],
     supported: bool,
@@ -47,30 +51,39 @@ def fit_gauged(
     """
     conditions, sources = touched
     s, index, along = chain_samples(profile, chain)
-    mean, covariance, _ = seen.at(Places.of(profile, index, along))
+    found = state.at(index, along)
+    mean, covariance = found.mean_mm, found.covariance_mm2
     held = np.array([conditions.start_value_mm is not None, conditions.end_value_mm is not None])
     rows = touches_of(profile, chain, vectors)
     mean, covariance = through(mean if supported else np.zeros_like(s), covariance, held, conditions)
     mean = _faded(s / chain.length_mm, mean, ends)
     root = root_of(covariance)
     once = np.append(np.diff(s) > 0.0, True)  # a joint is sampled from both sides
-    degree = 3 if chain.curved else 1
-    knots = chain_knots(chain, s)
-    fit, kept = fit_determined(s[once], mean[once], knots, chain.length_mm, degree, _with_ends(ends, mean))
+    straight = not chain.curved and _is_straight(chain, s[once], mean[once], np.linalg.norm(root[once], axis=1))
+    degree, knots = 1 if straight else 3, chain_knots(replace(chain, curved=not straight), s)
+    at_ends, zero = (ends, _zero(conditions)) if straight else (_with_ends(ends, mean), None)
+    fit, kept = fit_determined(s[once], mean[once], knots, chain.length_mm, degree, at_ends)
     columns = [
-        fit_determined(s[once], one[once], kept, chain.length_mm, degree, _with_ends(_zero(conditions), one))[0]
+        fit_determined(s[once], one[once], kept, chain.length_mm, degree, zero or _with_ends(_zero(conditions), one))[0]
         for one in root.T
     ]
     residual = rows.error_mm - fit.spline.of(fit.spline.value_form(rows.arc_length_mm))
     return replace(
         own_fit(chain, rows, fit, sources, _note(profile, chain, supported, len(rows.positions), mean, root)),
         residual_mm=residual,
-        leave_one_out_mm=_left_out(vectors, rows.positions, seen),
+        leave_one_out_mm=_left_out(vectors, rows.positions, state),
         spare=0,
         from_model_mm=np.column_stack([one.spline.coefficients_mm for one in columns]),
         unsupported=not supported and not held.any(),
-        scatter_mm=NOISE_MM,
+        scatter_mm=state.updated.state.sizes["repeatability"],
     )
+
+
+def _is_straight(chain: Chain, s: Array, mean: Array, u: Array) -> bool:
+    """Whether straight lines along a chain are within a standard uncertainty, or half a micrometre, of the mean."""
+    knots = Knots((), chain.joints_mm, 1)
+    line, _ = fit_determined(s, mean, knots, chain.length_mm, 1, EndConditions())
+    return bool(np.all(np.abs(line.residual_mm) <= np.maximum(u, STRAIGHT_MM)))
 
 
 def _faded(share: Array, mean: Array, ends: EndConditions) -> Array:
@@ -95,9 +108,9 @@ def _zero(conditions: EndConditions) -> EndConditions:
     return EndConditions(*(None if number is None else 0.0 for number in astuple(conditions)))
 
 
-def _left_out(vectors: ErrorVectors, positions: "np.ndarray[tuple[int], np.dtype[np.intp]]", seen: Known) -> Array:
+def _left_out(vectors: ErrorVectors, positions: "np.ndarray[tuple[int], np.dtype[np.intp]]", state: PartState) -> Array:
     """Each reading less what the others say of it; NaN for what is put together from several."""
-    by_name = dict(zip(seen.names, seen.left_out_mm.tolist(), strict=True))
+    by_name = dict(zip(state.names, state.updated.left_out_mm.tolist(), strict=True))
     return np.array([by_name.get(vectors.point[k], np.nan) for k in positions])
 
 

@@ -1,0 +1,178 @@
+"""What touches and readings of one part tell of its errors anywhere, by the state of all terms (`estimate`).
+
+A touch sees the error at its place, less the reference's share where the part's z was taken from a touch; a reading
+sees a weighted sum of errors (`touches.seen`). All are linear in the terms, so that the error at any place has a mean
+and a covariance, on features that were measured and on those that were not. Many touches of one feature are averaged
+over short stretches, by the same linear rule: a scan of thousands of points costs what some hundred touches do.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.arrays import Array
+from trueloop.estimate.catalogue import turned_catalogue
+from trueloop.estimate.observed import Observed
+from trueloop.estimate.places import Places, joined
+from trueloop.estimate.sizes import fitted_sizes
+from trueloop.estimate.state import Normal, State, Updated
+from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.wording import Um
+
+STRETCHES: Final = 40
+"""Touches of one feature beyond so many are averaged over as many stretches."""
+
+BY_DEFINITION_MM: Final = 1e-7
+"""Standard uncertainty of a reading that holds by definition: a thousandth of a reading's last digit."""
+
+CONTRADICTED: Final = 0.5
+"""A reading that is a gross error with more than this probability is named."""
+
+ROUND_RAD: Final = 0.1
+"""Contact angles reach a multiple of this."""
+
+
+@dataclass(frozen=True, eq=False)
+class PartState:
+    """The state of one part after its touches and readings; `names` are those of the values that it was given."""
+
+    profile: Profile
+    vectors: ErrorVectors
+    names: tuple[str, ...]
+    observed: Observed
+    updated: Updated
+
+    def contradicted(self) -> tuple[str, ...]:
+        """The readings that all other values contradict, in words."""
+        first = len(self.names) - len(self.vectors.seen)
+        found = [k for k in range(first, len(self.names)) if self.updated.gross[k] > CONTRADICTED]
+        return tuple(
+            f"{self.names[k]}: an error of {Um(float(self.observed.value_mm[k]), '+.1f')}, where the others predict "
+            f"{Um(float(self.observed.value_mm[k] - self.updated.left_out_mm[k]), '+.1f')} with a standard uncertainty "
+            f"of {Um(float(self.updated.left_out_u_mm[k]))}. Read it again"
+            for k in found
+        )
+
+    def at(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Normal:
+        """Errors of the measured cut at places (n,), relative to the reference touch where z was taken from one."""
+        return _at(self.updated.state, self.profile, self.vectors, feature_index, arc_length_mm)
+
+    def explained(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> float:
+        """The largest share of the prior variance, over places (n,), that the measurements have taken away."""
+        state = self.updated.state
+        before = _at(
+            State.before(state.catalogue, state.sizes), self.profile, self.vectors, feature_index, arc_length_mm
+        )
+        after = self.at(feature_index, arc_length_mm)
+        return float(np.max(1.0 - np.diag(after.covariance_mm2) / np.diag(before.covariance_mm2)))
+
+
+def part_state(profile: Profile, vectors: ErrorVectors) -> PartState:
+    """The state given all touches and readings of a part, with sizes of the terms as these show them."""
+    names, observed = _observed(profile, vectors)
+    angle = _angles(profile)
+    low, high = ROUND_RAD * math.floor(angle.min() / ROUND_RAD), ROUND_RAD * math.ceil(angle.max() / ROUND_RAD)
+    catalogue = turned_catalogue(low, high)
+    sizes = fitted_sizes(catalogue, [observed])
+    return PartState(profile, vectors, names, observed, State.before(catalogue, sizes).given(observed))
+
+
+def places_on(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Places:
+    """Places (n,) of the measured cut as the terms know them; z counts from the middle of the part."""
+    first, before_mm, whole_mm = groups_of(profile)
+    ends_z = [end[1] for feature in profile.features for end in (feature.start_mm, feature.end_mm)]
+    middle_z = 0.5 * (min(ends_z) + max(ends_z))
+    pairs = list(zip(feature_index.tolist(), arc_length_mm.tolist(), strict=True))
+    same = {"edge": 0.0, "setting": 0.0, "part_type": 0.0, "part": 0.0, "age": 0.0, "order": 0.0, "finish": 0.0}
+    own = {
+        "group": np.array([first[i] for i, _ in pairs], dtype=np.intp),
+        "contact_angle_rad": profile.contact_angle_rad(feature_index, arc_length_mm),
+        "z_mm": np.array([float(profile.features[i].point_mm(s)[1]) for i, s in pairs]) - middle_z,
+        "share": np.array([(before_mm[i] + s) / whole_mm[i] for i, s in pairs]),
+        "taken_off_mm": np.zeros(len(pairs)),
+    }
+    return Places({**{name: np.full(len(pairs), value) for name, value in same.items()}, **own})
+
+
+def groups_of(profile: Profile) -> tuple[list[int], list[float], list[float]]:
+    """Of each feature: the first of those that meet tangentially in a row with it, the length of those before it, and
+    of all of them.
+    """
+    first, before = [0], [0.0]
+    for i, junction in enumerate(profile.junctions):
+        tangent = junction.kind is JunctionKind.TANGENT
+        first.append(first[i] if tangent else i + 1)
+        before.append(before[i] + profile.features[i].length_mm if tangent else 0.0)
+    whole = [sum(profile.features[k].length_mm for k in range(len(first)) if first[k] == group) for group in first]
+    return first, before, whole
+
+
+def _angles(profile: Profile) -> Array:
+    ends = [profile.contact_along_rad(i, [0.0, f.length_mm]) for i, f in enumerate(profile.features)]
+    return np.concatenate([np.zeros(1), *ends])
+
+
+def _at(
+    state: State, profile: Profile, vectors: ErrorVectors, feature_index: NDArray[np.intp], arc_length_mm: Array
+) -> Normal:
+    places = places_on(profile, feature_index, arc_length_mm)
+    reference = np.flatnonzero(vectors.at_reference)
+    if not len(reference):
+        return state.predict(places, repeatability=False)
+    pairs = zip(feature_index.tolist(), arc_length_mm.tolist(), strict=True)
+    normal_z = np.array([profile.features[i].outward_normal(s)[1] for i, s in pairs])
+    return state.predict(*_less_reference(profile, vectors, places, normal_z), repeatability=False)
+
+
+def _less_reference(profile: Profile, vectors: ErrorVectors, places: Places, normal_z: Array) -> tuple[Places, Array]:
+    """Places (n + 1,), the reference last, and the functional (n, n + 1) of their errors that a part's frame shows."""
+    k = np.flatnonzero(vectors.at_reference)[:1]
+    own = places_on(profile, vectors.feature_index[k], vectors.arc_length_mm[k])
+    return joined([places, own]), np.column_stack([np.eye(len(places)), -normal_z / vectors.outward_normal[k[0], 1]])
+
+
+def _observed(profile: Profile, vectors: ErrorVectors) -> tuple[tuple[str, ...], Observed]:
+    touched = vectors.chosen(np.flatnonzero(~vectors.by_gauge & ~vectors.at_reference))
+    index = np.concatenate([touched.feature_index, *(one.feature_index for one in vectors.seen)]).astype(np.intp)
+    along = np.concatenate([touched.arc_length_mm, *(one.arc_length_mm for one in vectors.seen)])
+    places, count = places_on(profile, index, along), len(touched.point)
+    mean = _averaging(touched)
+    rows = len(mean)
+    functional = np.zeros((rows + len(vectors.seen), len(index)))
+    functional[:rows, :count] = mean
+    at = count
+    for row, one in enumerate(vectors.seen, rows):
+        functional[row, at : at + len(one.weight)] = one.weight
+        at += len(one.weight)
+    seen_u = [one.standard_u_mm or BY_DEFINITION_MM for one in vectors.seen]
+    value = np.concatenate([mean @ touched.error_mm, [one.value_mm for one in vectors.seen]])
+    names = (*(touched.point[np.flatnonzero(row)[0]] for row in mean), *(one.name for one in vectors.seen))
+    reference = np.flatnonzero(vectors.at_reference)
+    if not len(reference):
+        u = np.concatenate([np.sqrt(mean**2 @ touched.standard_u_mm**2), seen_u])
+        return names, Observed(places, value, u, functional)
+    k = int(reference[0])
+    all_share = vectors.outward_normal[:, 1] / vectors.outward_normal[k, 1]
+    keep = np.flatnonzero(~vectors.by_gauge & ~vectors.at_reference)
+    share = np.concatenate([mean @ all_share[keep], np.zeros(len(vectors.seen))])
+    u = np.concatenate([np.sqrt(mean**2 @ vectors.own_u_mm[keep] ** 2), seen_u])
+    shared = vectors.standard_u_mm[k] * share
+    own = places_on(profile, vectors.feature_index[[k]], vectors.arc_length_mm[[k]])
+    with_reference = np.column_stack([functional, -share])
+    return names, Observed(joined([places, own]), value, u, with_reference, np.outer(shared, shared))
+
+
+def _averaging(touched: ErrorVectors) -> Array:
+    """The means that stand for touches, (m, n): of each touch itself, or over stretches of a feature with many."""
+    rows = list[Array]()
+    for feature in np.unique(touched.feature_index):
+        mine = touched.of_feature(int(feature))
+        for part in np.array_split(mine, min(len(mine), STRETCHES)):
+            row = np.zeros(len(touched.point))
+            row[part] = 1.0 / len(part)
+            rows.append(row)
+    return np.array(rows).reshape(len(rows), len(touched.point))
