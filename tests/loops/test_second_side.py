@@ -224,7 +224,7 @@ def test_a_bore_from_the_back_under_g41(tmp_path: Path) -> None:
         header = "point,feature,nominal_x_mm,nominal_z_mm,error_um"
         (tmp_path / "touches.csv").write_text("\n".join([header, *rows, ""]))
         tool = "[[setups.tools]]\nnumber = 1\nnose_radius_mm = 0.4\n"
-        setup = setup_toml("second", STATES["flipped"], "linuxcnc", tool)
+        setup = setup_toml("second", STATES["flipped"], "linuxcnc", tool, 'cut_with = "given"\n')
         (tmp_path / "job.toml").write_text(f'{BUSH}{setup}[gauging]\ntouches = "touches.csv"\n{CONTOUR}')
         run("compensate", tmp_path / "job.toml", "-o", tmp_path / "out")
         after = 1e3 * cut_mm(tmp_path / "out" / "corrected-second.ngc", LATHE, at, normal)
