@@ -33,7 +33,11 @@ Accept = Annotated[
 def chosen(db: str | None, no_store: bool) -> "Choice":
     """Returns the store that two options name. Raises BadParameter where they contradict each other."""
     if db and no_store:
-        raise typer.BadParameter("a store is named, and none is wanted", param_hint="--no-store")
+        raise typer.BadParameter("--db names a store, and --no-store works without one", param_hint="--no-store")
+    if db == "none":
+        raise typer.BadParameter(
+            "write --no-store to work without a store, ./none for a file of that name", param_hint="--db"
+        )
     return False if no_store else db
 
 

@@ -90,6 +90,8 @@ def test_the_same_touches_as_another_part_are_refused_and_nothing_is_written(fol
 def test_a_part_without_serial_number_is_refused_where_there_is_a_store(folder: Path) -> None:
     said = invoke("compensate", folder / "job.toml", status=3)
     assert "STO-PART" in said.stderr and not (folder / "out").exists()
+    former = invoke("compensate", folder / "job.toml", "--db", "none", status=2)
+    assert "--no-store" in former.stderr and not (folder / "out").exists()
     invoke("compensate", folder / "job.toml", "--no-store", status=0)
     assert (folder / "out" / "corrected.nc").exists() and find(opened(folder), Part) == []
 
