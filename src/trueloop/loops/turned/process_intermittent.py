@@ -60,7 +60,7 @@ def compensate(inputs: Inputs) -> Correction:
     >>> correction.name_to_run, len(correction.corrected_program.splitlines())
     ('corrected.nc', 59)
     >>> print(correction.wear.words)  # the tool offset that a constant correction would be
-    tool 1: wear X −0.00349 (diameter), Z −0.00136 inch
+    tool 1: wear X −0.00349 (diameter), Z −0.00136 inch (X ± 0.00135, Z ± 0.00086)
     >>> for error_mm in (correction.prediction.before_mm, correction.prediction.after_mm):
     ...     print(f"{1e3 * error_mm.max():.1f} µm")
     94.2 µm
