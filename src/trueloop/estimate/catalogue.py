@@ -69,7 +69,7 @@ TAIL: Final = 3.0
 
 
 def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi) -> Catalogue:
-    """The terms for parts whose contact angles lie within [lowest, highest]."""
+    """Returns the terms for parts whose contact angles lie within [lowest, highest]."""
     angles = Waves(lowest_rad, highest_rad, 0.35)
     short = Waves(lowest_rad, highest_rad, 0.1)
     along = Waves(0.0, 1.0, 0.35)
@@ -138,18 +138,18 @@ def _half_of(size: str, count: int) -> Callable[[Sizes], Array]:
 
 
 def _normal(places: Places) -> Array:
-    """A displacement (dX, dZ) along the outward normal (sin φ, cos φ), (n, 2)."""
+    """Returns a displacement (dX, dZ) along the outward normal (sin φ, cos φ), (n, 2)."""
     angle = places.number("contact_angle_rad")
     return np.column_stack([np.sin(angle), np.cos(angle)])
 
 
 def _taper(places: Places) -> Array:
-    """A radius that grows with z."""
+    """Returns the effect of a radius that grows with z."""
     return np.asarray((places.number("z_mm") * np.sin(places.number("contact_angle_rad")))[:, None])
 
 
 def _tilt(places: Places) -> Array:
-    """From −1 at the start of a group to 1 at its end."""
+    """Returns a tilt: from −1 at the start of a group to 1 at its end."""
     return np.asarray((2.0 * places.number("share") - 1.0)[:, None])
 
 

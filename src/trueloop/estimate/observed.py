@@ -1,4 +1,4 @@
-"""What was measured, as linear functionals of the error at places."""
+"""Measured values as linear functionals of the error at places."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,16 +30,16 @@ class Observed:
 
     @property
     def matrix(self) -> Array:
-        """H, (n, N)."""
+        """Returns H, (n, N)."""
         return np.eye(len(self.places)) if self.functional is None else self.functional
 
     def of(self, at_places: Array) -> Array:
-        """H times something of the places, (N, …)."""
+        """Returns H times a quantity given at the places, (N, …)."""
         return at_places if self.functional is None else np.asarray(self.functional @ at_places)
 
     @property
     def instrument_mm2(self) -> Array:
-        """Covariance of the instrument's errors, (n, n)."""
+        """Returns the covariance of the instrument's errors, (n, n)."""
         own = np.diag(self.standard_u_mm**2)
         return own if self.correlated_mm2 is None else own + self.correlated_mm2
 

@@ -25,22 +25,22 @@ class Places:
         return len(next(iter(self.columns.values())))
 
     def number(self, name: str) -> Array:
-        """A column of numbers, (n,)."""
+        """Returns a column of numbers, (n,)."""
         return np.asarray(self.columns[name], dtype=np.float64)
 
     def labels(self, names: Sequence[str]) -> list[tuple[Any, ...]]:
-        """The values of some columns, a tuple a place."""
+        """Returns the values of some columns, one tuple per place."""
         if not names:
             return [()] * len(self)
         return list(zip(*(self.columns[name].tolist() for name in names), strict=True))
 
     def chosen(self, rows: ArrayLike) -> "Places":
-        """Some of the places, by position."""
+        """Returns some of the places, by position."""
         at = np.asarray(rows)
         return Places({name: column[at] for name, column in self.columns.items()})
 
     def altered(self, **values: object) -> "Places":
-        """The same with columns set to one value each."""
+        """Returns these places with columns set to one value each."""
         columns = {name: np.full(len(self), value) for name, value in values.items()}
         return Places({**self.columns, **columns})
 

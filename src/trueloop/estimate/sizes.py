@@ -29,7 +29,7 @@ DIFFERENCE: Final = 1e-5
 def fitted_sizes(
     catalogue: Catalogue, parts: Sequence[Observed], starts: Sequence[Sizes] = (), rounds: int = 40
 ) -> dict[str, float]:
-    """The most probable sizes given observations, each of one part, in the order of the clocks.
+    """Returns the most probable sizes given observations, each of one part, in the order of the clocks.
 
     Where some of these are gross errors by sizes that were fitted to all values, the sizes are fitted again with these
     at their weights. Without observations: the priors' medians. The search begins at the most probable of the medians
@@ -110,7 +110,7 @@ class Badness:
         return followed
 
     def of(self, logarithms: Row) -> tuple[float, Row]:
-        """Value and gradient, (k,)."""
+        """Returns value and gradient, (k,)."""
         from scipy.linalg import lapack
 
         sizes, gradient = self._catalogue.sizes(logarithms), np.zeros(len(logarithms))
@@ -188,7 +188,7 @@ def _add(covariance: Array, spread: Array, blocks: Sequence[_Block], walking: bo
 
 
 def _pulled(pull: Array, blocks: Sequence[_Block], walking: bool) -> Array:
-    """∂(−log p)/∂v of every coefficient's variance, summed over blocks, (m,)."""
+    """Returns ∂(−log p)/∂v of every coefficient's variance, summed over blocks, (m,)."""
     total = np.zeros(blocks[0].design.shape[1])
     for block in blocks:
         own = pull[np.ix_(block.rows, block.rows)]
@@ -198,7 +198,7 @@ def _pulled(pull: Array, blocks: Sequence[_Block], walking: bool) -> Array:
 
 
 def _more_noise(catalogue: Catalogue, sizes: Sizes, parts: Sequence[Observed]) -> Array:
-    """By how much the noise of gross errors is larger, (n,); zero of values that are more probably good."""
+    """Returns by how much the noise of gross errors is larger, (n,); zero of values that are more probably good."""
     state, more = State.before(catalogue, sizes), []
     for one in parts:
         updated = state.given(one)

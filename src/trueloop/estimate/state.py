@@ -30,7 +30,7 @@ class Normal:
 
     @property
     def standard_u_mm(self) -> Array:
-        """Standard deviations, (n,)."""
+        """Returns the standard deviations, (n,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance_mm2), 0.0))
 
 
@@ -52,9 +52,9 @@ class Updated:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """What is known of all coefficients.
+    """The knowledge of all coefficients.
 
-    `blocks` says where the coefficients of a term and scope stand in `mean` (m,) and `covariance` (m, m); `clocks` at
+    `blocks` gives the places of the coefficients of a term and scope in `mean` (m,) and `covariance` (m, m); `clocks`
     which time of its clock a random walk stands. Observations are to come in the order of the clocks.
     """
 
@@ -67,11 +67,13 @@ class State:
 
     @classmethod
     def before(cls, catalogue: Catalogue, sizes: Sizes | None = None) -> "State":
-        """The state before anything was measured."""
+        """Returns the state before any measurement."""
         return cls(catalogue, sizes or catalogue.medians, np.zeros(0), np.zeros((0, 0)), {}, {})
 
     def given(self, observed: Observed, robust: bool = True) -> Updated:
-        """The state with observations in it; `robust` weighs each by the probability that it is a gross error."""
+        """Returns the state with observations included; `robust` weighs each by the probability that it is a gross
+        error.
+        """
         state = self.at(observed.places)
         rows = observed.of(state.design(observed.places))
         noise, off = state.noise_mm2(observed), observed.value_mm - rows @ state.mean
@@ -87,7 +89,9 @@ class State:
         return Updated(after, innovation, found.gross, found.left_out_mm, found.left_out_u_mm)
 
     def noise_mm2(self, observed: Observed) -> Array:
-        """Covariance of what instrument and repeatability of the cut put into values, (n, n)."""
+        """Returns the covariance of the instrument's errors and the repeatability of the cut in measured values, (n,
+        n).
+        """
         scatter = self.catalogue.repeatability_mm2(observed.places, self.sizes)
         own = _scattered(scatter, observed.functional)
         return np.asarray(own + observed.instrument_mm2 + JITTER_MM2 * np.eye(len(observed)))
@@ -99,7 +103,7 @@ class State:
         terms: Collection[str] | None = None,
         repeatability: bool = True,
     ) -> Normal:
-        """The errors at places, (N,), or of functionals (n, N) of them.
+        """Predicts the errors at places, (N,), or functionals (n, N) of them.
 
         `terms`: only these have a part in it, as a share of the whole. `repeatability`: with what one cut scatters from
         place to place; never with `terms`.
@@ -115,7 +119,9 @@ class State:
         return Normal(rows @ state.mean, covariance)
 
     def at(self, places: Places) -> "State":
-        """With coefficients for all that these places are of, and random walks at the places' clocks."""
+        """Returns the state with coefficients for everything that these places refer to, and random walks at the
+        places' clocks.
+        """
         variances, blocks, clocks = list[Array](), dict(self.blocks), dict(self.clocks)
         moved, count = np.zeros(len(self.mean)), len(self.mean)
         for term in self.catalogue.terms:
@@ -141,7 +147,9 @@ class State:
         return replace(self, mean=mean, covariance=covariance, blocks=blocks, clocks=clocks)
 
     def design(self, places: Places, terms: Collection[str] | None = None) -> Array:
-        """How the errors at places follow the coefficients, (N, m). The state has to know all of the places."""
+        """Returns the matrix by which the errors at places follow the coefficients, (N, m). The state has to know all
+        of the places.
+        """
         rows = np.zeros((len(places), len(self.mean)))
         for term in self.catalogue.terms:
             if terms is not None and term.name not in terms:
@@ -153,16 +161,18 @@ class State:
         return rows
 
     def without_parts(self) -> "State":
-        """Without the coefficients of single parts, whose measurements are all in."""
+        """Returns the state without the coefficients of single parts, whose measurements are all included."""
         of_part = {term.name for term in self.catalogue.terms if term.of_part}
         return self._without([key for key in self.blocks if key[0] in of_part])
 
     def forgotten(self, label: object) -> "State":
-        """Without all coefficients whose scope has this value: an edge or part type that does not come back."""
+        """Returns the state without the coefficients whose scope has this value: an edge or part type that is gone."""
         return self._without([key for key in self.blocks if label in key[1:]])
 
     def widened(self, term: str, variance: Array | float, scope: Key | None = None) -> "State":
-        """After an event (an insert changed, a tool set again): what a term knew is worth less by this variance."""
+        """Returns the state after an event (an insert changed, a tool set again): a term's variance grows by this
+        amount.
+        """
         covariance = self.covariance.copy()
         for key, where in self.blocks.items():
             if key[0] == term and scope in (None, key[1:]):
@@ -177,7 +187,7 @@ class State:
         return [(where, tail) for where, tail in new if tail is not None]
 
     def _scaled(self, blocks: Sequence[slice], scales: Array) -> "State":
-        """With other variances of coefficients that are independent of all others."""
+        """Returns the state with other variances of coefficients that are independent of all others."""
         covariance = self.covariance.copy()
         for where, scale in zip(blocks, scales, strict=True):
             covariance[where, where] *= scale
@@ -202,7 +212,7 @@ class State:
 
 
 def _scattered(variance: Array, functional: Array | None) -> Array:
-    """The covariance (n, n) of functionals (n, N) of N independent values of these variances."""
+    """Returns the covariance (n, n) of functionals (n, N) of N independent values of these variances."""
     return np.diag(variance) if functional is None else np.asarray((functional * variance) @ functional.T)
 
 

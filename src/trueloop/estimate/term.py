@@ -46,7 +46,7 @@ class Term:
 
     @property
     def of_part(self) -> bool:
-        """Whether its coefficients are of one part alone."""
+        """Returns whether its coefficients are of one part alone."""
         return PART in self.scope
 
 
@@ -65,7 +65,7 @@ class Catalogue:
 
     @property
     def medians(self) -> dict[str, float]:
-        """The priors' medians: the sizes before any part was measured."""
+        """Returns the priors' medians: the sizes before any part was measured."""
         return {name: prior.median for name, prior in self.priors.items()}
 
     def sizes(self, logarithms: Array) -> dict[str, float]:
@@ -73,9 +73,9 @@ class Catalogue:
         return dict(zip(self.priors, np.exp(logarithms).tolist(), strict=True))
 
     def logarithms(self, sizes: Sizes) -> Array:
-        """The reverse of `sizes`, (k,)."""
+        """Returns the logarithms of sizes, the reverse of `sizes`, (k,)."""
         return np.log([sizes[name] for name in self.priors])
 
     def with_terms(self, terms: tuple[Term, ...], priors: Mapping[str, Prior]) -> "Catalogue":
-        """With further terms, and the priors of the sizes that these use."""
+        """Returns the catalogue with further terms, and the priors of the sizes that these use."""
         return replace(self, terms=(*self.terms, *terms), priors={**self.priors, **priors})

@@ -34,12 +34,12 @@ class Waves:
 
     @property
     def count(self) -> int:
-        """Number m of functions."""
+        """Returns the number m of functions."""
         return math.ceil(FINENESS * 2.0 * self._half / (0.7 * self.length))
 
     @property
     def frequency(self) -> Array:
-        """Angular frequencies, (m,)."""
+        """Returns the angular frequencies, (m,)."""
         return np.asarray(np.arange(1, self.count + 1) * (math.pi / (2.0 * self._half)), dtype=np.float64)
 
     def at(self, x: Array) -> Array:
@@ -48,6 +48,8 @@ class Waves:
         return np.asarray(np.sin(self.frequency * away) / math.sqrt(self._half))
 
     def spread(self, sd: float, length: float) -> Array:
-        """Standard deviations of the coefficients of a function of this standard deviation and length, (m,)."""
+        """Returns the standard deviations of the coefficients of a function of this standard deviation and length,
+        (m,).
+        """
         density = math.sqrt(math.sqrt(2.0 * math.pi) * length)
         return np.asarray(sd * density * np.exp(-0.25 * (length * self.frequency) ** 2))

@@ -48,7 +48,7 @@ class Weighted:
 
 
 def plain(covariance_mm2: Array, off_mm: Array, heavy: int = 0) -> Weighted:
-    """All n values good and all scales 1."""
+    """Returns weights for all n values good and all scales 1."""
     factor, inverse = _inverted(covariance_mm2)
     precision = np.diag(inverse)
     left_out = (inverse @ off_mm) / precision
@@ -78,7 +78,7 @@ def weighted(
 
 
 def more_noise(noise_mm2: Array, gross: Array, catalogue: Catalogue) -> Array:
-    """By how much the variance of values that may be gross errors is larger than the noise, (n,)."""
+    """Returns by how much the variance of values that may be gross errors is larger than the noise, (n,)."""
     return np.asarray(noise_mm2 * (1.0 / (1.0 - gross + gross / catalogue.gross_factor**2) - 1.0))
 
 

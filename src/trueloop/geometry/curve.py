@@ -39,23 +39,23 @@ class Curve:
 
     @property
     def length_mm(self) -> float:
-        """Arc length from start to end."""
+        """Returns the arc length from start to end."""
         return float(self.breaks_mm[-1])
 
     @cached_property
     def start_mm(self) -> tuple[float, float]:
-        """Where it begins."""
+        """Returns the point at which the curve begins."""
         x, z = self.point_mm(0.0)
         return float(x), float(z)
 
     @cached_property
     def end_mm(self) -> tuple[float, float]:
-        """Where it ends."""
+        """Returns the point at which the curve ends."""
         x, z = self.point_mm(self.length_mm)
         return float(x), float(z)
 
     def point_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Point at arc length, (...) → (..., 2)."""
+        """Returns the point at arc length, (...) → (..., 2)."""
         s = np.asarray(arc_length_mm, dtype=np.float64)
         point = self._series(self.chebyshev_mm, s)
         beyond = self._beyond(s)
@@ -66,7 +66,7 @@ class Curve:
         return point + along[..., None] * tangent - across[..., None] * _left(tangent)
 
     def tangent(self, arc_length_mm: ArrayLike) -> Array:
-        """Unit tangent in the direction of travel, (...) → (..., 2)."""
+        """Returns the unit tangent in the direction of travel, (...) → (..., 2)."""
         s = np.asarray(arc_length_mm, dtype=np.float64)
         tangent, beyond = self._unit_tangent(s), self._beyond(s)
         if not np.any(beyond):
@@ -75,17 +75,20 @@ class Curve:
         return np.asarray(np.cos(turned) * tangent - np.sin(turned) * _left(tangent))
 
     def outward_normal(self, arc_length_mm: ArrayLike) -> Array:
-        """Unit normal out of the material, (...) → (..., 2)."""
+        """Returns the unit normal out of the material, (...) → (..., 2)."""
         return _left(self.tangent(arc_length_mm))
 
     def curvature_per_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Signed κ with dn/ds = κ t: positive where the curve is convex, where offsetting outwards lengthens it."""
+        """Returns the signed κ with dn/ds = κ t: positive where the curve is convex, where offsetting outwards
+        lengthens it.
+        """
         s = np.asarray(arc_length_mm, dtype=np.float64)
         bend = self._series(self._derived[1], s)
         return np.asarray(-np.sum(bend * _left(self._unit_tangent(s)), axis=-1))
 
     def locate(self, points_mm: ArrayLike) -> tuple[Array, Array]:
-        """Arc length of the foot of the nearest normal and the distance along it (positive outside the material).
+        """Returns the arc length of the foot of the nearest normal and the distance along it (positive outside the
+        material).
 
         The foot of a point beyond the ends is on the circles of curvature there: negative before the start.
         """
@@ -100,14 +103,14 @@ class Curve:
         return s.reshape(points.shape[:-1]), distance.reshape(points.shape[:-1])
 
     def reversed(self) -> "Curve":
-        """The same curve run from its end to its start: convex becomes concave."""
+        """Returns this curve run from its end to its start: convex becomes concave."""
         signs = np.where(np.arange(self.chebyshev_mm.shape[1]) % 2, -1.0, 1.0)
         breaks = (self.length_mm - self.breaks_mm)[::-1]
         return Curve(self.name, breaks, self.chebyshev_mm[::-1] * signs[:, None])
 
     @cached_property
     def turn_rad(self) -> float:
-        """How far the tangent turns from start to end, positive to the right: ∫ κ ds."""
+        """Returns the angle by which the tangent turns from start to end, positive to the right: ∫ κ ds."""
         tangent = self.tangent(self.sampled_mm[0])
         steps = np.arctan2(
             tangent[:-1, 0] * tangent[1:, 1] - tangent[:-1, 1] * tangent[1:, 0],
@@ -117,14 +120,16 @@ class Curve:
 
     @cached_property
     def sampled_mm(self) -> tuple[Array, Array]:
-        """Arc lengths (k,), both ends among them and ascending, and the points there (k, 2)."""
+        """Returns arc lengths (k,), both ends among them and ascending, and the points there (k, 2)."""
         within = np.linspace(0.0, 1.0, SAMPLES_OF_PIECE, endpoint=False)
         s = (self.breaks_mm[:-1, None] + within * np.diff(self.breaks_mm)[:, None]).ravel()
         s = np.append(s, self.length_mm)
         return s, self.point_mm(s)
 
     def radius_range_mm(self) -> tuple[float, float]:
-        """Least radii of curvature where it is concave, and where it is convex; infinite where it nowhere is."""
+        """Returns the least radii of curvature where it is concave, and where it is convex; infinite where it nowhere
+        is.
+        """
         ends = self.breaks_mm[1:] - 1e-12 * np.diff(self.breaks_mm)  # of the piece before a break as well
         curvature = self.curvature_per_mm(np.concatenate([self.sampled_mm[0], ends]))
         concave, convex = float(np.max(-curvature)), float(np.max(curvature))
@@ -145,16 +150,16 @@ class Curve:
         return np.asarray(chebyshev.chebval(u[..., None], rows, tensor=False))
 
     def _unit_tangent(self, s: Array) -> Array:
-        """Of the nearest place of the curve itself."""
+        """Returns the unit tangent at the nearest place of the curve itself."""
         direction = self._series(self._derived[0], s)
         return np.asarray(direction / np.linalg.norm(direction, axis=-1, keepdims=True))
 
     def _beyond(self, s: Array) -> Array:
-        """By how much arc lengths lie beyond the ends: negative before the start, 0 on the curve."""
+        """Returns by how much arc lengths lie beyond the ends: negative before the start, 0 on the curve."""
         return np.asarray(s - np.clip(s, 0.0, self.length_mm))
 
     def _feet(self, points: Array) -> tuple[Array, Flags]:
-        """Arc length of the nearest place of the curve itself, and whether the foot lies beyond that end.
+        """Returns the arc length of the nearest place of the curve itself, and whether the foot lies beyond that end.
 
         Newton's steps on (q − p(s))·t(s) = 0 between the neighbours of the nearest sample.
         """
@@ -177,7 +182,9 @@ class Curve:
         return s, ((s == 0.0) & (leaves < 0.0)) | ((s == self.length_mm) & (leaves > 0.0))
 
     def _on_circle(self, s: Array, off: Array, tangent: Array, normal: Array) -> tuple[Array, Array]:
-        """Distance from the circle of curvature at s, and arc length along it to the foot; a line where it is one."""
+        """Returns the distance from the circle of curvature at s, and arc length along it to the foot; a line where it
+        is one.
+        """
         curvature = self.curvature_per_mm(s)
         a, b = np.sum(off * tangent, axis=-1), np.sum(off * normal, axis=-1)
         out = np.hypot(curvature * a, 1.0 + curvature * b)
@@ -188,5 +195,5 @@ class Curve:
 
 
 def _left(tangent: Array) -> Array:
-    """A tangent (t_x, t_z) turned left: the outward normal (t_z, −t_x)."""
+    """Turns a tangent (t_x, t_z) left: returns the outward normal (t_z, −t_x)."""
     return np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)

@@ -14,7 +14,7 @@ LEFT_OUT_MM: Final = 1e-13
 
 
 def spline_of(curve: Curve) -> tuple[Array, Array, int]:
-    """The curve over its arc length: control points (n, 2), knots (n + degree + 1,) and degree."""
+    """Returns the curve as a spline over its arc length: control points (n, 2), knots (n + degree + 1,) and degree."""
     largest = np.max(np.abs(curve.chebyshev_mm), axis=(0, 2))
     degree = max(1, int(np.max(np.flatnonzero(largest > LEFT_OUT_MM))))
     pieces = [_control(series[: degree + 1]) for series in curve.chebyshev_mm]
@@ -24,7 +24,7 @@ def spline_of(curve: Curve) -> tuple[Array, Array, int]:
 
 
 def _control(series: Array) -> Array:
-    """Bézier's control points of a piece: bⱼ = Σᵢ C(j, i)/C(n, i) aᵢ, aᵢ the coefficients of tⁱ on 0 … 1."""
+    """Returns Bézier's control points of a piece: bⱼ = Σᵢ C(j, i)/C(n, i) aᵢ, aᵢ the coefficients of tⁱ on 0 … 1."""
     degree = len(series) - 1
     powers = np.zeros((degree + 1, 2))
     for axis in (0, 1):

@@ -37,7 +37,7 @@ _TO_SERIES: Final = (
 
 
 def curve_along(name: str, point: Along, derivative: Along, breaks: Sequence[float]) -> Curve:
-    """The curve that `point` runs along from the first of `breaks` to the last; smooth between them.
+    """Returns the curve that `point` runs along from the first of `breaks` to the last; smooth between them.
 
     `derivative` is that of the point by the parameter. Raises GEO-CURVE where it has a corner, a cusp or no value.
     """
@@ -48,7 +48,9 @@ def curve_along(name: str, point: Along, derivative: Along, breaks: Sequence[flo
 
 
 def part_of(curve: Curve, from_mm: float, to_mm: float) -> Curve:
-    """The curve from one arc length to a greater one; beyond its ends along its circles of curvature."""
+    """Returns the part of the curve from one arc length to a greater one; beyond its ends along its circles of
+    curvature.
+    """
     inner = curve.breaks_mm[(curve.breaks_mm > from_mm) & (curve.breaks_mm < to_mm)]
     breaks = np.concatenate([[from_mm], inner, [to_mm]])
     if from_mm < 0.0 or to_mm > curve.length_mm:
@@ -58,7 +60,7 @@ def part_of(curve: Curve, from_mm: float, to_mm: float) -> Curve:
 
 
 def moved_out(curve: Curve, distance_mm: float) -> Curve:
-    """The curve moved along its outward normal: p + d n, whose derivative is (1 + κ d) t. It must not turn back."""
+    """Moves the curve along its outward normal: p + d n, whose derivative is (1 + κ d) t. It must not turn back."""
     return curve_along(
         curve.name,
         lambda s: curve.point_mm(s) + distance_mm * curve.outward_normal(s),
@@ -68,14 +70,16 @@ def moved_out(curve: Curve, distance_mm: float) -> Curve:
 
 
 def mapped(curve: Curve, matrix: Array, offset_mm: Array) -> Curve:
-    """The curve turned, mirrored or shifted: points p to `matrix` p + offset, the matrix orthogonal."""
+    """Turns, mirrors or shifts the curve: points p to `matrix` p + offset, the matrix orthogonal."""
     series = curve.chebyshev_mm @ np.asarray(matrix, dtype=np.float64).T
     series[:, 0] += offset_mm
     return replace(curve, chebyshev_mm=series)
 
 
 def _pieces(name: str, derivative: Along, low: float, high: float) -> Iterator[tuple[float, float, Array]]:
-    """Parameter where each begins, its length in mm and the unit tangents at Chebyshev's places of its arc length."""
+    """Yields for every piece the parameter at which it begins, its length in mm and its unit tangents at Chebyshev's
+    places of its arc length.
+    """
     waiting = [(low, high, 0)]
     while waiting:
         a, b, halvings = waiting.pop()
@@ -90,7 +94,7 @@ def _pieces(name: str, derivative: Along, low: float, high: float) -> Iterator[t
 
 
 def _resolved(derivative: Along, low: float, high: float) -> tuple[float, Array] | None:
-    """Length and tangents of a piece whose series are resolved."""
+    """Returns the length and tangents of a piece whose series are resolved."""
     speed = np.linalg.norm(derivative((low + high + (high - low) * _PLACES) / 2), axis=1)
     series = _TO_SERIES @ speed
     if not np.all(np.isfinite(series)) or np.min(speed) <= 0.0 or not _ends(series, float(np.max(speed))):

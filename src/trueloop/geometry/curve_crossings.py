@@ -54,7 +54,7 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
 
 
 def beyond_end(curve: Curve, at_end: bool) -> Line | Arc:
-    """What the curve goes on along beyond one end: half of its circle of curvature, or its tangent."""
+    """Returns the continuation of the curve beyond one end: half of its circle of curvature, or its tangent."""
     s = curve.length_mm if at_end else 0.0
     point, tangent, normal = curve.point_mm(s), curve.tangent(s), curve.outward_normal(s)
     curvature, away = float(curve.curvature_per_mm(s)), 1.0 if at_end else -1.0
@@ -66,7 +66,7 @@ def beyond_end(curve: Curve, at_end: bool) -> Line | Arc:
 
 
 def own_crossings(curve: Curve) -> list[tuple[float, float]]:
-    """Where the curve crosses itself; none if it turns by less than half a turn."""
+    """Returns the places where the curve crosses itself; none if it turns by less than half a turn."""
     points = curve.sampled_mm[1]
     chords = points[:: max(1, len(points) // CHORDS)]
     steps = np.diff(chords, axis=0)
@@ -78,7 +78,7 @@ def own_crossings(curve: Curve) -> list[tuple[float, float]]:
     a, b = chords[:-1], chords[1:]
 
     def side(of: Array, start: Array, end: Array) -> Array:
-        """Sign of the side of chord j on which point i lies, (i, j)."""
+        """Returns the sign of the side of chord j on which point i lies, (i, j)."""
         along, to = end - start, of[:, None] - start[None]
         return np.asarray(np.sign(along[None, :, 1] * to[..., 0] - along[None, :, 0] * to[..., 1]))
 

@@ -11,20 +11,20 @@ from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_kinds import b_spline
 
 DEGREE: Final = 5
-"""Of the spline: its curvature and that one's slope have no jumps."""
+"""The degree of the spline: its curvature and the slope of its curvature have no jumps."""
 
 POINTS_A_PIECE: Final = 2
 """With fewer points than that to a piece the curve would follow their rounding."""
 
 END_WEIGHT: Final = 1e4
-"""How much more the first and the last point count: the features beside begin there."""
+"""The weight of the first and the last point against the others: the neighbouring features begin there."""
 
 REFITS: Final = 4
-"""How often the points are moved along the curve to where it passes nearest to them."""
+"""The number of times that the points are moved along the curve to where it passes nearest to them."""
 
 
 def curve_through(name: str, points_mm: ArrayLike, tolerance_mm: float) -> Curve:
-    """The curve of the fewest pieces that passes all points (n, 2), in order, within the tolerance.
+    """Returns the curve of the fewest pieces that passes all points (n, 2), in order, within the tolerance.
 
     A least-squares B-spline over the points' chord length, its knots between the points. Raises GEO-CURVE-FIT where
     none does, GEO-CURVE for fewer than three points or two that are the same.
@@ -57,7 +57,7 @@ def off_points_mm(curve: Curve, points_mm: ArrayLike) -> Array:
 
 
 def _fitted(name: str, points: Array, chord: Array, degree: int, pieces: int) -> tuple[Curve, Array]:
-    """The spline of so many pieces, and how far each point is from it."""
+    """Returns the spline of that many pieces, and the distance of each point from it."""
     from scipy.interpolate import make_lsq_spline  # slow to import
 
     at, weights = chord, np.ones(len(points))

@@ -19,7 +19,7 @@ from trueloop.geometry.curve_building import curve_along, mapped, part_of
 Point = tuple[float, float]
 
 END_MM: Final = 1e-3
-"""How far a stated end may lie off the curve: coordinates of a drawing are rounded to a micrometre."""
+"""The distance, mm, that a stated end may lie off the curve: coordinates of a drawing are rounded to a micrometre."""
 
 
 def asphere(
@@ -31,7 +31,8 @@ def asphere(
     powers: dict[int, float] | None = None,
     towards_free_end: bool = False,
 ) -> Curve:
-    """ISO 10110-12: sag z(h) = h²/(R(1 + √(1 − (1 + k)h²/R²))) + Σ Aᵢ hⁱ over h = x − x of the vertex.
+    """Returns an asphere of ISO 10110-12: sag z(h) = h²/(R(1 + √(1 − (1 + k)h²/R²))) + Σ Aᵢ hⁱ over h = x − x of the
+    vertex.
 
     `powers` has the Aᵢ, in mm to 1 − i, of |h|. The sag counts from the vertex to the chuck, or to the free end: a dome
     at the free end of a part has a positive radius and a sag to the chuck. Raises GEO-CURVE where the root has
@@ -74,7 +75,9 @@ def ellipse(
     *,
     convex: bool = True,
 ) -> Curve:
-    """An ellipse with semi-axes along (x, z), turned by `rotation_rad` from +z towards +x, run convex or concave."""
+    """Returns an ellipse with semi-axes along (x, z), turned by `rotation_rad` from +z towards +x, run convex or
+    concave.
+    """
     a, b = semi_axes_mm
     turn = np.array(
         [[math.cos(rotation_rad), math.sin(rotation_rad)], [-math.sin(rotation_rad), math.cos(rotation_rad)]]
@@ -103,7 +106,7 @@ def power_series(
     *,
     of_x: bool = False,
 ) -> Curve:
-    """The polynomial x = Σ cₖ (z − origin)ᵏ, or z of x, in mm."""
+    """Returns the polynomial x = Σ cₖ (z − origin)ᵏ, or z of x, in mm."""
     argument = 0 if of_x else 1
     slope = polynomial.polyder(np.asarray(coefficients, dtype=np.float64))
     low, high = sorted(end[argument] for end in ends_mm)
@@ -125,7 +128,7 @@ def power_series(
 def b_spline(
     name: str, control_mm: ArrayLike, knots: ArrayLike, degree: int, weights: ArrayLike | None = None
 ) -> Curve:
-    """A B-spline with control points (n, 2), n + degree + 1 ascending knots and, where it is rational, n weights.
+    """Returns a B-spline of control points (n, 2), n + degree + 1 ascending knots and, where it is rational, n weights.
 
     Runs over the knots' valid span, from the first control point on if they are clamped. Raises GEO-CURVE where
     numbers do not fit together, or where it is not smooth.
@@ -152,7 +155,7 @@ def b_spline(
 
 
 def between_ends(curve: Curve, start_mm: Point, end_mm: Point) -> Curve:
-    """The part of a curve from one point on it to another, in the direction that takes."""
+    """Returns the part of a curve from one point on it to another, in the direction that takes."""
     return _as_run(curve, start_mm, end_mm)
 
 

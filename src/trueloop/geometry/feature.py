@@ -19,7 +19,7 @@ Point: TypeAlias = tuple[float, float]
 
 
 def contact_angle_rad(outward_normal: ArrayLike) -> Array:
-    """Angle of the outward normal from +z towards +x, in [−π, π]. Shape (..., 2) → (...).
+    """Returns the angle of the outward normal from +z towards +x, in [−π, π]. Shape (..., 2) → (...).
 
     0 on an end face, π/2 on a cylinder, −π/2 in a bore. `Profile.contact_angle_rad` carries it on over back faces.
     """
@@ -28,7 +28,7 @@ def contact_angle_rad(outward_normal: ArrayLike) -> Array:
 
 
 def _normal_of(tangent: Array) -> Array:
-    """Outward normal (n_x, n_z) = (t_z, −t_x) of a tangent (t_x, t_z)."""
+    """Returns the outward normal (n_x, n_z) = (t_z, −t_x) of a tangent (t_x, t_z)."""
     return np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
 
 
@@ -42,40 +42,42 @@ class Line:
 
     @property
     def length_mm(self) -> float:
-        """Arc length from start to end."""
+        """Returns the arc length from start to end."""
         return math.dist(self.start_mm, self.end_mm)
 
     def point_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Point at arc length, (...) → (..., 2). Beyond the ends the line goes on straight."""
+        """Returns the point at arc length, (...) → (..., 2). Beyond the ends the line goes on straight."""
         s = np.asarray(arc_length_mm, dtype=np.float64)[..., None]
         return np.asarray(self.start_mm) + s * self._direction
 
     def tangent(self, arc_length_mm: ArrayLike) -> Array:
-        """Unit tangent in the direction of travel, (...) → (..., 2)."""
+        """Returns the unit tangent in the direction of travel, (...) → (..., 2)."""
         s = np.asarray(arc_length_mm, dtype=np.float64)
         return np.broadcast_to(self._direction, (*s.shape, 2))
 
     def outward_normal(self, arc_length_mm: ArrayLike) -> Array:
-        """Unit normal out of the material, (...) → (..., 2)."""
+        """Returns the unit normal out of the material, (...) → (..., 2)."""
         return _normal_of(self.tangent(arc_length_mm))
 
     @property
     def turn_rad(self) -> float:
-        """How far the tangent turns to the right from start to end: not at all."""
+        """Returns the angle by which the tangent turns to the right from start to end: 0."""
         return 0.0
 
     def curvature_per_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Zero: dn/ds = κ t."""
+        """Returns zero: dn/ds = κ t."""
         return np.zeros_like(np.asarray(arc_length_mm, dtype=np.float64))
 
     def locate(self, points_mm: ArrayLike) -> tuple[Array, Array]:
-        """Arc length of the foot of the normal and the distance along it (positive outside the material)."""
+        """Returns the arc length of the foot of the normal and the distance along it (positive outside the
+        material).
+        """
         offset = np.asarray(points_mm, dtype=np.float64) - np.asarray(self.start_mm)
         direction = self._direction
         return offset @ direction, offset @ _normal_of(direction)
 
     def reversed(self) -> "Line":
-        """The same line run from its end to its start: the material changes sides."""
+        """Returns this line run from its end to its start: the material changes sides."""
         return Line(self.name, self.end_mm, self.start_mm)
 
     @property
@@ -100,38 +102,38 @@ class Arc:
 
     @property
     def radius_mm(self) -> float:
-        """Distance of the start from the centre."""
+        """Returns the distance of the start from the centre."""
         return math.dist(self.start_mm, self.centre_mm)
 
     @property
     def length_mm(self) -> float:
-        """Arc length from start to end."""
+        """Returns the arc length from start to end."""
         return self.radius_mm * abs(self.sweep_rad)
 
     def point_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Point at arc length, (...) → (..., 2). Beyond the ends the circle goes on."""
+        """Returns the point at arc length, (...) → (..., 2). Beyond the ends the circle goes on."""
         return np.asarray(self.centre_mm) + self.radius_mm * self._radial(arc_length_mm)
 
     def tangent(self, arc_length_mm: ArrayLike) -> Array:
-        """Unit tangent in the direction of travel, (...) → (..., 2)."""
+        """Returns the unit tangent in the direction of travel, (...) → (..., 2)."""
         radial = self._radial(arc_length_mm)
         return self._side * np.stack([-radial[..., 1], radial[..., 0]], axis=-1)
 
     def outward_normal(self, arc_length_mm: ArrayLike) -> Array:
-        """Unit normal out of the material, (...) → (..., 2): away from the centre on a convex arc."""
+        """Returns the unit normal out of the material, (...) → (..., 2): away from the centre on a convex arc."""
         return self._side * self._radial(arc_length_mm)
 
     @property
     def turn_rad(self) -> float:
-        """How far the tangent turns to the right from start to end: the sweep."""
+        """Returns the angle by which the tangent turns to the right from start to end: the sweep."""
         return self.sweep_rad
 
     def curvature_per_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Signed κ with dn/ds = κ t: positive on a convex arc, where offsetting outwards lengthens it."""
+        """Returns the signed κ with dn/ds = κ t: positive on a convex arc, where offsetting outwards lengthens it."""
         return np.full_like(np.asarray(arc_length_mm, dtype=np.float64), self._side / self.radius_mm)
 
     def locate(self, points_mm: ArrayLike) -> tuple[Array, Array]:
-        """Arc length of the foot of the normal and the distance along it (positive outside the material).
+        """Returns the arc length of the foot of the normal and the distance along it (positive outside the material).
 
         The arc length of a point beyond the ends is measured on from the nearer end (negative before the start).
         """
@@ -143,7 +145,7 @@ class Arc:
         return turned * self.radius_mm, distance
 
     def reversed(self) -> "Arc":
-        """The same arc run from its end to its start: convex becomes concave."""
+        """Returns this arc run from its end to its start: convex becomes concave."""
         return Arc(self.name, self.end_mm, self.start_mm, self.centre_mm, -self.sweep_rad)
 
     @property
@@ -152,7 +154,7 @@ class Arc:
 
     @property
     def _start_angle_rad(self) -> float:
-        """Angle of the start as seen from the centre, from +z towards +x."""
+        """Returns the angle of the start as seen from the centre, from +z towards +x."""
         return math.atan2(self.start_mm[0] - self.centre_mm[0], self.start_mm[1] - self.centre_mm[1])
 
     def _radial(self, arc_length_mm: ArrayLike) -> Array:
@@ -162,30 +164,30 @@ class Arc:
 
 
 LineOrArc: TypeAlias = Line | Arc
-"""What one move of a program cuts."""
+"""A feature that one move of a program cuts."""
 
 Feature: TypeAlias = Line | Arc | Curve
 
 
 def is_curved(feature: Feature) -> bool:
-    """Whether the contact angle of a nose turns along the feature: on arcs and curves, not on lines."""
+    """Returns whether the contact angle of a nose turns along the feature: on arcs and curves, not on lines."""
     return not isinstance(feature, Line)
 
 
 def least_radius_mm(feature: Feature) -> float:
-    """The least radius of curvature along a feature; infinite on a line."""
+    """Returns the least radius of curvature along a feature; infinite on a line."""
     if isinstance(feature, Curve):
         return min(feature.radius_range_mm())
     return feature.radius_mm if isinstance(feature, Arc) else math.inf
 
 
 def pieces_within(feature: Feature, chord_mm: float) -> int:
-    """Into how many equal pieces a feature is cut whose chords deviate from it by no more."""
+    """Returns the number of equal pieces of a feature whose chords deviate from it by no more than the tolerance."""
     return max(1, math.ceil(feature.length_mm / math.sqrt(8.0 * least_radius_mm(feature) * chord_mm)))
 
 
 def distance_mm(feature: Feature, point_mm: Point) -> float:
-    """Distance of a point (x, z) from a feature, its ends included."""
+    """Returns the distance of a point (x, z) from a feature, its ends included."""
     arc_length, distance = (float(value) for value in feature.locate(point_mm))
     if 0 <= arc_length <= feature.length_mm:
         return abs(distance)

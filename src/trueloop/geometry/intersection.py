@@ -1,4 +1,4 @@
-"""Where two features meet when each goes on along its whole line or circle, and where a chain crosses itself.
+"""Intersections of two features, each continued along its whole line or circle, and of a chain with itself.
 
 A curve goes on beyond its ends along its circles of curvature.
 """
@@ -102,7 +102,7 @@ def _circle_circle(first: Arc, second: Arc) -> list[Point]:
 
 
 def _half_chord(radius_mm: float, distance_mm: float) -> float | None:
-    """Half the chord that a circle cuts from a line at a distance from its centre; None where it misses."""
+    """Returns half the chord that a circle cuts from a line at a distance from its centre; None where it misses."""
     if distance_mm > radius_mm + _TOUCH_MM:
         return None
     return math.sqrt(max((radius_mm - distance_mm) * (radius_mm + distance_mm), 0.0))
@@ -131,6 +131,6 @@ def _on_both(first: Feature, second: Feature, point: Point) -> bool:
 
 
 def _near_junction(before: Feature, after: Feature, point: Point, tolerance_mm: float) -> bool:
-    """Whether the loop from the crossing to the junction is thinner than the tolerance."""
+    """Returns whether the loop from the crossing to the junction is thinner than the tolerance."""
     halfway = before.point_mm((float(before.locate(point)[0]) + before.length_mm) / 2)
     return abs(float(after.locate(halfway)[1])) <= tolerance_mm

@@ -14,7 +14,7 @@ SQUARE: Final = math.cos(math.radians(0.5))
 
 
 def kind_of(feature: Feature) -> str:
-    """What a feature is called: cylinder, face, cone, arc or curve."""
+    """Returns the kind of a feature: cylinder, face, cone, arc or curve."""
     if isinstance(feature, Curve):
         return "curve"
     if isinstance(feature, Arc):
@@ -26,7 +26,7 @@ def kind_of(feature: Feature) -> str:
 
 
 def named_by_kind(features: Iterable[Feature]) -> tuple[Feature, ...]:
-    """The features as cylinder-1, face-1, cone-1, arc-1, cylinder-2…, in their order from the chuck."""
+    """Names the features cylinder-1, face-1, cone-1, arc-1, cylinder-2…, in their order from the chuck."""
     seen, named = Counter[str](), list[Feature]()
     for feature in features:
         kind = kind_of(feature)

@@ -20,8 +20,10 @@ RUNS_TOGETHER_RAD: Final = 0.02
 which deviates from either by at most R·turn²/8 (0.04 µm for a nose of 0.8 mm)."""
 
 SHARPEST_CORNER: Final = 5.0
-"""How far a corner of the offset may lie from its features' offset ends, as a multiple of the distance between these:
-half the tangent of half the turn, so 5 admits edges and grooves down to an included angle of 11.4 degrees."""
+"""The distance that a corner of the offset may lie from its features' offset ends, as a multiple of the distance
+between these: half the tangent of half the turn, so 5 admits edges and grooves down to an included angle of 11.4
+degrees.
+"""
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class CentrePath:
 
 
 def nose_centre_path(profile: Profile, nose_radius_mm: float) -> CentrePath:
-    """Offset a profile by the nose radius. A radius of 0 is a pointed tool: the profile itself.
+    """Offsets a profile by the nose radius. A radius of 0 is a pointed tool: the profile itself.
 
     Raises GEO-NOSE for a concave arc or curve not larger than the nose, GEO-NARROW where the nose does not fit between
     features (the offset would cross itself), GEO-SHARP where the offset of a convex corner runs too far out.
@@ -62,7 +64,7 @@ def nose_centre_path(profile: Profile, nose_radius_mm: float) -> CentrePath:
 
 
 def contour_from_centre_path(features: Sequence[Feature], nose_radius_mm: float) -> tuple[Feature, ...]:
-    """The contour that a nose leaves when its centre follows `features`: the inverse of `nose_centre_path`.
+    """Returns the contour that a nose leaves when its centre follows `features`: the inverse of `nose_centre_path`.
 
     A convex arc of just the nose radius turns about a sharp edge and leaves no feature. Raises GEO-NOSE for one that is
     smaller, and GEO-NARROW or GEO-SHARP where the moved features do not meet.
@@ -76,7 +78,7 @@ def _turns_about_edge(feature: Feature, nose_radius_mm: float) -> bool:
 
 
 def _offset_chain(features: Sequence[Feature], distance_mm: float) -> list[Feature]:
-    """Every feature moved along its outward normal and trimmed or extended to meet its neighbours."""
+    """Moves every feature along its outward normal and trims or extends it to meet its neighbours."""
     moved = [_moved(feature, distance_mm) for feature in features]
     joints = [_joint(*each, distance_mm) for each in zip(moved, moved[1:], junctions_of(features), strict=False)]
     starts = [moved[0].start_mm, *(after for _, after in joints)] if moved else []
@@ -100,7 +102,7 @@ def _moved(feature: Feature, distance_mm: float) -> Feature:
 
 
 def _joint(before: Feature, after: Feature, junction: Junction, distance_mm: float) -> tuple[Point, Point]:
-    """Where one moved feature ends and the next begins: in their corner, unless they are apart."""
+    """Returns the end of one moved feature and the start of the next: their corner, unless they are apart."""
     if junction.kind is JunctionKind.APART:
         return before.end_mm, after.start_mm
     corner = _corner(before, after, junction.turn_rad, distance_mm)
@@ -108,7 +110,7 @@ def _joint(before: Feature, after: Feature, junction: Junction, distance_mm: flo
 
 
 def _corner(before: Feature, after: Feature, turn_rad: float, distance_mm: float) -> Point:
-    """Where two moved features meet: their intersection next to the mean of their ends.
+    """Returns the point where two moved features meet: their intersection next to the mean of their ends.
 
     Where none is near, features that run together are joined at the mean: rounding has made the intersection fail.
     """
@@ -137,14 +139,16 @@ def _corner(before: Feature, after: Feature, turn_rad: float, distance_mm: float
 
 
 def _between(moved: Feature, start: Point, end: Point, distance_mm: float) -> Feature:
-    """The moved feature from `start` to `end`, both on it. Raises GEO-NARROW where these are in the other order."""
+    """Returns the moved feature from `start` to `end`, both on it. Raises GEO-NARROW where these are in reverse
+    order.
+    """
     if float(moved.locate(end)[0]) - float(moved.locate(start)[0]) <= 0:
         raise _narrow(moved.name, moved.name, start, abs(distance_mm))
     return from_to(moved, start, end)
 
 
 def from_to(feature: Feature, start: Point, end: Point) -> Feature:
-    """The feature, shortened or gone on along its line, circle or curve, from `start` to `end` on it."""
+    """Returns the feature from `start` to `end` on it, shortened or continued along its line, circle or curve."""
     from_mm, to_mm = float(feature.locate(start)[0]), float(feature.locate(end)[0])
     if isinstance(feature, Curve):
         return part_of(feature, from_mm, to_mm)
@@ -155,7 +159,9 @@ def from_to(feature: Feature, start: Point, end: Point) -> Feature:
 
 
 def _require_clear_ends(features: Sequence[Feature], moved: Sequence[Feature], nose_radius_mm: float) -> None:
-    """A path that crosses itself nowhere can still cut into the profile where either ends, and only there."""
+    """Raises where either end of a path cuts into the profile: a path that crosses itself nowhere can do so only
+    there.
+    """
     for cut, path in ((features, moved), (moved, features)):
         for end in (cut[0].start_mm, cut[-1].end_mm):
             nearest = min(path, key=lambda feature, end=end: distance_mm(feature, end))  # type: ignore[misc]

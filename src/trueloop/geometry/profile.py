@@ -24,7 +24,7 @@ APART_MM: Final = 0.05
 
 
 class JunctionKind(StrEnum):
-    """How two features meet: the angle is critical (tangent) or not (corner) [6811 §2.2]; or they are apart."""
+    """The way two features meet: the angle is critical (tangent) or not (corner) [6811 §2.2]; or they are apart."""
 
     CORNER = "corner"
     TANGENT = "tangent"
@@ -32,7 +32,7 @@ class JunctionKind(StrEnum):
 
 
 class Side(StrEnum):
-    """Where a profile's material lies as seen from its surface, and so which way its features run.
+    """The side of its material as seen from a profile's surface, which sets the direction in which its features run.
 
     The material is always on the right of the direction of travel, seen with z to the right and x up. An outside
     profile therefore runs from the chuck end to the free end, a bore from the free end to the chuck end; a profile
@@ -55,10 +55,10 @@ towards the axis and the chuck, nor a bore at +135°."""
 
 @dataclass(frozen=True)
 class Junction:
-    """Where one feature ends and the next begins.
+    """The place where one feature ends and the next begins.
 
-    `turn_rad` is by how much the direction of travel turns, positive to the right (a convex corner: the material takes
-    less than half a turn), negative to the left (a corner that the nose can reach only as a fillet).
+    `turn_rad` is the angle by which the direction of travel turns, positive to the right (a convex corner: the material
+    takes less than half a turn), negative to the left (a corner that the nose can reach only as a fillet).
     """
 
     kind: JunctionKind
@@ -85,20 +85,20 @@ class Profile:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The features' names, in order."""
+        """Returns the features' names, in order."""
         return tuple(feature.name for feature in self.features)
 
     @property
     def length_mm(self) -> float:
-        """Arc length of the whole chain."""
+        """Returns the arc length of the whole chain."""
         return math.fsum(feature.length_mm for feature in self.features)
 
     def start_of(self, index: int) -> float:
-        """Arc length along the whole profile at which feature `index` begins, mm."""
+        """Returns the arc length along the whole profile at which feature `index` begins, mm."""
         return math.fsum(feature.length_mm for feature in self.features[:index])
 
     def contact_angle_rad(self, feature_index: Integers, arc_length_mm: ArrayLike) -> Array:
-        """Contact angles at places of the profile, (n,): of the outward normal from +z towards +x.
+        """Returns the contact angles at places of the profile, (n,): of the outward normal from +z towards +x.
 
         Continuous along the profile: a back face is at +π on an outside and at −π in a bore, where π/2 and −π/2 are
         the cylinders, and no arc jumps by a full turn.
@@ -113,13 +113,15 @@ class Profile:
         return angle
 
     def contact_along_rad(self, index: int, arc_length_mm: ArrayLike) -> Array:
-        """The same along one feature, (n,)."""
+        """Returns the contact angles along one feature, (n,), counted as in `contact_angle_rad`."""
         s = np.atleast_1d(np.asarray(arc_length_mm, dtype=np.float64))
         return self.contact_angle_rad(np.full(s.shape, index), s)
 
     @cached_property
     def _middle_contact_rad(self) -> tuple[float, ...]:
-        """Contact angle in the middle of every feature, carried on from the first by how far the chain turns."""
+        """Returns the contact angle in the middle of every feature, carried on from the first by the turns of the
+        chain.
+        """
         first = float(contact_angle_rad(self.features[0].outward_normal(0.0)))
         lowest = LOWEST_CONTACT_RAD[self.side]
         angle = first + 2.0 * math.pi * math.ceil((lowest - first) / (2.0 * math.pi))
@@ -132,7 +134,9 @@ class Profile:
         return tuple(middles)
 
     def locate(self, points_mm: ArrayLike) -> Located:
-        """Nearest feature for each point of shape (n, 2); a foot beyond a feature's end counts by its end."""
+        """Returns the nearest feature for each point of shape (n, 2); a foot beyond a feature's end counts by its
+        end.
+        """
         points = np.atleast_2d(np.asarray(points_mm, dtype=np.float64))
         feet = [feature.locate(points) for feature in self.features]
         arc_length = np.stack([foot[0] for foot in feet])
@@ -147,7 +151,9 @@ class Profile:
 def junctions_of(
     features: Sequence[Feature], by_design: Mapping[tuple[str, str], JunctionKind] | None = None
 ) -> tuple[Junction, ...]:
-    """The junctions of a chain, found from its directions; `by_design` overrides the kind by the features' names."""
+    """Returns the junctions of a chain, determined from its directions; `by_design` overrides the kind by the features'
+    names.
+    """
     by_design = by_design or {}
     return tuple(
         _junction(before, after, by_design.get((before.name, after.name)))

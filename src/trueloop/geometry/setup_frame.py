@@ -30,22 +30,22 @@ class SetupFrame:
 
     @property
     def backwards(self) -> bool:
-        """Whether the program's +Z points to the part's −z."""
+        """Returns whether the program's +Z points to the part's −z."""
         return self.flipped or self.mirrored_z
 
     @property
     def sign(self) -> float:
-        """By how much Z grows when the part's z does: 1 or −1."""
+        """Returns the change of Z per change of the part's z: 1 or −1."""
         return -1.0 if self.backwards else 1.0
 
     @property
     def the_other_way(self) -> "SetupFrame":
-        """The same zero with Z the other way round."""
+        """Returns a frame with this zero and Z reversed."""
         return replace(self, flipped=not self.backwards, mirrored_z=False)
 
     @property
     def words(self) -> str:
-        """The program's Z by the part's z, mm: `Z = −80.0000 − z`, `Z = z + 80.0000`."""
+        """Returns the equation of the program's Z by the part's z, mm: `Z = −80.0000 − z`, `Z = z + 80.0000`."""
         sized = f"{abs(self.zero_at_z_mm):.4f}"
         below = self.zero_at_z_mm < 0.0
         if self.backwards:
@@ -53,16 +53,16 @@ class SetupFrame:
         return f"Z = z {'+' if below else '−'} {sized}" if self.zero_at_z_mm else "Z = z"
 
     def z_mm(self, part_z_mm: float) -> float:
-        """The program's Z of a z of the part."""
+        """Returns the program's Z of a z of the part."""
         return self.sign * (part_z_mm - self.zero_at_z_mm)
 
     def point(self, point_mm: Point) -> Point:
-        """The program's (x, Z), x a radius, of a point of the part."""
+        """Returns the program's (x, Z), x a radius, of a point of the part."""
         x, z = point_mm
         return x, self.z_mm(z)
 
     def points(self, points_mm: ArrayLike) -> Array:
-        """The same of points (..., 2)."""
+        """Returns the program's (x, Z) of points (..., 2)."""
         return (np.asarray(points_mm, dtype=np.float64) - [0.0, self.zero_at_z_mm]) * [1.0, self.sign]
 
     def directions(self, of_part: ArrayLike) -> Array:
@@ -70,7 +70,7 @@ class SetupFrame:
         return np.asarray(of_part, dtype=np.float64) * [1.0, self.sign]
 
     def feature(self, feature: Feature) -> Feature:
-        """A feature of the part as one of the program's frame, its material on the right again."""
+        """Maps a feature of the part into the program's frame, its material on the right again."""
         placed = self._placed(feature)
         return placed.reversed() if self.backwards else placed
 
@@ -83,7 +83,7 @@ class SetupFrame:
         return Arc(feature.name, start, end, self.point(feature.centre_mm), self.sign * feature.sweep_rad)
 
     def profile(self, profile: Profile) -> Profile:
-        """The part's profile in the program's frame: in the opposite order where Z points backwards.
+        """Maps the part's profile into the program's frame: in the opposite order where Z points backwards.
 
         Junctions are the same: who goes the other way about a corner that was mirrored turns as before.
         """
@@ -94,4 +94,4 @@ class SetupFrame:
 
 
 PART: Final = SetupFrame("")
-"""That of a part with one set-up: the part's."""
+"""The frame of a part with one set-up: the part's own."""

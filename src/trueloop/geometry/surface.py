@@ -50,7 +50,7 @@ class Surface:
 
     @property
     def domain(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Interval of u and interval of v."""
+        """Returns the interval of u and the interval of v."""
         (p, q), (ku, kv) = self.degrees, (self.knots_u, self.knots_v)
         return (float(ku[p]), float(ku[-p - 1])), (float(kv[q]), float(kv[-q - 1]))
 
@@ -73,16 +73,18 @@ class Surface:
         return Partials(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
     def normal(self, u: Array, v: Array) -> Array:
-        """Outward unit normals (n, 3). Raises SRF-DEGENERATE where the patch has none: a pole, a collapsed edge."""
+        """Returns the outward unit normals (n, 3). Raises SRF-DEGENERATE where the patch has none: a pole, a collapsed
+        edge.
+        """
         at = self.partials(u, v)
         return self.normal_of(at)
 
     def normal_of(self, at: Partials) -> Array:
-        """Outward unit normals of places already evaluated."""
+        """Returns the outward unit normals of places already evaluated."""
         return self.outward(at.point_mm, at.du, at.dv)
 
     def outward(self, point_mm: Array, du: Array, dv: Array) -> Array:
-        """Outward unit normals (n, 3) from the derivatives at points, (n, 3) each; raises as `normal`."""
+        """Returns the outward unit normals (n, 3) from the derivatives at points, (n, 3) each; raises as `normal`."""
         across = np.cross(du, dv)
         length = np.linalg.norm(across, axis=1)
         size = np.linalg.norm(du, axis=1) * np.linalg.norm(dv, axis=1)
@@ -97,7 +99,9 @@ class Surface:
         return np.asarray((-1.0 if self.flipped else 1.0) * across / length[:, None])
 
     def curvatures_per_mm(self, u: Array, v: Array) -> Array:
-        """Principal curvatures (n, 2), the smaller first: negative is concave seen from outside the material."""
+        """Returns the principal curvatures (n, 2), the smaller first: negative is concave seen from outside the
+        material.
+        """
         at = self.partials(u, v)
         normal = self.normal_of(at)
         e, f, g = (np.sum(a * b, axis=1) for a, b in ((at.du, at.du), (at.du, at.dv), (at.dv, at.dv)))
@@ -109,11 +113,11 @@ class Surface:
         return np.stack([mean - spread, mean + spread], axis=1)
 
     def turned_over(self) -> "Surface":
-        """The same patch with its normals the other way."""
+        """Returns this patch with its normals reversed."""
         return replace(self, flipped=not self.flipped)
 
     def exchanged(self) -> "Surface":
-        """The same patch, normals and all, with u and v exchanged: one of the two forms has ∂u × ∂v outward."""
+        """Returns this patch, normals included, with u and v exchanged: one of the two forms has ∂u × ∂v outward."""
         weights = None if self.weights is None else self.weights.T
         control = self.control_mm.swapaxes(0, 1)
         return Surface(self.degrees[::-1], self.knots_v, self.knots_u, control, weights, not self.flipped)
@@ -132,7 +136,7 @@ class Surface:
         return 3 if self.weights is None else 4
 
     def _near(self, a: BasisRows, b: BasisRows) -> Array:
-        """The control points that act on each place, (n, q + 1, (p + 1) × 3 or 4)."""
+        """Returns the control points that act on each place, (n, q + 1, (p + 1) × 3 or 4)."""
         rows = a.first[:, None] + np.arange(self.degrees[0] + 1)
         columns = b.first[:, None] + np.arange(self.degrees[1] + 1)
         near = self._lifted[rows[:, None, :], columns[:, :, None]]

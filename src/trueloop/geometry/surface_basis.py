@@ -40,7 +40,7 @@ def basis_rows(knots: Array, degree: int, at: Array) -> BasisRows:
 
 
 def basis_matrix(knots: Array, degree: int, at: Array) -> Array:
-    """The values as a matrix (n, functions)."""
+    """Returns the values as a matrix (n, functions)."""
     rows = basis_rows(knots, degree, at)
     matrix = np.zeros((len(at), len(knots) - degree - 1))
     np.put_along_axis(matrix, rows.first[:, None] + np.arange(degree + 1), rows.values, axis=1)

@@ -25,7 +25,7 @@ class Feet:
 
 
 def closest(surface: Surface, points_mm: Array, near: tuple[Array, Array] | None = None) -> Feet:
-    """Feet of points (n, 3), finite numbers: the nearest points of the whole patch.
+    """Returns the feet of points (n, 3), finite numbers: the nearest points of the whole patch.
 
     `near`: parameters to start from instead, where they are known: the foot is then the one downhill from there. Raises
     SRF-DEGENERATE where a foot has no normal.

@@ -1,1 +1,3 @@
-"""What earlier parts teach: models of an edge and of a series, weights, and changes noticed. Numbers only, no files."""
+"""Learning from earlier parts: models of an edge and of a series, weights, and changes noticed. Numbers only, no
+files.
+"""

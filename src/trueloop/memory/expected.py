@@ -1,4 +1,4 @@
-"""What memory and today's touches together say of the next finish cut."""
+"""The prediction of the next finish cut from memory and today's touches together."""
 
 from dataclasses import dataclass
 
@@ -42,7 +42,7 @@ class Expected:
     arc_length_mm: Array | None = None
 
     def rows(self, feature: int) -> Integers:
-        """Which of the places lie on a feature of the profile, by index, in order of arc length; none where the
+        """Returns which of the places lie on a feature of the profile, by index, in order of arc length; none where the
         prediction is by contact angle alone.
         """
         return np.flatnonzero(np.array([]) if self.feature_index is None else self.feature_index == feature)

@@ -1,4 +1,4 @@
-"""One part as the memory of an edge sees it: errors at places before and after its finish cut."""
+"""One part as recorded in the memory of an edge: errors at places before and after its finish cut."""
 
 from dataclasses import dataclass
 
@@ -37,7 +37,7 @@ class CutErrors:
 
     @classmethod
     def none(cls) -> "CutErrors":
-        """No place at all."""
+        """Returns errors without any place."""
         return cls((), (), np.empty(0), np.empty(0), np.empty(0))
 
     @classmethod
@@ -47,7 +47,7 @@ class CutErrors:
         return cls((feature,) * n, ("",) * n, contact_angle_rad, np.zeros(n), np.zeros(n))
 
     def chosen(self, rows: ArrayLike) -> "CutErrors":
-        """Some of the places, by position."""
+        """Returns some of the places, by position."""
         at = np.asarray(rows, dtype=np.intp)
 
         def names(of: tuple[str, ...]) -> tuple[str, ...]:
@@ -96,7 +96,7 @@ class MadePart:
 
     @property
     def uncorrected_mm(self) -> Array | None:
-        """E = F + C at the places of `finish`, (n,); None without an inspection."""
+        """Returns E = F + C at the places of `finish`, (n,); None without an inspection."""
         if self.finish is None or self.correction_mm is None:
             return None
         return self.finish.error_mm + self.correction_mm

@@ -1,4 +1,4 @@
-"""How many of today's touches would have been enough."""
+"""The number of today's touches that would have been enough."""
 
 from typing import Final
 
@@ -11,7 +11,7 @@ NEARLY: Final = 1.1
 
 
 def enough_touches(covariance_mm2: Array, touches: int) -> int:
-    """The least number of touches, placed one by one where they help most, that would have done.
+    """Returns the least number of touches, placed one by one where they help most, that would have been enough.
 
     `covariance_mm2` is that of the touches, first, and of the finish errors, before a touch is known. The touch is
     taken next that leaves the least sum of variances; enough are those whose root of it is within 10 % of that of all.
@@ -27,10 +27,10 @@ def enough_touches(covariance_mm2: Array, touches: int) -> int:
 
 
 def _helps(covariance: Array, k: int, touches: int) -> float:
-    """By how much touch k, once known, lowers the sum of variances of the finish errors."""
+    """Returns by how much touch k, once known, lowers the sum of variances of the finish errors."""
     return float(np.sum(covariance[touches:, k] ** 2) / covariance[k, k])
 
 
 def _after(covariance: Array, k: int) -> Array:
-    """The covariance once value k is known."""
+    """Returns the covariance once value k is known."""
     return np.asarray(covariance - np.outer(covariance[:, k], covariance[k]) / covariance[k, k])

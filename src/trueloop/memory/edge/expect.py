@@ -1,4 +1,4 @@
-"""What is expected of today's finish cut, from earlier parts of the edge and today's touches."""
+"""The expected error of today's finish cut, from earlier parts of the edge and today's touches."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -17,14 +17,14 @@ FEW_PARTS: Final = 3
 """With fewer inspected parts the sizes of the terms are known so badly that bands are widened."""
 
 WIDENED: Final = 1.3
-"""By so much the variance then grows: simulated with two parts of history, 1.2 to 1.3 is missing."""
+"""The factor by which the variance then grows: simulated with two parts of history, 1.2 to 1.3 is missing."""
 
 CONFIRMS: Final = 1 / 3
 """An inspected correction confirms the actuator for corrections up to three times as large."""
 
 
 def expect(history: Sequence[MadePart], today: MadePart, at: CutErrors, options: MemoryOptions) -> Expected:
-    """The finish error of today's part had nothing been corrected, at n places, whose values are not looked at.
+    """Predicts the finish error of today's part, had nothing been corrected, at n places, whose values are not used.
 
     `history` holds the edge's earlier parts in cutting order, `today` the part in hand, without its finish inspection;
     of neither is anything used that comes later. Command `weight` × `mean_mm` as the correction: positive where
@@ -60,7 +60,7 @@ def expect(history: Sequence[MadePart], today: MadePart, at: CutErrors, options:
 
 
 def remembered(history: Sequence[MadePart], options: MemoryOptions) -> tuple[MadePart, ...]:
-    """The parts that are learned from."""
+    """Returns the parts from which the edge is learned."""
     if options.memory == "off":
         return ()
     if options.memory != "frozen":
@@ -69,7 +69,7 @@ def remembered(history: Sequence[MadePart], options: MemoryOptions) -> tuple[Mad
 
 
 def _confirmed(learned: Sequence[MadePart], command_mm: Array) -> bool:
-    """Whether an inspected part has shown what the machine makes of a correction of about this size."""
+    """Returns an inspected part has shown the effect of a correction of about this size."""
     shown = [part.correction_mm for part in learned if part.uncorrected_mm is not None]
     largest = max((_largest(taken) for taken in shown if taken is not None), default=0.0)
     return largest > 0 and largest >= CONFIRMS * _largest(command_mm)

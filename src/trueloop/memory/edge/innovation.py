@@ -1,4 +1,4 @@
-"""What a part differs by from what was predicted of it: the material of tests for changes."""
+"""The difference of a part from its prediction: the input of tests for changes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,7 +31,8 @@ class Innovation:
 
 
 def innovations(history: Sequence[MadePart], part: MadePart) -> tuple[Innovation, ...]:
-    """Of a part given those before it: its touches, and its finish inspection where there is one with a known C.
+    """Returns the innovations of a part given those before it: its touches, and its finish inspection where there is
+    one with a known C.
 
     None for a cut without places. What is learned of the actuator's gain is part of the prediction.
     """

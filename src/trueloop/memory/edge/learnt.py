@@ -1,4 +1,4 @@
-"""What an edge has taught: its form, the transfer to the finish cut, its setting, and what each part type adds.
+"""The knowledge of an edge: its form, the transfer to the finish cut, its setting, and the share of each part type.
 
 Each is a term, or some terms, of the state (`estimate.catalogue`) after all parts behind it.
 """
@@ -14,7 +14,7 @@ from trueloop.memory.edge.state import known_edge, places_of
 from trueloop.memory.made_part import CutErrors, MadePart
 
 LATEST: Final = 40
-"""Of so many parts at most: what an edge was long ago says little."""
+"""The largest number of parts used: parts of long ago say little of an edge."""
 FORM: Final = ("nose", "short nose")
 TRANSFER: Final = ("finish level", "finish form")
 OF_TYPE: Final = ("part zero", "finish form of the type", "taper", "form along", "group")
@@ -50,8 +50,8 @@ class Behind:
 @by_content
 @dataclass(frozen=True)
 class Learnt:
-    """What is known of an edge at n contact angles (n,), as it is after the last of its parts. Errors in mm, positive
-    where material is left on.
+    """The knowledge of an edge at n contact angles (n,), after the last of its parts. Errors in mm, positive where
+    material is left on.
 
     `form` is w(φ) with its wear; `transfer` is d(φ), the finish cut's error less the semi-finish cut's. `setting_mm`
     (2,) is o of the present setting along x (a radius) and z, with `setting_u_mm` (2,): at an angle it adds
@@ -79,7 +79,7 @@ class Learnt:
 
 
 def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | None:
-    """The terms, given the parts in cutting order, at contact angles (n,) in rad; None without any error.
+    """Returns the terms, given the parts in cutting order, at contact angles (n,) in rad; None without any error.
 
     An offset that all parts have is shared between setting and part zero. At a contact angle, a part type stands at the
     place of its last part whose angle is the nearest.
@@ -149,7 +149,7 @@ def _behind(parts: Sequence[MadePart], given: _Given) -> Behind:
 
 
 def _seen(part: MadePart) -> list[tuple[bool, CutErrors]]:
-    """The cuts of a part that are learned from, in their order; whether of the finish cut."""
+    """Returns the cuts of a part that are learned from, in their order, and whether each is of the finish cut."""
     finish = CutErrors.none() if part.finish is None or part.correction_mm is None else part.finish
     return [(of_finish, errors) for of_finish, errors in ((False, part.semifinish), (True, finish)) if len(errors)]
 
@@ -165,5 +165,5 @@ def _like(parts: Sequence[MadePart], part_type: str, contact_angle_rad: Array) -
 
 
 def _of_own_type(behind: Behind, by_type: Mapping[str, Array]) -> Array:
-    """Of values by type, those of each error's own."""
+    """Selects of values by type those of each error's own type."""
     return np.array([by_type[name][k] for k, name in enumerate(behind.part_type)])

@@ -1,4 +1,4 @@
-"""What a user may choose about memory."""
+"""The user's options of memory."""
 
 from dataclasses import dataclass
 from math import radians
@@ -11,7 +11,7 @@ Use: TypeAlias = Literal["on", "bands", "frozen", "off"]
 
 @dataclass(frozen=True)
 class MemoryOptions:
-    """How earlier parts of an edge take part in a correction.
+    """The way in which earlier parts of an edge take part in a correction.
 
     `memory`: "on"; "bands": the correction is today's own fit, earlier parts give only its band; "frozen": nothing is
     learned from parts after `last_part`; "off": earlier parts are not used at all. `first_weight`: share of the
@@ -53,4 +53,5 @@ class MemoryOptions:
 
 
 IN_FULL: Final = MemoryOptions(first_weight=1.0)
-"""Of contours: a corrected program takes off what it says, read back from it, from the first part on."""
+"""The options for contours: a corrected program takes off the amount it states, read back from it, from the first part
+on."""

@@ -1,4 +1,4 @@
-"""One part given earlier ones: before its touches are looked at, and after."""
+"""Predictions of one part from earlier ones: before its touches are used, and after."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from trueloop.memory.edge.state import EDGE, KnownEdge, cut_of, known_edge
 from trueloop.memory.made_part import CutErrors, MadePart
 
 REMEMBERED: Final = 40
-"""Of so many of the latest parts an edge is known: what it was long ago says little."""
+"""The number of latest parts from which an edge is known: older ones say little."""
 
 OF_TYPE: Final = 10
 """And of so many of the latest of the part's own type, however long ago these were cut."""
@@ -41,12 +41,12 @@ class Prediction:
 
     @property
     def touches(self) -> int:
-        """T."""
+        """Returns the number of touches, T."""
         return len(self.touched_mm)
 
     @property
     def memory_mm(self) -> Array:
-        """What earlier parts alone predict of the finish errors (n,)."""
+        """Returns the prediction of the finish errors (n,) from earlier parts alone."""
         return self.expected_mm[self.touches :]
 
     def inspected(self, correction_mm: Array) -> Normal:
@@ -56,7 +56,7 @@ class Prediction:
 
 
 def predict(history: Sequence[MadePart], part: MadePart, asked: CutErrors) -> Prediction:
-    """The finish errors E = F + C of a part at the places of `asked`, whose values are not looked at."""
+    """Predicts the finish errors E = F + C of a part at the places of `asked`, whose values are not used."""
     known = known_edge(history, part, asked)
     places, functional = known.places(asked, True)
     seen = cut_of(part, known.age, part.semifinish, False, None)
@@ -84,7 +84,7 @@ def predict(history: Sequence[MadePart], part: MadePart, asked: CutErrors) -> Pr
 
 
 def latest(history: Sequence[MadePart], part_type: str) -> tuple[MadePart, ...]:
-    """The parts, in their order, by which a part of this type is predicted."""
+    """Returns the parts, in their order, by which a part of this type is predicted."""
     n = len(history)
     of_type = [k for k, part in enumerate(history) if part.part_type == part_type]
     return tuple(history[k] for k in sorted({*range(max(n - REMEMBERED, 0), n), *of_type[-OF_TYPE:]}))

@@ -1,4 +1,4 @@
-"""When memory does not predict, and what is said when it does so on weak ground."""
+"""Refusals of memory to predict, and its remarks where it predicts from few data."""
 
 import math
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ OFF: Final = 'correct by today\'s touches alone: [memory] use = "off"'
 
 
 def up_to(history: Sequence[MadePart], last_part: str) -> tuple[MadePart, ...]:
-    """The history up to a part and with it. Raises MEM-PART where it holds none of that serial number."""
+    """Returns the history up to a part and with it. Raises MEM-PART where it holds none of that serial number."""
     serials = [part.serial for part in history]
     if last_part not in serials:
         raise TrueloopError(
@@ -33,7 +33,9 @@ def up_to(history: Sequence[MadePart], last_part: str) -> tuple[MadePart, ...]:
 
 
 def nearest_rad(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array) -> Array:
-    """How far the nearest contact angle is that earlier parts or today's touches have seen, (n,); inf without any."""
+    """Returns the distance of the nearest contact angle that earlier parts or today's touches have measured, (n,); inf
+    without any.
+    """
     seen = [today.semifinish.contact_angle_rad]
     for part in history:
         seen += [part.semifinish.contact_angle_rad] + ([] if part.finish is None else [part.finish.contact_angle_rad])
@@ -68,7 +70,7 @@ def refuse_gain(gain: float) -> None:
 
 
 def flags(history: Sequence[MadePart], today: MadePart, gain: float) -> tuple[str, ...]:
-    """What is said beside a prediction, as sentences."""
+    """Returns the remarks beside a prediction, as sentences."""
     if not history:
         return (wording("First part of this edge: corrected by the fit of its own touches."),)
     inspected = [part for part in history if part.uncorrected_mm is not None]
@@ -127,13 +129,13 @@ def _unseen(today: MadePart, contact_angle_rad: Array, nearest: Array, options: 
 
 
 def _differs(value: float | None, others: Sequence[float | None]) -> bool:
-    """Whether a stated value is by more than 10 % off the median of those that are stated."""
+    """Returns a stated value is by more than 10 % off the median of the others that are stated."""
     stated = [other for other in others if other is not None]
     return value is not None and bool(stated) and abs(value / float(np.median(stated)) - 1) > 0.1
 
 
 def _order_in_doubt(parts: Sequence[MadePart]) -> bool:
-    """Whether a part's place was doubted, two parts have one place in the order, or the edge's age falls."""
+    """Returns a part's place was doubted, two parts have one place in the order, or the edge's age falls."""
     if any(part.order_in_doubt for part in parts):
         return True
     order = [part.order for part in parts]

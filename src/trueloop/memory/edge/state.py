@@ -1,4 +1,4 @@
-"""The state of an edge: what its parts, one after the other, have told of the terms of the error (`estimate`)."""
+"""The state of an edge: the terms of the error (`estimate`) as determined from its parts, one after the other."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,10 +21,10 @@ EDGE: Final = "edge"
 
 FITTED_PARTS: Final = 8
 FITTED_VALUES: Final = 500
-"""Sizes are fitted to the latest parts, at most so many of them and so many values: enough to tell them."""
+"""The largest numbers of latest parts, and of values of these, to which sizes are fitted: enough to determine them."""
 
 WRONG_GAIN: Final = 0.5
-"""By so much, in standard deviations, gains differ from 1 where a correction was not run or was entered wrongly."""
+"""The standard deviation by which gains differ from 1 where a correction was not run or was entered wrongly."""
 
 ROUND_RAD: Final = 0.1
 """Contact angles are taken to reach a multiple of this, so that the same basis serves part after part."""
@@ -49,7 +49,9 @@ class KnownEdge:
 
 
 def known_edge(history: Sequence[MadePart], part: MadePart, asked: CutErrors | None = None) -> KnownEdge:
-    """What earlier parts, in cutting order, tell before `part`. `asked`: further places that will be spoken of."""
+    """Returns the state known from earlier parts, in cutting order, before `part`. `asked`: further places to be
+    predicted.
+    """
     parts = [*history, part]
     ages = _ages(parts)
     catalogue = _catalogue([errors for one in parts for errors in _cuts(one)] + ([] if asked is None else [asked]))
@@ -68,7 +70,9 @@ def known_edge(history: Sequence[MadePart], part: MadePart, asked: CutErrors | N
 
 
 def observed(part: MadePart, age: float) -> list[Observed]:
-    """The touches S of a part, and E = F + C of its finish inspection where C is known; each where there is one."""
+    """Returns the touches S of a part, and E = F + C of its finish inspection where C is known; each where there is
+    one.
+    """
     found = []
     if len(part.semifinish):
         found.append(cut_of(part, age, part.semifinish, False, None))
@@ -80,7 +84,9 @@ def observed(part: MadePart, age: float) -> list[Observed]:
 def places_of(
     part: MadePart, age: float, errors: CutErrors, finish: bool, taken_off_mm: Array | None = None
 ) -> tuple[Places, Array | None]:
-    """N places of a cut, that of the reference last where there is one, and the functional (n, n + 1) of them."""
+    """Returns N places of a cut, that of the reference last where there is one, and the functional (n, n + 1) of
+    them.
+    """
     own = _columns(part, age, errors, finish, taken_off_mm)
     if errors.reference is None or errors.z_share is None:
         return own, None
@@ -165,8 +171,8 @@ def _catalogue(cuts: Sequence[CutErrors]) -> Catalogue:
 
 
 def _ages(parts: Sequence[MadePart]) -> Array:
-    """The edge's age at each part, in parts of mean duration, counted from the first of these: by minutes in cut where
-    every part states them, else by the order of the parts.
+    """Returns the edge's age at each part, in parts of mean duration, counted from the first of these: by minutes in
+    cut where every part states them, else by the order of the parts.
     """
     order = np.array([part.order for part in parts], dtype=np.float64)
     minutes = np.array([np.nan if part.minutes_in_cut is None else part.minutes_in_cut for part in parts])

@@ -24,16 +24,15 @@ from trueloop.arrays import Array, Flags
 from trueloop.memory.level.step import LevelPrior
 
 ACTS: Final = ((1.0, 1.0, 0.98), (0.0, 0.3, 0.01), (-1.0, 1.0, 0.01))
-"""What corrections may do: gain, its standard deviation in that of the prior, and probability: as meant; nothing,
-because something else makes the error; the wrong way.
-"""
+"""The possible effects of corrections, each with its gain, the gain's standard deviation in that of the prior, and its
+probability: as meant; none, because something else makes the error; the wrong way."""
 DEVIATIONS: Final = np.arange(-3.0, 3.01, 0.5)
-"""Of the grid, in standard deviations of the prior."""
+"""The nodes of the grid, in standard deviations of the prior."""
 
 
 @dataclass(frozen=True)
 class Levels:
-    """What is known of level and gain, for each of g cases of scatter, drift and what a correction does; (…, g), mm.
+    """The knowledge of level and gain, for each of g cases of scatter, drift and effect of a correction; (…, g), mm.
 
     `log_weight` is not normalised; `as_meant` (g,) flags the cases in which corrections act as meant.
     """
@@ -50,28 +49,28 @@ class Levels:
 
     @property
     def share(self) -> Array:
-        """Probability of each case, (…, g)."""
+        """Returns the probability of each case, (…, g)."""
         shares = np.exp(self.log_weight - self.log_weight.max(axis=-1, keepdims=True))
         return np.asarray(shares / shares.sum(axis=-1, keepdims=True))
 
     def mean(self, values: Array) -> Array:
-        """Average over the cases, (…)."""
+        """Returns the average over the cases, (…)."""
         return np.asarray((self.share * values).sum(axis=-1))
 
     def typical(self, deviations: Array) -> float:
-        """Geometric mean over the cases, of one series."""
+        """Returns the geometric mean over the cases, of one series."""
         return float(np.exp(self.mean(np.log(deviations))))
 
     def total_u(self, means: Array, variances: Array) -> Array:
-        """Standard deviation, of the cases' means about theirs too, (…)."""
+        """Returns the standard deviation, (…), including that of the cases' means about their average."""
         about = means - self.mean(means)[..., None]
         return np.asarray(np.sqrt(self.mean(variances + about**2)))
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What one part showed: innovation and its standard deviation, mm; weight: share of it that is expected again of
-    the next part with the same correction, the Kalman gain of level − gain · correction. All (…).
+    """The observation of one part: innovation and its standard deviation, mm; weight: share of it that is expected
+    again of the next part with the same correction, the Kalman gain of level − gain · correction. All (…).
     """
 
     innovation: Array
@@ -80,7 +79,7 @@ class Seen:
 
 
 def unknown(prior: LevelPrior, shape: tuple[int, ...] = ()) -> Levels:
-    """Before the first part."""
+    """Returns the state before the first part."""
     cases = np.array(list(itertools.product(DEVIATIONS, DEVIATIONS, ACTS)), dtype=object)
     scatter, drift = cases[:, 0].astype(float), cases[:, 1].astype(float)
     gain, gain_sd, probability = np.array(list(cases[:, 2]), float).T
@@ -99,7 +98,9 @@ def unknown(prior: LevelPrior, shape: tuple[int, ...] = ()) -> Levels:
 
 
 def moved_on(known: Levels, parts: Array | float, set_before: Array | bool, prior: LevelPrior) -> Levels:
-    """Before the part that comes `parts` later: the level has drifted; it is unknown again where the tool was set."""
+    """Returns the state before the part that comes `parts` later: the level has drifted; it is unknown again where the
+    tool was set.
+    """
     anew = np.asarray(set_before)[..., None]
     drifted = known.level_var + known.drift**2 * np.asarray(parts, float)[..., None]
     return replace(
@@ -111,14 +112,16 @@ def moved_on(known: Levels, parts: Array | float, set_before: Array | bool, prio
 
 
 def predicted(known: Levels, correction: Array | float) -> tuple[Array, Array]:
-    """Error of a part with that correction, and its variance with scatter, of each case; (…, g)."""
+    """Predicts the error of a part with that correction, and its variance with scatter, of each case; (…, g)."""
     c = np.asarray(correction, float)[..., None]
     variance = known.level_var - 2 * c * known.covariance + c**2 * known.gain_var + known.scatter**2
     return known.level - known.gain * c, variance
 
 
 def learned(known: Levels, error: Array | float, correction: Array | float) -> tuple[Levels, Seen]:
-    """After a part that was cut with that correction and found with that error."""
+    """Returns the state after a part that was cut with that correction and measured with that error, and its
+    observation.
+    """
     c, (expected, variance) = np.asarray(correction, float)[..., None], predicted(known, correction)
     beyond = np.asarray(error, float)[..., None] - expected
     with_level = known.level_var - c * known.covariance
@@ -140,7 +143,7 @@ def learned(known: Levels, error: Array | float, correction: Array | float) -> t
 
 
 def best_correction(known: Levels) -> Array:
-    """The correction c that makes E[(level − gain · c)²] least: E[level · gain] / E[gain²], (…).
+    """Returns the correction c that makes E[(level − gain · c)²] least: E[level · gain] / E[gain²], (…).
 
     It is smaller than level / gain where the gain is not well known. Corrections that do not act as meant have no best
     size: see `as_meant`; the averages are over the cases in which they do.
@@ -151,12 +154,12 @@ def best_correction(known: Levels) -> Array:
 
 
 def probably_acts(known: Levels) -> Array:
-    """Probability that corrections act as meant, (…)."""
+    """Returns the probability that corrections act as meant, (…)."""
     return known.mean(known.as_meant * np.ones_like(known.log_weight))
 
 
 def cautious(correction: Array | float, largest_seen: Array | float, first_share: float) -> Array:
-    """A correction as far as inspected parts confirm that corrections act as meant, (…).
+    """Limits a correction to what inspected parts confirm of corrections acting as meant, (…).
 
     Up to twice the largest correction that an inspected part was cut with, in size, it is applied whole; what goes
     beyond is held at that, and at `first_share` of the whole at least.

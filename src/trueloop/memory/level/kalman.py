@@ -1,4 +1,4 @@
-"""What to correct the next part by, after each part of a series of one number: the weight is the Kalman gain.
+"""The correction of the next part, after each part of a series of one number: the weight is the Kalman gain.
 
 The reports ask for weights of 0.50–0.75 that adjust themselves [4773 §2.5]. With a model of the series they follow
 from it: the weight is what scatter, drift and the number of parts make of the Kalman gain. Two things that the model
@@ -25,7 +25,8 @@ from trueloop.memory.level.step import TURNING, LevelPrior, PartReading, Step, W
 from trueloop.wording import Signed, Um, wording
 
 LEAST_GAIN: Final = 0.25
-"""Where less of a correction arrives, by estimate, something else than what is corrected makes the error."""
+"""The least gain: where less of a correction arrives, by estimate, something else than what is corrected makes the
+error."""
 PROBABLE: Final = 0.5
 """Below this probability that corrections act as meant, none is changed."""
 ALIKE: Final = 0.02
@@ -34,7 +35,7 @@ ALIKE: Final = 0.02
 
 @dataclass(frozen=True)
 class _Past:
-    """What goes from one part to the next."""
+    """The state that one part passes to the next."""
 
     known: Levels
     largest_mm: float = 0.0
@@ -44,7 +45,7 @@ class _Past:
 
 
 def steps(readings: Sequence[PartReading], prior: LevelPrior = TURNING) -> tuple[Step, ...]:
-    """One step a part, in the order in which they were cut; the last one says what to correct the next part by.
+    """Returns one step a part, in the order in which they were cut; the last one holds the correction of the next part.
 
     Only parts before it and the part itself enter a step.
 
@@ -58,7 +59,7 @@ def steps(readings: Sequence[PartReading], prior: LevelPrior = TURNING) -> tuple
 
 
 def steps_as_they_come(readings: Iterable[PartReading], prior: LevelPrior = TURNING) -> Iterator[Step]:
-    """The same, each given before the next reading is taken: a reading may depend on the step before it."""
+    """Yields each step of `steps` before the next reading is taken: a reading may depend on the step before it."""
     past = _Past(unknown(prior))
     for reading in readings:
         past = _after(past, reading, prior)
@@ -79,7 +80,7 @@ def _after(past: _Past, reading: PartReading, prior: LevelPrior) -> _Past:
 
 
 def _step(known: Levels, seen: Seen, reading: PartReading, largest_mm: float, prior: LevelPrior) -> tuple[Step, bool]:
-    """The step, its reason still to come, and whether the correction is limited as unconfirmed."""
+    """Returns the step, its reason still to come, and whether the correction is limited as unconfirmed."""
     ahead = moved_on(known, 1.0, False, prior)
     whole, gain = float(best_correction(ahead)), float(known.mean(known.gain))
     allowed = float(cautious(whole, largest_mm, prior.first_share))
@@ -107,7 +108,7 @@ def _step(known: Levels, seen: Seen, reading: PartReading, largest_mm: float, pr
 
 
 def _reason(past: _Past, reading: PartReading, step: Step, limited: bool, parts: int) -> str:
-    """Why the weight is what it is now."""
+    """Explains the present weight."""
     plain = _plain_reason(past, reading, step, limited, parts)
     if plain is not None:
         return plain
@@ -125,7 +126,7 @@ def _reason(past: _Past, reading: PartReading, step: Step, limited: bool, parts:
 
 
 def _plain_reason(past: _Past, reading: PartReading, step: Step, limited: bool, parts: int) -> str | None:
-    """Where it needs no comparison with the weight before."""
+    """Explains the weight where this needs no comparison with the weight before; else returns None."""
     if not reading.counts:
         return wording("in quarantine: nothing is learned from this part")
     if step.held:

@@ -1,4 +1,4 @@
-"""What one part of a series shows, and what follows from it for the next."""
+"""The reading of one part of a series, and the step that follows from it for the next."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -27,7 +27,9 @@ class PartReading:
 
 @dataclass(frozen=True)
 class Weight:
-    """By which share of what a part showed unexpectedly the next correction moves, and why the share moved."""
+    """The share of a part's innovation by which the next correction moves, and the reason for a change of that
+    share.
+    """
 
     value: float
     before: float | None
@@ -36,7 +38,7 @@ class Weight:
 
 @dataclass(frozen=True)
 class Step:
-    """After one part: what to correct the next by. Lengths in mm.
+    """The step after one part: the correction of the next. Lengths in mm.
 
     `correction_mm` is the whole correction to be in force, `change_mm` how much more that is than this part had. The
     sign is that of `PartReading`: positive takes material off. `level_mm` is the error had nothing been corrected,
@@ -67,7 +69,7 @@ class Step:
 
 @dataclass(frozen=True)
 class LevelPrior:
-    """What is believed of a series before its first part; lengths in mm, of the error as inspected.
+    """The belief of a series before its first part; lengths in mm, of the error as inspected.
 
     Medians of general turning: 20 µm of setting; 2.5 µm of scatter, which is 2 µm of clamping and 1.5 µm of
     measurement; 0.5 µm of drift from part to part. Scatter and drift are log-normal with a standard deviation of
@@ -81,7 +83,7 @@ class LevelPrior:
     log_sd: float = 1.0
     gain_sd: float = 0.3
     first_share: float = 0.75
-    """Of a correction that no inspected part has confirmed yet."""
+    """The share of a correction that is applied while no inspected part has confirmed it."""
 
 
 TURNING: Final = LevelPrior()

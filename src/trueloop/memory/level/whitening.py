@@ -1,4 +1,4 @@
-"""The weight by the signs of what is left: for series without a model, and as a monitor beside one.
+"""The weight by the signs of the remaining errors: for series without a model, and as a monitor beside one.
 
 [4773 §2.5] warns of adjustments that "change their sign and steadily increase", and asks for a smaller weight; §3.5 has
 the weight of a correction that changes its sign over several iterations reduced "by a standard percentage", and
@@ -18,18 +18,18 @@ from trueloop.memory.level.step import PartReading, Step, Weight
 from trueloop.wording import wording
 
 FIRST: Final = 0.75
-"""Of the weights "between 0.50 and 0.75" [4773 §2.5], that of its Fig. 9."""
+"""The first weight: of those "between 0.50 and 0.75" [4773 §2.5], that of its Fig. 9."""
 REDUCED: Final = 0.8
-"""By which a weight is multiplied, or divided to increase it: the standard percentage is 20 %."""
+"""The factor by which a weight is multiplied, or divided to increase it: the standard percentage is 20 %."""
 LEAST: Final = 0.1
 LATEST: Final = 12
 """Pairs of parts that the monitor looks at, and as many as it needs."""
 SUSPECT: Final = 0.01
-"""Probability of as uneven signs by chance below which the monitor says so."""
+"""The probability of signs as uneven by chance below which the monitor reports them."""
 
 
 def next_weight(weight: Array | float, signs: Array) -> Array:
-    """The weight after parts whose errors have had these signs, (…, parts), the latest last; weights (…)."""
+    """Returns the weight after parts whose errors have had these signs, (…, parts), the latest last; weights (…)."""
     if signs.shape[-1] < 3:
         return np.asarray(weight, float) * np.ones(signs.shape[:-1])
     same = signs[..., -3:-1] * signs[..., -2:]
@@ -39,7 +39,7 @@ def next_weight(weight: Array | float, signs: Array) -> Array:
 
 
 def whitened_steps(readings: Sequence[PartReading], first: float = FIRST) -> tuple[Step, ...]:
-    """One step a part, in the order in which they were cut: C moves by weight times the error that is left.
+    """Returns one step a part, in the order in which they were cut: C moves by weight times the error that is left.
 
     Signs of before a setting of the tool count no more. A part in quarantine moves nothing.
     """
@@ -67,8 +67,8 @@ def _reason(weight: float, before: float, signs: Array) -> str:
 
 @dataclass(frozen=True)
 class Whiteness:
-    """What the signs of the latest innovations say of the weight. `agreeing` of `pairs` neighbours have the same sign;
-    `probability` is that of an outcome as uneven by chance. `says` is empty where nothing is suspect.
+    """The evidence that the signs of the latest innovations give of the weight. `agreeing` of `pairs` neighbours have
+    the same sign; `probability` is that of an outcome as uneven by chance. `says` is empty where nothing is suspect.
     """
 
     pairs: int
@@ -78,9 +78,9 @@ class Whiteness:
 
 
 def monitor(innovations: Array) -> Whiteness:
-    """Of the latest innovations of a series, (parts,): those of a right model are white.
+    """Tests the latest innovations of a series, (parts,): those of a right model are white.
 
-    With fewer than twelve pairs nothing is said: the probability is 1. Counts beyond chance are by the binomial
+    With fewer than twelve pairs nothing is reported: the probability is 1. Counts beyond chance are by the binomial
     distribution, two-sided. It notices a weight that is far off, not what a single part shows: see `memory.noticing`.
     """
     signs = np.sign(innovations[np.isfinite(innovations) & (innovations != 0)])[-LATEST - 1 :]

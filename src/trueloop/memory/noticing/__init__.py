@@ -1,1 +1,1 @@
-"""What changed: tests on what a part showed beyond what was predicted of it."""
+"""Changes noticed: tests on the differences of a part from its prediction."""

@@ -1,11 +1,11 @@
-"""What was noticed of one part, with its probability and what may have happened."""
+"""The changes noticed of one part, with their probabilities and possible causes."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 
 class What(StrEnum):
-    """What of a part differs from what earlier parts predict."""
+    """The property of a part that differs from the prediction of earlier parts."""
 
     LEVEL = "level"  # the whole part moved by (dX, dZ)
     SHAPE = "shape"  # what is left of it
@@ -27,7 +27,7 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class Alarm:
-    """One test that failed. `probability` is that of such a result by chance, `says` what may have happened."""
+    """One test that failed. `probability` is that of such a result by chance, `says` states what may have happened."""
 
     what: What
     probability: float
@@ -36,7 +36,7 @@ class Alarm:
 
 @dataclass(frozen=True)
 class Noticed:
-    """Of one part. `alarms` has the likeliest first; it is empty where nothing is unusual.
+    """The changes noticed of one part. `alarms` has the likeliest first; it is empty where nothing is unusual.
 
     `level_mm` is (dX, dZ) by which the part's error lies beside the prediction, X a radius; `gain` the share of the
     correction that arrived, with its standard uncertainty, None without a correction. `quarantine`: nothing may be
@@ -54,5 +54,5 @@ class Noticed:
 
     @property
     def own_fit(self) -> bool:
-        """Whether today's part is to be corrected by its own touches alone."""
+        """Returns whether today's part is to be corrected by its own touches alone."""
         return bool(self.alarms)

@@ -19,11 +19,12 @@ SHARE: Final = 0.15
 0.7 % of parts have three or more among twenty, and 0.06 % four.
 """
 FOR_TWO, FOR_ONE = 6, 3
-"""As many touches have to be there: fewer do not tell which of them is wrong."""
+"""The least numbers of touches to leave out two and one: fewer do not tell which of them is wrong."""
 
 
 def left_out_deviations(error: Array, covariance: Array) -> Array:
-    """By how many standard deviations each of n errors differs from what all others say of it, (n,).
+    """Returns the number of standard deviations by which each of n errors differs from the prediction of all others,
+    (n,).
 
     With P = V⁻¹ the prediction of error i from the others misses by (P e)_i / P_ii, with variance 1 / P_ii.
     """
@@ -47,7 +48,9 @@ def kept(error: Array, covariance: Array, points: Sequence[str]) -> tuple[Intege
 
 
 def _contradicted(n: int) -> float:
-    """By how many standard deviations a touch among n has to differ: by chance one of them does so in 1 of 37 parts."""
+    """Returns the number of standard deviations by which a touch among n has to differ: by chance one of them does so
+    in 1 of 37 parts.
+    """
     return max(CONTRADICTED, float(ndtri(1.0 - BY_CHANCE_ABOVE / n)))
 
 

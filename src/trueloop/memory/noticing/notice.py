@@ -1,4 +1,6 @@
-"""Whether a part is as earlier parts predict: level, form and gain of its correction, and what may have happened."""
+"""Tests of a part against the prediction of earlier parts: level, form and gain of its correction, and possible
+causes.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,7 +41,8 @@ def notice(
     from_memory_mm: Array | None = None,
     points: Sequence[str] | None = None,
 ) -> Noticed:
-    """What n places of one part show beyond their prediction, (n,), with its covariance (n, n), scatter included.
+    """Returns the changes that n places of one part show against their prediction, (n,), with its covariance (n, n),
+    scatter included.
 
     Before the finish cut these are its touches; after it, errors had nothing been corrected (E = F + C) less those
     predicted, with the correction C that they were cut with and the share of it that came from memory; positive =
@@ -74,7 +77,7 @@ def notice(
 
 
 def wider(parts: int) -> float:
-    """By which variances are taken to be larger: how much parts scatter is known from so few of them, and taken as
+    """Returns the factor by which variances are enlarged: the scatter of parts is known from few of them, and taken as
     known. 2.5 with one part, 1.25 with six, 1.1 with fifteen.
     """
     return 1 + SCARCE / max(parts, 1)
@@ -89,15 +92,15 @@ class _Found:
     gain: float | None = None
 
     def rank(self) -> tuple[bool, bool, bool, float]:
-        """First what explains all else, and of that a gain that an error in the shop makes: of the whole correction
-        before that of memory's share, which may be nearly all of it.
+        """Returns the key of the order: first what explains all else, and of that a gain that an error in the shop
+        makes: of the whole correction before that of memory's share, which may be nearly all of it.
         """
         of_memory = self.alarm.what is What.MEMORY_GAIN
         return self.rest < BY_CHANCE, not self.slip, of_memory, self.alarm.probability
 
     def raised(self) -> bool:
-        """A test of a gain that finds one near 1, or of memory's share one that no slip makes, has found something
-        else: level and shape say whether it is unusual.
+        """Returns the alarm is raised. A test of a gain that results in one near 1, or of memory's share in one that no
+        slip makes, has detected something else: level and shape decide whether it is unusual.
         """
         meant = self.gain is None or (self.slip if self.alarm.what is What.MEMORY_GAIN else self.wrong_gain())
         return meant and self.alarm.probability < BY_CHANCE
@@ -112,7 +115,7 @@ class _Found:
 
 
 def _of_error(white: White, error_mm: Array, angle_rad: Array, before_finish: bool) -> tuple[Array, list[_Found]]:
-    """(dX, dZ), mm, and the tests of level and shape."""
+    """Returns (dX, dZ), mm, and the tests of level and shape."""
     shift, by_level, by_shape = level_and_shape(white, angle_rad)
     rest_mm = error_mm - np.column_stack([np.sin(angle_rad), np.cos(angle_rad)]) @ shift
     level = Alarm(What.LEVEL, by_level, of_level(shift, before_finish))
@@ -121,7 +124,7 @@ def _of_error(white: White, error_mm: Array, angle_rad: Array, before_finish: bo
 
 
 def _of_gains(gain: Gain | None, memory: Gain | None) -> list[_Found]:
-    """The tests of what arrived of the correction, and of what memory added to it."""
+    """Returns the tests of the share of the correction that arrived, and of that of memory's addition to it."""
     found = []
     if gain is not None:
         found.append(_Found(Alarm(What.GAIN, gain.by_chance, of_gain(gain.share)), gain.rest, gain.share))

@@ -17,7 +17,7 @@ from trueloop.memory.noticing.sentences import NEAR, is_slip, of_gain, of_number
 
 
 def notice_part(history: Sequence[MadePart], part: MadePart) -> dict[Stage, Noticed]:
-    """By cut, what a part shows beyond what earlier parts of the edge, in cutting order, predict of it.
+    """Returns by cut how a part differs from the prediction of earlier parts of the edge, in cutting order.
 
     Its touches are judged by earlier parts, its finish inspection by these and by its own touches. A cut without places
     is absent, and so are all of a part before which none was inspected: what is believed beforehand is no reason to
@@ -42,11 +42,11 @@ def notice_part(history: Sequence[MadePart], part: MadePart) -> dict[Stage, Noti
 
 
 def notice_step(step: Step, reading: PartReading, parts: int) -> Noticed:
-    """Of a series of one number: `step` is the one that `memory.level.kalman.steps` made of the reading, `parts` the
+    """Tests a series of one number: `step` is the one that `memory.level.kalman.steps` made of the reading, `parts` the
     number of parts behind it.
 
     One number does not tell a moved level from a correction that was not run. Where the share of the correction that
-    would have arrived is that of a slip in the shop, this is said, and the record goes into quarantine; else it is
+    would have arrived is that of a slip in the shop, this is reported, and the record goes into quarantine; else it is
     said that the part differs. Raises ValueError for a step of a rule without a model, which predicts nothing.
     """
     if step.innovation_mm is None or step.innovation_sd_mm is None:
@@ -63,8 +63,8 @@ def notice_step(step: Step, reading: PartReading, parts: int) -> Noticed:
 
 
 def cleaned(part: MadePart, found: Mapping[Stage, Noticed]) -> MadePart:
-    """The part as it may be learned from: without the touches that were left out, and without its finish inspection
-    where that is in quarantine. Not learning from a gross touch is what keeps later predictions right.
+    """Returns the part as it may be learned from: without the touches that were left out, and without its finish
+    inspection where that is in quarantine. Not learning from a gross touch keeps later predictions right.
     """
     before, after = (found.get(stage, Noticed()) for stage in (Stage.SEMIFINISH, Stage.FINISH))
     touches = _without(part.semifinish, before)

@@ -1,4 +1,4 @@
-"""What may have happened, in words."""
+"""Possible causes of a change, in words."""
 
 from typing import Final
 
@@ -16,12 +16,12 @@ NEAR: Final = 0.12
 
 
 def is_slip(gain: float, slips: tuple[float, ...] = SLIPS) -> bool:
-    """Whether a slip in the shop makes such a share of a correction arrive."""
+    """Returns a slip in the shop makes such a share of a correction arrive."""
     return any(abs(gain - known) < NEAR for known in slips)
 
 
 def of_number(beyond_mm: float) -> str:
-    """One number that differs from its prediction, mm."""
+    """Describes one number that differs from its prediction, mm."""
     return wording(
         "the part differs by {beyond} from what was predicted: the tool was set or changed, an offset was entered, "
         "or the part was clamped otherwise",
@@ -30,7 +30,7 @@ def of_number(beyond_mm: float) -> str:
 
 
 def of_level(shift: Array, before_finish: bool) -> str:
-    """A part that lies elsewhere: (dX, dZ), mm."""
+    """Describes a part with a displaced level: (dX, dZ), mm."""
     x, z = Um(shift[0], "+.1f"), Um(shift[1], "+.1f")
     if before_finish:
         return wording(
@@ -48,7 +48,7 @@ def of_level(shift: Array, before_finish: bool) -> str:
 
 
 def of_shape(rest_mm: Array, before_finish: bool) -> str:
-    """A part whose error has another form: what is left without its level, (n,), mm."""
+    """Describes a part whose error has another form: the remainder without its level, (n,), mm."""
     form = Um(rms(rest_mm))
     if before_finish:
         return wording(
@@ -64,7 +64,7 @@ def of_shape(rest_mm: Array, before_finish: bool) -> str:
 
 
 def of_gain(gain: float) -> str:
-    """A correction of which another share arrived than all of it."""
+    """Describes a correction of which another share arrived than all of it."""
     share = Signed(gain, 2)
     if abs(gain) < NEAR:
         return wording("{gain} of the correction arrived: the corrected program or offset was not run", gain=share)
@@ -80,7 +80,7 @@ def of_gain(gain: float) -> str:
 
 
 def of_memory(gain: float) -> str:
-    """The same for what memory added to it."""
+    """Describes memory's addition to a correction of which another share arrived than all of it."""
     share = Signed(gain, 2)
     if abs(gain) < NEAR:
         return wording("{gain} of what memory added to the correction arrived: it was not applied", gain=share)
@@ -90,7 +90,7 @@ def of_memory(gain: float) -> str:
 
 
 def of_left_out(touch: LeftOut) -> str:
-    """A touch that the others contradict."""
+    """Describes a touch that the others contradict."""
     return wording(
         "touch {point} was left out: it differs by {z} standard deviations from what all others say of it",
         point=touch.point,

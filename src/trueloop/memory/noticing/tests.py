@@ -15,7 +15,8 @@ from scipy.special import chdtrc, ndtr
 from trueloop.arrays import Array
 
 SAME_DIRECTION: Final = 1e-3
-"""Of the largest singular value: with all touches on a cylinder nothing is seen along Z."""
+"""The share of the largest singular value below which a direction is unseen: with all touches on a cylinder nothing is
+seen along Z."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,9 @@ class White:
 
 
 def level_and_shape(white: White, contact_angle_rad: Array) -> tuple[Array, float, float]:
-    """(dX, dZ), mm, the shortest that explains the level; probabilities of level and of shape, 1 where unseen."""
+    """Returns (dX, dZ), mm, the shortest that explains the level; probabilities of level and of shape, 1 where
+    unseen.
+    """
     directions = white.seen(np.column_stack([np.sin(contact_angle_rad), np.cos(contact_angle_rad)]))
     u, sizes, v = np.linalg.svd(directions, full_matrices=False)
     seen = sizes > SAME_DIRECTION * sizes[0]
@@ -61,7 +64,7 @@ class Gain:
 
 
 def gain_of(white: White, correction_mm: Array) -> Gain:
-    """By regressing the innovations on the correction."""
+    """Estimates the gain by regressing the innovations on the correction."""
     seen = white.seen(correction_mm)
     square, all_chi2, n = float(seen @ seen), float(white.error @ white.error), len(white.error)
     if square == 0:
