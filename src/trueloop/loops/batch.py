@@ -1,4 +1,4 @@
-"""The same work on many parts: here, on local processes, or on the machines of a Dask scheduler."""
+"""One function applied to many parts: here, on local processes, or on the machines of a Dask scheduler."""
 
 import signal
 from collections import deque
@@ -14,7 +14,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 TRIES: Final = 3
-"""How often work is given out again whose worker died."""
+"""The number of times that work is given out again whose worker died."""
 AHEAD: Final = 4
 """Items a local process has in hand or waiting, and so the most results that wait for an earlier one."""
 
@@ -22,7 +22,8 @@ AHEAD: Final = 4
 def run_batch(
     work: Callable[[Item], Result], items: Sequence[Item], *, workers: int = 1, scheduler: str | None = None
 ) -> Iterator[Result]:
-    """Results in the order of the items, each as soon as it is its turn: no more than some are held here at once.
+    """Yields results in the order of the items, each as soon as it is its turn: only a limited number are held here at
+    once.
 
     `work` is a module's function, its arguments and results can be pickled. workers: local processes; 1 works here.
     scheduler: address of a Dask scheduler, `tcp://host:8786`, which needs the extra `cluster`. What a dying worker had
@@ -73,7 +74,8 @@ def _until_one_dies(work: Callable[[Item], Result], items: Sequence[Item], worke
 
 @contextmanager
 def _unheard_by_those_started() -> Iterator[None]:
-    """Processes started here never hear Ctrl-C, which a terminal sends to all of them: whoever started them ends them.
+    """Makes processes started here ignore Ctrl-C, which a terminal sends to all of them: the process that started them
+    ends them.
 
     Only a program's main thread may say so.
     """

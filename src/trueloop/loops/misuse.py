@@ -1,4 +1,4 @@
-"""What both loops refuse before anything is computed: a correction twice, of another program, from old measurements."""
+"""Refusals of both loops before anything is computed: a correction twice, of another program, from old measurements."""
 
 from datetime import datetime
 

@@ -1,1 +1,3 @@
-"""How the machine errs: kinematic chain, error terms, thermal terms, identification, machine-coordinate correction."""
+"""The errors of the machine: kinematic chain, error terms, thermal terms, identification, machine-coordinate
+correction.
+"""

@@ -48,7 +48,7 @@ class AxisTable:
     elsewhere_mm: float
 
     def error_mm(self, position_mm: Array, way: float) -> Array:
-        """What the table says, (n,); end values hold outside."""
+        """Returns the table's value, (n,); end values hold outside."""
         values = self.forward_mm if way > 0 else self.reverse_mm
         return np.interp(position_mm, self.position_mm, values)
 
@@ -63,9 +63,10 @@ def axis_table(
     tool_mm: Vector = ZERO,
     extrapolate: Collection[str] = (),
 ) -> AxisTable:
-    """`count` equal steps over the travel of `input_axis`; `base` holds the positions of the other axes.
+    """Tabulates the error at `count` equal steps over the travel of `input_axis`; `base` holds the positions of the
+    other axes.
 
-    How the other axes came where they stand a table does not know: it holds the mean of both ways.
+    A table does not know from which side the other axes came to their positions: it holds the mean of both ways.
     Raises MCH-AXIS where `input_axis` and `output` are no linear axes of the machine, MCH-TRAVEL for an axis without
     travel and for others beyond theirs, MCH-RANGE for signals beyond the data that `extrapolate` does not name.
     """
@@ -116,13 +117,13 @@ def _linear(axis: Axis, does: str) -> Axis:
 
 
 def _ways(model: MachineModel, input_axis: str) -> list[dict[str, float]]:
-    """The ways of travel of the other axes, of those for which it matters."""
+    """Returns the ways of travel of those other axes for which it matters."""
     both = {term.name.axis for term in model.terms if term.both_ways} - {input_axis}
     return [dict(zip(sorted(both), ways, strict=True)) for ways in product((1.0, -1.0), repeat=len(both))]
 
 
 def _corners(model: MachineModel, input_axis: str) -> list[dict[str, float]]:
-    """All ends of travel of the other axes together; axes without end stand at 0."""
+    """Returns all combinations of ends of travel of the other axes; axes without end stand at 0."""
     ends = {axis.name: axis.travel for axis in model.machine.chain.axes if np.isfinite(axis.travel).all()}
     ends = {name: ends[name] for name in model.machine.chain.order if name in ends and name != input_axis}
     return [dict(zip(ends, corner, strict=True)) for corner in product(*ends.values())]
@@ -132,7 +133,8 @@ IN_NO_CASE: Final = frozenset({4.0, 68.0})
 """G codes whose X and Y are a time and the centre of a rotation: G4, G68."""
 
 NO_POSITIONS: Final = IN_NO_CASE | {10.0, 28.0, 30.0, 52.0, 53.0, 92.0}
-"""Those, and the ones that set a coordinate system or go to a place of the machine: G10, G28, G30, G52, G53, G92."""
+"""The codes without positions, and those that set a coordinate system or go to a place of the machine: G10, G28, G30,
+G52, G53, G92."""
 
 NOT_FOLLOWED: Final = {
     2.0: "an arc, whose centre would stay",
@@ -166,7 +168,7 @@ class TableField:
             )
 
     def error_mm(self, point_mm: Array) -> Array:
-        """E at (n, 2) points. Raises NC-FIELD outside of the table."""
+        """Returns E at (n, 2) points. Raises NC-FIELD outside of the table."""
         moved = self.field.displacement_mm(np.column_stack([point_mm, np.zeros(len(point_mm))]))
         if np.any(moved[:, 2]):
             raise TrueloopError(
@@ -230,7 +232,7 @@ def displace_points(program: Program, field: PlanarField, no_positions: frozense
 def off_mm(
     written: Program, wanted_mm: Array, no_positions: frozenset[float] = NO_POSITIONS
 ) -> list[tuple[int, float]]:
-    """How far the points of a written program are from where they shall be: line and distance along X or Y of those
+    """Compares the points of a written program with the intended ones: returns line and distance along X or Y of those
     that are further off than a step of the control; line 0 and infinity where there are more or fewer.
     """
     points = list(_points(written, no_positions))
@@ -242,7 +244,7 @@ def off_mm(
 
 
 def _error_mm(program: Program, field: PlanarField, points: Sequence[_Point]) -> Array:
-    """E at every point, (n, 2); what the field refuses is refused at the block."""
+    """Returns E at every point, (n, 2); a refusal of the field is raised for its block."""
     try:
         return field.error_mm(np.array([point.position for point in points]))
     except TrueloopError:
@@ -267,7 +269,7 @@ def _edits(program: Program, point: _Point, correction: Array, before: Array) ->
 
 
 def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point]:
-    """Every block with an X or Y word, with the position it leads to in mm."""
+    """Yields every block with an X or Y word, with the position it leads to in mm."""
     last: dict[str, float] = {}
     angles = {word.letter: math.nan for block in program.blocks for word in _rotary(block)}
     inch, incremental = _UNITS.get(program.unit or ""), False
@@ -307,7 +309,7 @@ def _rotary(block: Block) -> list[Word]:
 
 
 def _unit(program: Program, block: Block, inch: bool | None, *, first: bool) -> bool | None:
-    """Whether the unit is the inch after the codes of a block; None while nothing says so.
+    """Returns whether the unit is the inch after the codes of a block; None while no code states it.
 
     Raises NC-UNIT where the block states, before the first point, another unit than the one given.
     """
@@ -352,7 +354,7 @@ HINT: Final = (
 
 @dataclass(frozen=True)
 class Setup:
-    """What a program does not say: where its zero lies, how long its tools are, how warm the machine is.
+    """The facts that a program does not state: where its zero lies, how long its tools are, how warm the machine is.
 
     `work_zero_mm`: machine coordinates of the program's zero by number of the work offset (1 is G54), for a tool of
     no length. `tool_mm`: tool point from the frame of the last axis, by T number; under −1 for every other tool.
@@ -377,9 +379,9 @@ class Setup:
 def compensation_field(
     model: MachineModel, setup: Setup, identity: dict[str, object], extrapolate: Collection[str] = ()
 ) -> Field:
-    """COMP_MTG = −E at every point of a program, along the program's X, Y, Z, for `map_program`.
+    """Returns COMP_MTG = −E at every point of a program, along the program's X, Y, Z, for `map_program`.
 
-    An axis that the machine does not have is not displaced. Raises MCH-FRAME for a turned head; asked for a point it
+    An axis that the machine does not have is not displaced. Raises MCH-FRAME for a turned head; evaluated at a point it
     raises MCH-FRAME (an unknown work offset or tool), MCH-TRAVEL and MCH-RANGE.
     """
     _check_head_upright(model, setup)
@@ -422,7 +424,9 @@ def _state(model: MachineModel, setup: Setup, points_mm: Array, work: Integers, 
 
 
 def _displacement(model: MachineModel, setup: Setup, extrapolate: Collection[str]) -> DisplaceInMachine:
-    """−E along the machine's own axes, which are the program's: a turned table carries no coordinates with it."""
+    """Returns −E along the machine's own axes, which are the program's: a turned table carries no coordinates with
+    it.
+    """
     there = np.array([name in model.machine.chain.order for name in AXES])
 
     @cache
@@ -444,7 +448,9 @@ def _displacement(model: MachineModel, setup: Setup, extrapolate: Collection[str
 
 
 def _tool_points_mm(setup: Setup, tool: Integers, offset_mm: Array) -> Array:
-    """Tool points (n, 3) from the frame of the last axis. Raises MCH-FRAME for a tool of which none is known."""
+    """Returns the tool points (n, 3) from the frame of the last axis, mm. Raises MCH-FRAME for a tool of which none is
+    known.
+    """
     named = np.isin(tool, list(setup.tool_mm))
     if setup.table is None:
         return looked_up(np.where(named, tool, ANY_TOOL), setup.tool_mm, "tool", HINT)
@@ -455,7 +461,7 @@ def _tool_points_mm(setup: Setup, tool: Integers, offset_mm: Array) -> Array:
 
 
 def _check_head_upright(model: MachineModel, setup: Setup) -> None:
-    """With a head turned, tool vectors would no longer be what work offsets are taken off."""
+    """Refuses a turned head: work offsets are applied to the tool vectors of an upright head only."""
     for axis in model.machine.chain.tool:
         if setup.fixed.get(axis.name, 0.0) != 0.0:
             raise TrueloopError(

@@ -23,7 +23,9 @@ from trueloop.units import SIGNALS, UM_PER_MM
 
 @dataclass(frozen=True)
 class Drift:
-    """Of one channel, in the unit of its values: range over the whole test, and the largest range within `window_s`."""
+    """The drift of one channel, in the unit of its values: range over the whole test, and the largest range within
+    `window_s`.
+    """
 
     channel: str
     total_range: float
@@ -101,17 +103,17 @@ class DriftModel:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """All inputs that any member uses."""
+        """Returns all inputs that any member uses."""
         return tuple(dict.fromkeys(name for member in self.members for name in member.inputs))
 
     @property
     def signals(self) -> tuple[str, ...]:
-        """The signals that those are made of."""
+        """Returns the signals from which those inputs are made."""
         return tuple(dict.fromkeys(name.removesuffix(SQUARE) for name in self.inputs))
 
     @property
     def mean_constant_s(self) -> dict[str, float]:
-        """Time constant of each input: mean over the ladders, weighted with the size of the weights."""
+        """Returns the time constant of each input: mean over the ladders, weighted with the size of the weights."""
         found: dict[str, list[tuple[float, float]]] = {}
         for member in self.members:
             size = np.abs(member.weights.reshape(len(member.inputs), -1))
@@ -120,7 +122,9 @@ class DriftModel:
         return {name: sum(a for a, _ in pairs) / max(sum(b for _, b in pairs), 1e-300) for name, pairs in found.items()}
 
     def predict(self, time_s: Array, signals: Mapping[str, Array]) -> Array:
-        """Drift (n,) from rows that begin in equilibrium, as the data did. Raises MCH-SIGNAL for a signal left out."""
+        """Predicts the drift (n,) from rows that begin in equilibrium, as the data did. Raises MCH-SIGNAL for a signal
+        left out.
+        """
         if missing := [name for name in self.signals if name not in signals]:
             raise TrueloopError(
                 Code.MCH_SIGNAL,
@@ -137,7 +141,9 @@ class DriftModel:
         return total / len(self.members)
 
     def summed(self) -> list[Member]:
-        """The members of one ladder and the same inputs added up: the model is their sum over `len(members)`."""
+        """Returns the members of one ladder and the same inputs added up: the model is their sum over
+        `len(members)`.
+        """
         found: dict[tuple[object, object], Member] = {}
         for member in self.members:
             key = (member.inputs, member.ladder_s)
@@ -202,7 +208,7 @@ def _columns(
 
 
 def _member(inputs: tuple[str, ...], columns: Array, drift: Array, ladder: tuple[float, ...], blocks: int) -> Member:
-    """All inputs, held as small as leaves least of the blocks left out."""
+    """Fits a member with all inputs, its weights held as small as leaves least of the blocks left out."""
     errors = np.zeros(len(STRENGTHS))
     for part in _blocks(len(drift), blocks):
         others = np.delete(np.arange(len(drift)), part)
@@ -214,7 +220,9 @@ def _member(inputs: tuple[str, ...], columns: Array, drift: Array, ladder: tuple
 
 
 def _held_small(columns: Array, drift: Array) -> tuple[Array, Array]:
-    """(weights (columns, strengths), constants (strengths,)) of ridge regressions over columns of unit spread."""
+    """Returns (weights (columns, strengths), constants (strengths,)) of ridge regressions over columns of unit
+    spread.
+    """
     mean, spread = columns.mean(axis=0), columns.std(axis=0)
     spread = np.where(spread > 1e-9 * np.abs(columns).max(initial=0.0), spread, np.inf)
     scaled = (columns - mean) / spread
@@ -256,7 +264,7 @@ class DriftRun:
 
 
 def held_out(test: DriftTest, share: float) -> list[DriftRun]:
-    """Every channel's last `share` of the time, predicted from what was before. Raises MCH-DATA for too few rows."""
+    """Predicts every channel's last `share` of the time from the time before. Raises MCH-DATA for too few rows."""
     known = test.time_s <= test.time_s[-1] - share * (test.time_s[-1] - test.time_s[0])
     before = {name: values[known] for name, values in test.signals.items()}
     runs = []
@@ -274,7 +282,9 @@ def held_out(test: DriftTest, share: float) -> list[DriftRun]:
 
 
 def judged_models(test: DriftTest, runs: Sequence[DriftRun]) -> dict[str, DriftModel]:
-    """Each channel's model of the whole log, with what the model of its beginning left. Raises MCH-DATA."""
+    """Returns each channel's model of the whole log, with the residual that the model of its beginning left. Raises
+    MCH-DATA.
+    """
     return {
         run.channel: replace(
             fit_drift(test.time_s, test.signals, UM_PER_MM * test.displacement_mm[run.channel]), left_um=run.rms_um
@@ -284,7 +294,7 @@ def judged_models(test: DriftTest, runs: Sequence[DriftRun]) -> dict[str, DriftM
 
 
 def since_reference(time_s: Array, off: Array, every_h: float) -> Array:
-    """What is left of deviations (n,) where each is counted from the first row of its `every_h` hours."""
+    """Returns the residual of deviations (n,) where each is counted from the first row of its `every_h` hours."""
     number = np.floor((time_s - time_s[0]) / (3600 * every_h))
     _, first, own = np.unique(number, return_index=True, return_inverse=True)
     left: Array = off - off[first[own.ravel()]]
@@ -294,7 +304,8 @@ def since_reference(time_s: Array, off: Array, every_h: float) -> Array:
 def predicted_um(
     models: Mapping[str, DriftModel], test: DriftTest, extrapolate: Collection[str] = ()
 ) -> dict[str, Array]:
-    """Each channel's drift (n,) at the log's times. Raises MCH-SIGNAL, and MCH-RANGE for signals beyond the data.
+    """Predicts each channel's drift (n,) at the log's times. Raises MCH-SIGNAL, and MCH-RANGE for signals beyond the
+    data.
 
     Those in `extrapolate`, named with or without their unit, may leave the data: the model goes on as its functions do.
     """
@@ -309,7 +320,7 @@ def predicted_um(
 
 
 def compared(found_um: Mapping[str, Array], test: DriftTest) -> dict[str, tuple[float, float]]:
-    """Of channels that the log holds as well: RMS of read − predicted in µm, and that about its mean."""
+    """Compares the channels that the log holds as well: RMS of read − predicted in µm, and that about its mean."""
     left = {
         name: UM_PER_MM * test.displacement_mm[name] - found_um[name]
         for name in found_um
@@ -319,10 +330,10 @@ def compared(found_um: Mapping[str, Array], test: DriftTest) -> dict[str, tuple[
 
 
 def with_drift(model: MachineModel, drift: DriftModel, error: ErrorName) -> MachineModel:
-    """The model and a drift, in µm along the axis of `error`, a displacement of place such as EZ0S.
+    """Adds a drift to the model, in µm along the axis of `error`, a displacement of place such as EZ0S.
 
-    Its standard uncertainty is what the drift model left of rows held out, the same everywhere. Raises MCH-AXIS for an
-    error that the machine does not have or that is none of place, MCH-DATA for one that the model has already.
+    Its standard uncertainty is the residual of the drift model in rows held out, the same everywhere. Raises MCH-AXIS
+    for an error that the machine does not have or that is none of place, MCH-DATA for one that the model has already.
     """
     sense = _sense(model.machine.chain, error)
     if any(term.name == error for term in model.terms):
@@ -355,15 +366,15 @@ def with_drift(model: MachineModel, drift: DriftModel, error: ErrorName) -> Mach
 
 
 def turned(drift: DriftModel) -> DriftModel:
-    """The drift of a channel that reads the other way."""
+    """Returns the drift of a channel that reads in the opposite sense."""
     members = [replace(one, weights=-one.weights, constant=-one.constant) for one in drift.members]
     return replace(drift, members=tuple(members))
 
 
 def zeroed_at(model: MachineModel, then: Signals) -> MachineModel:
-    """The model of a machine whose work zero was set when its signals and lags were `then`.
+    """Returns the model of a machine whose work zero was set when its signals and lags were `then`.
 
-    What it had drifted by that moment lies in the zero: displacements of place that depend on signals count from there,
+    The drift up to that moment lies in the zero: displacements of place that depend on signals count from there,
     and their constants are gone.
     """
     terms, coefficients = [], model.coefficients.copy()
@@ -385,7 +396,7 @@ def _from(part: Part, then: Signals) -> Part:
 
 
 def _sense(chain: Chain, error: ErrorName) -> float:
-    """Whether the error moves the tool as seen from the work forward or back along its own axis."""
+    """Returns the sense in which the error moves the tool as seen from the work, forward or back along its own axis."""
     if error not in chain.errors() or not error.place or error.is_rotation:
         places = [str(name) for name in chain.errors() if name.place and not name.is_rotation]
         raise TrueloopError(
@@ -398,7 +409,7 @@ def _sense(chain: Chain, error: ErrorName) -> float:
 
 
 def _weights(drift: DriftModel) -> tuple[float, Mapping[tuple[str, float, int], float]]:
-    """The constant, and the weight of every input after every time constant, summed over the members; µm."""
+    """Returns the constant, and the weight of every input after every time constant, summed over the members; µm."""
     share, constant = 1.0 / len(drift.members), 0.0
     found: dict[tuple[str, float, int], float] = {}
     for member in drift.members:
@@ -411,7 +422,7 @@ def _weights(drift: DriftModel) -> tuple[float, Mapping[tuple[str, float, int], 
 
 
 def _lag(error: ErrorName, name: str, constant_s: float, power: int) -> Lag | None:
-    """The signal behind an input; None where it is a sensor as it is."""
+    """Returns the signal behind an input; None where it is a sensor as it is."""
     if constant_s == 0.0 and power == 1:
         return None
     return Lag(f"{error}: {_signal(name)}^{power} after {constant_s:g} s", _signal(name), constant_s, power)
@@ -422,7 +433,7 @@ def _signal(column: str) -> str:
 
 
 def _raw(value: float, name: str) -> float:
-    """A drift model's input in the unit of the signal, or of its square."""
+    """Returns a drift model's input in the unit of the signal, or of its square."""
     if name.endswith(SQUARE):
         return value * SQUARE_SCALE
     return value * SPEED_SCALE if "rpm" in name else value

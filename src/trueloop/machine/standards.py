@@ -30,7 +30,7 @@ class PatternLikelihood:
         self.error, self.nuisance = error, nuisance
 
     def most_likely(self, start: Array, steps: int, curvature: Array | None = None) -> tuple[Array, Array]:
-        """The likeliest parameters that so many steps of BFGS lead to, and the inverse of the curvature there.
+        """Returns the likeliest parameters that so many steps of BFGS lead to, and the inverse of the curvature there.
 
         That is (4, 4) by the logarithms of the parameters, from which the search among other holes may start.
         """
@@ -69,7 +69,7 @@ class PatternLikelihood:
         diagonal = np.diag(inverse) - np.einsum("ij,ij->i", root, root)
 
         def slope(change: Array) -> float:
-            """The lower triangle of the inverse counts twice, its diagonal once."""
+            """Returns the slope. The lower triangle of the inverse counts twice, its diagonal once."""
             below = 2 * float(np.vdot(inverse, change)) - float(np.diag(inverse) @ np.diag(change))
             return below - float(np.vdot(root, change @ root))
 
@@ -82,7 +82,7 @@ class PatternLikelihood:
         return float(badness), np.array(slopes)
 
     def weight(self, parameters: Array) -> Complex:
-        """Pe (n,): covariances with the holes times it are the pattern's values."""
+        """Returns Pe (n,): covariances with the holes times it are the pattern's values."""
         from scipy.linalg import cho_solve, cholesky
 
         lower = cholesky(self._covariance(self._smooth(parameters[0])[0], parameters), lower=True)
@@ -101,7 +101,7 @@ class PatternLikelihood:
         return covariance
 
     def _smooth(self, length: float) -> tuple[Array, Array]:
-        """Correlation of all pairs of holes, and its slope by the logarithm of the length."""
+        """Returns the correlation of all pairs of holes, and its slope by the logarithm of the length."""
         x, y = self.dx / length, self.dy / length
         fall = np.exp(-(x + y))
         left, right = 1 + x, 1 + y
@@ -109,14 +109,14 @@ class PatternLikelihood:
 
 
 def smooth_covariance(left_mm: Array, right_mm: Array, length: float, spread: float) -> Array:
-    """Matérn-3/2 covariance along each axis, multiplied: errors arise axis by axis."""
+    """Returns the Matérn-3/2 covariance along each axis, multiplied: errors arise axis by axis."""
     x, y = (np.sqrt(3.0) / length * np.abs(np.subtract.outer(left_mm[:, k], right_mm[:, k])) for k in (0, 1))
     covariance: Array = spread**2 * (1 + x) * (1 + y) * np.exp(-x - y)
     return covariance
 
 
 def same_tool(left: Array, right: Array) -> Array:
-    """1 where holes share a tool, whose offset they share; tool 0 is the reference."""
+    """Returns 1 where holes share a tool, whose offset they share; tool 0 is the reference."""
     return np.asarray((left[:, None] == right[None]) & (left[:, None] > 0), dtype=np.float64)
 
 
@@ -131,17 +131,17 @@ class Similarity:
 
     @property
     def offset(self) -> complex:
-        """The offset as a complex number."""
+        """Returns the offset as a complex number."""
         return complex(*self.offset_mm)
 
     @property
     def slope(self) -> complex:
-        """What is beyond the identity, scale · exp(i rotation) − 1."""
+        """Returns the deviation from the identity, scale · exp(i rotation) − 1."""
         return complex(self.scale * np.exp(1j * self.rotation_rad) - 1.0)
 
     @property
     def rms_mm(self) -> float:
-        """Root mean square of the residuals' lengths."""
+        """Returns the root mean square of the residuals' lengths."""
         return float(np.sqrt(np.mean(np.sum(self.residual_mm**2, axis=1))))
 
 
@@ -161,7 +161,7 @@ def fit_similarity(nominal_mm: Array, measured_mm: Array) -> Similarity:
 
 
 def as_complex(points: Array) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
-    """(n, 2) points as n complex numbers."""
+    """Returns (n, 2) points as n complex numbers."""
     number: np.ndarray[tuple[int], np.dtype[np.complex128]] = points[:, 0] + 1j * points[:, 1]
     return number
 
@@ -177,7 +177,7 @@ class PlanarField(Protocol):
     """Anything that knows E in a plane."""
 
     def error_mm(self, point_mm: Array) -> Array:
-        """E at (n, 2) points."""
+        """Returns E at (n, 2) points."""
         ...
 
 
@@ -193,7 +193,7 @@ class QuadrupoleField:
     angle_rad: float
 
     def error_mm(self, point_mm: Array) -> Array:
-        """E at (n, 2) points."""
+        """Returns E at (n, 2) points."""
         direction = np.arctan2(point_mm[:, 1], point_mm[:, 0])
         return self.magnitude * np.cos(2 * (direction - self.angle_rad))[:, None] * point_mm
 
@@ -228,11 +228,13 @@ class PatternField:
 
     @property
     def parameters(self) -> Array:
-        """Length, spread, spread of the tools and noise, mm."""
+        """Returns length, spread, spread of the tools and noise, mm."""
         return np.array([self.length_mm, self.spread_mm, self.tool_spread_mm, self.noise_mm])
 
     def error_mm(self, point_mm: Array, tool: Array | None = None) -> Array:
-        """E at (n, 2) points, without the tools' offsets unless `tool` (n,) says which made the hole."""
+        """Returns E at (n, 2) points, without the tools' offsets unless `tool` (n,) gives the tool that made the
+        hole.
+        """
         cover = smooth_covariance(point_mm, self.known_mm, self.length_mm, self.spread_mm)
         if tool is not None:
             cover = cover + self.tool_spread_mm**2 * same_tool(tool, self.known_tool)
@@ -241,12 +243,12 @@ class PatternField:
 
 
 def fit_pattern(plates: Sequence[Plate], start: Array | None = None) -> PatternField:
-    """The field that plates have in common, each plate's own similarity (its clamping, its temperature) taken out.
+    """Fits the field that plates have in common, each plate's own similarity (its clamping, its temperature) taken out.
 
     x and y errors are independent draws of one process with Matérn-3/2 covariance along x times that along y: once
     differentiable, so that a correction has a slope, and rougher than a polynomial. Its four parameters maximise the
     restricted likelihood [Rasmussen & Williams 2006, Eq. 2.45: linear nuisance parameters integrated out], sought from
-    `start` (those of a field of nearly the same plates) or from what some of the holes say. Written in complex numbers
+    `start` (those of a field of nearly the same plates) or from those of some of the holes. Written in complex numbers
     because a similarity is linear in them. Raises MCH-DATA for less than 12 holes.
     """
     nominal = np.concatenate([plate.nominal_mm for plate in plates])
@@ -270,7 +272,9 @@ def fit_pattern(plates: Sequence[Plate], start: Array | None = None) -> PatternF
 
 
 def _start(plates: Sequence[Plate], whole: PatternLikelihood) -> tuple[Array, int, Array]:
-    """The likeliest parameters of some holes of every plate, near those of all, and how to go on from there."""
+    """Returns the likeliest parameters of some holes of every plate, near those of all, and the start of the further
+    search.
+    """
     counts = [len(plate.nominal_mm) for plate in plates]
     ends, share = np.cumsum([0, *counts]), min(1.0, SOME / sum(counts))
     some = np.concatenate(
@@ -293,7 +297,7 @@ def _start(plates: Sequence[Plate], whole: PatternLikelihood) -> tuple[Array, in
 
 
 def _similarities(plates: Sequence[Plate]) -> Complex:
-    """Offset, scale and rotation of each plate: two complex columns a plate."""
+    """Returns offset, scale and rotation of each plate: two complex columns a plate."""
     count = sum(len(plate.nominal_mm) for plate in plates)
     columns, start = np.zeros((count, 2 * len(plates)), dtype=complex), 0
     for k, plate in enumerate(plates):
@@ -334,7 +338,7 @@ class LeftOut:
 
 
 def left_out(plates: Sequence[Plate], names: Sequence[str], pattern: PatternField) -> Iterator[LeftOut]:
-    """Each plate judged by the pattern of the others, one after the other; none of one alone.
+    """Judges each plate by the pattern of the others, one after the other; none of one alone.
 
     Their parameters are sought from those of the `pattern` of all.
     """
@@ -348,7 +352,9 @@ def left_out(plates: Sequence[Plate], names: Sequence[str], pattern: PatternFiel
 
 @dataclass(frozen=True, eq=False)
 class JudgedPattern:
-    """What plates have in common, each one's own similarity, how each is left by the others' pattern, and a table."""
+    """The common pattern of plates, each one's own similarity, the residuals of each by the others' pattern, and a
+    table.
+    """
 
     fits: tuple[Similarity, ...]
     pattern: PatternField
@@ -357,12 +363,12 @@ class JudgedPattern:
 
     @property
     def not_repeating(self) -> str:
-        """Why the pattern is not known to repeat on the next plate; empty where it is."""
+        """Returns why the pattern is not known to repeat on the next plate; empty where it is."""
         return not_repeating(self.left)
 
     @property
     def after_mm(self) -> tuple[float | None, ...]:
-        """RMS of each plate with the correction of the others; None of a single plate."""
+        """Returns the RMS of each plate with the correction of the others; None of a single plate."""
         return tuple(one.after_mm for one in self.left) or (None,) * len(self.fits)
 
 
@@ -373,7 +379,7 @@ def judged_pattern(
     margin_mm: float = 0.0,
     progress: Callable[[str], object] = str,
 ) -> JudgedPattern:
-    """The pattern of drilled plates, judged by each plate; `step_mm` and `margin_mm` as in `pattern_table`."""
+    """Returns the pattern of drilled plates, judged by each plate; `step_mm` and `margin_mm` as in `pattern_table`."""
     fits = tuple(fit_similarity(plate.nominal_mm, plate.measured_mm) for plate in plates)
     pattern, left = fit_pattern(plates), list[LeftOut]()
     progress(f"plate 1 of {len(plates)} by the others")
@@ -384,7 +390,7 @@ def judged_pattern(
 
 
 def not_repeating(left: Sequence[LeftOut]) -> str:
-    """Why the pattern is not known to repeat on the next plate; empty where it is.
+    """Returns why the pattern is not known to repeat on the next plate; empty where it is.
 
     It is known to where the plates left out are better together by `GAIN` at least, and most of them by themselves.
     """
@@ -413,7 +419,9 @@ def require_repeating(left: Sequence[LeftOut] | None) -> None:
 
 
 def pattern_table(pattern: PatternField, step_mm: float, margin_mm: float = 0.0) -> PlaneTable:
-    """A grid over all holes of the plates and a margin, where it is a guess; its steps `step_mm` at the most."""
+    """Tabulates the pattern on a grid over all holes of the plates and a margin, where it is a guess; its steps
+    `step_mm` at the most.
+    """
     low, high = pattern.known_mm.min(axis=0) - margin_mm, pattern.known_mm.max(axis=0) + margin_mm
     x, y = (np.linspace(a, b, int(np.ceil((b - a) / step_mm)) + 1) for a, b in zip(low, high, strict=True))
     correction = -_at(pattern, x, y)
@@ -423,7 +431,7 @@ def pattern_table(pattern: PatternField, step_mm: float, margin_mm: float = 0.0)
 
 
 def _at(pattern: PatternField, x: Array, y: Array) -> Array:
-    """E at the nodes of a grid, (nx, ny, 2), a column of the grid at a time."""
+    """Returns E at the nodes of a grid, (nx, ny, 2), a column of the grid at a time."""
     return np.stack([pattern.error_mm(np.column_stack([np.full(len(y), at), y])) for at in x])
 
 
@@ -492,7 +500,7 @@ def positioning(target: Array, deviation_up: Array, deviation_down: Array, *, an
 
 
 def _spans(highest: Array, lowest: Array) -> BothWays:
-    """Largest of the one minus smallest of the other: each way, and over both."""
+    """Returns largest of the one minus smallest of the other: each way, and over both."""
     up, down = highest.max(axis=1) - lowest.min(axis=1)
     return BothWays(float(up), float(down), float(highest.max() - lowest.min()))
 

@@ -1,1 +1,1 @@
-"""Whether a series stays what it was: control charts with their rules, and capability with its intervals."""
+"""The stability of a series: control charts with their rules, and capability with its intervals."""

@@ -73,7 +73,7 @@ def _check(lower: float | None, upper: float | None) -> None:
 
 
 def _spread(name: str, lower: float | None, upper: float | None, s: float, freedom: float, level: float) -> Index:
-    """(U − L)/6 s; its interval follows from that of s, which is exact: χ²."""
+    """Returns (U − L)/6 s; its interval follows from that of s, which is exact: χ²."""
     if lower is None or upper is None:
         return Index(name, None)
     value = (upper - lower) / (6.0 * s)
@@ -84,7 +84,7 @@ def _spread(name: str, lower: float | None, upper: float | None, s: float, freed
 def nearer_limit(
     letter: str, lower: float | None, upper: float | None, mean: float, s: float, n: int, freedom: float, level: float
 ) -> Index:
-    """Ppk or Cpk by `letter`: the nearer limit's distance from the mean of n values in 3 s, s with `freedom`.
+    """Returns Ppk or Cpk by `letter`: the nearer limit's distance from the mean of n values in 3 s, s with `freedom`.
 
     The interval is ± z √(1/9n + P²/2ν) [Bissell 1990], for normal values. One limit at least is stated.
     """

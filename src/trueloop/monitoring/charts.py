@@ -41,7 +41,7 @@ class Baseline:
 
 @dataclass(frozen=True)
 class Alarm:
-    """What a chart found at one value: its place, the chart, and in words which rule."""
+    """One alarm of a chart at one value: its place, the chart, and the rule in words."""
 
     index: int
     chart: str
@@ -51,7 +51,7 @@ class Alarm:
 @by_content
 @dataclass(frozen=True)
 class Chart:
-    """What is plotted, (n,), with limits alike, in the unit of the values, and where it is beyond."""
+    """The plotted values, (n,), with their limits, in the unit of the values, and the places where they are beyond."""
 
     name: str
     plotted: Array
@@ -62,7 +62,7 @@ class Chart:
 
 
 def baseline(values: Sequence[float] | Array) -> Baseline:
-    """Centre and σ from values in control: their mean, and their mean moving range over d2.
+    """Estimates centre and σ from values in control: their mean, and their mean moving range over d2.
 
     The moving range does not see a slow drift, so that the drift shows. Raises MON-FEW for fewer than eight values, and
     for values that are all equal.
@@ -80,7 +80,7 @@ def baseline(values: Sequence[float] | Array) -> Baseline:
 
 
 def individuals(values: Array, base: Baseline, rules: Sequence[Rule] = RULES[:1]) -> Chart:
-    """Shewhart's chart of single values [ISO 7870-2], ± 3 σ, with those of Nelson's tests that are wanted."""
+    """Charts single values after Shewhart [ISO 7870-2], ± 3 σ, with the requested ones of Nelson's tests."""
     z = _z(values, base)
     found = [Alarm(int(k), "individuals", rule.meaning) for rule in rules for k in np.flatnonzero(rule.marks(z))]
     half = np.full(len(values), SHEWHART * base.sigma)
@@ -88,8 +88,8 @@ def individuals(values: Array, base: Baseline, rules: Sequence[Rule] = RULES[:1]
 
 
 def moving_range(values: Array, base: Baseline) -> Chart:
-    """Chart of the moving range of two [ISO 7870-2]: what one value differs from the one before, up to D4 = 3.267 mean
-    ranges. The first value has none: nan. An alarm repeats what the individuals say of one outlier.
+    """Charts the moving range of two [ISO 7870-2]: the difference of one value from the one before, up to D4 = 3.267
+    mean ranges. The first value has none: nan. An alarm repeats that of the individuals at one outlier.
     """
     ranges = np.concatenate([[np.nan], plotted.moving_range(np.asarray(values, dtype=np.float64))])[: len(values)]
     centre, high = D2 * base.sigma, (D2 + SHEWHART * D3) * base.sigma
@@ -98,7 +98,7 @@ def moving_range(values: Array, base: Baseline) -> Chart:
 
 
 def ewma(values: Array, base: Baseline, weight: float = EWMA_WEIGHT, width: float = EWMA_WIDTH) -> Chart:
-    """The weighted average of all values so far [ISO 7870-6]; limits follow its own standard deviation."""
+    """Charts the weighted average of all values so far [ISO 7870-6]; limits follow its own standard deviation."""
     z = plotted.ewma(_z(values, base), weight)
     sigma = plotted.ewma_sigma(weight, len(values))
     said = wording("the weighted average is beyond {width} of its σ", width=f"{width:g}")

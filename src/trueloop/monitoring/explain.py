@@ -1,4 +1,4 @@
-"""What explains an alarm: hypotheses of how values left their centre, by their marginal likelihoods.
+"""Explanations of an alarm: hypotheses of how values left their centre, by their marginal likelihoods.
 
 Each hypothesis is a shape f (n,): z = size · f + scatter of 1, where the size is normal about 0 with `SIZE` σ. With
 S = Σ f z and A = Σ f² the evidence against "nothing acts" is (1 + A·SIZE²)^(−1/2) exp(S² SIZE² / (2 (1 + A·SIZE²))).
@@ -15,7 +15,7 @@ import numpy as np
 from trueloop.arrays import Array, by_content
 
 SIZE: Final = 5.0
-"""How far a change moves the values, in their standard deviation, beforehand."""
+"""The standard deviation beforehand of the size of a change, in standard deviations of the values."""
 
 
 @by_content
@@ -41,7 +41,7 @@ class Likely:
 
 @dataclass(frozen=True)
 class Explained:
-    """What may explain an alarm, likeliest first.
+    """The explanations of an alarm, likeliest first.
 
     `unknown` is the probability of a step that nobody knows of, `chance` that nothing acts: a false alarm. `since` is
     the index from which on a step would begin with the greatest probability, known or not.
@@ -54,7 +54,7 @@ class Explained:
 
 
 def explained(z: Array, known: Sequence[Explanation]) -> Explained:
-    """Which of what is known explains values z (n,) in standard deviations about their centre, the last one alarming.
+    """Returns the known explanations of values z (n,) in standard deviations about their centre, the last one alarming.
 
     A shape that is zero throughout explains nothing and has no probability.
     """
@@ -73,12 +73,12 @@ def explained(z: Array, known: Sequence[Explanation]) -> Explained:
 
 
 def _evidence(z: Array, shape: Array) -> float:
-    """Logarithm of the marginal likelihood against that of nothing."""
+    """Returns the logarithm of the marginal likelihood against that of nothing."""
     wide = 1.0 + SIZE**2 * float(shape @ shape)
     return float(-0.5 * np.log(wide) + 0.5 * SIZE**2 * float(shape @ z) ** 2 / wide)
 
 
 def _size(z: Array, shape: Array) -> tuple[float, float]:
-    """The size given that this is what happened: mean and standard deviation of its posterior."""
+    """Returns the size of a change if it happened: mean and standard deviation of its posterior."""
     wide = 1.0 / SIZE**2 + float(shape @ shape)
     return float(shape @ z) / wide, float(wide**-0.5)

@@ -22,18 +22,18 @@ class Slope:
 
     @property
     def significant(self) -> bool:
-        """Whether it is more than chance."""
+        """Returns whether it is more than chance."""
         return abs(self.per_day) > self.half_width
 
 
 @dataclass(frozen=True)
 class Drift:
-    """What checks say of a gauge, all in one unit.
+    """The evidence of checks on a gauge, all in one unit.
 
-    `bias` is the mean deviation, found less calibrated: positive where the gauge shows too much; `bias_u` its standard
-    uncertainty with that of the calibration. `repeatability` is the standard deviation of repeats within one check from
-    `freedom` degrees of freedom, `between` that of the checks; None: not determined. `slope` is None for fewer than
-    three checks of known, different times.
+    `bias` is the mean deviation, measured less calibrated: positive where the gauge shows too much; `bias_u` its
+    standard uncertainty with that of the calibration. `repeatability` is the standard deviation of repeats within one
+    check from `freedom` degrees of freedom, `between` that of the checks; None: not determined. `slope` is None for
+    fewer than three checks of known, different times.
     """
 
     count: int
@@ -46,12 +46,13 @@ class Drift:
 
     @property
     def biased(self) -> bool:
-        """Whether the bias is beyond its expanded uncertainty, k = 2."""
+        """Returns whether the bias is beyond its expanded uncertainty, k = 2."""
         return self.bias_u is not None and abs(self.bias) > COVERAGE * self.bias_u
 
 
 def drift(repeats: Sequence[Array], days: Array | None, calibration_u: float) -> Drift:
-    """Checks in order: deviations of each, found less calibrated, `repeats` of shape (m,); days (n,), None: unknown.
+    """Evaluates checks in order: deviations of each, measured less calibrated, `repeats` of shape (m,); days (n,),
+    None: unknown.
 
     The calibration's uncertainty is common to all checks and does not average out: u² = s²/n + u_cal². Of one check s
     is that of the mean of its repeats; without repeats the bias has no uncertainty.
@@ -69,7 +70,7 @@ def drift(repeats: Sequence[Array], days: Array | None, calibration_u: float) ->
 
 
 def _slope(means: Array, days: Array | None) -> Slope | None:
-    """Least squares through the checks."""
+    """Fits a line through the checks by least squares."""
     if days is None or len(np.unique(days)) < LEAST_TIMES:
         return None
     found = stats.linregress(days, means)
@@ -78,5 +79,5 @@ def _slope(means: Array, days: Array | None) -> Slope | None:
 
 
 def e_n(deviation: float, gauge_u: float, calibration_u: float) -> float:
-    """The deviation over the expanded uncertainty of both, k = 2 [ISO 13528]: beyond ±1 a check fails."""
+    """Returns the deviation over the expanded uncertainty of both, k = 2 [ISO 13528]: beyond ±1 a check fails."""
     return deviation / (COVERAGE * float(np.hypot(gauge_u, calibration_u)))

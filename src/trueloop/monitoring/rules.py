@@ -16,7 +16,7 @@ from trueloop.wording import wording
 
 @dataclass(frozen=True)
 class Rule:
-    """One test: its number, what it says of a series, and where it holds."""
+    """One test: its number, its finding in words, and the function that marks where it holds."""
 
     number: int
     meaning: str
@@ -24,23 +24,23 @@ class Rule:
 
 
 def beyond(z: Array) -> Flags:
-    """One value more than 3 σ from the centre."""
+    """Marks one value more than 3 σ from the centre."""
     return np.abs(z) > 3.0
 
 
 def one_side(z: Array) -> Flags:
-    """Nine in a row on one side of the centre."""
+    """Marks nine in a row on one side of the centre."""
     return _in_a_row(z > 0.0, 9) | _in_a_row(z < 0.0, 9)
 
 
 def trend(z: Array) -> Flags:
-    """Six in a row that rise, or fall, steadily: five steps of one sign."""
+    """Marks six in a row that rise, or fall, steadily: five steps of one sign."""
     step = _steps(z)
     return _in_a_row(step > 0.0, 5) | _in_a_row(step < 0.0, 5)
 
 
 def alternating(z: Array) -> Flags:
-    """Fourteen in a row up and down in turn: thirteen steps, each against the one before."""
+    """Marks fourteen in a row up and down in turn: thirteen steps, each against the one before."""
     step = np.sign(_steps(z))
     turned = np.zeros(z.shape, dtype=bool)
     turned[..., 2:] = step[..., 2:] * step[..., 1:-1] < 0.0
@@ -48,22 +48,22 @@ def alternating(z: Array) -> Flags:
 
 
 def two_of_three(z: Array) -> Flags:
-    """Two of three in a row more than 2 σ off, on one side."""
+    """Marks two of three in a row more than 2 σ off, on one side."""
     return _so_many(z > 2.0, 2, 3) | _so_many(z < -2.0, 2, 3)
 
 
 def four_of_five(z: Array) -> Flags:
-    """Four of five in a row more than 1 σ off, on one side."""
+    """Marks four of five in a row more than 1 σ off, on one side."""
     return _so_many(z > 1.0, 4, 5) | _so_many(z < -1.0, 4, 5)
 
 
 def hugging(z: Array) -> Flags:
-    """Fifteen in a row within 1 σ of the centre, on either side."""
+    """Marks fifteen in a row within 1 σ of the centre, on either side."""
     return _in_a_row(np.abs(z) < 1.0, 15)
 
 
 def avoiding(z: Array) -> Flags:
-    """Eight in a row more than 1 σ off, on either side."""
+    """Marks eight in a row more than 1 σ off, on either side."""
     return _in_a_row(np.abs(z) > 1.0, 8)
 
 
@@ -80,7 +80,7 @@ RULES: Final = (
 
 
 def _steps(z: Array) -> Array:
-    """From each value's predecessor to it; 0 at the first."""
+    """Returns the step from each value's predecessor to it; 0 at the first."""
     return np.diff(z, axis=-1, prepend=z[..., :1])
 
 
@@ -89,7 +89,7 @@ def _in_a_row(holds: Flags, count: int) -> Flags:
 
 
 def _so_many(holds: Flags, least: int, among: int) -> Flags:
-    """Where it holds now, and `least` times at least among the last `among`, fewer at the beginning."""
+    """Marks where it holds now, and `least` times at least among the last `among`, fewer at the beginning."""
     padding = np.zeros((*holds.shape[:-1], among - 1), dtype=bool)
     windows = sliding_window_view(np.concatenate([padding, holds], axis=-1), among, axis=-1)
     marked: Flags = holds & (windows.sum(axis=-1) >= least)

@@ -43,12 +43,12 @@ class Charted:
 
     @property
     def sigma(self) -> float:
-        """The short-term standard deviation, in the unit of the values."""
+        """Returns the short-term standard deviation, in the unit of the values."""
         return next(one.base.sigma for one in self.segments if one.base is not None)
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
-        """Of all charts, in the order of the values; `index` counts in the whole series."""
+        """Returns the alarms of all charts, in the order of the values; `index` counts in the whole series."""
         found = [
             replace(alarm, index=one.first + alarm.index)
             for one in self.segments
@@ -84,7 +84,9 @@ def charted(values: Array, in_baseline: Flags, begins: Sequence[int] = (), rules
 
 
 def _common(values: Array, in_baseline: Flags, spans: Sequence[tuple[int, int]]) -> Baseline:
-    """The standard deviation of all segments: their mean moving range over d2; the centre is not one of theirs."""
+    """Returns the common standard deviation of all segments: their mean moving range over d2; its centre is none of
+    theirs.
+    """
     own = [values[a:b][in_baseline[a:b]] for a, b in spans]
     ranges = np.concatenate([np.abs(np.diff(one)) for one in own]) if own else np.zeros(0)
     count, sigma = sum(map(len, own)), float(ranges.mean() / D2) if len(ranges) else 0.0

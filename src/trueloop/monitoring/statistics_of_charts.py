@@ -1,6 +1,6 @@
-"""What charts plot, from values in units of their standard deviation about their centre.
+"""The statistics that charts plot, from values in units of their standard deviation about their centre.
 
-All functions work along the last axis, so that many series are charted at once: run lengths are simulated so.
+All functions work along the last axis, so that many series are charted at once, as in simulations of run lengths.
 """
 
 from typing import Final
@@ -10,7 +10,7 @@ import numpy as np
 from trueloop.arrays import Array
 
 FAST_START: Final = 0.0
-"""Where both sums of a CUSUM begin: at zero, without head start."""
+"""The start of both sums of a CUSUM: at zero, without head start."""
 
 
 def moving_range(z: Array) -> Array:
@@ -19,7 +19,9 @@ def moving_range(z: Array) -> Array:
 
 
 def ewma(z: Array, weight: float) -> Array:
-    """Exponentially weighted moving average that begins at the centre: y = (1 − weight)·y + weight·z [Roberts 1959]."""
+    """Returns the exponentially weighted moving average that begins at the centre: y = (1 − weight)·y + weight·z
+    [Roberts 1959].
+    """
     from scipy.signal import lfilter
 
     filtered: Array = lfilter([weight], [1.0, weight - 1.0], z, axis=-1)
@@ -27,14 +29,18 @@ def ewma(z: Array, weight: float) -> Array:
 
 
 def ewma_sigma(weight: float, count: int) -> Array:
-    """Standard deviation of that average at each of the first `count` values, for values of deviation 1, (count,)."""
+    """Returns the standard deviation of that average at each of the first `count` values, for values of deviation 1,
+    (count,).
+    """
     k = np.arange(1, count + 1)
     sigma: Array = np.sqrt(weight / (2.0 - weight) * (1.0 - (1.0 - weight) ** (2 * k)))
     return sigma
 
 
 def cusum(z: Array, allowance: float) -> tuple[Array, Array]:
-    """The two sums of a tabular CUSUM, upwards and downwards, both ≥ 0 [Page 1954]: S = max(0, S ± z − allowance)."""
+    """Returns the two sums of a tabular CUSUM, upwards and downwards, both ≥ 0 [Page 1954]: S = max(0, S ± z −
+    allowance).
+    """
     up, down = np.zeros_like(z), np.zeros_like(z)
     above = below = np.full(z.shape[:-1], FAST_START)
     for k in range(z.shape[-1]):

@@ -1,4 +1,4 @@
-"""What the model of a machine left on many parts, from both inspections of each.
+"""The residuals of a machine's model on many parts, from both inspections of each.
 
 On-machine inspection reports r = s − E_p of a surface that lies s off nominal: the machine stands elsewhere than
 it says, by its error while it probed. A measuring machine finds s. So that
@@ -26,9 +26,10 @@ from trueloop.units import UM_PER_MM
 OTHER_PART_MM = 0.2
 """Both devices saw one part: by as much as this no sound machine errs between them."""
 MOVED_MM = 0.02
-"""A rigid motion between the part frames of both devices by so much, where neither was found anew, is a moved part."""
+"""The least rigid motion between the part frames of both devices, where neither was determined anew, of a moved
+part."""
 MOVED_SHARE = 3.0
-"""That it is rigid: differences fall to this fraction when the motion is taken out."""
+"""The criterion that it is rigid: differences fall to this fraction when the motion is taken out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,9 @@ class BothSeen:
     new_frame: bool = False
 
     def components(self, model: MachineModel) -> tuple[Components, FrameDiscrepancy | None]:
-        """Errors taken apart at each point, the frames' discrepancy taken out first where they were found anew."""
+        """Returns the errors taken apart at each point, the frames' discrepancy taken out first where they were
+        determined anew.
+        """
         found = error_components(model, self.seen, self.cutting, self.probing, compensated=self.compensated)
         if not self.new_frame:
             return found, None
@@ -54,7 +57,9 @@ class BothSeen:
         return error_components(model, seen, self.cutting, self.probing, compensated=self.compensated), frame
 
     def left_mm(self, model: MachineModel) -> Array:
-        """What the model left along the normals, (n,): positive where the machine leaves material on that it denies."""
+        """Returns the model's residuals along the normals, (n,): positive where the machine leaves on material that the
+        model does not predict.
+        """
         found = error_components(model, self.seen, self.cutting, self.probing, compensated=self.compensated)
         left: Array = found.error_mtg + found.comp_mtg_cutting
         return left
@@ -63,7 +68,7 @@ class BothSeen:
 def checked(
     model: MachineModel, parts: Sequence[BothSeen], accept: Collection[str] = ()
 ) -> tuple[list[BothSeen], list[Finding]]:
-    """The parts that can be used, and what is odd of the others.
+    """Returns the parts that can be used, and findings on the others.
 
     Raises DIA-PART for one whose inspections cannot be of one part, DIA-MOVED for one that was moved between them, each
     unless `accept` has the code: the part is then left out.
@@ -84,7 +89,7 @@ def checked(
 def residuals(
     model: MachineModel, parts: Sequence[BothSeen], element: Mapping[str, str], accept: Collection[str] = ()
 ) -> tuple[tuple[BothSeen, ...], Residuals, list[Finding]]:
-    """The parts that can be used, and what the model left on them, the parts numbered from 0 in their order.
+    """Returns the parts that can be used, and the model's residuals on them, the parts numbered from 0 in their order.
 
     `element` names the signal of each axis' element. Raises DIA-NONE without parts, DIA-SIGNAL where a signal of the
     model or of an element is missing, unless `accept` has it: those parts are left out.
@@ -117,7 +122,8 @@ def residuals(
 
 
 def element_signals(model: MachineModel, given: Mapping[str, str]) -> dict[str, str]:
-    """The signal of each axis' element: as given, else the one that most parts of the model's terms of that axis take.
+    """Returns the signal of each axis' element: as given, else the one that most parts of the model's terms of that
+    axis take.
 
     Raises MCH-AXIS for an axis that the machine does not have.
     """
@@ -167,7 +173,9 @@ def _other_part(model: MachineModel, part: BothSeen) -> TrueloopError | None:
 
 
 def _moved(model: MachineModel, part: BothSeen) -> TrueloopError | None:
-    """A large rigid motion explains what both devices differ by, though their frames were not found anew."""
+    """Returns the refusal where a large rigid motion explains the differences of both devices, though their frames were not
+    determined anew.
+    """
     if part.new_frame or len(part.points) < 7:
         return None
     found = error_components(model, part.seen, part.cutting, part.probing, compensated=part.compensated)

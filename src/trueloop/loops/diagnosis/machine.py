@@ -16,7 +16,7 @@ from trueloop.machine.model.model import MachineModel
 
 @dataclass(frozen=True, eq=False)
 class MachineDiagnosis:
-    """Of one model: `parts` are those that were used, in the order of the residuals' numbers.
+    """The diagnosis of one model: `parts` are those that were used, in the order of the residuals' numbers.
 
     `frames` says how the part frames of both devices lie to each other; None for a single part.
     `own_way`: what one correlation after another names [4773 §3.3], for comparison.
@@ -33,7 +33,7 @@ class MachineDiagnosis:
 def diagnose_machine(
     model: MachineModel, parts: Sequence[BothSeen], element: Mapping[str, str], accept: Collection[str] = ()
 ) -> MachineDiagnosis:
-    """By parts in the order in which they were cut; `element` as `element_signals` takes it.
+    """Diagnoses a machine by parts in the order in which they were cut; `element` as `element_signals` takes it.
 
     Where the frame of a part was found anew on the measuring machine it may be turned as well as moved. Raises DIA-FEW,
     DIA-SIGNAL, DIA-PART, DIA-MOVED, DIA-POINTS, DIA-NONE.
@@ -48,7 +48,7 @@ def diagnose_machine(
 
 
 def _frames(parts: Sequence[BothSeen], seen: Residuals, u_mm: float) -> Frames | None:
-    """What CMM and machine find differently as motions of the part frames [6876 §3.1]."""
+    """Returns the differences of CMM and machine as motions of the part frames [6876 §3.1]."""
     if len(parts) < LEAST_PARTS:
         return None
     nominal_mm = np.concatenate([part.seen.nominal_mm for part in parts])

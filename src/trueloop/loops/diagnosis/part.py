@@ -24,7 +24,8 @@ from trueloop.machine.model.model import MachineModel
 
 @dataclass(frozen=True, eq=False)
 class Inspected:
-    """One part: how it was made, without errors; what each kind of device found; its calibration if it is standard.
+    """One part: how it was made, without errors; the readings of each kind of device; its calibration if it is
+    standard.
 
     `both` is there where both devices saw the same points and the model of the machine is known.
     """
@@ -36,19 +37,19 @@ class Inspected:
     both: BothSeen | None = None
 
     def points(self, places: Mapping[str, FeaturePlace]) -> dict[SeenBy, SeenPoints]:
-        """By who saw them; of a standard part errors are actual less calibrated."""
+        """Returns points by the device that measured them; of a standard part errors are actual less calibrated."""
         seen = {by: points_of(against_calibrated(one, self.standard), places) for by, one in self.seen.items()}
         return {by: points for by, points in seen.items() if points.feature}
 
     def with_errors(self, places: Mapping[str, FeaturePlace]) -> SeenPart:
-        """As a diagnosis of causes takes it."""
+        """Returns the part as a diagnosis of causes takes it."""
         points = self.points(places)
         errors = {by: errors_of(some, places) for by, some in points.items()}
         return replace(self.made, errors=errors, points=points)
 
 
 def against_calibrated(one: Inspection, standard: StandardPart | None) -> Inspection:
-    """An inspection whose readings are off nominal by as much as they are off their calibrated values.
+    """Returns an inspection whose readings are off nominal by as much as they are off their calibrated values.
 
     Errors count from the nominal shape: a calibrated part is not nominal itself. Readings without a calibrated value,
     or of which neither has the nominal one, are left out.
@@ -68,7 +69,9 @@ def against_calibrated(one: Inspection, standard: StandardPart | None) -> Inspec
 
 @dataclass(frozen=True, eq=False)
 class PartDiagnosis:
-    """Of one part. `causes` is None where nothing is concluded; `components` where both devices saw its points."""
+    """The diagnosis of one part. `causes` is None where nothing is concluded; `components` where both devices saw its
+    points.
+    """
 
     part: SeenPart
     causes: Diagnosis | None
@@ -85,7 +88,7 @@ def diagnose_part(
     model: MachineModel | None = None,
     accept: Collection[str] = (),
 ) -> PartDiagnosis:
-    """The part among the others of its series, which say what one part alone cannot.
+    """Diagnoses a part among the others of its series, which provide what one part alone cannot.
 
     Raises DIA-UNSTABLE for repeats that do not hold, unless it is accepted.
     """
@@ -117,7 +120,7 @@ ALONE = Finding(
 
 
 def of_part(found: Diagnosis, part: SeenPart) -> Diagnosis:
-    """The causes of a series that act on features which this part shows."""
+    """Returns the causes of a series that act on features which this part shows."""
     shown = {error.feature for errors in part.errors.values() for error in errors}
     own = tuple(one for one in found.candidates if not one.features or shown & set(one.features))
     return replace(found, candidates=own)
@@ -128,7 +131,7 @@ LEAST_PARTS = 2
 
 @dataclass(frozen=True)
 class SeriesDiagnosis:
-    """Of one series."""
+    """The diagnosis of one series."""
 
     series: SeenSeries
     causes: Diagnosis
@@ -138,7 +141,7 @@ class SeriesDiagnosis:
 def diagnose_series(
     parts: Sequence[Inspected], places: Mapping[str, FeaturePlace], accept: Collection[str] = ()
 ) -> SeriesDiagnosis:
-    """Of parts in cutting order.
+    """Diagnoses parts in cutting order.
 
     Raises DIA-FEW for one part, DIA-UNSTABLE for a fixturing that does not hold, unless it is accepted: while it does
     not, nothing else is concluded [4773 §4.1].

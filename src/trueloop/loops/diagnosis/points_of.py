@@ -38,7 +38,7 @@ ALONG: Final = 1e-3
 
 @dataclass(frozen=True)
 class _Hint:
-    """That a feature has a point (x as a radius, z); `normal` (x, z) outward, NaN where not stated."""
+    """The evidence that a feature has a point (x as a radius, z); `normal` (x, z) outward, NaN where not stated."""
 
     name: str
     at_mm: tuple[float, float]
@@ -46,7 +46,7 @@ class _Hint:
 
 
 def inferred_shapes(inspections: Sequence[Inspection]) -> tuple[Line, ...]:
-    """The straight features, in order from the chuck; those whose points lie on no line are left out."""
+    """Returns the straight features, in order from the chuck; those whose points lie on no line are left out."""
     groups: dict[str, list[_Hint]] = {}
     for hint in (hint for one in inspections for hint in _hints(one)):
         groups.setdefault(hint.name, []).append(hint)
@@ -69,7 +69,7 @@ def _hints(inspection: Inspection) -> Iterator[_Hint]:
 
 
 def _of_point(point: CmmPoint) -> Iterator[_Hint]:
-    """Named by the line that place and normal make: a point's own name may be that of the point alone."""
+    """Yields the evidence of a point, named by the line that place and normal make: its own name may be that of the point alone."""
     if point.nominal_mm is None or point.outward_normal is None:
         return
     x, y, z = point.nominal_mm
@@ -87,7 +87,9 @@ def _of_point(point: CmmPoint) -> Iterator[_Hint]:
 
 
 def _of_size(reading: Reading) -> Iterator[_Hint]:
-    """A diameter or a radius makes a cylinder or a piece of a cone; at z 0 where its place is not stated."""
+    """Yields the evidence of a size: a diameter or a radius makes a cylinder or a piece of a cone; at z 0 where its
+    place is not stated.
+    """
     size = reading.nominal
     if size is not None and reading.quantity in (Quantity.DIAMETER, Quantity.RADIUS):
         radius = size / 2.0 if reading.quantity is Quantity.DIAMETER else size
@@ -100,7 +102,8 @@ def _name(reading: Reading) -> str:
 
 
 def _faces(lengths: Sequence[Reading], known_mm: Mapping[str, float]) -> dict[str, float]:
-    """Z of the faces between which lengths are read, each away from the chuck of where it counts from, the first zero.
+    """Returns z of the faces between which lengths are read, each away from the chuck of where it counts from, the
+    first zero.
 
     `known_mm` are places of features that were touched.
     """
@@ -130,7 +133,9 @@ def _line(name: str, hints: Sequence[_Hint]) -> Line | None:
 
 
 def _normal(off_middle: Array, stated: Array) -> Array | None:
-    """Out of the material, of the line through the points; None where they lie on none, or one alone says nothing."""
+    """Returns the normal out of the material of the line through the points; None where they lie on none, or a single
+    point leaves it open.
+    """
     known = stated[~np.isnan(stated[:, 0])]
     side = known.mean(axis=0) if len(known) else np.array([1.0, ALONG])
     _, sizes, ways = np.linalg.svd(off_middle)
@@ -176,7 +181,7 @@ def points_of(
     gauging: Gauging | None = None,
     standard_u_mm: float | None = None,
 ) -> SeenPoints:
-    """All values of an inspection that are errors of the surface of one of the features, in the order of kind.
+    """Returns all values of an inspection that are errors of the surface of one of the features, in the order of kind.
 
     Readings repeat as they say; touches and points at one nominal place are repeats in their order. `standard_u_mm` is
     that of one touch or point, of which the inspection says nothing; without it that of `gauging`, which readings
@@ -196,7 +201,7 @@ def points_of(
 
 
 def _profile(shapes: Sequence[Feature]) -> Profile:
-    """The shapes as what values are matched with; they need not meet."""
+    """Returns a profile of the shapes, by which values are matched with them; they need not meet."""
     return Profile(tuple(shapes), tuple(Junction(JunctionKind.CORNER, 0.0) for _ in pairwise(shapes)))
 
 
@@ -224,7 +229,9 @@ def _touched(
 
 
 def _angles(inspection: Inspection, matches: Matches) -> list[float]:
-    """About the axis of each point that was matched, rad, in their order, counted as a right-handed turn about z."""
+    """Returns the angle about the axis of each point that was matched, rad, in their order, counted as a right-handed
+    turn about z.
+    """
     left = {id(one.value) for one in matches.left}
     return [_angle(one, matches.axis or "z") for one in inspection.points if id(one) not in left]
 
@@ -236,7 +243,7 @@ def _angle(point: CmmPoint, axis: Axis) -> float:
 
 
 def _counted(rows: Iterator[_Row]) -> Iterator[_Row]:
-    """With the number of the repeat."""
+    """Yields the rows with the number of the repeat."""
     times: dict[tuple[object, ...], int] = {}
     for row in rows:
         angle = None if np.isnan(row.spindle_rad) else round(row.spindle_rad, 6)

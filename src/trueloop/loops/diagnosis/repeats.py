@@ -27,7 +27,7 @@ class Repeats:
 def repeats_of(
     points: SeenPoints, standard_u_mm: float | None = None, limit_mm: float | None = None
 ) -> Iterator[Repeats]:
-    """Every point that was read often enough; `standard_u_mm` instead of the stated one."""
+    """Yields every point that was read often enough; `standard_u_mm` replaces the stated one."""
     groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
     for k, name in enumerate(points.feature):
         place = np.round([*points.nominal_mm[k], *points.normal[k], points.spindle_rad[k]], 6)

@@ -26,7 +26,7 @@ _SPLINE: Final = tuple(re.compile(letter + rb"[ \t]*0*5(?!\d)") for letter in (b
 
 
 def has_shapes(letters: Collection[str], dialect: Dialect) -> bool:
-    """Whether words of these letters shape moves beside their ends."""
+    """Returns whether words of these letters shape moves beside their ends."""
     shapes = SHAPE - {TURNS} | ({"A"} if dialect.line_angle else set())
     return bool(shapes & set(letters))
 
@@ -34,7 +34,7 @@ def has_shapes(letters: Collection[str], dialect: Dialect) -> bool:
 def written_out_file(
     program: Program, parameters: Mapping[str, float], *, skipped_blocks: bool
 ) -> tuple[Program, WrittenOut]:
-    """The whole program, and written out. Raises what running it strictly does, and NC-EDIT."""
+    """Writes the whole program out and returns both. Raises what running it strictly does, and NC-EDIT."""
 
     def run(program: Program) -> ToolPath:
         return program.run(parameters, skipped_blocks=skipped_blocks, roughing=False)

@@ -31,15 +31,15 @@ LARGE = 1 << 16
 
 _First: TypeAlias = tuple[int | None, int | None, int | None, int | None]
 _Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], _First, bool, int, str]
-"""What `nc_survey` finds in some lines."""
+"""The result of `nc_survey` for some lines."""
 
 
 @dataclass(frozen=True)
 class Survey:
-    """What one look at the whole program finds: which of X, Y, Z are named, the line of each letter's first word, the
-    first lines that set an offset by G10, set the position register, and go to a place of the machine; whether words
-    shape moves beside their ends; whether decimal commas are written; how many decimals coordinates have; the letters
-    of rotary axes.
+    """The survey of the whole program: which of X, Y, Z are named, the line of each letter's first word, the first
+    lines that set an offset by G10, set the position register, and go to a place of the machine; whether words shape
+    moves beside their ends; whether decimal commas are written; how many decimals coordinates have; the letters of
+    rotary axes.
     """
 
     dialect: str
@@ -102,14 +102,15 @@ def _require_uncorrected(lines: bytes, line: int) -> None:
 
 
 Pieces: TypeAlias = Callable[[], Iterable[bytes]]
-"""A program in pieces of whole lines, from its beginning each time it is asked for: it is gone through twice."""
+"""A program in pieces of whole lines, from its beginning each time it is requested: it is read twice."""
 HEAD: Final = 1 << 12
 """Bytes of a written program among which the lines are that have to be first."""
 
 
 @dataclass(frozen=True)
 class Mapped:
-    """What was done. `not_run` blocks have coordinates that stay as they were: skipped, or in a branch not taken.
+    """The result of mapping. `not_run` blocks have coordinates that stay as they were: skipped, or in a branch not
+    taken.
 
     `turns_back_line` is where a contour that is roughed as well does not run on any more; 0 where none does so.
     `unit`: the one in force at the first length, and what says so; see `trueloop.nc.program.unit`.
@@ -132,7 +133,8 @@ class Mapped:
 def mapped_pieces(
     source: Pieces, dialect: str, field: Field, options: MapOptions, parameters: Mapping[str, float]
 ) -> Generator[bytes, None, Mapped]:
-    """The program, in pieces, with the field's displacement added to every position; in the end what was done.
+    """Yields the program, in pieces, with the field's displacement added to every position; returns the result at its
+    end.
 
     Words keep their style, expressions get a term, increments carry the rounding on, and a move that the displaced
     path leaves by more than the tolerance becomes several. Rapid moves go straight to the displaced end. Touches, and
@@ -192,7 +194,9 @@ def _require_followed(survey: Survey, field: Field) -> None:
 
 
 def _mark(identity: str, survey: Survey, parameters: Mapping[str, float]) -> str:
-    """The comment of a corrected program: what holds for some values of parameters only says so."""
+    """Returns the comment of a corrected program, which states that it holds for some values of parameters only where
+    it does.
+    """
     given = ", ".join(f"{name}={value!r}" for name, value in sorted(parameters.items()))
     only = f", holds for {given} only" if given else ""
     return dialect_named(survey.dialect).comment(mark_of_field(identity, survey.sha256) + only)
@@ -238,18 +242,20 @@ def _displaced(mapper: NcMapper, text: "_Text") -> Iterator[bytes]:
 
 @dataclass(frozen=True)
 class _Text:
-    """What is mapped, in pieces: the program itself, or written out where it is `drawn` with less than every point."""
+    """The text to be mapped, in pieces: the program itself, or written out where it is `drawn` with less than every
+    point.
+    """
 
     chunks: Iterable[bytes]
     drawn: tuple[Program, WrittenOut] | None = None
 
     @property
     def added_blocks(self) -> int:
-        """How many blocks writing it out has added."""
+        """Returns the number of blocks that writing it out has added."""
         return self.drawn[1].program.block_count - self.drawn[0].block_count if self.drawn else 0
 
     def line_of(self, line: int) -> int:
-        """The line of the program that a line of the text comes from."""
+        """Returns the line of the program from which a line of the text comes."""
         return self.drawn[1].source_line(self.drawn[0], line) if self.drawn else line
 
 
@@ -291,7 +297,7 @@ def _accepted(done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> byte
 
 
 def _marked(written: bytes, comment: str, dialect: str) -> bytes:
-    """The first piece of a written program with the mark behind the lines that have to be first."""
+    """Returns the first piece of a written program with the mark behind the lines that have to be first."""
     end = written.find(b"\n", HEAD) + 1 or len(written)
     head = read_program(written[:end], dialect)
     return apply_edits(head, [insert_heading(head, [comment])]) + written[end:]

@@ -40,7 +40,7 @@ def _require_read(program: Program) -> None:
 
 @dataclass(frozen=True)
 class CorrectedPoints:
-    """What was done: points and words, and the largest correction of X and of Y in mm."""
+    """The result of a correction: points and words, and the largest correction of X and of Y in mm."""
 
     record: str
     source_sha256: str
@@ -57,7 +57,8 @@ def correct_points(
     all_words: bool = False,
     limit_mm: float = Limits.correction_mm,
 ) -> tuple[bytes, CorrectedPoints, list[ChangedWord]]:
-    """The program with −E at every X and Y word, and what changed; `provenance` identifies the field in its mark.
+    """Adds −E to every X and Y word of the program, and returns it with its changes; `provenance` identifies the field
+    in its mark.
 
     With `all_words` those words too that set coordinate systems or name places of the machine, except dwells and the
     centre of a rotation. Raises CMP-TWICE (corrected before), the program's own errors apart from those that values and
@@ -99,7 +100,7 @@ def record_of_points(
     inputs_sha256: Mapping[str, str],
     now: datetime,
 ) -> Record:
-    """The record of what `correct_points` did with these options; it names nobody yet."""
+    """Returns the record of the result of `correct_points` with these options; it names nobody yet."""
     unit = unit_of_path(program.unit, program.run(strict=False, roughing=False))
     x_um, y_um = (UM_PER_MM * value for value in done.largest_mm)
     return Record(
@@ -122,5 +123,5 @@ CODEC: Final = values.CODEC.with_more(Correction, Mapped, CorrectedPoints)
 
 
 def enveloped(record: Record, done: Mapped, options: MapOptions) -> Correction[Mapped]:
-    """A program displaced by a field, in the envelope that all products share."""
+    """Puts a program displaced by a field in the envelope that all products share."""
     return Correction(record, {"limit_mm": options.limit_mm, "slope": options.slope}, done)

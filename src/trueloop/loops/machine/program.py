@@ -21,7 +21,7 @@ from trueloop.units import UM_PER_MM
 
 
 def field_of_model(model: MachineModel, sha256: str, setup: Setup, extrapolate: Collection[str] = ()) -> Field:
-    """COMP_MTG of the model, of which `sha256` is the hash, at the set-up's temperatures.
+    """Returns COMP_MTG of the model, of which `sha256` is the hash, at the set-up's temperatures.
 
     Raises MCH-OFFERED for a refined model that was not accepted, MCH-FRAME, MCH-TRAVEL and MCH-RANGE at positions that
     the model does not know.
@@ -41,7 +41,7 @@ def record_of(
     parameters: Mapping[str, float],
     now: datetime,
 ) -> Record:
-    """The record of a program of that name corrected by the field of `field_of_model`; it names nobody yet."""
+    """Returns the record of a program of that name corrected by the field of `field_of_model`; it names nobody yet."""
     given = {**vars(options), **_provenance(setup, sha256), "unit": done.unit, "parameters": dict(parameters)}
     known = {"machine": model.machine.name, "serial": model.machine.serial, "terms": len(model.terms)}
     made = _record(name, done, {"model": sha256}, given, known, now)
@@ -57,7 +57,7 @@ def record_of_field(
     parameters: Mapping[str, float],
     now: datetime,
 ) -> Record:
-    """The same of a program corrected by any field, which was made from these inputs."""
+    """Returns the record of a program corrected by any field, which was made from these inputs; it names nobody yet."""
     given = {**vars(options), "unit": done.unit, "parameters": dict(parameters)}
     return _record(name, done, inputs_sha256, given, {"field": field.identity}, now)
 

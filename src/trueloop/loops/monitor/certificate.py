@@ -1,7 +1,8 @@
-"""The certificate of a part: what was measured by what, held against limits, and what was in force when it was cut.
+"""The certificate of a part: measured values with their instruments, judged against limits, and the corrections in
+force when it was cut.
 
 A characteristic is certified where a value, a limit, its uncertainty and the device are known and ISO 14253-1 proves it
-inside. The part conforms where all characteristics that are asked for are certified; nothing that is not known is.
+inside. The part conforms where all requested characteristics are certified; nothing that is not known is.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -22,7 +23,7 @@ Outcome: TypeAlias = Literal["conforms", "does not conform", "not certified"]
 STANDARD_C: Final = 20.0
 """At which sizes hold [ISO 1]."""
 NEAR_K: Final = 1.0
-"""A part further from it is said."""
+"""The difference from it, K, beyond which a part is remarked on."""
 COVERAGE: Final = 2.0
 """U = 2 u, as certificates state it."""
 
@@ -65,7 +66,7 @@ class Certified:
 
     @property
     def proven(self) -> bool:
-        """Inside the limits, and all that is needed to say so is known."""
+        """Returns whether it is inside the limits, and everything needed to state so is known."""
         return not self.missing and self.judged is not None and self.judged.verdict == "in"
 
 
@@ -80,7 +81,7 @@ class InForce:
 
 @dataclass(frozen=True)
 class Certificate:
-    """Of one part. `missing`: what is not known of how it was cut."""
+    """The certificate of one part. `missing`: facts of its cutting that are not known."""
 
     part: Part
     values: tuple[Certified, ...]
@@ -90,7 +91,7 @@ class Certificate:
 
     @property
     def outcome(self) -> Outcome:
-        """That of all characteristics."""
+        """Returns the outcome of all characteristics together."""
         if any(one.judged is not None and one.judged.verdict == "out" for one in self.values):
             return "does not conform"
         return "conforms" if self.values and all(one.proven for one in self.values) else "not certified"
@@ -99,7 +100,8 @@ class Certificate:
 def certified(
     part: Part, asked: Sequence[Asked], seen: Sequence[Seen], stated_u: float | None
 ) -> tuple[Certified, ...]:
-    """Each characteristic asked for, by the latest inspection that has it: of a released part, where there is one.
+    """Certifies each requested characteristic, by the latest inspection that has it: of a released part, where there is
+    one.
 
     `stated_u`, mm: the standard uncertainty of readings that state none. Raises MON-NONE where nothing was measured.
     """
@@ -114,9 +116,10 @@ def certified(
 
 
 def asked_of(inspections: Iterable[Inspection]) -> tuple[Asked, ...]:
-    """What all inspections of a part type ask for together: the latest nominal and limits of each characteristic.
+    """Returns the characteristics that all inspections of a part type request together: the latest nominal and limits
+    of each.
 
-    A coordinate without limits says where a feature was measured, and is not asked for.
+    A coordinate without limits says where a feature was measured, and is not requested.
     """
     found: dict[str, Asked] = {}
     for inspection in inspections:
@@ -147,7 +150,9 @@ def _certified(asked: Asked, seen: Sequence[Seen], stated_u: float | None) -> Ce
 
 
 def _latest(name: str, seen: Sequence[Seen]) -> tuple[Seen | None, tuple[Reading, ...]]:
-    """The readings of the latest inspection that has the characteristic: those of a released part come first."""
+    """Returns the readings of the latest inspection that has the characteristic: those of a released part come
+    first.
+    """
     ordered = sorted(seen, key=lambda one: bool(one.released))  # stable: later ones stay later
     for one in reversed(ordered):
         own = tuple(each for each in one.inspection.readings if each.characteristic == name)
@@ -157,7 +162,9 @@ def _latest(name: str, seen: Sequence[Seen]) -> tuple[Seen | None, tuple[Reading
 
 
 def _temperature(readings: Sequence[Reading], by: Seen | None) -> float | None:
-    """Of the part while it was measured: that of the readings, else what the inspection says of one sensor alone."""
+    """Returns the part's temperature while it was measured: that of the readings, else that of the inspection's only
+    sensor.
+    """
     own = [one.temperature_c for one in readings if one.temperature_c is not None]
     if own:
         return fmean(own)
@@ -178,13 +185,13 @@ def _missing(asked: Asked, actual: float | None, u: float | None, by: Seen | Non
 
 
 def on_the_machine(inspection: Inspection) -> bool:
-    """Whether the part was measured by the probe of the machine: no other device is named."""
+    """Returns whether the part was measured by the probe of the machine: no other device is named."""
     device = inspection.device.casefold()
     return not device or "probe" in device or inspection.ball_radius_mm > 0.0
 
 
 def _remarks(by: Seen | None, temperature: float | None) -> Iterator[str]:
-    """What does not forbid a certificate, but its reader has to know."""
+    """Yields remarks that do not forbid a certificate, but that its reader has to know."""
     if temperature is None:
         yield wording("temperature not stated")
     elif abs(temperature - STANDARD_C) > NEAR_K:

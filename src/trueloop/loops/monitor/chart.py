@@ -1,4 +1,4 @@
-"""One characteristic charted: its charts, its alarms with what explains them, its capability, what to know of both."""
+"""The chart of one characteristic: its alarms with their explanations, its capability, remarks on both."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +24,8 @@ from trueloop.wording import wording
 
 
 def with_diagnosis(found: Explained, diagnosis: Diagnosis, sigma_mm: float) -> Explained:
-    """The explained alarm with the candidates of a diagnosis: they share what nothing known explains.
+    """Adds the candidates of a diagnosis to the explained alarm: they share the probability that nothing known
+    explains.
 
     A candidate gets its probability of that share, less where all of them together have more than 1; what is left
     stays unknown. Sizes are in `sigma_mm`, the charts' standard deviation.
@@ -114,7 +115,7 @@ def _value(one: TrackedPart, options: ChartOptions) -> float | None:
 
 
 def _baseline(parts: Sequence[TrackedPart], begins: Sequence[int], options: ChartOptions) -> Flags:
-    """Which parts limits come from: never those that are to teach nothing."""
+    """Marks the parts from which limits come: never those that are to teach nothing."""
     counts = np.array([one.made.counts for one in parts], dtype=bool)
     if isinstance(options.baseline, tuple):
         first, last = (_place(parts, serial) for serial in options.baseline)
@@ -144,7 +145,7 @@ def _place(parts: Sequence[TrackedPart], serial: str) -> int:
 
 
 def _episodes(found: Charted, causes: Sequence[Explanation], options: ChartOptions) -> Iterator[Episode]:
-    """Alarms of neighbours are one. What explains it is sought among the parts since the episode before.
+    """Yields the alarms, neighbours joined as one. Explanations are sought among the parts since the episode before.
 
     A residual of a step fades as memory learns it: only parts up to the first alarm tell of its cause. The moving range
     begins none: it signals once in 110 parts by chance, and what it sees single values show too.
@@ -171,7 +172,7 @@ def _runs(indices: Sequence[int]) -> list[tuple[int, int]]:
 
 
 def _capability(tracked: Tracked, values: Array, found: Charted) -> Capability | None:
-    """Of all parts; the short-term deviation is that of the charts. None without limits."""
+    """Returns the capability of all parts; the short-term deviation is that of the charts. None without limits."""
     asked = tracked.series.characteristic
     if asked.lower_limit is None and asked.upper_limit is None:
         return None
@@ -181,7 +182,7 @@ def _capability(tracked: Tracked, values: Array, found: Charted) -> Capability |
 
 
 def _correlation(found: Charted) -> Correlation:
-    """Of the baseline, each value about the centre of its segment."""
+    """Returns the correlation of the baseline, each value about the centre of its segment."""
     return correlation(found.z[found.in_baseline & np.isfinite(found.z)])
 
 

@@ -1,4 +1,4 @@
-"""Gauges and probes by what they find on calibrated parts: one series a device, standard part and characteristic."""
+"""Gauges and probes judged on calibrated parts: one series a device, standard part and characteristic."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,12 +18,13 @@ from trueloop.monitoring.segments import Charted, charted
 from trueloop.wording import Um, wording
 
 WARM_K = 1.0
-"""Checks this far from the temperature of the calibration are said."""
+"""The difference from the temperature of the calibration, K, beyond which a check is remarked on."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One characteristic of a standard part as a device found it. `deviations_mm` of repeats: found less calibrated.
+    """One characteristic of a standard part as a device measured it. `deviations_mm` of repeats: measured less
+    calibrated.
 
     `gauge_u_mm`: as the readings state it; None: not stated. `calibration_u_mm` is that of the standard part.
     """
@@ -36,12 +37,12 @@ class Check:
 
     @property
     def deviation_mm(self) -> float:
-        """The mean of the repeats."""
+        """Returns the mean of the repeats."""
         return float(np.mean(self.deviations_mm))
 
     @property
     def e_n(self) -> float | None:
-        """Deviation over the expanded uncertainty; None: the gauge's is not stated."""
+        """Returns the deviation over the expanded uncertainty; None: the gauge's is not stated."""
         return None if self.gauge_u_mm is None else e_n(self.deviation_mm, self.gauge_u_mm, self.calibration_u_mm)
 
 
@@ -58,12 +59,12 @@ class GaugeSeries:
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
-        """Of the charts; the moving range's alone are none."""
+        """Returns the alarms of the charts; the moving range's alone are none."""
         found = () if self.charted is None else self.charted.alarms
         return tuple(one for one in found if one.chart != "moving range")
 
     def failing(self, k: int) -> str:
-        """In words why check k fails; empty: it does not."""
+        """Returns in words why check k fails; empty: it does not."""
         one = self.checks[k]
         off = Um(one.deviation_mm, "+.1f")
         at = "" if one.at is None else f"{one.at:%Y-%m-%d %H:%M}"
@@ -82,14 +83,14 @@ class GaugeSeries:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is to be known of the checks, and to be done."""
+        """Returns remarks on the checks, and on what is to be done."""
         return tuple(_remarks(self))
 
 
 def gauges(
     standards: Sequence[StandardPart], inspections: Sequence[Inspection], device: str | None = None
 ) -> tuple[GaugeSeries, ...]:
-    """All series of checks, or those of a device; `inspections` may be of other parts too, which are left out.
+    """Returns all series of checks, or those of a device; `inspections` may be of other parts too, which are left out.
 
     Raises MON-NONE where no inspection is of a standard part and by that device.
     """
@@ -140,7 +141,7 @@ def _check(inspection: Inspection, own: Sequence[Reading], by: Reading, calibrat
 
 
 def _in_force(standards: Sequence[StandardPart], inspection: Inspection) -> StandardPart:
-    """The latest calibration before the inspection; where none was before, the first."""
+    """Returns the latest calibration before the inspection; where none was before, the first."""
     own = [one for one in standards if one.part.identity == inspection.part.identity]
     before = [one for one in own if one.at is not None and one.at.timestamp() <= _time(inspection)]
     return max(before, key=lambda one: one.at.timestamp() if one.at else 0.0) if before else own[0]
@@ -153,7 +154,7 @@ def _series(device: str, standard: str, name: str, checks: Sequence[Check]) -> G
 
 
 def _days(checks: Sequence[Check]) -> Array | None:
-    """Since the first check; None where a time is not stated."""
+    """Returns the days since the first check; None where a time is not stated."""
     times = [one.at for one in checks]
     if any(at is None for at in times):
         return None

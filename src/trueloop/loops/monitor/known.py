@@ -1,4 +1,4 @@
-"""What happened along a series, each as the shape in which it would move the values: candidates for an alarm's cause.
+"""Known events along a series, each as the shape in which it would move the values: candidates for an alarm's cause.
 
 Shapes are over the whole series (n,); a part that the fact does not touch has 0. Values are counted from the mean of
 the baseline, so that what was there in the baseline already (wear, warmth) is counted from its mean too.
@@ -45,7 +45,7 @@ SHORT: Final = 8
 
 
 def known(made: Sequence[Made], facts: Sequence[PartFacts], in_baseline: Flags) -> tuple[Explanation, ...]:
-    """All that may explain why values left their centre."""
+    """Returns all known explanations of values that left their centre."""
     return (
         *_settings(made, facts),
         *_corrections(made, facts),
@@ -59,7 +59,7 @@ def known(made: Sequence[Made], facts: Sequence[PartFacts], in_baseline: Flags) 
 
 
 def _settings(made: Sequence[Made], facts: Sequence[PartFacts]) -> Iterator[Explanation]:
-    """Until the next setting."""
+    """Yields shapes that last until the next setting."""
     at = [k for k, one in enumerate(made) if one.set_before or facts[k].events]
     for k, end in pairwise([*at, len(made)]):
         yield Explanation(wording("tool set"), _set_words(facts[k]), _between(len(made), k, end))
@@ -86,7 +86,7 @@ def _corrections(made: Sequence[Made], facts: Sequence[PartFacts]) -> Iterator[E
 
 
 def _programs(facts: Sequence[PartFacts]) -> Iterator[Explanation]:
-    """A run of parts cut by another program than the part before it."""
+    """Yields runs of parts cut by another program than the part before it."""
     ran = ["" if one.cut is None else one.cut.program_sha256 for one in facts]
     at = [k for k in range(1, len(ran)) if ran[k] and ran[k - 1] and ran[k] != ran[k - 1]]
     for k, end in pairwise([*at, len(ran)]):
@@ -121,7 +121,7 @@ def _wear(made: Sequence[Made], facts: Sequence[PartFacts], in_baseline: Flags) 
 
 
 def _temperatures(facts: Sequence[PartFacts], in_baseline: Flags) -> Iterator[Explanation]:
-    """Of sensors that every part has, where a part is outside what the baseline has seen."""
+    """Yields the temperatures of sensors that every part has, where a part is outside the baseline's range."""
     shared = set(facts[0].temperatures).intersection(*(one.temperatures for one in facts)) if facts else set()
     for name in sorted(shared):
         of_all = np.array([one.temperatures[name] for one in facts])
@@ -172,5 +172,5 @@ def _parts(facts: Sequence[PartFacts], where: Flags) -> Wording:
 
 
 def only(explanations: Iterable[Explanation], span: slice) -> tuple[Explanation, ...]:
-    """Their shapes over a part of the series."""
+    """Returns their shapes over a part of the series."""
     return tuple(Explanation(one.kind, one.words, one.shape[span]) for one in explanations)

@@ -1,10 +1,10 @@
-"""How a series is charted."""
+"""The options of charting a series."""
 
 from dataclasses import dataclass
 from typing import Final, Literal
 
 BASELINE: Final = 20
-"""Parts of the baseline where nothing is said: its standard deviation is then known to 20 %."""
+"""The number of parts of the baseline where none is stated: its standard deviation is then known to 20 %."""
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,8 @@ LEAST_U_MM: Final = 1e-4
 
 @dataclass(frozen=True)
 class JobTool:
-    """What a job says of its part and tool, or of one of its tools and what that cuts. `asked`: the characteristics of
-    its features, by name.
+    """What a job says of its part and tool, or of one of its tools and what that cuts. `asked`: the requested
+    characteristics of its features, by name.
 
     `tool` is the number of the offset that the job names, `x_is_diameter` how the control counts offsets on X.
     """
@@ -53,7 +53,7 @@ class JobTool:
 
 
 def moved_by_offset(profile: Profile, asked: Characteristic) -> Array:
-    """The g of a characteristic, (2,): by how much its size changes per mm of tool offset on X (a radius) and on Z.
+    """Returns the g of a characteristic, (2,): the change of its size per mm of tool offset on X (a radius) and on Z.
 
     Raises TOL-FEATURE and TOL-PLACE for what the part does not have.
     """
@@ -80,7 +80,7 @@ def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple
 def tool_proposals(
     series: Sequence[Tracked], jobs: Sequence[JobTool], options: SeriesOptions, made: Made
 ) -> tuple[Proposal, ...]:
-    """A proposal for each tool of the finish pass whose offset is to change, in its control's step.
+    """Returns a proposal for each tool of the finish pass whose offset is to change, in its control's step.
 
     Raises SER-TOOL where no characteristic of the series is a size of the job's part.
     """
@@ -97,7 +97,7 @@ def tool_proposals(
 
 
 def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[int, list[tuple[Tracked, Array]]]:
-    """By the number of its offset the series that a tool's offset moves, each with its g."""
+    """Groups by the number of its offset the series that a tool's offset moves, each with its g."""
     found: dict[int, list[tuple[Tracked, Array]]] = {}
     tools = contour_tools(job.program, job.matched, alone=True)
     for one in series:
@@ -109,7 +109,7 @@ def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[int, list[tuple[Tr
 
 
 def _number(job: JobTool, cut_by: int | None, feature: str) -> int:
-    """The number of the offset that cuts a feature. Raises OFS-TOOL where program and job give none."""
+    """Returns the number of the offset that cuts a feature. Raises OFS-TOOL where program and job give none."""
     number = cut_by or job.tool
     if not number:
         index = job.profile.names.index(feature)
@@ -142,7 +142,9 @@ def _why(wear: WearOffset, count: int, left_mm: Array) -> str:
 
 
 def characteristic_on(profile: Profile, asked: Characteristic) -> Characteristic | None:
-    """A characteristic that names its feature as the part does, of a kind that a tool offset changes; else None."""
+    """Returns a characteristic that names its feature as the part does, of a kind that a tool offset changes; else
+    None.
+    """
     if asked.feature not in profile.names or asked.quantity not in (Quantity.DIAMETER, Quantity.LENGTH):
         return None
     try:

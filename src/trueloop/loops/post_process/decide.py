@@ -1,4 +1,4 @@
-"""Whether a proposal may be accepted: each refusal names what overrides it."""
+"""The acceptance of a proposal: each refusal names what overrides it."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import datetime
@@ -20,7 +20,7 @@ OVERRIDES: Final[Mapping[Code, str]] = {
     Code.SER_SUPERSEDED: "superseded",
     Code.SER_ALARM: "alarm",
 }
-"""What a user names to have a refusal overridden; what is not among them is refused always."""
+"""The names by which a user overrides refusals; those not listed are final."""
 
 
 def decide(
@@ -35,7 +35,7 @@ def decide(
     why: str = "",
     override: Collection[str] = (),
 ) -> ProposalDecision:
-    """The decision on a proposal. `series` are those of its part type as they are now, by identity.
+    """Decides on a proposal. `series` are those of its part type as they are now, by identity.
 
     Raises SER-DECIDED; of an acceptance SER-LARGE, SER-OLD, SER-SUPERSEDED and SER-ALARM that `override` does not name.
     """

@@ -1,4 +1,4 @@
-"""What is odd about parts before they enter a series: filled in, in another unit, of another drawing, unknown."""
+"""Findings on parts before they enter a series: filled in, in another unit, of another drawing, unknown."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
@@ -22,14 +22,16 @@ NEAR_RATIO: Final = 0.05
 
 
 def filled_in(inspection: Inspection) -> bool:
-    """Whether a part's values look filled in and not measured: two at least and three quarters are exactly nominal."""
+    """Returns whether a part's values look filled in and not measured: two at least and three quarters are exactly
+    nominal.
+    """
     sizes = list(sizes_of(inspection))
     exact = sum(abs(error_mm) <= EXACT_MM for _, error_mm in sizes)
     return exact >= max(2.0, SHARE_FILLED_IN * len(sizes))
 
 
 def nominal_findings(inspection: Inspection, *, used: bool) -> Iterator[Finding]:
-    """SER-NOMINAL: a part that looks filled in, or single values that are exactly nominal."""
+    """Yields SER-NOMINAL: a part that looks filled in, or single values that are exactly nominal."""
     sizes, serial = list(sizes_of(inspection)), inspection.part.serial
     exact = [asked.name for asked, error_mm in sizes if abs(error_mm) <= EXACT_MM]
     if not exact:
@@ -50,7 +52,9 @@ def _part(serial: str) -> Mapping[str, str]:
 
 
 def unit_findings(known: Mapping[str, Characteristic], inspection: Inspection) -> Iterator[Finding]:
-    """SER-UNIT, an error: sizes that are 25.4 times those known of the series, or a 25.4th, or than their nominal."""
+    """Yields SER-UNIT, an error: sizes that are 25.4 times those known of the series, or a 25.4th, or than their
+    nominal.
+    """
     for asked, error_mm in sizes_of(inspection):
         before = known.get(asked.name)
         against = before.nominal if before is not None else asked.nominal
@@ -72,7 +76,7 @@ def unit_findings(known: Mapping[str, Characteristic], inspection: Inspection) -
 
 
 def _inches(value: float, against: float, near: float) -> float | None:
-    """The factor 25.4 or its inverse, where it lies between two sizes."""
+    """Returns the factor 25.4 or its inverse, where it lies between two sizes."""
     if against == 0.0:
         return None
     ratios = (MM_PER_INCH, 1.0 / MM_PER_INCH)
@@ -80,7 +84,9 @@ def _inches(value: float, against: float, near: float) -> float | None:
 
 
 def known_findings(known: Mapping[str, Characteristic], inspection: Inspection) -> Iterator[Finding]:
-    """SER-UNKNOWN for characteristics that the part type did not have, SER-REVISION for other nominals or limits."""
+    """Yields SER-UNKNOWN for characteristics that the part type did not have, SER-REVISION for other nominals or
+    limits.
+    """
     part_type: PartType = inspection.part.part_type
     for asked, _ in sizes_of(inspection) if known else ():
         before = known.get(asked.name)
@@ -113,7 +119,7 @@ def _sizes(asked: Characteristic) -> str:
 
 
 def few_findings(series: Sequence[Series]) -> Iterator[Finding]:
-    """SER-FEW for series of too few parts."""
+    """Yields SER-FEW for series of too few parts."""
     for one in series:
         if one.latest and len(one.made) < LEAST_PARTS:
             yield Finding(
@@ -126,7 +132,7 @@ def few_findings(series: Sequence[Series]) -> Iterator[Finding]:
 
 
 def usable(seen: Sequence[PartSeen], *, take_nominal: bool) -> tuple[tuple[PartSeen, ...], tuple[Finding, ...]]:
-    """The parts that count, and what is odd about any of them. Takes them in cutting order."""
+    """Returns the parts that count, and findings on any of them. Takes them in cutting order."""
     kept: list[PartSeen] = []
     findings: list[Finding] = []
     known: dict[tuple[str, ...], dict[str, Characteristic]] = {}

@@ -1,4 +1,4 @@
-"""What a user may choose of series and proposals."""
+"""The user's options of series and proposals."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -33,5 +33,5 @@ NAMES: Final = {"offset": ProposalClass.TOOL_OFFSET, "memory": ProposalClass.MEM
 
 
 def classes_named(names: Iterable[str]) -> frozenset[ProposalClass]:
-    """The classes of these names."""
+    """Returns the classes of these names."""
     return frozenset(NAMES[name] for name in names)

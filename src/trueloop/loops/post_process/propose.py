@@ -1,4 +1,4 @@
-"""What a series proposes for the next part: a change of size, memory begun anew after an alarm, another weight.
+"""The proposals of a series for the next part: a change of size, memory begun anew after an alarm, another weight.
 
 A proposal acts only when it is accepted. What is measured enters memory at once, for that changes no cut.
 """
@@ -31,7 +31,7 @@ class Made:
 
 
 def proposals_of(series: Sequence[Tracked], options: SeriesOptions, made: Made) -> tuple[Proposal, ...]:
-    """For each series that is the latest of its characteristic, what it proposes; () where it is best left alone."""
+    """Returns the proposals of each series that is the latest of its characteristic; () where it is best left alone."""
     found: list[Proposal] = []
     for one in series:
         if one.series.latest:
@@ -42,7 +42,9 @@ def proposals_of(series: Sequence[Tracked], options: SeriesOptions, made: Made) 
 
 
 def offset_of(one: Tracked, options: SeriesOptions, made: Made) -> list[Proposal]:
-    """The next part's change of size, where it is worth one: −1 times what the correction is to take off more."""
+    """Returns the next part's change of size, where it is worth one: −1 times what the correction is to take off
+    more.
+    """
     change_mm = -one.change_mm
     if abs(change_mm) <= options.least_mm:
         return []
@@ -55,7 +57,7 @@ def offset_of(one: Tracked, options: SeriesOptions, made: Made) -> list[Proposal
 
 
 def effect_of(one: Tracked, size_change_mm: float) -> Effect:
-    """What a change of size is predicted to do; the share of it that arrives is estimated from the parts."""
+    """Predicts the effect of a change of size; the share of it that arrives is estimated from the parts."""
     step, asked = one.last.step, one.series.characteristic
     gain = 1.0 if step.gain is None else step.gain
     # The step predicts with its own correction; what is taken off less than that stays on.
@@ -78,7 +80,7 @@ def effect_of(one: Tracked, size_change_mm: float) -> Effect:
 
 
 def restart_of(one: Tracked, made: Made) -> list[Proposal]:
-    """After an alarm: learning from the alarming part on, for what came before may hold no more."""
+    """Proposes after an alarm to learn from the alarming part on, because earlier parts may hold no more."""
     alarm = one.open_alarm
     if alarm is None:
         return []
@@ -91,7 +93,9 @@ def restart_of(one: Tracked, made: Made) -> list[Proposal]:
 
 
 def weight_of(one: Tracked, made: Made) -> list[Proposal]:
-    """Where what is left is not white: the factor of the changes, by the standard percentage [4773 §3.5]."""
+    """Proposes a weight where the remaining errors are not white: the factor of the changes, by the standard percentage
+    [4773 §3.5].
+    """
     seen = monitor(np.array([part.step.innovation_mm or 0.0 for part in one.parts[1:]]))
     if not seen.says:
         return []
@@ -106,7 +110,7 @@ def weight_of(one: Tracked, made: Made) -> list[Proposal]:
 def of_tool(
     series: Sequence[Tracked], effects: Sequence[Effect], offset: ToolOffset, control: str, made: Made, why: str
 ) -> Proposal:
-    """One tool's offset for several characteristics, in the words of a control."""
+    """Proposes one tool's offset for several characteristics, in the words of a control."""
     found = _proposal(ProposalClass.TOOL_OFFSET, series, effects, made, why, tool_offset=offset)
     return replace(found, control=control)
 
@@ -147,7 +151,7 @@ def _id(
     offset: ToolOffset | None,
     *more: object,
 ) -> str:
-    """Twelve hex digits of what it is made from: the same parts give the same id on any day."""
+    """Returns twelve hex digits of its inputs: the same parts give the same id on any day."""
     sizes = [[one.series, one.parts, round(one.size_change_mm, 7)] for one in effects]
     tool = None if offset is None else [offset.tool, round(offset.x_radius_mm, 7), round(offset.z_mm, 7)]
     text = json.dumps([changes, part_type.identity, sizes, last, tool, *more])

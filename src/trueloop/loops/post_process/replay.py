@@ -1,4 +1,5 @@
-"""What memory would have proposed for every part of a series, from the parts before it, and what that would have left.
+"""A replay of memory's proposals for every part of a series, from the parts before it, and of the errors that would
+have been left.
 
 The error of a part had nothing been corrected is E = F + C; with the correction c that earlier parts propose it would
 have been E − c. Whether all of a correction arrives cannot be seen from parts that were never corrected: the replay
@@ -45,7 +46,7 @@ class Replayed:
 
     @property
     def inside(self) -> bool:
-        """Whether what would have been left is inside its 95 % band."""
+        """Returns whether the error that would have been left is inside its 95 % band."""
         return abs(self.left_mm - self.expected_mm) <= NORMAL_95 * self.expected_u_mm
 
 
@@ -58,13 +59,15 @@ class Replay:
     rivals_mm: Mapping[str, tuple[float, ...]]
 
     def rms_mm(self, rule: str = "memory") -> float | None:
-        """Root mean square from the second part on: of "memory", "measured", or a rival; None of a single part."""
+        """Returns the root mean square from the second part on: of "memory", "measured", or a rival; None of a single
+        part.
+        """
         if len(self.parts) < 2:
             return None
         return float(rms(np.array(self.left_mm(rule)[1:])))
 
     def left_mm(self, rule: str) -> tuple[float, ...]:
-        """What a rule would have left of every part."""
+        """Returns the errors that a rule would have left of every part."""
         if rule == "memory":
             return tuple(one.left_mm for one in self.parts)
         if rule == "measured":
@@ -73,7 +76,7 @@ class Replay:
 
     @property
     def inside(self) -> tuple[int, int]:
-        """How many parts from the second on are inside their bands, and of how many."""
+        """Returns the number of parts from the second on that are inside their bands, and of how many."""
         later = self.parts[1:]
         return sum(one.inside for one in later), len(later)
 
@@ -82,7 +85,7 @@ RULES: Final[Mapping[str, Callable[[Array], float]]] = {
     "mean of all parts before": lambda before: float(np.mean(before)),
     "0.75 of the part before": lambda before: 0.75 * float(before[-1]),
 }
-"""What else a shop does: the correction from the uncorrected errors of the parts before, (k,). Stated beforehand."""
+"""The rules of other shops: the correction from the uncorrected errors of the parts before, (k,). Stated beforehand."""
 
 
 def replay(series: Series, prior: LevelPrior = TURNING) -> Replay:
@@ -102,7 +105,7 @@ def replay(series: Series, prior: LevelPrior = TURNING) -> Replay:
 
 
 def replayed(one: Made, correction_mm: float, step: Step, before: int) -> Replayed:
-    """A part with that correction; `step` is the one after it, `before` counts the parts before."""
+    """Returns a part with that correction; `step` is the one after it, `before` counts the parts before."""
     left_mm = one.uncorrected_mm - correction_mm
     innovation, deviation = step.innovation_mm or 0.0, step.innovation_sd_mm or 0.0
     return Replayed(
@@ -114,7 +117,7 @@ def replayed(one: Made, correction_mm: float, step: Step, before: int) -> Replay
 
 
 def rivals(made: Sequence[Made]) -> Mapping[str, tuple[float, ...]]:
-    """What simpler rules would have left; without a part before, all of the error."""
+    """Returns the errors that simpler rules would have left; without a part before, all of the error."""
     errors = np.array([one.uncorrected_mm for one in made])
     return {
         name: tuple(
@@ -130,7 +133,9 @@ NOMINAL_MM: Final = 12.0
 
 
 def simulate(shop: Shop, rng: np.random.Generator, events: Sequence[Event] = (), prior: LevelPrior = TURNING) -> Replay:
-    """One series cut with what memory proposes, the same one uncorrected, and with each of the rules of `RULES`."""
+    """Simulates one series cut with memory's proposals, the same one uncorrected, and with each of the rules of
+    `RULES`.
+    """
     drawn = draw(replace(shop, angle_rad=CYLINDER), rng, events)
     made: list[Made] = []
     steps: list[Step] = []
@@ -163,7 +168,9 @@ def _made(drawn: Drawn, part: int, correction_mm: float) -> Made:
 
 
 def _by_rule(drawn: Drawn, parts: int, rule: Callable[[Array], float]) -> tuple[float, ...]:
-    """What is left by a rule that takes all of a correction as arrived: its own are added to what it found."""
+    """Returns the errors left by a rule that takes all of a correction as arrived: its own are added to the measured
+    error.
+    """
     believed: list[float] = []
     left: list[float] = []
     for k in range(parts):

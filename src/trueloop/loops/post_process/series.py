@@ -50,7 +50,7 @@ ADJUSTS: Final[Mapping[Stage, frozenset[Parameter]]] = {
     Stage.MODEL: frozenset({Parameter.MODEL}),
     Stage.WEIGHTS: frozenset({Parameter.WEIGHT}),
 }
-"""What each stage automates, whichever loop it runs in."""
+"""The automation of each stage, whichever loop it runs in."""
 
 NOT_AFTER_THE_PROCESS: Final = frozenset({Parameter.NC_CODE, Parameter.REAL_TIME})
 """These "cannot be performed in the post-process loop" [4773 §5 (2)], against its §3.3, where they could."""
@@ -64,12 +64,12 @@ CLASSES: Final[Mapping[Parameter, ProposalClass]] = {
 
 
 def may_change(stage: Stage) -> frozenset[ProposalClass]:
-    """What a stage may change in the post-process loop: nothing at all in stages 2 and 3."""
+    """Returns the changes that a stage may make in the post-process loop: nothing at all in stages 2 and 3."""
     return frozenset(CLASSES[one] for one in ADJUSTS[stage] - NOT_AFTER_THE_PROCESS)
 
 
 def stage_of(changes: ProposalClass) -> Stage:
-    """The stage that a proposal belongs to."""
+    """Returns the stage that a proposal belongs to."""
     return next(stage for stage in Stage if changes in may_change(stage))
 
 
@@ -78,7 +78,7 @@ HINT = "state when the parts were cut or measured; a series in another order lea
 
 @dataclass(frozen=True)
 class When:
-    """What is known of one part's place in the order: `kept` counts as the inspections were kept."""
+    """The facts on one part's place in the order: `kept` counts as the inspections were kept."""
 
     serial: str
     kept: int
@@ -112,13 +112,13 @@ def _key(parts: Sequence[When], k: int) -> float:
 
 
 def _seconds(at: datetime | None) -> float:
-    """A time without a zone is taken as UTC: within one file all are alike."""
+    """Returns the time in seconds. A time without a zone is taken as UTC: within one file all are alike."""
     assert at is not None
     return (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()
 
 
 def _clock_back(parts: Sequence[When]) -> tuple[Finding, ...]:
-    """A part kept later that was measured earlier: a clock set back, or files taken in another order."""
+    """Reports each part kept later that was measured earlier: a clock set back, or files taken in another order."""
     timed = sorted((part for part in parts if part.measured_at is not None), key=lambda part: part.kept)
     return tuple(
         _doubt(
@@ -131,7 +131,7 @@ def _clock_back(parts: Sequence[When]) -> tuple[Finding, ...]:
 
 
 def _against_serials(parts: Sequence[When]) -> tuple[Finding, ...]:
-    """The first place where serial numbers that count fall."""
+    """Reports the first place where serial numbers that count fall."""
     numbers = [re.search(r"(\d+)$", part.serial) for part in parts]
     if any(number is None for number in numbers):
         return ()
@@ -166,7 +166,7 @@ class PartSeen:
 
     @property
     def serial(self) -> str:
-        """Of the part."""
+        """Returns the serial number of the part."""
         return self.inspection.part.serial
 
 
@@ -183,12 +183,12 @@ class Made:
 
     @property
     def uncorrected_mm(self) -> float:
-        """The error had nothing been corrected, E = F + C."""
+        """Returns the error had nothing been corrected, E = F + C."""
         return self.error_mm + self.correction_mm
 
     @property
     def reading(self) -> PartReading:
-        """As memory takes it."""
+        """Returns the reading as memory takes it."""
         return PartReading(self.error_mm, self.correction_mm, set_before=self.set_before, counts=self.counts)
 
 
@@ -203,17 +203,17 @@ class Series:
 
     @property
     def name(self) -> str:
-        """Of the characteristic."""
+        """Returns the name of the characteristic."""
         return self.characteristic.name
 
     @property
     def identity(self) -> Identity:
-        """Part type, characteristic, nominal and limits."""
+        """Returns part type, characteristic, nominal and limits."""
         return identity_of(self.part_type, self.characteristic)
 
 
 def identity_of(part_type: PartType, asked: Characteristic) -> Identity:
-    """By which a series is known; sizes to 0.1 nm, as files round them when they convert units."""
+    """Returns the key of a series; sizes to 0.1 nm, as files round them when they convert units."""
     sizes = (asked.nominal, asked.lower_limit, asked.upper_limit)
     return (
         *part_type.identity,
@@ -224,7 +224,7 @@ def identity_of(part_type: PartType, asked: Characteristic) -> Identity:
 
 
 def characteristic_of(reading: Reading) -> Characteristic | None:
-    """What a reading is a value of; None where no offset changes it, or its nominal is not stated."""
+    """Returns the characteristic of a reading; None where no offset changes it, or its nominal is not stated."""
     if reading.nominal is None or reading.quantity not in BY_OFFSET or not reading.characteristic:
         return None
     return Characteristic(
@@ -239,7 +239,7 @@ def characteristic_of(reading: Reading) -> Characteristic | None:
 
 
 def series_of(seen: Sequence[PartSeen]) -> tuple[Series, ...]:
-    """All series of parts in cutting order, the earlier revisions of a characteristic before its latest."""
+    """Returns all series of parts in cutting order, the earlier revisions of a characteristic before its latest."""
     found: dict[Identity, tuple[PartType, Characteristic, list[Made]]] = {}
     last: dict[tuple[str, ...], Identity] = {}
     for part in seen:
@@ -259,7 +259,7 @@ def series_of(seen: Sequence[PartSeen]) -> tuple[Series, ...]:
 
 
 def sizes_of(inspection: Inspection) -> Iterator[tuple[Characteristic, float]]:
-    """Each characteristic of one part that an offset changes, with its error in mm: the mean of its repeats."""
+    """Yields each characteristic of one part that an offset changes, with its error in mm: the mean of its repeats."""
     by_name: dict[str, list[tuple[Characteristic, float]]] = {}
     for reading in inspection.readings:
         asked = characteristic_of(reading)

@@ -1,4 +1,4 @@
-"""A series with what was expected of every part before it was inspected, beside what was found."""
+"""A series with the prediction of every part before its inspection, beside the measured error."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,12 +13,14 @@ from trueloop.monitoring.capability import nearer_limit
 from trueloop.statistics import NORMAL_95
 
 CAPABLE_FROM: Final = 20
-"""Parts from which on a capability index says something; below, it may be off by a factor of 1.5 and more."""
+"""The number of parts from which on a capability index is meaningful; below, it may be off by a factor of 1.5 and
+more."""
 
 
 @dataclass(frozen=True)
 class TrackedPart:
-    """One part: what was expected of it with the correction that it was cut with, what was found, what follows.
+    """One part: its predicted error with the correction that it was cut with, the measured error, and the step that
+    follows.
 
     `expected_mm` ± 1.96 `expected_u_mm` was to hold its error with 95 %, from earlier parts alone; None without a
     model. `alarm`: what is found beyond that cannot be chance.
@@ -32,7 +34,7 @@ class TrackedPart:
 
     @property
     def inside(self) -> bool | None:
-        """Whether the error was inside the 95 % band; None where there was none."""
+        """Returns whether the error was inside the 95 % band; None where there was none."""
         if self.expected_mm is None or self.expected_u_mm is None:
             return None
         return abs(self.made.error_mm - self.expected_mm) <= NORMAL_95 * self.expected_u_mm
@@ -54,19 +56,21 @@ class Tracked:
 
     @property
     def last(self) -> TrackedPart:
-        """The latest part. A series has one at least."""
+        """Returns the latest part. A series has one at least."""
         return self.parts[-1]
 
     @property
     def open_alarm(self) -> TrackedPart | None:
-        """A part among the last two that was alarming, since which memory was not begun anew."""
+        """Returns a part among the last two that was alarming, since which memory was not begun anew."""
         recent = self.parts[-2:]
         since = max((k for k, one in enumerate(recent) if one.made.set_before), default=0)
         return next((one for one in reversed(recent[since:]) if one.alarm), None)
 
     @property
     def change_mm(self) -> float:
-        """What to take off more than is in force, mm; the size changes by −1 times it. 0 where corrections are held."""
+        """Returns what to take off more than is in force, mm; the size changes by −1 times it. 0 where corrections are
+        held.
+        """
         return 0.0 if self.last.step.held else self.factor * (self.last.step.correction_mm - self.in_force_mm)
 
 
@@ -108,7 +112,9 @@ def _expected(made: Made, step: Step) -> tuple[float | None, float | None]:
 
 
 def capability(series: Series) -> Capability | None:
-    """Of parts since the tool was last set; None below 20 parts, or where a limit is missing on both sides."""
+    """Returns the capability of parts since the tool was last set; None below 20 parts, or where a limit is missing on
+    both sides.
+    """
     errors, asked = [one.error_mm for one in _since_set(series.made)], series.characteristic
     lower, upper = (
         None if limit is None else limit - asked.nominal for limit in (asked.lower_limit, asked.upper_limit)
@@ -126,7 +132,7 @@ def _since_set(made: Sequence[Made]) -> Sequence[Made]:
 
 
 def alarming(step: Step, parts: int) -> bool:
-    """Whether an innovation has a probability below 0.001; below five parts the limit is 1.25 times as wide."""
+    """Returns whether an innovation has a probability below 0.001; below five parts the limit is 1.25 times as wide."""
     if step.innovation_mm is None or not step.innovation_sd_mm:
         return False
     limit = 3.29 * (1.25 if parts < 5 else 1.0)

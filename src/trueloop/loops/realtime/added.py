@@ -1,4 +1,4 @@
-"""What a correction adds along one move of the control, by share of the move, 0 to 1.
+"""The additions of a correction along one move of the control, by share of the move, 0 to 1.
 
 In (x as a radius, z), mm. Where the move cuts, it is the corrected path of the nose's centre less the commanded one at
 the same place of the part; before and after, it fades as the ends of those moves do in the corrected program.
@@ -16,10 +16,10 @@ from trueloop.turned.compensation.targets import CutEnds
 
 
 class Added(Protocol):
-    """What is added at shares (n,) of a move, (n, 2)."""
+    """The addition at shares (n,) of a move, (n, 2)."""
 
     def at(self, share: Array) -> Array:
-        """By share of the move's length, or of an arc's angle."""
+        """Returns the addition by share of the move's length, or of an arc's angle."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Fading:
     end_mm: Array
 
     def at(self, share: Array) -> Array:
-        """Between both."""
+        """Returns the addition between both ends."""
         return np.asarray(self.start_mm + share[:, None] * (self.end_mm - self.start_mm))
 
 
@@ -42,7 +42,7 @@ class AboutCorner:
     after: Move
 
     def at(self, share: Array) -> Array:
-        """Their difference at the same share of either angle."""
+        """Returns the difference of both at the same share of either angle."""
         return _along(self.after, share) - _along(self.before, share)
 
 
@@ -59,7 +59,7 @@ class Cutting:
     offset_mm: Array
 
     def at(self, share: Array) -> Array:
-        """The correction there."""
+        """Returns the correction at these shares."""
         was = self.before.centre_mm(_between(self.ends_before, share))
         return np.asarray(self.after.centre_mm(_between(self.ends_after, share)) - was + self.offset_mm)
 

@@ -1,4 +1,4 @@
-"""What is added along every move of a finish pass: on the cuts, between them, on the way in and on the way out.
+"""The additions along every move of a finish pass: on the cuts, between them, on the way in and on the way out.
 
 The corrected program is the model: what its words do to the ends of moves, the table does along them. A rapid onto the
 contour, which the corrected program leaves alone, is displaced only where that brings it no nearer to the part.
@@ -35,7 +35,9 @@ class Corrected:
 
 
 def added_along(driven: Driven, corrected: Corrected) -> dict[int, Added]:
-    """By move of the control, in its order: the contour, what leads to it, and what leaves it."""
+    """Returns the additions by move of the control, in its order: the contour, the moves that lead to it, and those
+    that leave it.
+    """
     found: dict[int, Added] = {}
     cuts = _cutting(driven, corrected)
     start, held = cuts[min(cuts)].at(START)[0], cuts[min(cuts)].at(START)[0]
@@ -48,7 +50,7 @@ def added_along(driven: Driven, corrected: Corrected) -> dict[int, Added]:
 
 
 def _cutting(driven: Driven, corrected: Corrected) -> dict[int, Cutting]:
-    """The cuts by move, each feature from where the nose begins to touch it to where it leaves it."""
+    """Returns the cuts by move, each feature from where the nose begins to touch it to where it leaves it."""
     cuts = driven.contour.cuts
     before, after = (_ends(driven, pieces) for pieces in (corrected.before, corrected.after))
     return {
@@ -64,7 +66,7 @@ def _cutting(driven: Driven, corrected: Corrected) -> dict[int, Cutting]:
 
 
 def _ends(driven: Driven, pieces: Sequence[CentrePiece]) -> list[CutEnds]:
-    """Where each cut begins and ends on the path of the nose's centre.
+    """Returns the begin and end of each cut on the path of the nose's centre.
 
     Under G41 and G42 that is where the contour's own features end, at a corner that the nose is turned about, and where
     the paths of the nose's centre cross at a corner that it does not get into.
@@ -87,7 +89,7 @@ def _ends(driven: Driven, pieces: Sequence[CentrePiece]) -> list[CutEnds]:
 
 
 def _other(driven: Driven, move: int, start_mm: Array, end_mm: Array) -> Added:
-    """A move of the contour that cuts no feature: an arc about an edge keeps its radius."""
+    """Returns the addition of a move of the contour that cuts no feature: an arc about an edge keeps its radius."""
     if driven.centre.motion[move] != Motion.ARC:
         return Fading(start_mm, end_mm)
     arc = move_of(driven.centre, move)
@@ -96,7 +98,9 @@ def _other(driven: Driven, move: int, start_mm: Array, end_mm: Array) -> Added:
 
 
 def _way_in(driven: Driven, profile: Profile, start_mm: Array) -> dict[int, Added]:
-    """The move that leads to the contour, with nothing added where it begins; and what else its block does."""
+    """Returns the addition of the move that leads to the contour, zero where it begins; and of the other moves of its
+    block.
+    """
     lead = driven.lead
     if lead is None:
         return {}
@@ -108,7 +112,7 @@ def _way_in(driven: Driven, profile: Profile, start_mm: Array) -> dict[int, Adde
 
 
 def _comes_closer(driven: Driven, profile: Profile, move: int, added: Added) -> bool:
-    """Whether what is added along a move brings it nearer to the part anywhere."""
+    """Returns whether the additions along a move bring it nearer to the part anywhere."""
     at = driven.centre_mm(move, SHARES)
     was, now = (_clearance_mm(profile, points) for points in (at, at + added.at(SHARES)))
     return bool(np.any(now < was - SAME_MM))
@@ -119,7 +123,8 @@ def _clearance_mm(profile: Profile, points: Array) -> Array:
 
 
 def _ways_out(driven: Driven, held_mm: Array) -> Iterator[tuple[int, Added]]:
-    """Moves after the contour: what is added on an axis fades along the first move that names it, and is held before.
+    """Yields the additions of moves after the contour: on an axis they fade along the first move that names it, and
+    are held before.
 
     So does the corrected program, whose words say where a move ends and whose blocks inherit what they do not say.
     """

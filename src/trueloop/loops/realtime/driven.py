@@ -1,4 +1,4 @@
-"""Where the control drives along a finish pass: its moves, and which of them cut, lead in and lead out.
+"""The control's path along a finish pass: its moves, and which of them cut, lead in and lead out.
 
 Without cutter compensation these are the program's moves. Under G41 and G42 the control's own: it shortens moves at
 concave corners and turns the nose about convex ones, by an arc that belongs to the block after the corner.
@@ -36,46 +36,48 @@ class Driven:
 
     @cached_property
     def length_mm(self) -> Array:
-        """Of every move, (n,)."""
+        """Returns the length of every move, (n,)."""
         return lengths_mm(self.centre)
 
     @property
     def first(self) -> int:
-        """The first move along the contour."""
+        """Returns the first move along the contour."""
         return min([*self.cut, *(move for move in self.run_out if move < min(self.cut))])
 
     @property
     def last(self) -> int:
-        """The last move along the contour."""
+        """Returns the last move along the contour."""
         return max([*self.cut, *(move for move in self.run_out if move > max(self.cut))])
 
     @property
     def lead(self) -> int | None:
-        """The move that leads to the contour; None: none does, in the frame of the contour."""
+        """Returns the move that leads to the contour; None: none does, in the frame of the contour."""
         before = [move for move in range(self.first) if self.length_mm[move] > SAME_MM]
         return before[-1] if before and self.in_frame(before[-1]) else None
 
     def is_rapid(self, move: int) -> bool:
-        """Whether a move is not at feed."""
+        """Returns whether a move is not at feed."""
         return bool(self.centre.motion[move] == Motion.RAPID)
 
     def in_frame(self, move: int) -> bool:
-        """Whether the program's zero and its tool are those of the contour at a move."""
+        """Returns whether the program's zero and its tool are those of the contour at a move."""
         path, first = self.centre, self.first
         same = np.all(np.abs(path.origin_mm[move] - path.origin_mm[first]) < SAME_MM)
         return bool(same and np.array_equal(path.renamed[move], path.renamed[first]))
 
     def centre_mm(self, move: int, share: Array) -> Array:
-        """Where the nose's centre is sent to, (n,) → (n, 2), in the program's coordinates."""
+        """Returns the commanded positions of the nose's centre, (n,) → (n, 2), in the program's coordinates."""
         return points_along(self.centre, np.intp(move), share)[:, PLANE]
 
     def controlled_mm(self, move: int, share: Array) -> Array:
-        """Where the controlled point is sent to, (n,) → (n, 2)."""
+        """Returns the commanded positions of the controlled point, (n,) → (n, 2)."""
         return points_along(self.controlled, np.intp(move), share)[:, PLANE]
 
 
 def driven(program: Program, contour: Commanded, run: Run, nose_radius_mm: float, tip: int) -> Driven:
-    """The control's moves of a program whose contour was matched. `tip`: which point of the nose is controlled."""
+    """Returns the control's moves of a program whose contour was matched. `tip`: the point of the nose that is
+    controlled.
+    """
     if not contour.match.on_contour:
         cut = {one.move: k for k, one in enumerate(contour.cuts)}
         run_out = frozenset(move.index for move in contour.match.run_out)

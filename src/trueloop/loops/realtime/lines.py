@@ -1,4 +1,4 @@
-"""Whether a program's lines say where the tool is, and whether the control keeps to the path of each.
+"""Checks that a program's lines determine the tool's position, and that the control keeps to the path of each.
 
 The table is chosen by `motion.program-line`. A line that runs twice is two places. LinuxCNC's G64 with P makes one move
 of straight moves that go on within a tolerance (Q; where it is not named, P) and reports the last of their lines; its P
@@ -43,7 +43,7 @@ def require_known_lines(path: ToolPath, moves: Driven, listed: Collection[int]) 
 
 @dataclass(frozen=True)
 class Kept:
-    """How near the control keeps to its path: `named` is the block that says so; None: none does.
+    """The tolerance within which the control keeps to its path: `named` is the block that states it; None: none does.
 
     `rounding_mm`: how far corners may be rounded; `merging_mm`: how far off a straight way ends of moves may lie that
     are made one with it, 0: none are.
@@ -69,7 +69,7 @@ def require_kept_path(program: Program, path: ToolPath, moves: Driven, listed: C
 
 
 def _kept_by_block(program: Program, path: ToolPath) -> dict[int, Kept]:
-    """By block, in the order they were executed: the last execution counts."""
+    """Returns the path tolerances by block, in the order they were executed: the last execution counts."""
     kept, mode = dict[int, Kept](), Kept()
     for index, _, state in path.executed.tolist():
         block = program.block(index)
@@ -94,7 +94,9 @@ def _named(block: Block, inch: bool) -> Kept | None:
 
 
 def _are_merged(path: ToolPath, first: int, second: int, merging_mm: float) -> bool:
-    """Whether LinuxCNC makes one move of two: straight, at feed, and the point between them beside the straight way."""
+    """Returns whether LinuxCNC makes one move of two: straight, at feed, and the point between them beside the straight
+    way.
+    """
     straight = path.motion[[first, second]] == Motion.LINE
     if merging_mm == 0.0 or not np.all(straight) or path.block[first] == path.block[second]:
         return False

@@ -62,28 +62,28 @@ class SimulatedPart:
 
     @property
     def predicted_mm(self) -> Array:
-        """What the loop said the finish cut would leave."""
+        """Returns the loop's prediction of the errors after the finish cut."""
         return self.correction.prediction.after_mm
 
     @property
     def residual_rms_mm(self) -> float:
-        """RMS of the true residual."""
+        """Returns the RMS of the true residual."""
         return rms(self.finish_truth_mm)
 
     @property
     def residual_worst_mm(self) -> float:
-        """Size of the largest true residual."""
+        """Returns the size of the largest true residual."""
         return float(np.max(np.abs(self.finish_truth_mm)))
 
     @property
     def coverage(self) -> float:
-        """Share of true residuals inside the predicted 95 % band."""
+        """Returns the share of true residuals inside the predicted 95 % band."""
         return float(np.mean(np.abs(self.finish_truth_mm) <= self.correction.prediction.expanded_u_mm))
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A job ready to be simulated: what the loop will be given, except the touches, which are made anew.
+    """A job ready to be simulated: the inputs of the loop, except the touches, which are made anew.
 
     `inputs.touches` says where to touch. `rough`, `semifinish` and `finish` are the commanded paths
     of the nose centre.
@@ -97,7 +97,7 @@ class Trial:
 
 
 def require_plan_fits(trial: Trial, probe: VirtualProbe) -> None:
-    """PRB-BALL for a touch at which the semi-finished part leaves the ball no room."""
+    """Raises PRB-BALL for a touch at which the semi-finished part leaves the ball no room."""
     plan = _plan(trial, probe)
     obstacle = stock_obstacle(trial.inputs.profile, trial.inputs.allowance_mm)
     for touch in plan.touches:
@@ -121,7 +121,7 @@ def trial_of(inputs: Inputs, z_reference: str | None = None) -> Trial:
 
 
 def simulate(trial: Trial, workshop: Workshop, seed: int = 0) -> SimulatedPart:
-    """One part through the whole loop. The same seed gives the same part, however it is corrected."""
+    """Simulates one part through the whole loop. The same seed gives the same part, however it is corrected."""
     semifinished, touches = semifinish_and_probe(trial, workshop, seed)
     correction = compensate(replace(trial.inputs, touches=touches))
     finished = finish(trial, workshop, correction, semifinished, seed)
@@ -129,7 +129,7 @@ def simulate(trial: Trial, workshop: Workshop, seed: int = 0) -> SimulatedPart:
 
 
 def semifinish_and_probe(trial: Trial, workshop: Workshop, seed: int) -> tuple[Stock, ErrorVectors]:
-    """The semi-finished part and what the loop gets to see of it."""
+    """Returns the semi-finished part and its touches as the loop receives them."""
     rng, machine = random_of(seed, 0), workshop.machine
     semifinish_c, probing_c, _ = workshop.temperatures_c
     roughed = machine.cut(Stock(), trial.rough, rng, semifinish_c)
@@ -138,13 +138,13 @@ def semifinish_and_probe(trial: Trial, workshop: Workshop, seed: int) -> tuple[S
 
 
 def finish(trial: Trial, workshop: Workshop, correction: Correction, semifinished: Stock, seed: int) -> Stock:
-    """The part cut with the corrected program, or with the given one and tool offsets where these are enough."""
+    """Cuts the part with the corrected program, or with the given one and tool offsets where these are enough."""
     machine = finishing_machine(workshop, correction)
     return finish_along(workshop, machine, corrected_paths(trial, correction), semifinished, seed)
 
 
 def finishing_machine(workshop: Workshop, correction: Correction) -> VirtualMachine:
-    """The machine with the tool offsets of the correction, where these take the place of a changed contour."""
+    """Returns the machine with the tool offsets of the correction, where these take the place of a changed contour."""
     machine = workshop.machine
     if not correction.decision.by_offset:
         return machine
@@ -154,14 +154,16 @@ def finishing_machine(workshop: Workshop, correction: Correction) -> VirtualMach
 def finish_along(
     workshop: Workshop, machine: VirtualMachine, paths: Sequence[CentrePath], semifinished: Stock, seed: int
 ) -> Stock:
-    """The finish cut along any paths, with what it does otherwise; its random errors depend on the seed alone."""
+    """Simulates the finish cut along any paths, with its difference from the cut before; its random errors depend on
+    the seed alone.
+    """
     return machine.cut(semifinished, paths, random_of(seed, 1), workshop.temperatures_c[2], machine.transfer)
 
 
 def probe_part(
     trial: Trial, workshop: Workshop, stock: Stock, rng: np.random.Generator, temperature_c: float
 ) -> ErrorVectors:
-    """What the loop gets to see: the touches of a semi-finished part, by a probe that was calibrated just before.
+    """Returns the touches of a semi-finished part, by a probe that was calibrated just before.
 
     The control's log is matched with the plan as one of a real control. Raises PRB-MISSED for a point where no part is.
     """
@@ -182,7 +184,7 @@ def probe_part(
 
 
 def _plan(trial: Trial, probe: VirtualProbe) -> ProbePlan:
-    """The probing moves; a virtual stylus is its ball, so there are no ways to be kept clear."""
+    """Returns the probing moves; a virtual stylus is its ball, so there are no ways to be kept clear."""
     asked, stylus = trial.inputs.touches, Stylus(probe.ball_radius_mm, 0.0)
     approach = Approach(allowance_mm=trial.inputs.allowance_mm)
     points = GaugingPoints(asked.feature_index, asked.arc_length_mm, asked.nominal_mm, asked.outward_normal)
@@ -191,7 +193,7 @@ def _plan(trial: Trial, probe: VirtualProbe) -> ProbePlan:
 
 
 def calibrated(workshop: Workshop, rng: np.random.Generator, outward_normal: Array) -> BallCalibration:
-    """The probe after touching a calibration sphere, every direction five times.
+    """Returns the probe after touching a calibration sphere, every direction five times.
 
     Those that the machine file states, or those of the part and a margin beyond.
     """
@@ -203,14 +205,16 @@ def calibrated(workshop: Workshop, rng: np.random.Generator, outward_normal: Arr
 
 
 def _directions_of(part_rad: Array) -> tuple[float, float]:
-    """From where to where a shop calibrates for a part that is touched at these contact angles."""
+    """Returns the range of directions in which a shop calibrates for a part that is touched at these contact angles."""
     low, high = float(part_rad.min()) - CALIBRATION_MARGIN_RAD, float(part_rad.max()) + CALIBRATION_MARGIN_RAD
     wider = max(LEAST_CALIBRATED_RAD - (high - low), 0.0) / 2
     return low - wider, high + wider
 
 
 def corrected_paths(trial: Trial, correction: Correction) -> tuple[CentrePath, ...]:
-    """The commanded paths of the program that finishes the part: the corrected one, or the given one with an offset."""
+    """Returns the commanded paths of the program that finishes the part: the corrected one, or the given one with an
+    offset.
+    """
     if correction.decision.by_offset:
         return trial.finish
     written = trial.inputs.program.rewritten(correction.corrected_program)
@@ -226,7 +230,7 @@ def measured_part(
     finished: Stock,
     seed: int,
 ) -> SimulatedPart:
-    """Truth and measurement of a part that has been finished."""
+    """Returns truth and measurement of a part that has been finished."""
     plan = trial.inputs.touches
     before = true_errors_mm(trial, semifinished, trial.inputs.allowance_mm)
     after = true_errors_mm(trial, finished)
@@ -235,7 +239,7 @@ def measured_part(
 
 
 def true_errors_mm(trial: Trial, stock: Stock, allowance_mm: float = 0.0) -> Array:
-    """True part errors at the gauging points, (n,), over what was to be left on."""
+    """Returns the true part errors at the gauging points, (n,), over the intended allowance."""
     plan = trial.inputs.touches
     at = plan.nominal_mm + allowance_mm * plan.outward_normal
     return _from_reference(trial, stock.height_mm(at, plan.outward_normal))
@@ -252,7 +256,7 @@ def _from_reference(trial: Trial, error_mm: Array) -> Array:
 
 
 def random_of(seed: int, stage: int) -> np.random.Generator:
-    """Random numbers of one stage of a part: 0 up to probing, 1 the finish cut, 2 the measuring machine."""
+    """Returns the random numbers of one stage of a part: 0 up to probing, 1 the finish cut, 2 the measuring machine."""
     return np.random.default_rng([seed, stage])
 
 
@@ -262,7 +266,7 @@ def _offset(machine: VirtualMachine, offset_mm: tuple[float, float]) -> VirtualM
 
 
 def _paths(inputs: Inputs, program: Program) -> tuple[CentrePath, ...]:
-    """Of the nose's centre, as the control drives it where it keeps the nose off by G41 or G42."""
+    """Returns the paths of the nose's centre, as the control drives it where it keeps the nose off by G41 or G42."""
     run, side = Run(inputs.parameters, inputs.execute_deleted_blocks), inputs.profile.side
     path = run.of(program)
     if np.all(path.compensation == NO_COMPENSATION):

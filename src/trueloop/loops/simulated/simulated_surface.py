@@ -58,8 +58,9 @@ class SurfaceTrial:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedSurface:
-    """What the loop made of measured parts, and the truth. Deviations in mm, positive = material left on, compared as
-    the job says: datum-bound, or after a best fit; measured ones at n places, true ones at m others, closer together.
+    """The result of the loop from measured parts, and the truth. Deviations in mm, positive = material left on,
+    compared as the job says: datum-bound, or after a best fit; measured ones at n places, true ones at m others, closer
+    together.
 
     `truth_mm` (parts, m), `measured_mm` (parts, n): the parts as programmed; `predicted_mm` (parts, n): what the loop
     says each would keep, corrected by the others. `pattern_truth_mm` (m,): what every part has alike; `pattern_mm`,
@@ -81,7 +82,9 @@ class SimulatedSurface:
 
     @property
     def figures(self) -> dict[str, object]:
-        """RMS in µm, of true and of measured deviations, and the shares of places inside the pattern's band."""
+        """Returns the RMS in µm, of true and of measured deviations, and the shares of places inside the pattern's
+        band.
+        """
         off_mm = np.abs(self.pattern_mm - self.pattern_truth_mm)
         smooth_mm = np.abs(self.pattern_mm - (self.pattern_truth_mm - self.ridges_mm))
         return {
@@ -116,8 +119,8 @@ def surface_trial(inputs: SurfaceInputs, grid: tuple[int, int]) -> SurfaceTrial:
 
 
 def simulate_surface(trial: SurfaceTrial, mill: VirtualMill, parts: int = 10, seed: int = 0) -> SimulatedSurface:
-    """So many parts as programmed, the correction by their measurements, and the next part. The same seed gives the
-    same parts. Raises SIM-MILL where the program does not reach, and what correcting refuses.
+    """Simulates so many parts as programmed, the correction by their measurements, and the next part. The same seed
+    gives the same parts. Raises SIM-MILL where the program does not reach, and what correcting refuses.
     """
     cut = [_part(trial, mill, trial.passes, seed, k) for k in range(parts)]
     measured = tuple(_as_points(trial.touched, found, k) for k, (_, found) in enumerate(cut))
@@ -147,7 +150,9 @@ def _grid(surface: Surface, counts: tuple[int, int]) -> Grid:
 
 
 def _part(trial: SurfaceTrial, mill: VirtualMill, passes: Passes, seed: int, number: int) -> tuple[Array, Array]:
-    """True deviations of one part, and its measured heights; its random errors depend on its number alone."""
+    """Returns the true deviations of one part, and its measured heights; its random errors depend on its number
+    alone.
+    """
     rng, touched = random_of(seed, number), trial.touched
     stock = mill.cut(passes, trial.cutter, mill.process.variation(rng))
     return _truth_mm(trial, stock), mill.measure(stock, touched.points_mm, touched.normal, rng)
@@ -203,7 +208,7 @@ def _end_mill(job: SurfaceJob) -> EndMill:
 
 
 def _passes(surface: Surface, program: Program, job: SurfaceJob) -> Passes:
-    """The cutter's end along each uninterrupted run of straight feed moves; rapid moves cut nothing here.
+    """Returns the cutter's end along each uninterrupted run of straight feed moves; rapid moves cut nothing here.
 
     The tip goes straight, as tool centre point control has it, and the words that turn the tool change evenly with it:
     places lie so close that the edge leaves its way by no more than `TURN_MM` between them.

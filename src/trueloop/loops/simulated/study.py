@@ -51,16 +51,16 @@ class Study:
     parts: tuple[StudyPart, ...]
 
     def rms_mm(self, way: str) -> float:
-        """RMS over all parts and points: `loop_mm`, `path_mm`, `raw_mm` or `uncorrected_mm`."""
+        """Returns the RMS over all parts and points: `loop_mm`, `path_mm`, `raw_mm` or `uncorrected_mm`."""
         return rms(np.concatenate([getattr(part, way) for part in self.parts]))
 
     @property
     def coverage(self) -> float:
-        """Share of true residuals inside the predicted 95 % band."""
+        """Returns the share of true residuals inside the predicted 95 % band."""
         return float(np.mean(self.inside("expanded_u_mm")))
 
     def inside(self, band: str) -> Array:
-        """Share of each part's true residuals inside `expanded_u_mm` or `alike_u_mm`."""
+        """Returns the share of each part's true residuals inside `expanded_u_mm` or `alike_u_mm`."""
         return np.array([np.mean(np.abs(part.loop_mm) <= getattr(part, band)) for part in self.parts])
 
 
@@ -83,7 +83,7 @@ def study(
 
 
 def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
-    """One part, corrected in every way."""
+    """Simulates one part, corrected in every way."""
     semifinished, touches = semifinish_and_probe(trial, workshop, seed)
     inputs = replace(trial.inputs, touches=touches)
     loop = compensate(inputs)
@@ -104,7 +104,7 @@ def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
 
 
 def raw_shifts(profile: Profile, touches: ErrorVectors) -> tuple[Shift, ...]:
-    """Every touch taken out for itself, straight lines between; nothing where a feature was not touched."""
+    """Returns the shift of every touch by itself, straight lines between; nothing where a feature was not touched."""
     shifts = []
     for index in range(len(profile.features)):
         mine = touches.of_feature(index)
@@ -113,7 +113,7 @@ def raw_shifts(profile: Profile, touches: ErrorVectors) -> tuple[Shift, ...]:
 
 
 def path_of_shifts(profile: Profile, nose_radius_mm: float, shifts: Sequence[Shift]) -> CentrePath:
-    """The path of the nose centre along a shifted contour, as positions 0.02 mm apart."""
+    """Returns the path of the nose centre along a shifted contour, as positions 0.02 mm apart."""
     positions = []
     tangent = [False, *(junction.kind is JunctionKind.TANGENT for junction in profile.junctions), False]
     for k, piece in enumerate(centre_pieces(profile, shifted_contour(profile, shifts, nose_radius_mm))):

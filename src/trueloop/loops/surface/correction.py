@@ -75,7 +75,7 @@ def check_surface_scatter(model: SurfaceModel, limits: Limits) -> None:
 
 
 def scatter_cause(model: SurfaceModel) -> str:
-    """The part that scatters most, and the touch that is worst, with their probabilities."""
+    """Returns the part that scatters most, and the touch that is worst, with their probabilities."""
     unlikely = 1.0 - model.options.confidence
     part = scattering_part([part.separation for part in model.parts])
     touch = min((part.worst for part in model.parts), key=lambda worst: worst.found.p_value)
@@ -112,7 +112,7 @@ class SurfaceInputs:
 
     @property
     def measured_at(self) -> datetime | None:
-        """When today's parts were measured, where that is known: the first of them."""
+        """Returns the time at which today's parts were measured, where that is known: the first of them."""
         today = self.inspections[self.earlier :]
         return min((one.measured_at for one in today if one.measured_at is not None), default=None)
 
@@ -127,7 +127,7 @@ class RecordedCorrection:
 
 
 def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) -> RecordedCorrection:
-    """The correction by measured parts: never by another program's, never by old ones.
+    """Corrects by measured parts: never by another program's, never by old ones.
 
     Raises SRF, NC and CMP errors for what cannot or must not be corrected.
     """
@@ -181,7 +181,7 @@ def _program(inputs: SurfaceInputs, correction: SurfaceCorrection) -> RecordedPr
 
 
 def _model_record(model: SurfaceModel) -> dict[str, object]:
-    """The pattern with its control values, and what the tests said of every part."""
+    """Returns the record of the pattern with its control values, and the tests' results on every part."""
     pattern = model.pattern
     return {
         "size": asdict(pattern.size),
@@ -233,5 +233,5 @@ CODEC: Final = values.CODEC.with_more(
 
 
 def enveloped(done: RecordedCorrection) -> Correction[SurfaceCorrection]:
-    """The correction in the envelope that all products share."""
+    """Puts the correction in the envelope that all products share."""
     return Correction(done.record, asdict(done.correction.model.options.limits), done.correction)

@@ -34,7 +34,7 @@ class SurfaceFigures:
 
 
 def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigures:
-    """The figures of a pattern over the face that is `there`."""
+    """Returns the figures of a pattern over the face that is `there`."""
     at, _, _ = square(FIGURES)
     inside = there.square(FIGURES).ravel()
     largest = float(np.max(np.abs(pattern.mean.grid_mm(at, at)).ravel()[inside], initial=0.0))
@@ -57,14 +57,14 @@ def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigu
 
 
 def unsupported_at(pattern: Pattern, u: Array, v: Array) -> np.ndarray:
-    """Which pairs of parameters in [0, 1] no measurement supports."""
+    """Returns which pairs of parameters in [0, 1] no measurement supports."""
     if pattern.support is None:
         return np.zeros(np.shape(u), bool)
     return np.asarray(between(1.0 - pattern.support.supported, np.ravel(u), np.ravel(v)) > 0.5).reshape(np.shape(u))
 
 
 def headline(figures: SurfaceFigures) -> str:
-    """The share of the face without support, in words; empty where that is none to speak of."""
+    """Returns the share of the face without support, in words; empty where that is negligible."""
     if figures.unsupported < NAMED:
         return ""
     return (
@@ -74,7 +74,7 @@ def headline(figures: SurfaceFigures) -> str:
 
 
 def support_findings(figures: SurfaceFigures) -> Iterator[Finding]:
-    """A warning where a part of the face is not supported."""
+    """Yields a warning where a part of the face is not supported."""
     if words := headline(figures):
         x, y, z = figures.unsupported_at_mm
         at = f"near x {x:.3f}, y {y:.3f}, z {z:.3f} mm"
@@ -98,7 +98,7 @@ def check_support(figures: SurfaceFigures, least: float) -> None:
 
 
 def support_record(figures: SurfaceFigures, pattern: Pattern) -> dict[str, object]:
-    """How far measurements support the pattern over the face, and the process that this is judged by."""
+    """Returns how far measurements support the pattern over the face, and the process by which this is judged."""
     support: dict[str, object] = {"unsupported_percent": 100 * figures.unsupported}
     if pattern.support is None:
         return support
@@ -115,7 +115,7 @@ def support_record(figures: SurfaceFigures, pattern: Pattern) -> dict[str, objec
 
 
 def _area(surface: Surface, u: Array, v: Array) -> Array:
-    """Of the surface at pairs of parameters in [0, 1], in proportion."""
+    """Returns the area of the surface at pairs of parameters in [0, 1], in proportion."""
     (u0, u1), (v0, v1) = surface.domain
     at = surface.partials(u0 + (u1 - u0) * u, v0 + (v1 - v0) * v)
     return np.asarray(np.linalg.norm(np.cross(at.du, at.dv), axis=1))

@@ -15,16 +15,16 @@ from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
 
 BEYOND_DOUBT: Final = 1e-6
-"""Probability by chance below which a part is left out of the pattern without being asked."""
+"""The probability by chance below which a part is left out of the pattern automatically."""
 FAR: Final = 3.0
 """So many times as far from the others as these are, too: a probability alone trusts the law of the scatter."""
 LEAST_LEFT: Final = 4
-"""Of fewer parts none is left out: three others tell how much parts differ, and they have to agree."""
+"""The number of parts below which none is left out: three others show how much parts differ, and they have to agree."""
 
 
 @dataclass(frozen=True)
 class NoticedPart:
-    """What was noticed as a part was added: `left_out` where it does not count for the pattern."""
+    """The findings as a part was added: `left_out` where it does not count for the pattern."""
 
     name: str
     alarms: tuple[Alarm, ...]
@@ -32,7 +32,8 @@ class NoticedPart:
 
 
 def notice_in_order(parts: Sequence[Part], new: Collection[str]) -> Iterator[NoticedPart]:
-    """Of each new part, given those before it, in cutting order: is its surface another, does the pattern drift.
+    """Tests each new part, given those before it, in cutting order: for a different surface, and for a drift of the
+    pattern.
 
     Each test alarms by chance in one part of a thousand. From the fourth part on, drift from the fifth. A part that is
     outlying beyond doubt is not taken for what the later ones are compared with.
@@ -51,7 +52,7 @@ def notice_in_order(parts: Sequence[Part], new: Collection[str]) -> Iterator[Not
 
 
 def without_outliers(parts: Sequence[Part], options: SurfaceOptions) -> tuple[SurfaceOptions, tuple[Finding, ...]]:
-    """The options with the parts excluded that are outlying beyond doubt, and a warning of each.
+    """Returns the options with the parts excluded that are outlying beyond doubt, and a warning of each.
 
     One after the other, the most outlying first: with it gone, the others are judged anew. Never more than a quarter.
     """
@@ -69,7 +70,7 @@ def without_outliers(parts: Sequence[Part], options: SurfaceOptions) -> tuple[Su
 
 
 def as_findings(noticed: NoticedPart) -> tuple[Finding, ...]:
-    """The alarms of a part as findings."""
+    """Returns the alarms of a part as findings."""
     codes = {What.SHAPE: Code.SRF_OUTLIER, What.DRIFT: Code.SRF_DRIFT}
     left = "; it does not count for the pattern" if noticed.left_out else ""
     return tuple(
@@ -85,7 +86,7 @@ def as_findings(noticed: NoticedPart) -> tuple[Finding, ...]:
 
 
 def _noticed(together: Sequence[Part]) -> NoticedPart:
-    """The last of the parts, given the others."""
+    """Tests the last of the parts, given the others."""
     name = together[-1].deviations.name
     if len(together) < LEAST_PARTS:
         return NoticedPart(name, ())

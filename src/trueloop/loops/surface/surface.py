@@ -26,7 +26,9 @@ from trueloop.surface.separation.separate import Separation, averaged_over_cells
 
 @dataclass(frozen=True)
 class Work:
-    """Where parts are worked off (`run_batch`); `progress` is given how far it is: "deviations: 3 of 10 parts"."""
+    """The place where parts are worked off (`run_batch`); `progress` is given the progress: "deviations: 3 of 10
+    parts".
+    """
 
     workers: int = 1
     scheduler: str | None = None
@@ -45,7 +47,7 @@ HERE: Final = Work()
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One part: its deviations, what is deterministic and random in them, and its worst touch.
+    """One part: its deviations, their deterministic and random parts, and its worst touch.
 
     `permutation_p`: of the test for spatial randomness by shuffling, made where the part is worked off.
     """
@@ -57,7 +59,7 @@ class Part:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What was noticed in its points and in what is left of them."""
+        """Returns the findings on its points and on their residuals."""
         return (*self.deviations.findings, *self.separation.findings)
 
 
@@ -77,13 +79,13 @@ class SurfaceModel:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What was noticed in the parts and between them."""
+        """Returns the findings in the parts and between them."""
         own = [finding for part in self.parts for finding in part.findings]
         return (*support_findings(self.figures), *own, *self.pattern.findings)
 
 
 def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:
-    """The maps of every part of the model, with the outward normals at its places."""
+    """Returns the maps of every part of the model, with the outward normals at its places."""
     (u0, u1), (v0, v1) = model.surface.domain
     found = []
     for part in model.parts:
@@ -137,7 +139,7 @@ def model_of(
     trim: Trim | None = None,
     work: Work = HERE,
 ) -> list[Part]:
-    """Every part's deviations, taken apart. Parts measured at the same places of a grid share their neighbourhood.
+    """Takes every part's deviations apart. Parts measured at the same places of a grid share their neighbourhood.
 
     >>> job = trueloop.read_surface(trueloop.example("surface/surface.toml"))
     >>> given = replace(job.inputs, parts=job.inputs.parts[:3])
@@ -179,7 +181,7 @@ def _part(
 def pattern_model(
     surface: Surface, parts: Sequence[Part], options: SurfaceOptions, *, trim: Trim | None = None
 ) -> SurfaceModel:
-    """The machining pattern of the parts that are not excluded. Raises SRF-PARTS for too few.
+    """Returns the machining pattern of the parts that are not excluded. Raises SRF-PARTS for too few.
 
     trim: which places (u, v) of the surface are cut away, as in `deviations_of`.
     """
@@ -193,7 +195,7 @@ def pattern_model(
 def correct(
     model: SurfaceModel, program: Program | None = None, job: SurfaceJob | None = None, record_id: str = ""
 ) -> SurfaceCorrection:
-    """The surface corrected by −w times the pattern, and the program that cuts it."""
+    """Returns the surface corrected by −w times the pattern, and the program that cuts it."""
     options = model.options
     corrected = corrected_surface(
         model.surface,
@@ -246,7 +248,9 @@ def _placed(
 
 
 def _separation(task: _Apart) -> tuple[Separation, float]:
-    """A part taken apart, and the test by shuffling: it takes longer than all else, so the workers make it too."""
+    """Returns a part taken apart, and the test by shuffling: it takes longer than all else, so the workers make it
+    too.
+    """
     with in_file(task.file):
         apart = separate(
             task.near.places,

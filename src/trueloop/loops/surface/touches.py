@@ -15,7 +15,7 @@ from trueloop.units import UM_PER_MM
 
 @dataclass(frozen=True)
 class WorstTouch:
-    """A part's worst touch, as people find it: `name` and `place` of what `found` is about."""
+    """A part's worst touch for people: `name` and `place` of the touch that `found` is about."""
 
     name: str
     found: OutlyingPoint
@@ -23,13 +23,13 @@ class WorstTouch:
 
     @property
     def words(self) -> str:
-        """Which touch, how far off, and how probable that is by chance."""
+        """Describes the touch, how far off it is, and how probable that is by chance."""
         off_um = self.found.off_mm * UM_PER_MM
         return f"{self.name} lies {off_um:+.1f} µm off what the other touches tell (p {self.found.p_value:.2g})"
 
 
 def worst_touch(points: MeasuredPoints, deviations: SurfaceDeviations, apart: Separation) -> WorstTouch:
-    """The worst touch of a part that was taken apart point by point, or cell by cell."""
+    """Returns the worst touch of a part that was taken apart point by point, or cell by cell."""
     found = outlying_point(apart)
     there = np.flatnonzero(deviations.measured)
     if len(there) != len(apart.random_mm):
@@ -44,7 +44,7 @@ def worst_touch(points: MeasuredPoints, deviations: SurfaceDeviations, apart: Se
 
 
 def touch_findings(worst: WorstTouch, confidence: float) -> Iterator[Finding]:
-    """A warning where the worst touch is worse than chance makes it."""
+    """Yields a warning where the worst touch is worse than chance makes it."""
     if worst.found.p_value < 1.0 - confidence:
         hint = "measure it again, or leave it out: it bends the part's surface around it"
         yield Finding(

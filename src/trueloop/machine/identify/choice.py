@@ -1,4 +1,4 @@
-"""Which few of many sensors matter: chosen one by one, each because blocks of data that were left out gain by it."""
+"""The choice of few among many sensors: one by one, each because blocks of data that were left out gain by it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -48,7 +48,7 @@ class Chosen:
 def choose_signals(
     machine: Machine, terms: Sequence[Term], choices: Sequence[Choice], readings: Observations, lags: Sequence[Lag]
 ) -> tuple[tuple[Term, ...], tuple[Chosen, ...]]:
-    """The terms with the signals chosen, and what each was chosen for.
+    """Returns the terms with the signals chosen, and the gain for which each was chosen.
 
     Forward the signal that helps most joins, until each term has its most, for two may help together where neither
     does alone; then the one that is missed least is dropped again, until each that is left is missed. A lag is tried
@@ -80,7 +80,7 @@ def choose_signals(
 def _fewer(
     known: tuple[Term, ...], choices: Sequence[Choice], terms: Sequence[Term]
 ) -> Iterator[tuple[tuple[Term, ...], tuple[ErrorName, str]]]:
-    """Every model with one of the chosen signals less, and what was taken away."""
+    """Yields every model with one of the chosen signals less, and the signal taken away."""
     given = {term.name: term.needs() for term in terms}
     for choice in choices:
         at = next(k for k, term in enumerate(known) if term.name == choice.error)
@@ -94,7 +94,9 @@ def _without(term: Term, signal: str) -> Term:
 
 
 def _refined(machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: Sequence[Lag]) -> list[Lag]:
-    """Constants of the lags in use found together: for a wrong one a sensor would make up that does not matter."""
+    """Refines the constants of the lags in use together: a sensor that does not matter would make up for a wrong
+    one.
+    """
     found = {lag.name: lag for lag in identify(machine, terms, readings, lags=lags).model.lags}
     return [found.get(lag.name, lag) for lag in lags]
 
@@ -102,7 +104,7 @@ def _refined(machine: Machine, terms: tuple[Term, ...], readings: Observations, 
 def _trials(
     terms: tuple[Term, ...], choices: Sequence[Choice], lags: Sequence[Lag]
 ) -> Iterator[tuple[tuple[Term, ...], Sequence[Lag]]]:
-    """Every model with one signal more: its terms, and the lags with the constant tried."""
+    """Yields every model with one signal more: its terms, and the lags with the constant tried."""
     for choice in choices:
         at = next(k for k, term in enumerate(terms) if term.name == choice.error)
         taken = terms[at].needs()
@@ -140,7 +142,7 @@ def _left_out(
     lags: Sequence[Lag],
     blocks: Sequence[NDArray[np.intp]],
 ) -> float:
-    """Mean square of what each block shows beyond a model made from all others, in units of u."""
+    """Returns the mean square of the residual of each block from a model made from all others, in units of u."""
     used = [lag for lag in lags if any(lag.name in term.needs() for term in terms)]
     rows, values = closed_rows(machine, terms, readings.with_lags(used))
     parts = [(rows[block].T @ rows[block], rows[block].T @ values[block]) for block in blocks]
@@ -153,7 +155,7 @@ def _left_out(
 
 
 def _solved(normal: Array, right: Array) -> Array:
-    """Solution of normal equations, by least norm where they have several; scaled, because units differ."""
+    """Solves normal equations, by least norm where they have several solutions; scaled, because units differ."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     solution: Array = np.linalg.lstsq(normal / np.outer(scale, scale), right / scale, rcond=1e-12)[0] / scale
     return solution

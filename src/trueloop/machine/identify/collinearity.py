@@ -1,4 +1,4 @@
-"""Which parts of a model the readings cannot tell apart: condition indices and variance shares [Belsley 1980, ch. 3].
+"""The parts of a model that the readings cannot separate: condition indices and variance shares [Belsley 1980, ch. 3].
 
 Each part (and each way of travel) is made orthonormal by itself first, so that only likeness *between* parts counts:
 two temperature sensors that moved together, or two errors that no reading distinguishes.
@@ -65,13 +65,13 @@ def _blocks(terms: Sequence[Term], rows: Array) -> tuple[list[str], list[Array]]
 
 
 def _spectrum(matrix: Array) -> tuple[Array, Array]:
-    """Singular values and right vectors; a value that rounding decides counts as its size."""
+    """Returns singular values and right vectors; a value that rounding decides counts as its size."""
     _, strength, directions = np.linalg.svd(matrix, full_matrices=False)
     return np.maximum(strength, strength[0] * np.finfo(float).eps), directions
 
 
 def _combinations(strength: Array, directions: Array, owner: NDArray[np.intp]) -> list[tuple[float, list[int]]]:
-    """Weak combinations, strongest likeness first: (condition index, the parts whose variance it makes up)."""
+    """Returns weak combinations, strongest likeness first: (condition index, the parts whose variance it makes up)."""
     parts = range(int(owner.max()) + 1)
     variance = directions**2 / strength[:, None] ** 2
     by_part = np.stack([variance[:, owner == k].sum(axis=1) for k in parts], axis=1)

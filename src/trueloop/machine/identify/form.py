@@ -1,4 +1,4 @@
-"""What a model shall consist of, and the model of that form that readings give."""
+"""The intended form of a model, and the model of that form that readings give."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ class Form:
 def fit_form(
     machine: Machine, form: Form, readings: Observations, *, robust: bool = True
 ) -> tuple[Identification, tuple[Chosen, ...]]:
-    """Signals chosen, then everything identified together; raises as `identify`.
+    """Chooses the signals, then identifies everything together; raises as `identify`.
 
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
@@ -54,7 +54,7 @@ def fit_form(
 
 
 def _determined(machine: Machine, terms: tuple[Term, ...], form: Form, readings: Observations) -> tuple[Term, ...]:
-    """Those of the frame that the readings tell apart from all else, one after the other."""
+    """Returns those terms of the frame that the readings separate from all else, one after the other."""
     if not form.frame:
         return ()
     lags = [lag for lag in form.lags if any(lag.name in term.needs() for term in terms)]

@@ -1,4 +1,4 @@
-"""How a model does on readings it was not made from."""
+"""The residuals of a model in readings it was not made from."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -18,12 +18,12 @@ from trueloop.units import UM_PER_MM, URAD_PER_RAD
 Rows = NDArray[np.bool_]
 
 SPARED = 1e-7
-"""Share of what all runs say of some combination of terms that has to be left when a run is taken out."""
+"""The share of the information of all runs on some combination of terms that has to be left without one run."""
 
 
 @dataclass(frozen=True)
 class Left:
-    """Of readings of one kind: RMS of the readings, RMS and largest of reading − model; all in one unit.
+    """The residuals of readings of one kind: RMS of the readings, RMS and largest of reading − model; all in one unit.
 
     All without the runs' own zeros and slopes, where those are not known.
     """
@@ -36,7 +36,7 @@ class Left:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Of one run, lengths and angles apart; None where it has no reading of the kind."""
+    """The residuals of one run, lengths and angles apart; None where it has no reading of the kind."""
 
     run: str
     length_mm: Left | None
@@ -44,13 +44,13 @@ class HeldOut:
 
     @property
     def by_unit(self) -> dict[str, Left]:
-        """What there is, as it is printed: in µm, in µrad."""
+        """Returns the existing residuals as they are printed: in µm, in µrad."""
         kinds = (("µm", self.length_mm, UM_PER_MM), ("µrad", self.angle_rad, URAD_PER_RAD))
         return {unit: _scaled(left, scale) for unit, left, scale in kinds if left}
 
 
 def compare(model: MachineModel, readings: Observations, run: str = "") -> HeldOut:
-    """A model against readings, what is left of them by their runs' own zeros and slopes taken out.
+    """Compares a model with readings, whose runs' own zeros and slopes are taken out of the residuals.
 
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
@@ -74,7 +74,7 @@ def _held(run: str, both: Array, angle: Rows) -> HeldOut:
 def hold_out(
     readings: Observations, found: Identification, refit: Callable[[Observations], MachineModel], *, anew: bool = False
 ) -> tuple[HeldOut, ...]:
-    """Each run predicted from all others, with the weights that readings have in `found`; nothing for a single run.
+    """Predicts each run from all others, with the weights that readings have in `found`; nothing for a single run.
 
     The readings of a run are taken out of the normal equations of all. Where the others cannot determine every term,
     and for every run with `anew` (for models that are not linear, or choose), the model is fitted to them. Runs
@@ -117,7 +117,9 @@ class _Downdated:
         self.right = self.q.T @ self.values
 
     def without_rows(self, own: Rows, run: str) -> HeldOut | None:
-        """What the others leave of the rows `own`; None where they do not determine the model."""
+        """Returns the residuals of the rows `own` from the equations of all others; None where these do not determine
+        the model.
+        """
         q, values = self.q[own], self.values[own]
         strength, directions = np.linalg.eigh(np.eye(q.shape[1]) - q.T @ q)
         if strength[0] < SPARED:

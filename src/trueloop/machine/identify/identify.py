@@ -39,7 +39,9 @@ Step = Callable[[tuple[Lag, ...]], Array]
 
 
 def sought_constants(lags: Sequence[Lag], badness: Badness, step: Step) -> tuple[Lag, ...]:
-    """The lags with their constants found, those without bounds as they are: the best of a grid, then Gauss–Newton."""
+    """Determines the constants of the lags, those without bounds kept as they are: the best of a grid, then
+    Gauss–Newton.
+    """
     found = tuple(lags)
     for k, lag in enumerate(lags):
         tried = [_with_constant(found, k, tau) for tau in np.geomspace(*lag.between_s, GRID)] if lag.between_s else []
@@ -76,7 +78,7 @@ def _moved(lags: tuple[Lag, ...], logarithms: Array) -> tuple[Lag, ...]:
 
 
 def at_bounds(lags: Sequence[Lag]) -> list[Finding]:
-    """A warning for each constant that came out at a bound: it was not found there, it was stopped there."""
+    """Returns a warning for each constant that came out at a bound: the bound stopped it there."""
     return [
         Finding(
             Severity.WARNING,
@@ -91,7 +93,7 @@ def at_bounds(lags: Sequence[Lag]) -> list[Finding]:
 
 
 def with_lag_covariance(model: MachineModel, rows: Array, free: Array, scatter: float, slopes: Array) -> MachineModel:
-    """Covariance of coefficients and ln τ together: of the problem made linear at its solution.
+    """Returns the covariance of coefficients and ln τ together: of the problem made linear at its solution.
 
     `rows` and `slopes` are the weighted readings' derivatives by the free coefficients and by each ln τ.
     """
@@ -134,7 +136,8 @@ class Identification:
 def identify(
     machine: Machine, terms: Sequence[Term], readings: Observations, *, robust: bool = True, lags: Sequence[Lag] = ()
 ) -> Identification:
-    """The coefficients that minimise Σ ρ((reading − zero and slope of its run − model)/u), subject to the terms' zeros.
+    """Determines the coefficients that minimise Σ ρ((reading − zero and slope of its run − model)/u), subject to the
+    terms' zeros.
 
     ρ is Huber's with `robust`, else the square. Covariance s²(AᵀWA)⁻¹ with s from the residuals (for Huber's weights
     with the correction of Huber 1981 §7.6). Raises MCH-DATA for an axis without data, MCH-COLLINEAR for parameters
@@ -189,21 +192,23 @@ def _with_given_lags(
 
 
 def weighted_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array, Array]:
-    """(rows, values, free): rows · solution ≈ values, coefficients = free · solution."""
+    """Returns (rows, values, free): rows · solution ≈ values, coefficients = free · solution."""
     weight = values_weight(readings)
     free = block_diagonal([term.admissible() for term in terms])
     return (readings.design(machine.chain, terms) @ free) * weight[:, None], readings.reading * weight, free
 
 
 def closed_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array]:
-    """(rows, values) as `weighted_rows`, what zeros and slopes of the runs explain taken out of both."""
+    """Returns (rows, values) as `weighted_rows`, the share of the runs' zeros and slopes taken out of both."""
     rows, values, _ = weighted_rows(machine, terms, readings)
     opened = unknown_columns(machine, terms, readings)
     return without(opened, rows), without(opened, values)
 
 
 def unknown_columns(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> Array:
-    """Weighted columns of the runs' own zeros and slopes, those left out that constants of the model stand for."""
+    """Returns the weighted columns of the runs' own zeros and slopes without those that constants of the model stand
+    for.
+    """
     weight = values_weight(readings)[:, None]
     zeros, constants = zero_columns(readings) * weight, constants_of(terms)
     if constants:
@@ -212,7 +217,9 @@ def unknown_columns(machine: Machine, terms: tuple[Term, ...], readings: Observa
 
 
 def _collinear(terms: tuple[Term, ...], rows: Array, opened: Array) -> list[Finding]:
-    """As `collinear_findings` of what the runs' own zeros and slopes leave; a refusal that they cause says so."""
+    """Applies `collinear_findings` to the rows without the runs' own zeros and slopes; a refusal that these cause
+    states so.
+    """
     if opened.shape[1] == 0:
         return collinear_findings(terms, rows)
     try:
@@ -229,14 +236,14 @@ def _collinear(terms: tuple[Term, ...], rows: Array, opened: Array) -> list[Find
 
 
 def _badness(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> float:
-    """Weighted sum of squares that the best coefficients leave."""
+    """Returns the weighted sum of squares that the best coefficients leave."""
     rows, values = closed_rows(machine, terms, readings)
     rest = values - rows @ least_squares(rows, values)
     return float(rest @ rest)
 
 
 def _lag_step(machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: tuple[Lag, ...]) -> Array:
-    """Change of the ln τ that are sought, coefficients and they made linear together."""
+    """Returns the change of the ln τ that are sought, coefficients and they made linear together."""
     plain, values, free = weighted_rows(machine, terms, readings)
     opened = unknown_columns(machine, terms, readings)
     rows, values = without(opened, plain), without(opened, values)
@@ -249,7 +256,7 @@ def _lag_step(machine: Machine, terms: tuple[Term, ...], readings: Observations,
 
 
 def values_weight(readings: Observations) -> Array:
-    """1/u where u is known; else 1 for all alike, angles scaled so that 1 µrad counts as 1 µm."""
+    """Returns 1/u where u is known; else 1 for all alike, angles scaled so that 1 µrad counts as 1 µm."""
     if np.all(np.isfinite(readings.standard_u)):
         inverse: Array = 1.0 / readings.standard_u
         return inverse
@@ -257,7 +264,7 @@ def values_weight(readings: Observations) -> Array:
 
 
 def _check_axes_have_data(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> None:
-    """A term whose axis stood still all the time cannot be found."""
+    """Refuses a term whose axis stood still all the time: it cannot be determined."""
     for term in terms:
         if term.name.axis not in machine.chain.order or all(part.basis.size == 1 for part in term.parts):
             continue

@@ -19,11 +19,11 @@ class Observations:
     """n readings: `along · E` in mm, or where `is_angle` the rotation of the tool about `along` in rad.
 
     E is actual − commanded position of the tool as seen from the work, whatever the instrument: laser, straight edge,
-    step gauge, or a ball bar (`along` from its centre to the tool, the reading its change of length).
-    `standard_u` is each reading's standard uncertainty, NaN where it is not known. `run` names what was measured in
-    one go: hold-out leaves out whole runs. `clock` says when each reading was taken and what the sensors said before.
-    `units` are those of the signals, where they are known. `own_zero` marks readings whose instrument was zeroed for
-    their run alone, `own_slope` those whose straightedge was laid by eye: both unknown (`run_zeros.py`).
+    step gauge, or a ball bar (`along` from its centre to the tool, the reading its change of length). `standard_u` is
+    each reading's standard uncertainty, NaN where it is not known. `run` names the readings measured in one go:
+    hold-out leaves out whole runs. `clock` says when each reading was taken and what the sensors said before. `units`
+    are those of the signals, where they are known. `own_zero` marks readings whose instrument was zeroed for their run
+    alone, `own_slope` those whose straightedge was laid by eye: both unknown (`run_zeros.py`).
     """
 
     state: State
@@ -42,7 +42,7 @@ class Observations:
         return len(self.reading)
 
     def only(self, rows: NDArray[np.bool_]) -> "Observations":
-        """Some of the readings."""
+        """Returns some of the readings."""
         count = len(self)
         travel = np.broadcast_to(self.state.travel, self.state.positions.shape)
         tool = np.broadcast_to(self.state.tool_mm, (count, 3))
@@ -62,7 +62,7 @@ class Observations:
         )
 
     def with_lags(self, lags: Sequence[Lag]) -> "Observations":
-        """With the lags among the signals, from the history; raises MCH-HISTORY without one, and as `lag_signals`."""
+        """Adds the lags to the signals, from the history; raises MCH-HISTORY without one, and as `lag_signals`."""
         if not lags:
             return self
         if self.clock is None:
@@ -82,7 +82,7 @@ class Observations:
         return np.where(self.is_angle[:, None], angle, displacement)
 
     def lag_slopes(self, model: MachineModel) -> Array:
-        """Change of each reading as the model predicts it by ln τ of each lag, (n, lags)."""
+        """Returns the change of each reading as the model predicts it by ln τ of each lag, (n, lags)."""
         here = self.predicted(model)
         changed = [
             replace(self, state=replace(self.state, signals=moved_along(lag, self.state.signals))).predicted(model)
@@ -91,13 +91,13 @@ class Observations:
         return np.stack([*changed, here], axis=1)[:, :-1] - here[:, None]
 
     def predicted(self, model: MachineModel) -> Array:
-        """What the model says each reading is, (n,); its lags have to be among the signals."""
+        """Returns each reading as predicted by the model, (n,); its lags have to be among the signals."""
         predicted: Array = self.design(model.machine.chain, model.terms) @ model.coefficients
         return predicted
 
 
 def joined(parts: list[Observations]) -> Observations:
-    """Several sets of readings as one. Signals must be the same in all. Raises MCH-SIGNAL."""
+    """Joins several sets of readings into one. Signals must be the same in all. Raises MCH-SIGNAL."""
     names = set(parts[0].state.signals)
     for part in parts[1:]:
         if set(part.state.signals) != names:
@@ -131,7 +131,7 @@ def joined(parts: list[Observations]) -> Observations:
 
 
 def ranges(chain: Chain, observations: Observations) -> Mapping[str, tuple[float, float]]:
-    """Least and largest of every axis position and signal."""
+    """Returns least and largest of every axis position and signal."""
     found = dict(zip(chain.order, observations.state.positions.T, strict=True))
     found |= {name: np.atleast_1d(value) for name, value in observations.state.signals.items()}
     return {name: (float(values.min()), float(values.max())) for name, values in found.items()}

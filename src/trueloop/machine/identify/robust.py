@@ -46,7 +46,7 @@ def slope_columns(chain: Chain, readings: Observations) -> Array:
 
 
 def constants_of(terms: Iterable[Term]) -> tuple[Term, ...]:
-    """What of the terms is the same everywhere and always, as constant terms."""
+    """Returns the part of the terms that is equal everywhere and always, as constant terms."""
     return tuple(
         Term(term.name)
         for term in terms
@@ -56,7 +56,7 @@ def constants_of(terms: Iterable[Term]) -> tuple[Term, ...]:
 
 
 def determined_zeros(zeros: Array, constants: Array) -> Array:
-    """The zeros that no constant of the model takes the place of, (n, ≤ zeros).
+    """Returns the zeros that no constant of the model takes the place of, (n, ≤ zeros).
 
     Where the model's `constants` (n, k) do the same as the zeros of all runs together, the model says it, and the zeros
     are what is beyond. Nothing else is chosen so: what differs between runs stays unknown.
@@ -72,7 +72,7 @@ def determined_zeros(zeros: Array, constants: Array) -> Array:
 
 
 def orthonormal(columns: Array) -> Array:
-    """An orthonormal basis (n, rank) of what the columns span."""
+    """Returns an orthonormal basis (n, rank) of the span of the columns."""
     size = np.linalg.norm(columns, axis=0)
     scaled = columns[:, size > 0] / size[size > 0]
     strength, directions = np.linalg.eigh(scaled.T @ scaled)
@@ -82,7 +82,7 @@ def orthonormal(columns: Array) -> Array:
 
 
 def without(columns: Array, values: Array) -> Array:
-    """What of `values`, (n,) or (n, k), the columns do not explain."""
+    """Returns the part of `values`, (n,) or (n, k), that the columns do not explain."""
     basis = orthonormal(columns)
     rest: Array = values - basis @ (basis.T @ values)
     return rest
@@ -106,7 +106,7 @@ def _alike(along: Array) -> bool:
 
 
 def _way(chain: Chain, readings: Observations, rows: Rows) -> Array | None:
-    """Where one linear axis alone moves and the readings are square to it: its positions, −1 to 1."""
+    """Returns the positions, −1 to 1, where one linear axis alone moves and the readings are square to it."""
     positions, along = readings.state.positions[rows], readings.along[rows]
     moving = np.flatnonzero(np.ptp(positions, axis=0) > SAME)
     if len(moving) != 1 or not _alike(along):
@@ -137,7 +137,8 @@ ROUNDS = 50
 
 
 def robust_solution(rows: Array, values: Array, robust: bool) -> tuple[Array, Array, float, Array, NDArray[np.bool_]]:
-    """(solution, covariance, scatter, weights, outliers) of rows · solution ≈ values; weights are 1 if not `robust`.
+    """Returns (solution, covariance, scatter, weights, outliers) of rows · solution ≈ values; weights are 1 if not
+    `robust`.
 
     One QR; weights then change normal equations in its orthonormal columns, which are well conditioned, by the rows
     beyond Huber's bound alone.
@@ -167,7 +168,7 @@ def robust_solution(rows: Array, values: Array, robust: bool) -> tuple[Array, Ar
 
 
 def _reweighted(q: Array, values: Array, share: Array) -> Array:
-    """Weighted least squares in orthonormal columns: QᵀWQ = I − Σ (1 − w) q qᵀ over the rows with w < 1."""
+    """Solves weighted least squares in orthonormal columns: QᵀWQ = I − Σ (1 − w) q qᵀ over the rows with w < 1."""
     less = share < 1.0
     part = q[less] * np.sqrt(1.0 - share[less])[:, None]
     normal = np.eye(q.shape[1]) - part.T @ part
@@ -175,14 +176,15 @@ def _reweighted(q: Array, values: Array, share: Array) -> Array:
 
 
 def least_squares(rows: Array, values: Array) -> Array:
-    """Solution of rows · solution ≈ values, by QR."""
+    """Solves rows · solution ≈ values, by QR."""
     q, r = np.linalg.qr(rows)
     solution: Array = np.linalg.solve(r, q.T @ values)
     return solution
 
 
 def _spread(rest: Array, parameters: int) -> float:
-    """Standard deviation from the median absolute residual, which outliers do not move; exact for normal residuals.
+    """Estimates the standard deviation from the median absolute residual, which outliers do not move; exact for normal
+    residuals.
 
     A fit with p parameters to n readings makes residuals smaller by √(1 − p/n).
     """
@@ -190,7 +192,7 @@ def _spread(rest: Array, parameters: int) -> float:
 
 
 def _scatter(rest: Array, share: Array, parameters: int) -> float:
-    """Standard deviation of unit weight. With Huber's weights: K √(Σψ²/(n−p)) / m,
+    """Returns the standard deviation of unit weight. With Huber's weights: K √(Σψ²/(n−p)) / m,
 
     K = 1 + (p/n)(1−m)/m, m = mean ψ′ [Huber 1981 §7.6].
     """

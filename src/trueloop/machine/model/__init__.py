@@ -1,1 +1,1 @@
-"""How the machine errs: kinematic chain, error terms, their histories in time, evaluation."""
+"""The errors of the machine: kinematic chain, error terms, their histories in time, evaluation."""

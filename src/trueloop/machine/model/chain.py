@@ -28,7 +28,7 @@ class AxisKind(StrEnum):
 
 
 def in_words(value: float, unit: str) -> str:
-    """A value for people: `12.5 mm`, `30°`; without its unit where that is not known (`""`)."""
+    """Formats a value: `12.5 mm`, `30°`; without its unit where that is not known (`""`)."""
     return f"{value:g}°" if unit == "°" else f"{value:g} {unit}".rstrip()
 
 
@@ -38,7 +38,7 @@ class Axis:
 
     `offset_mm` leads from the frame that carries the axis to the axis' own frame, at the axis' zero. The arms of the
     rotational errors are counted from that frame, of an axis that carries the tool as it has moved, of one that carries
-    the work as it stands on what carries it (`kinematics.py`): so it says where the angular error was defined.
+    the work as it stands on what carries it (`kinematics.py`): so it states where the angular error was defined.
     `travel` is in mm or rad, in control coordinates.
     """
 
@@ -49,20 +49,20 @@ class Axis:
     travel: tuple[float, float] = (-np.inf, np.inf)
 
     def shown(self, position: float) -> str:
-        """A position for people: `12.5 mm`, `30°`."""
+        """Formats a position: `12.5 mm`, `30°`."""
         return in_words(self.in_unit(position), self.unit)
 
     @property
     def unit(self) -> str:
-        """Of positions for people."""
+        """Returns the unit in which positions are shown."""
         return "mm" if self.kind is AxisKind.LINEAR else "°"
 
     def in_unit(self, position: float) -> float:
-        """A position, mm or radians, in `unit`."""
+        """Returns a position, mm or radians, in `unit`."""
         return float(position if self.kind is AxisKind.LINEAR else np.degrees(position))
 
     def errors(self) -> tuple[ErrorName, ...]:
-        """Every error the axis can have: six of its motion (not for a spindle), and those of its place.
+        """Returns every error the axis can have: six of its motion (not for a spindle), and those of its place.
 
         A linear axis has a direction only, so two angles; a rotary axis a line in space and the angle of its zero, so
         five; a spindle its growth along that line too. A spindle's angle matters where it is oriented.
@@ -100,11 +100,11 @@ class Chain:
 
     @property
     def axes(self) -> tuple[Axis, ...]:
-        """All axes, the work's first."""
+        """Returns all axes, the work's first."""
         return self.work + self.tool
 
     def axis(self, name: str) -> Axis:
-        """The axis of that name. Raises MCH-AXIS."""
+        """Returns the axis of that name. Raises MCH-AXIS."""
         for axis in self.axes:
             if axis.name == name:
                 return axis
@@ -115,7 +115,7 @@ class Chain:
         )
 
     def errors(self) -> tuple[ErrorName, ...]:
-        """Every error of every axis."""
+        """Returns every error of every axis."""
         return tuple(name for axis in self.axes for name in axis.errors())
 
     def with_axes(self, changed: Mapping[str, Axis]) -> "Chain":

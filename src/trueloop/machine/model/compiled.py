@@ -49,7 +49,7 @@ class CompiledModel:
     core: MachineEvaluator = field(repr=False, compare=False)
 
     def error_mm(self, positions: Array, travel: Array | None = None, threads: int = 1) -> Array:
-        """E at (n, 3) positions of X, Y, Z; `travel` (n, 3) as in `State`."""
+        """Returns E at (n, 3) positions of X, Y, Z; `travel` (n, 3) as in `State`."""
         error = self.bed_error_mm(positions, travel, threads)
         return error if np.array_equal(self.bed_to_work, np.eye(3)) else error @ self.bed_to_work
 
@@ -62,7 +62,8 @@ class CompiledModel:
 def compile_model(
     model: MachineModel, signals: Signals, tool_mm: Array | Vector = ZERO, fixed: Mapping[str, float] | None = None
 ) -> CompiledModel:
-    """Raises MCH-SIGNAL for a signal that is not given, MCH-STRUCTURE for a linear axis that is none of X, Y, Z.
+    """Compiles a model. Raises MCH-SIGNAL for a signal that is not given, MCH-STRUCTURE for a linear axis other than X,
+    Y, Z.
 
     `fixed` holds positions of rotary axes in rad, 0 without. Exact: the same numbers as `MachineModel.error_mm`.
     """
@@ -81,7 +82,7 @@ def compile_model(
 
 
 def evaluator_of(bodies: Iterable[Body], slope: Array) -> MachineEvaluator:
-    """What evaluates them in Rust."""
+    """Returns the Rust evaluator of these errors."""
     given = [
         (
             *(b.axis, b.breaks.tolist(), b.powers.shape[2], b.powers.reshape(-1, 6).tolist()),
@@ -115,13 +116,15 @@ class _Parts:
         self.terms = {term.name: term for term in model.terms}
 
     def bodies(self, axis: str) -> list[Body]:
-        """Motion errors of a linear axis as one body; place errors of rotary axes and spindles as a constant one."""
+        """Returns motion errors of a linear axis as one body; place errors of rotary axes and spindles as a constant
+        one.
+        """
         motion = [name for name in self.terms if name.axis == axis and not name.place]
         place = [name for name in self.terms if name.axis == axis and name.place and not self._is_slope(name)]
         return [self._body(axis, names) for names in (motion, place) if names]
 
     def slope(self) -> Array:
-        """What squareness adds to E a millimetre of each axis, (3, 3)."""
+        """Returns the addition of squareness to E per millimetre of each axis, (3, 3)."""
         slope = np.zeros((3, 3))
         for name in self.terms:
             if name.place and self._is_slope(name):
@@ -157,7 +160,9 @@ class _Parts:
         return np.unique(np.concatenate([basis.breaks for basis in bases])) if bases else np.array([0.0, 1.0])
 
     def _powers(self, terms: list[Term], breaks: Array, powers: int, way: float, linear: bool) -> Array:
-        """Local powers by interpolation on each segment, (segments, powers, 6): exact, they are polynomials there."""
+        """Returns local powers by interpolation on each segment, (segments, powers, 6): exact, they are polynomials
+        there.
+        """
         found = np.zeros((len(breaks) - 1, powers, 6))
         nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(powers) + 0.5) / powers)
         vandermonde = np.vander(nodes, powers, increasing=True)
@@ -171,7 +176,7 @@ class _Parts:
         return found
 
     def _directions(self, names: list[ErrorName]) -> Array:
-        """Machine directions of the frame's three axes with the sense of the error, as rows: (3, 3)."""
+        """Returns the machine directions of the frame's three axes with the sense of the error, as rows: (3, 3)."""
         axis, place = names[0].axis, names[0].place
         rows = np.eye(3)
         for number in range(3):
@@ -184,7 +189,7 @@ class _Parts:
         return rows
 
     def _arm(self, axis: str, names: list[ErrorName]) -> tuple[Array, Array]:
-        """(arm at zero, carries): from r × arm of the three rotations at the probes."""
+        """Returns (arm at zero, carries): from r × arm of the three rotations at the probes."""
         place = names[0].place
         pairs = [ErrorName(c, axis, place) for c in "ABC"]
         known = [self.columns[name] for name in pairs if name in self.columns]
@@ -204,6 +209,6 @@ class _Parts:
 
 
 def _cross_matrix(r: Array) -> Array:
-    """The matrix of r × ·."""
+    """Returns the matrix of r × ·."""
     x, y, z = r
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -14,7 +14,7 @@ from trueloop.errors import Code, TrueloopError
 
 
 def lagged(time_s: Array, inputs: Array, constants_s: Array) -> Array:
-    """The solution of τ dy/dt + y = u for each input and time constant, (n, inputs, constants).
+    """Solves τ dy/dt + y = u for each input and time constant, (n, inputs, constants).
 
     Exact for inputs that run straight between the rows; in equilibrium at the first row (y = u). τ = 0 gives u itself.
     `inputs` (n, inputs), times ascending in any steps. Raises MCH-DATA for times that do not ascend.
@@ -30,7 +30,7 @@ def lagged(time_s: Array, inputs: Array, constants_s: Array) -> Array:
 
 
 def _one(step_s: Array, inputs: Array, tau: float) -> Array:
-    """y[k+1] = decay·y[k] + u[k+1] − decay·u[k] − τ·slope·(1 − decay): a bidiagonal system, solved as one."""
+    """Solves y[k+1] = decay·y[k] + u[k+1] − decay·u[k] − τ·slope·(1 − decay): a bidiagonal system, in one call."""
     from scipy.linalg import solve_banded
 
     decay = np.exp(-step_s / tau)[:, None]
@@ -50,8 +50,8 @@ STEP = 1e-3
 class Lag:
     """The signal `name`: `of` to the `power`, after a first-order lag of `constant_s`.
 
-    Bearings heat with a power of speed between one and two: give a lag of each. `between_s` says within which bounds
-    the constant is sought; None, that it is given. `u_relative` is the standard uncertainty of ln τ.
+    Bearings heat with a power of speed between one and two: give a lag of each. `between_s` are the bounds within which
+    the constant is sought; None: it is given. `u_relative` is the standard uncertainty of ln τ.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Lag:
 
 @dataclass(frozen=True)
 class History:
-    """What sensors said: `time_s` (m,) ascending, each signal (m,). The machine is in equilibrium at the first row.
+    """The record of sensors: `time_s` (m,) ascending, each signal (m,). The machine is in equilibrium at the first row.
 
     `units` are those of the signals, where they are known.
     """
@@ -74,7 +74,7 @@ class History:
     units: Mapping[str, str] = field(default_factory=dict)
 
     def until(self, time_s: float) -> "History":
-        """The rows up to that time. Raises MCH-HISTORY where there are none."""
+        """Returns the rows up to that time. Raises MCH-HISTORY where there are none."""
         rows = self.time_s <= time_s
         if not rows.any():
             raise TrueloopError(
@@ -87,14 +87,14 @@ class History:
 
 @dataclass(frozen=True)
 class Clock:
-    """When each of n readings was taken, `time_s` (n,), on the clock of history number `source` (n,)."""
+    """The times of n readings, `time_s` (n,), on the clock of history number `source` (n,)."""
 
     time_s: Array
     source: NDArray[np.intp]
     histories: tuple[History, ...]
 
     def only(self, rows: NDArray[np.bool_]) -> "Clock":
-        """Some of the readings; histories stay whole."""
+        """Returns some of the readings; histories stay whole."""
         return Clock(self.time_s[rows], self.source[rows], self.histories)
 
 
@@ -109,29 +109,33 @@ def joined_clocks(clocks: Sequence[Clock]) -> Clock:
 
 
 def units_of(clock: Clock | None) -> dict[str, str]:
-    """The units of all histories' signals."""
+    """Returns the units of all histories' signals."""
     histories = clock.histories if clock else ()
     return {name: unit for history in histories for name, unit in history.units.items()}
 
 
 def lag_units(lags: Sequence[Lag], units: Mapping[str, str]) -> dict[str, str]:
-    """The units of lags: those of what they follow, to its power."""
+    """Returns the units of lags: those of the signals they follow, to their power."""
     known = [lag for lag in lags if lag.of in units]
     return {lag.name: units[lag.of] if lag.power == 1 else f"({units[lag.of]})^{lag.power}" for lag in known}
 
 
 def slope_name(lag: Lag) -> str:
-    """Name of the signal dy/d ln τ: how the lag changes with its own time constant."""
+    """Returns the name of the signal dy/d ln τ: the change of the lag with its own time constant."""
     return f"d {lag.name} / d ln τ"
 
 
 def moved_along(lag: Lag, signals: Mapping[str, Array | float]) -> dict[str, Array | float]:
-    """The signals with the lag moved by its slope, where they hold one: as if ln τ were larger by 1, to first order."""
+    """Returns the signals with the lag moved by its slope, where they hold one: as if ln τ were larger by 1, to first
+    order.
+    """
     return {**signals, lag.name: signals[lag.name] + signals.get(slope_name(lag), 0.0)}
 
 
 def logged(clock: Clock) -> dict[str, Array]:
-    """Every signal that all histories hold, at each reading, (n,); straight between rows. Raises MCH-HISTORY."""
+    """Returns every signal that all histories hold, at each reading, (n,); straight between rows. Raises
+    MCH-HISTORY.
+    """
     names = set.intersection(*(set(history.signals) for history in clock.histories))
     found = {name: np.empty(len(clock.time_s)) for name in sorted(names)}
     for number, history in enumerate(clock.histories):
@@ -143,7 +147,7 @@ def logged(clock: Clock) -> dict[str, Array]:
 
 
 def lag_signals(lags: Sequence[Lag], clock: Clock) -> dict[str, Array]:
-    """Every lag and its slope at each reading, (n,). Between rows of a history a lag runs straight.
+    """Returns every lag and its slope at each reading, (n,). Between rows of a history a lag runs straight.
 
     Raises MCH-HISTORY for readings outside a history, MCH-SIGNAL for a lag of a signal that it does not hold.
     """
@@ -165,7 +169,7 @@ def signals_at_end(history: History, lags: Sequence[Lag]) -> dict[str, Array | f
 
 
 def check_lags_given(lags: Sequence[Lag], signals: Mapping[str, Array | float]) -> None:
-    """Raises MCH-HISTORY for a lag that is not among the signals: one reading of its sensor does not say it."""
+    """Raises MCH-HISTORY for a lag that is not among the signals: one reading of its sensor does not determine it."""
     for lag in lags:
         if lag.name not in signals:
             raise TrueloopError(

@@ -1,4 +1,5 @@
-"""First-order influence of every axis error on the tool point: what E is made of, and what measurements can tell.
+"""First-order influence of every axis error on the tool point: the composition of E, and the sensitivity of
+measurements.
 
 E ≈ Σ columns[name] · value. Neglected are products of two errors: with 50 µrad and arms of 1 m, some 2.5 nm.
 """
@@ -16,7 +17,9 @@ from trueloop.machine.model.names import ErrorName
 
 @dataclass(frozen=True)
 class Influence:
-    """Of a unit error: displacement of the tool point (mm) and rotation of the tool (rad), (n, 3), in work axes."""
+    """The influence of a unit error: displacement of the tool point (mm) and rotation of the tool (rad), (n, 3), in
+    work axes.
+    """
 
     displacement: Array
     rotation: Array
@@ -25,7 +28,9 @@ class Influence:
 def influences(
     chain: Chain, positions: Array, tool_mm: Array | Vector, only: Collection[ErrorName] | None = None
 ) -> Mapping[ErrorName, Influence]:
-    """Influence of every error of the chain (or `only` those) at each position; shapes as in `tool_in_work_mm`."""
+    """Returns the influence of every error of the chain (or `only` those) at each position; shapes as in
+    `tool_in_work_mm`.
+    """
     tool_steps = _steps(chain.tool, 1.0, chain, positions)
     work_steps = _steps(chain.work, -1.0, chain, positions)
     last = tool_steps[-1][1] if tool_steps else _bed(len(positions))
@@ -49,7 +54,7 @@ def influences(
 
 
 def first_order_error_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, values: Values) -> Array:
-    """E to first order, (n, 3), work coordinates."""
+    """Returns E to first order, (n, 3), work coordinates."""
     columns = influences(chain, positions, tool_mm)
     total = np.zeros((len(positions), 3))
     for name, value in values.items():
@@ -58,7 +63,7 @@ def first_order_error_mm(chain: Chain, positions: Array, tool_mm: Array | Vector
 
 
 def _steps(axes: tuple[Axis, ...], sense: float, chain: Chain, positions: Array) -> list[tuple[Axis, Frames]]:
-    """Each axis with the nominal frame after it."""
+    """Returns each axis with the nominal frame after it."""
     frame = _bed(len(positions))
     steps = []
     for axis in axes:
@@ -79,7 +84,9 @@ def _bed(count: int) -> Frames:
 
 
 def _rigid(frame: Frames, name: ErrorName, tip_mm: Array, sense: float = 1.0) -> Influence:
-    """Everything beyond `frame` moves as one body along or about the frame's axis `name.number`."""
+    """Returns the influence of a motion of everything beyond `frame` as one body along or about the frame's axis
+    `name.number`.
+    """
     direction = sense * frame.turn[:, :, name.number]
     if name.is_rotation:
         return Influence(np.cross(direction, tip_mm - frame.origin_mm), direction)
@@ -87,7 +94,7 @@ def _rigid(frame: Frames, name: ErrorName, tip_mm: Array, sense: float = 1.0) ->
 
 
 def _direction(joint: Frames, axis: Axis, name: ErrorName, by: Array) -> Influence:
-    """A linear axis out of square moves along another direction and turns nothing.
+    """Returns the influence of a linear axis out of square: it moves along another direction and turns nothing.
 
     Both branches alike: the tool's path as seen from the work is the same line.
     """

@@ -1,4 +1,4 @@
-"""Where the tool is as seen from the work, with and without errors: exact, and to first order.
+"""The tool as seen from the work, with and without errors: exact, and to first order.
 
 E(p) = actual − commanded position of the tool point in work coordinates. An error *motion* (EXX, EBZ …) is the motion
 of the tool's side against the work's side of the axis, so it has the sign of the instrument reading whichever side
@@ -25,7 +25,8 @@ from trueloop.machine.model.names import ErrorName
 Values = Mapping[ErrorName, Array | float]
 
 PROBE_MM = 1024.0
-"""How far axes are moved to see what they do: not less than offsets are long, so that no digits are lost."""
+"""The distance by which axes are moved to probe their effect: not less than offsets are long, so that no digits are
+lost."""
 
 
 @dataclass(frozen=True)
@@ -36,16 +37,17 @@ class Frames:
     origin_mm: Array
 
     def shifted(self, local_mm: Array | Vector) -> "Frames":
-        """Moved by a vector given in the frame itself."""
+        """Returns the frames moved by a vector given in the frame itself."""
         return Frames(self.turn, self.origin_mm + apply(self.turn, np.asarray(local_mm)))
 
     def turned(self, rotation: Array) -> "Frames":
-        """Turned about its own origin."""
+        """Returns the frames turned about their own origin."""
         return Frames(self.turn @ rotation, self.origin_mm)
 
 
 def tool_in_work_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, values: Values) -> Array:
-    """Tool point in work coordinates, (n, 3): the exact product of homogeneous transforms, errors as rotation vectors.
+    """Returns the tool point in work coordinates, (n, 3): the exact product of homogeneous transforms, errors as
+    rotation vectors.
 
     `tool_mm` is the tool point from the frame of the last axis that carries the tool, (3,) or (n, 3).
     """
@@ -56,14 +58,14 @@ def tool_in_work_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, val
 
 
 def exact_error_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, values: Values) -> Array:
-    """E by the exact transforms, (n, 3): second-order products of errors included."""
+    """Returns E by the exact transforms, (n, 3): second-order products of errors included."""
     return tool_in_work_mm(chain, positions, tool_mm, values) - tool_in_work_mm(chain, positions, tool_mm, {})
 
 
 def bed_to_work(chain: Chain, fixed: Mapping[str, float]) -> Array:
-    """The bed's axes in work coordinates, as rows, with rotary axes at `fixed` (rad), the others at 0.
+    """Returns the bed's axes in work coordinates, as rows, with rotary axes at `fixed` (rad), the others at 0.
 
-    A row is how a millimetre of X, Y or Z displaces the tool as seen from the work.
+    A row is the displacement of the tool by a millimetre of X, Y or Z as seen from the work.
     """
     given: dict[str, Array | float] = dict(fixed)
     probes = np.vstack([np.zeros(3), PROBE_MM * np.eye(3)])
@@ -84,8 +86,8 @@ def _branch(axes: Sequence[Axis], sense: float, chain: Chain, positions: Array, 
 
 
 def _joint(frame: Frames, axis: Axis, sense: float, by: Array, values: Values) -> Frames:
-    """The frame after one axis. The tool's branch meets its motion, then its error; the work's branch the inverses of
-    both, in the other order.
+    """Returns the frame after one axis. The tool's branch meets its motion, then its error; the work's branch the
+    inverses of both, in the other order.
     """
     count = len(by)
     place_mm, place_rad = _six(values, axis.name, True, count)
@@ -104,7 +106,7 @@ def _joint(frame: Frames, axis: Axis, sense: float, by: Array, values: Values) -
 
 
 def travelled(chain: Chain, axis: Axis, positions: Array) -> Array:
-    """Commanded position of one axis, (n,); a spindle has none."""
+    """Returns the commanded position of one axis, (n,); a spindle has none."""
     if axis.kind is AxisKind.SPINDLE:
         return np.zeros(len(positions))
     position: Array = positions[:, chain.order.index(axis.name)]
@@ -118,7 +120,7 @@ def _six(values: Values, axis: str, place: bool, count: int) -> tuple[Array, Arr
 
 
 def rotation(vector_rad: Array) -> Array:
-    """Rotation matrices (n, 3, 3) of rotation vectors (n, 3), by Rodrigues' formula."""
+    """Returns the rotation matrices (n, 3, 3) of rotation vectors (n, 3), by Rodrigues' formula."""
     angle = np.linalg.norm(vector_rad, axis=-1)[:, None, None]
     x, y, z = vector_rad.T
     zero = np.zeros_like(x)
@@ -131,6 +133,6 @@ def rotation(vector_rad: Array) -> Array:
 
 
 def apply(matrices: Array, vectors: Array) -> Array:
-    """Each matrix times its vector: (n, 3, 3) and (n, 3) or (3,) to (n, 3)."""
+    """Multiplies each matrix with its vector: (n, 3, 3) and (n, 3) or (3,) to (n, 3)."""
     product: Array = np.einsum("nij,nj->ni", matrices, np.broadcast_to(vectors, (len(matrices), 3)))
     return product

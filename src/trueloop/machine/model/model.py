@@ -20,7 +20,7 @@ from trueloop.machine.model.term import Signals, Term
 
 @dataclass(frozen=True)
 class Acceptance:
-    """Who accepted a version, when (ISO 8601, UTC), and why."""
+    """The acceptance of a version: by whom, when (ISO 8601, UTC), and why."""
 
     who: str
     at: str
@@ -32,7 +32,7 @@ class Version:
     """Version `number`, counted from the fitted model, which is 0 and says nothing of versions.
 
     `parent_sha256` is the hash of the file it was refined from, `errors` are the axis errors whose coefficients
-    were guilty, `reason` says why in words, `judged` what parts left out said. `made_at` is ISO 8601, UTC.
+    were guilty, `reason` is why in words, `judged` the result on parts left out. `made_at` is ISO 8601, UTC.
     """
 
     number: int
@@ -47,7 +47,7 @@ class Version:
 
 @dataclass(frozen=True)
 class Machine:
-    """One machine: `name` and `serial` tell it from its sisters, the chain how it moves."""
+    """One machine: `name` and `serial` distinguish it from its sisters; the chain describes its motions."""
 
     name: str
     chain: Chain
@@ -56,7 +56,8 @@ class Machine:
 
 @dataclass(frozen=True)
 class State:
-    """Where the machine is: positions (n, axes) in `chain.order`, travel (+1, −1, 0 unknown) alike, signals by name.
+    """The state of the machine: positions (n, axes) in `chain.order`, travel (+1, −1, 0 unknown) alike, signals by
+    name.
 
     `tool_mm` is the tool point from the frame of the last axis that carries the tool, (3,) or (n, 3).
     """
@@ -88,12 +89,12 @@ class MachineModel:
     version: Version | None = None
 
     def slices(self) -> list[slice]:
-        """Where each term's coefficients are."""
+        """Returns the slice of each term's coefficients."""
         ends = np.cumsum([term.size for term in self.terms])
         return [slice(int(end) - term.size, int(end)) for end, term in zip(ends, self.terms, strict=True)]
 
     def values(self, state: State) -> dict[ErrorName, Array]:
-        """Every modelled axis error at each position, (n,), mm or rad."""
+        """Returns every modelled axis error at each position, (n,), mm or rad."""
         rows = term_rows(self.machine.chain, self.terms, state)
         return {
             term.name: row @ self.coefficients[where]
@@ -101,29 +102,32 @@ class MachineModel:
         }
 
     def error_mm(self, state: State) -> Array:
-        """E to first order, (n, 3), work coordinates: actual − commanded."""
+        """Returns E to first order, (n, 3), work coordinates: actual − commanded."""
         error: Array = design(self.machine.chain, self.terms, state) @ self.coefficients
         return error
 
     def exact_error_mm(self, state: State) -> Array:
-        """E by the exact transforms, (n, 3)."""
+        """Returns E by the exact transforms, (n, 3)."""
         return exact_error_mm(self.machine.chain, state.positions, state.tool_mm, self.values(state))
 
     def comp_mtg_mm(self, state: State) -> Array:
-        """COMP_MTG = −E, (n, 3): what to add to the commanded position."""
+        """Returns COMP_MTG = −E, (n, 3), to be added to the commanded position."""
         return -self.error_mm(state)
 
     def standard_u_mm(self, state: State) -> Array:
-        """Standard uncertainty of E from that of the coefficients, and of the lags where `state` has slopes, (n, 3)."""
+        """Returns the standard uncertainty of E from that of the coefficients, and of the lags where `state` has
+        slopes, (n, 3).
+        """
         rows = self.sensitivities(state)
         variance = np.einsum("nij,jk,nik->ni", rows, self.covariance, rows)
         root: Array = np.sqrt(np.maximum(variance, 0.0))
         return root
 
     def sensitivities(self, state: State) -> Array:
-        """DE by every coefficient and every ln τ, (n, 3, as `covariance`); by ln τ 0 where the state lacks the slope.
+        """Returns DE by every coefficient and every ln τ, (n, 3, as `covariance`); by ln τ 0 where the state lacks the
+        slope.
 
-        E is linear in signals, so its slope by ln τ is what it gains when the lag moves by its own.
+        E is linear in signals, so its slope by ln τ is its change when the lag moves by its own slope.
         """
         here, slopes = self.error_mm(state), np.zeros((len(state.positions), 3, len(self.lags)))
         for k, lag in enumerate(self.lags):
@@ -136,7 +140,7 @@ class MachineModel:
 
 
 def term_rows(chain: Chain, terms: tuple[Term, ...], state: State) -> list[Array]:
-    """Design of each term at the position and travel of its own axis: a list of (n, size)."""
+    """Returns the design of each term at the position and travel of its own axis: a list of (n, size)."""
     travel = np.broadcast_to(state.travel, state.positions.shape)
     rows = []
     for term in terms:
@@ -150,7 +154,9 @@ def term_rows(chain: Chain, terms: tuple[Term, ...], state: State) -> list[Array
 
 
 def design(chain: Chain, terms: tuple[Term, ...], state: State, *, rotations: bool = False) -> Array:
-    """E (or with `rotations` the tool's rotation error, rad) as a linear map of all coefficients: (n, 3, all)."""
+    """Returns E (or with `rotations` the tool's rotation error, rad) as a linear map of all coefficients: (n, 3,
+    all).
+    """
     columns = influences(chain, state.positions, state.tool_mm, {term.name for term in terms})
     blocks = []
     for term, rows in zip(terms, term_rows(chain, terms, state), strict=True):

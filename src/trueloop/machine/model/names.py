@@ -17,7 +17,7 @@ COMPONENTS: Final = TRANSLATIONS + ROTATIONS
 
 @dataclass(frozen=True)
 class ErrorName:
-    """One error of one axis. `place` tells a constant of the axis itself from an error of its motion."""
+    """One error of one axis. `place` distinguishes a constant of the axis itself from an error of its motion."""
 
     component: str
     axis: str
@@ -30,12 +30,12 @@ class ErrorName:
 
     @property
     def number(self) -> int:
-        """0, 1, 2: the machine direction along or about which it acts."""
+        """Returns 0, 1, 2: the machine direction along or about which it acts."""
         return COMPONENTS.index(self.component) % 3
 
     @property
     def unit(self) -> str:
-        """Unit for people: µm or µrad."""
+        """Returns the unit in which it is shown: µm or µrad."""
         return "µrad" if self.is_rotation else "µm"
 
     def __str__(self) -> str:

@@ -36,7 +36,7 @@ class TermRow:
 
 
 def curves(model: MachineModel, signals: Signals) -> list[TermCurve]:
-    """Every term over its axis' travel (or the range it was found at), at the signals given.
+    """Returns every term over its axis' travel (or the range of its data), at the signals given.
 
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
@@ -50,7 +50,7 @@ def curves(model: MachineModel, signals: Signals) -> list[TermCurve]:
 
 
 def overview(model: MachineModel, signals: Signals) -> list[TermRow]:
-    """Every term's least and largest value. Raises MCH-SIGNAL for a signal that is not given.
+    """Returns every term's least and largest value. Raises MCH-SIGNAL for a signal that is not given.
 
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)

@@ -17,8 +17,8 @@ from trueloop.errors import Code, TrueloopError
 class PositionBasis:
     """`breaks` are the ends of the segments, ascending, in mm or rad. At positions `zero_at` every function vanishes.
 
-    That takes away what other errors say too: the constant of a positioning error (zero at the datum), and the straight
-    line of a straightness error (zero at both ends of travel), which belongs to squareness.
+    That takes away the shares of other errors: the constant of a positioning error (zero at the datum), and the
+    straight line of a straightness error (zero at both ends of travel), which belongs to squareness.
     """
 
     breaks: tuple[float, ...]
@@ -60,7 +60,7 @@ class PositionBasis:
         return rows
 
     def admissible(self) -> Array:
-        """Orthonormal columns (size, free) that span the coefficients with a zero at each of `zero_at`."""
+        """Returns orthonormal columns (size, free) that span the coefficients with a zero at each of `zero_at`."""
         if not self.zero_at:
             return np.eye(self.size)
         conditions = self.design(np.array(self.zero_at))
@@ -69,16 +69,16 @@ class PositionBasis:
 
 
 CONSTANT = PositionBasis((0.0, 1.0), 0)
-"""The same everywhere: errors of place, offsets, drift."""
+"""The basis of values equal everywhere: errors of place, offsets, drift."""
 
 
 def polynomial(low: float, high: float, degree: int, zero_at: tuple[float, ...] = ()) -> PositionBasis:
-    """One segment over the travel."""
+    """Returns a basis of one segment over the travel."""
     return PositionBasis((low, high), degree, zero_at)
 
 
 def segments(low: float, high: float, count: int, degree: int, zero_at: tuple[float, ...] = ()) -> PositionBasis:
-    """`count` equal segments over the travel. Raises MCH-BASIS for a travel without end."""
+    """Returns a basis of `count` equal segments over the travel. Raises MCH-BASIS for a travel without end."""
     if not np.isfinite([low, high]).all():
         raise TrueloopError(
             Code.MCH_BASIS,
@@ -89,5 +89,5 @@ def segments(low: float, high: float, count: int, degree: int, zero_at: tuple[fl
 
 
 def table(positions: Array) -> PositionBasis:
-    """Linear interpolation between positions: the coefficients are the table's values."""
+    """Returns a basis of linear interpolation between positions: the coefficients are the table's values."""
     return PositionBasis(tuple(float(p) for p in positions), 1)

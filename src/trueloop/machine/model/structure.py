@@ -20,7 +20,7 @@ SQUARENESS = ("EC0Y", "EB0Z", "EA0Z")
 def mill_terms(
     chain: Chain, *, degree: int = 3, count: int = 1, datum: float | None = None, both_ways: bool = False
 ) -> tuple[Term, ...]:
-    """Eighteen motion errors of X, Y, Z (splines of `count` segments) and three squareness errors."""
+    """Returns eighteen motion errors of X, Y, Z (splines of `count` segments) and three squareness errors."""
     motions = [_motion(chain.axis(axis), c, degree, count, datum, both_ways) for axis in "XYZ" for c in "XYZABC"]
     return tuple(motions) + tuple(Term(error_name(name)) for name in SQUARENESS)
 
@@ -36,8 +36,8 @@ def turning_terms(
 def five_axis_terms(
     chain: Chain, *, degree: int = 3, count: int = 1, datum: float | None = None, both_ways: bool = False
 ) -> tuple[Term, ...]:
-    """Those of a mill, and six motion errors of each rotary axis, zero where it stands at 0. Where its line lies is
-    one of the `frame_terms`.
+    """Returns those of a mill, and six motion errors of each rotary axis, zero where it stands at 0. The place of its
+    line is one of the `frame_terms`.
     """
     rotary = [axis for axis in chain.axes if axis.kind is AxisKind.ROTARY]
     turns = [_turn(axis, component, degree, count, both_ways) for axis in rotary for component in "XYZABC"]
@@ -45,7 +45,9 @@ def five_axis_terms(
 
 
 def frame_terms(chain: Chain, terms: Sequence[Term]) -> tuple[Term, ...]:
-    """Every constant of place not among `terms`: directions of linear axes, lines of rotary ones, the spindle."""
+    """Returns every constant of place not among `terms`: directions of linear axes, lines of rotary ones, the
+    spindle.
+    """
     taken = {term.name for term in terms}
     return tuple(Term(name) for name in chain.errors() if name.place and name not in taken)
 
@@ -88,7 +90,9 @@ _DIRECTION: Final = {letter: number % 3 for number, letter in enumerate("XYZABCU
 
 
 def chain_of(structure: str) -> Chain:
-    """Chain of a preset's name or a structure in letters, all frames at the bed's origin. Raises MCH-STRUCTURE."""
+    """Returns the chain of a preset's name or a structure in letters, all frames at the bed's origin. Raises
+    MCH-STRUCTURE.
+    """
     text = PRESETS.get(structure, structure)
     tokens = _TOKEN.findall(text)
     letters = [token for token, _ in tokens]

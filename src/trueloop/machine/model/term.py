@@ -22,7 +22,7 @@ Signals = Mapping[str, Array | float]
 
 
 def means(signals: Signals) -> dict[str, float]:
-    """One value a signal: its mean, where it has several."""
+    """Returns one value a signal: its mean, where it has several."""
     return {name: float(np.mean(value)) for name, value in signals.items()}
 
 
@@ -35,7 +35,7 @@ class Part:
     reference: float = 0.0
 
     def factor(self, signals: Signals) -> Array | float:
-        """What the functions of position are multiplied with. Raises MCH-SIGNAL when the signal is not given."""
+        """Returns the factor of the functions of position. Raises MCH-SIGNAL when the signal is not given."""
         if self.signal is None:
             return 1.0
         if self.signal not in signals:
@@ -58,7 +58,7 @@ class Term:
 
     @property
     def size(self) -> int:
-        """Number of coefficients: forward's, then return's where they differ."""
+        """Returns the number of coefficients: forward's, then return's where they differ."""
         return sum(part.basis.size for part in self.parts) * (2 if self.both_ways else 1)
 
     def design(self, position: Array, travel: Array, signals: Signals) -> Array:
@@ -76,7 +76,7 @@ class Term:
         return block_diagonal(blocks)
 
     def values(self, coefficients: Array, position: Array, travel: Array, signals: Signals) -> Array:
-        """The error, (n,), mm or rad."""
+        """Returns the error, (n,), mm or rad."""
         return self.design(position, travel, signals) @ coefficients
 
     def needs(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Where a model may be asked: within the machine's travel, and within the positions and temperatures of its data."""
+"""The range of validity of a model: the machine's travel, and the positions and temperatures of its data."""
 
 from collections.abc import Collection, Mapping
 
@@ -24,7 +24,8 @@ def known_state(
     tool_mm: Array | Vector = ZERO,
     extrapolate: Collection[str] = (),
 ) -> State:
-    """Where a model is asked for its errors: `positions` by axis, machine coordinates in mm and rad, numbers or (n,).
+    """Returns the state at which a model's errors are requested: `positions` by axis, machine coordinates in mm and
+    rad, numbers or (n,).
 
     Axes that are not named stand at 0; the direction of travel is not known. `tool_mm` is the tool point from the frame
     of the last axis that carries the tool. Raises MCH-AXIS for an axis that the machine does not have, MCH-HISTORY for
@@ -96,7 +97,7 @@ def _depends_on(model: MachineModel, axis: str) -> bool:
 
 
 def outside(position: Array, travel: tuple[float, float]) -> NDArray[np.bool_]:
-    """Which positions lie beyond, by more than rounding, (n,)."""
+    """Returns which positions lie beyond, by more than rounding, (n,)."""
     beyond: NDArray[np.bool_] = (position < travel[0] - ROUNDING) | (position > travel[1] + ROUNDING)
     return beyond
 

@@ -20,7 +20,7 @@ ROUNDS: Final = 4
 SWEEPS: Final = 8
 OUTLIER: Final = 5.0
 NOISE_LN: Final = 0.7
-"""How well the noise is known beforehand: standard deviation of its logarithm."""
+"""The uncertainty of the noise beforehand: standard deviation of its logarithm."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,10 @@ class Block:
 
 @dataclass(frozen=True)
 class Mixed:
-    """What was found: scale of each block, standard deviation of the noise, posterior of all z in the blocks' order.
+    """The result: scale of each block, standard deviation of the noise, posterior of all z in the blocks' order.
 
-    `fisher` (q, q) is what the values alone say of z. `outlier` (n,) are values more than five deviations off.
+    `fisher` (q, q) is the information of the values alone on z. `outlier` (n,) are values more than five deviations
+    off.
     """
 
     scales: Mapping[str, float]
@@ -78,7 +79,7 @@ def mixed(values: Array, blocks: Mapping[str, Block], weight: Array, noise: floa
 
 
 class _Gram:
-    """What the evidence needs of rows and values, once for all sizes."""
+    """The sums of rows and values that the evidence needs, once for all sizes."""
 
     def __init__(self, rows: Array, values: Array, weight: Array, count: float, noise: float) -> None:
         self.normal = rows.T @ (rows * weight[:, None])

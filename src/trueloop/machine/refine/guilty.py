@@ -1,4 +1,4 @@
-"""Guilty axis errors in the model: parts that they lack are added, and columns say how far each may move."""
+"""Guilty axis errors in the model: parts that they lack are added, and columns state how far each may move."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from trueloop.machine.model.term import Part, Term
 from trueloop.machine.refine.left import LeftOnParts
 
 NEW_DEGREE = 2
-"""Of an error that the model does not have yet, along its axis."""
+"""The degree, along its axis, of an error that the model does not have yet."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,8 @@ class Guilty:
 
 
 def with_guilty(model: MachineModel, guilty: Sequence[Guilty], state: State) -> MachineModel:
-    """The model with what it lacks of the guilty errors, all of it zero: it says the same everywhere as before.
+    """Adds to the model the parts it lacks of the guilty errors, all of them zero: its errors stay as before
+    everywhere.
 
     An error that it does not have becomes a term, a parabola along its axis or a constant of a spindle; a signal that
     it does not follow becomes a part, a line along the axis times the signal less its mean. The range of such a signal
@@ -70,7 +71,9 @@ def freedom(model: MachineModel, guilty: Sequence[Guilty], seen: LeftOnParts) ->
 
 
 def _columns(term: Term) -> Iterator[tuple[Part, Array]]:
-    """Each part with the coefficients of the term that its functions have; forward and return travel move alike."""
+    """Yields each part with the coefficients of the term that its functions have; forward and return travel move
+    alike.
+    """
     at, one_way = 0, sum(part.basis.size for part in term.parts)
     for part in term.parts:
         own = np.zeros((one_way, part.basis.size))
@@ -101,7 +104,9 @@ def _bases(chain: Chain, error: ErrorName, state: State) -> tuple[PositionBasis,
 
 
 def _grown(model: MachineModel, error: ErrorName, more: tuple[Part, ...]) -> MachineModel:
-    """The model with parts added to a term, or a term to the model; their coefficients are zero and known to be."""
+    """Returns the model with parts added to a term, or a term to the model; their coefficients are zero and known to
+    be.
+    """
     old = next((term for term in model.terms if term.name == error), None)
     if old is None:
         terms = (*model.terms, Term(error, more))
@@ -119,7 +124,7 @@ def _grown(model: MachineModel, error: ErrorName, more: tuple[Part, ...]) -> Mac
 
 
 def _had(term: Term, added: int) -> Flags:
-    """Which coefficients of a term the model had before, when the last `added` functions are new."""
+    """Returns which coefficients of a term the model had before, when the last `added` functions are new."""
     one_way = np.arange(sum(part.basis.size for part in term.parts))
     return np.tile(one_way < len(one_way) - added, 2 if term.both_ways else 1)
 

@@ -20,7 +20,7 @@ SURE = 2.0
 
 @dataclass(frozen=True)
 class LeftOut:
-    """What both models leave of parts left out, mm along the normals, points far off the refined model apart.
+    """The residuals of both models in parts left out, mm along the normals, points far off the refined model apart.
 
     `u_*` are standard uncertainties from the scatter of parts (or, of whole part types, of types). `better_mm` is
     rms_old − rms_new: of the same points, so its uncertainty is smaller than theirs. `gain` is the same with the points
@@ -43,25 +43,25 @@ class LeftOut:
 
     @property
     def sure(self) -> bool:
-        """Whether the new model is better by more than two standard uncertainties."""
+        """Returns whether the new model is better by more than two standard uncertainties."""
         return self.gain > SURE * self.u_gain and not self.worse
 
     @property
     def worse(self) -> bool:
-        """Whether the new model leaves more by more than one standard uncertainty, weighted or not."""
+        """Returns whether the new model leaves more by more than one standard uncertainty, weighted or not."""
         return self.better_mm < -self.u_better_mm or self.gain < -self.u_gain
 
 
 @dataclass(frozen=True)
 class Judged:
-    """By parts left out, and by whole part types left out where there are several."""
+    """The judgement by parts left out, and by whole part types left out where there are several."""
 
     by_part: LeftOut
     by_type: LeftOut | None
 
     @property
     def better(self) -> bool:
-        """Whether the refined model may be offered: surely better on parts left out, and no worse on types left out."""
+        """Returns whether the refined model may be offered: surely better on parts and no worse on types left out."""
         return self.by_part.sure and (self.by_type is None or (self.by_type.gain > 0.0 and not self.by_type.worse))
 
     @property
@@ -121,7 +121,7 @@ def _left_out(
 
 
 def left_by(old: MachineModel, new: MachineModel, seen: LeftOnParts) -> Array:
-    """What the new model would have left where the old one left `seen.residual_mm`, (n,)."""
+    """Returns the residual that the new model would have left where the old one left `seen.residual_mm`, (n,)."""
     moved = np.einsum("ni,ni->n", seen.normal, new.error_mm(seen.state) - old.error_mm(seen.state))
     left: Array = seen.residual_mm - moved
     return left
@@ -140,7 +140,7 @@ def _whitened(seen: LeftOnParts, values: Array, found: Updated) -> Array:
 
 
 def _compared(left: Array, weighted: Array, unit: Integers, groups: int | None) -> LeftOut:
-    """`left` and `weighted` hold old and new, (2, n)."""
+    """Compares old and new: `left` and `weighted` hold both, (2, n)."""
     old, new = (_Level(values, unit) for values in left)
     gain, u_gain = _better(*(_Level(values, unit) for values in weighted))
     better, u_better = _better(old, new)
@@ -170,12 +170,14 @@ class _Level:
 
     @property
     def u(self) -> float:
-        """Standard uncertainty of the RMS from the scatter of units."""
+        """Returns the standard uncertainty of the RMS from the scatter of units."""
         return _u_of_mean(self.shares) / (2 * self.rms)
 
 
 def _better(old: _Level, new: _Level) -> tuple[float, float]:
-    """By how much the RMS is less, and its standard uncertainty: of the mean square's, over the sum of both RMS."""
+    """Returns by how much the RMS is less, and its standard uncertainty: of the mean square's, over the sum of both
+    RMS.
+    """
     return old.rms - new.rms, _u_of_mean(old.shares - new.shares) / (old.rms + new.rms)
 
 

@@ -1,4 +1,4 @@
-"""What a machine's model left on parts: ERROR_MTG,RESID at gauging points of many parts [6876 §3.5]."""
+"""The residuals of a machine's model on parts: ERROR_MTG,RESID at gauging points of many parts [6876 §3.5]."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ LEAST = 0.05
 class Change:
     """One axis error at one position of its axis (NaN: it has none) and at signals: old and new value and the new u.
 
-    Values are in mm or rad; `shown` says them in µm or µrad.
+    Values are in mm or rad; `shown` gives them in µm or µrad.
     """
 
     error: ErrorName
@@ -32,13 +32,13 @@ class Change:
 
     @property
     def change(self) -> float:
-        """New less old, mm or rad."""
+        """Returns new less old, mm or rad."""
         return self.new - self.old
 
 
 def changes(old: MachineModel, new: MachineModel) -> tuple[Change, ...]:
-    """Every error that changed, at five places over what is known of its axis, at the least and greatest temperature
-    of the signals that it follows, all of them together.
+    """Returns every error that changed, at five places over the known range of its axis, at the least and greatest
+    temperature of the signals that it follows, all of them together.
     """
     found = []
     for term, where in zip(new.terms, new.slices(), strict=True):
@@ -113,16 +113,16 @@ class LeftOnParts:
 
     @property
     def weights(self) -> Array:
-        """One weight a point, (n,)."""
+        """Returns one weight a point, (n,)."""
         return np.broadcast_to(np.asarray(self.weight, np.float64), self.residual_mm.shape)
 
     @property
     def parts(self) -> Integers:
-        """The parts' numbers, each once."""
+        """Returns the parts' numbers, each once."""
         return np.unique(self.part)
 
     def only(self, kept: Flags) -> "LeftOnParts":
-        """Some of the points."""
+        """Returns some of the points."""
         state, n = self.state, len(self)
 
         def chosen(value: Array | float) -> Array | float:
@@ -148,7 +148,9 @@ class LeftOnParts:
         )
 
     def set_ups(self) -> Array:
-        """How a part set up elsewhere shows along the normals, (n, k): a column a part and direction that is seen."""
+        """Returns the effect along the normals of a part set up elsewhere, (n, k): a column a part and direction that
+        is seen.
+        """
         numbers, place = np.unique(self.part, return_inverse=True)
         rows = np.zeros((len(self), len(numbers), 3))
         rows[np.arange(len(self)), place] = self.normal
@@ -156,7 +158,9 @@ class LeftOnParts:
         return flat[:, np.any(flat != 0.0, axis=0)]
 
     def places(self) -> Array:
-        """Which points are the same place of the machine, (n, k): a column a place; none where hardly any repeats."""
+        """Returns which points are the same place of the machine, (n, k): a column a place; none where hardly any
+        repeats.
+        """
         tool = np.broadcast_to(np.asarray(self.state.tool_mm, np.float64), (len(self), 3))
         where = np.round(np.hstack([self.state.positions, tool, self.normal]), PLACE_DECIMALS)
         _, place = np.unique(where, axis=0, return_inverse=True)

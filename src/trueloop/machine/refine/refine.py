@@ -15,7 +15,9 @@ from trueloop.wording import Wording, wording
 
 @dataclass(frozen=True)
 class Refined:
-    """The new model (without a version: `offered` gives it one), how it was found, what parts left out say of it."""
+    """The new model (without a version: `offered` gives it one), the update that made it, and the judgement by parts
+    left out.
+    """
 
     model: MachineModel
     guilty: tuple[Guilty, ...]
@@ -26,7 +28,7 @@ class Refined:
 
     @property
     def reason(self) -> Wording:
-        """Why the model changed, for people."""
+        """Returns the reason of the change of the model, in words."""
         named = ", ".join(f"{one.error}" + (f" ({one.signal})" if one.signal else "") for one in self.guilty)
         far_off = int(self.updated.outlier.sum())
         if not named:
@@ -47,10 +49,10 @@ class Refined:
 def refine(
     model: MachineModel, seen: LeftOnParts, guilty: Sequence[ErrorName | Guilty], *, share: float = 1.0
 ) -> Refined:
-    """Refines the model by what it left on the parts, and judges it on parts and part types left out.
+    """Refines the model by its residuals on the parts, and judges it on parts and part types left out.
 
     `guilty` are the errors that the diagnosis holds wrong, which may move beyond their covariance. `share` is the part
-    of the change that is made [4773 §2.5]. Nothing is refused for being no better: ask `judged.better`, or
+    of the change that is made [4773 §2.5]. Nothing is refused for being no better: check `judged.better`, or
     `require_better`. Raises what `update` does.
     """
     named = guilty_ones(guilty)

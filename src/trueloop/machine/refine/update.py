@@ -1,4 +1,4 @@
-"""A machine's model refined from what it left on many parts [4773 §3.4], its own covariance being the prior.
+"""A machine's model refined from its residuals on many parts [4773 §3.4], its own covariance being the prior.
 
 Where parts were cut with COMP_MTG = −E_model, what is left along the normal is n · (E − E_model): to first order
 n · D · x, x being what the coefficients lack. So the coefficients move by the posterior mean of
@@ -9,7 +9,7 @@ with x ~ N(0, c² · covariance of the model + freedom of the guilty errors), c 
 gain of this update is the weight of [4773 §2.5]: little where the model is known well or the parts scatter, nearly 1
 where neither holds. Time constants of lags are considered and not moved (Schmidt 1966): their uncertainty stays,
 correlations with them count.
-It holds to first order, with the guilty errors named rightly; what it is worth parts left out say (`judged.py`).
+It holds to first order, with the guilty errors named rightly; its worth is judged by parts left out (`judged.py`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,13 +28,14 @@ from trueloop.units import UM_PER_MM
 SIZES = (0.0, *(2.0**k * 1e-3 for k in np.arange(-2, 7)))
 """RMS in mm along the normals of what a guilty error may lack, a set-up or a place may leave: what is tried."""
 WIDER = (1.0, 2.0, 4.0, 8.0, 16.0)
-"""By what the standard uncertainty of all coefficients may be too small: readings of a fit know nothing of its form."""
+"""The factors by which the standard uncertainty of all coefficients may be too small: readings of a fit know nothing of
+its form."""
 MODEL, SET_UP, PLACE = "model", "set-up", "place"
 
 
 @dataclass(frozen=True)
 class Updated:
-    """The model with its coefficients moved, and how it was done.
+    """The model with its coefficients moved, and the quantities of the update.
 
     `outlier` (n,) are points more than five standard deviations off, which hardly counted. `noise_mm`, `set_up_mm` and
     `place_mm` are standard deviations found: of a point, of a part's set-up, of what stays at a place whatever the
@@ -65,7 +66,7 @@ def update(
     share: float = 1.0,
     start: Mixed | None = None,
 ) -> Updated:
-    """The model after what it left on the parts: its coefficients moved by `share` of the change [4773 §2.5].
+    """Updates the model by its residuals on the parts: its coefficients moved by `share` of the change [4773 §2.5].
 
     Raises DIA-FEW for fewer than three parts, MCH-SHAPE for points that do not belong together, MCH-AXIS for a guilty
     error that the machine does not have, MCH-SIGNAL where a temperature is not given.

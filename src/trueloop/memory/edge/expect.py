@@ -69,7 +69,7 @@ def remembered(history: Sequence[MadePart], options: MemoryOptions) -> tuple[Mad
 
 
 def _confirmed(learned: Sequence[MadePart], command_mm: Array) -> bool:
-    """Returns an inspected part has shown the effect of a correction of about this size."""
+    """Returns whether an inspected part has shown the effect of a correction of about this size."""
     shown = [part.correction_mm for part in learned if part.uncorrected_mm is not None]
     largest = max((_largest(taken) for taken in shown if taken is not None), default=0.0)
     return largest > 0 and largest >= CONFIRMS * _largest(command_mm)

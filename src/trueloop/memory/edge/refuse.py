@@ -129,13 +129,13 @@ def _unseen(today: MadePart, contact_angle_rad: Array, nearest: Array, options: 
 
 
 def _differs(value: float | None, others: Sequence[float | None]) -> bool:
-    """Returns a stated value is by more than 10 % off the median of the others that are stated."""
+    """Returns whether a stated value is by more than 10 % off the median of the others that are stated."""
     stated = [other for other in others if other is not None]
     return value is not None and bool(stated) and abs(value / float(np.median(stated)) - 1) > 0.1
 
 
 def _order_in_doubt(parts: Sequence[MadePart]) -> bool:
-    """Returns a part's place was doubted, two parts have one place in the order, or the edge's age falls."""
+    """Returns whether a part's place was doubted, two parts have one place in the order, or the edge's age falls."""
     if any(part.order_in_doubt for part in parts):
         return True
     order = [part.order for part in parts]

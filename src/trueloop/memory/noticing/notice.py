@@ -99,7 +99,7 @@ class _Found:
         return self.rest < BY_CHANCE, not self.slip, of_memory, self.alarm.probability
 
     def raised(self) -> bool:
-        """Returns the alarm is raised. A test of a gain that results in one near 1, or of memory's share in one that no
+        """Returns whether the alarm is raised. A test of a gain that gives one near 1, or of memory's share one that no
         slip makes, has detected something else: level and shape decide whether it is unusual.
         """
         meant = self.gain is None or (self.slip if self.alarm.what is What.MEMORY_GAIN else self.wrong_gain())

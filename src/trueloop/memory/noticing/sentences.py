@@ -16,7 +16,7 @@ NEAR: Final = 0.12
 
 
 def is_slip(gain: float, slips: tuple[float, ...] = SLIPS) -> bool:
-    """Returns a slip in the shop makes such a share of a correction arrive."""
+    """Returns whether a slip in the shop makes such a share of a correction arrive."""
     return any(abs(gain - known) < NEAR for known in slips)
 
 

@@ -1,4 +1,4 @@
-"""What the corrector left on the virtual lathe, cause by cause: what the tool's path is off by in the cuts.
+"""The residuals of the corrector on the virtual lathe, cause by cause: the errors of the tool's path in the cuts.
 
 Only here is the truth asked. Components along the normal of the path, µm RMS; they add up along the path, not in RMS.
 """
@@ -23,7 +23,7 @@ def causes_um(
     set_mm: Array,
     cuts: Sequence[Flags],
 ) -> dict[str, float]:
-    """RMS of each, over all periods that cut.
+    """Returns the RMS of each, over all periods that cut.
 
     `warm` and `signals`, what sensors without noise would say, are those of each period; `set_mm` is what setting the
     tool took out.
@@ -44,7 +44,7 @@ def causes_um(
 
 
 def _normal_rms_um(off_mm: Array, run: DrivenRun, cuts: Sequence[Flags]) -> float:
-    """Along the normal of the commanded path; its mean stays in."""
+    """Returns the RMS along the normal of the commanded path; its mean stays in."""
     found = []
     for cut in cuts:
         along = np.gradient(run.command_mm[cut][:, ::2], axis=0)

@@ -1,4 +1,4 @@
-"""From what the drives did to the part: the lathe's truth, the nose's envelope, the virtual measuring machine.
+"""From the motions of the drives to the part: the lathe's truth, the nose's envelope, the virtual measuring machine.
 
 Three parts are compared that differ in nothing but what is said: the same drift of the process, the same noise of the
 measuring machine. Lengths in mm, X a radius, part errors positive where material is left on.
@@ -28,7 +28,7 @@ MARGIN_MM: Final = 0.6
 """From the ends of every feature: corners are not judged."""
 
 PROCESS: Final = Repeatability(along_mm=0.0012, correlation_mm=1.0)
-"""What does not repeat along a cut: that of the parts of [6811] (`simulator/presets.py`)."""
+"""The parts of the process that do not repeat along a cut: those of [6811] (`simulator/presets.py`)."""
 
 CMM: Final = VirtualCmm(frame_mm=0.0003, tilt_rad=2e-6, mpe_mm=0.0009, mpe_per_mm=0.9e-3 / 350)
 
@@ -56,24 +56,28 @@ class MeasuredPart:
 
     @property
     def rms_um(self) -> float:
-        """Of what was measured."""
+        """Returns the RMS of the measured errors."""
         return float(1e3 * np.sqrt(np.mean(self.measured_mm**2)))
 
     @property
     def worst_um(self) -> float:
-        """Of what was measured."""
+        """Returns the largest of the measured errors."""
         return float(1e3 * np.abs(self.measured_mm).max())
 
 
 def nose_positions(lathe: WarmLathe, drives: Drives, warm: WarmUp, set_mm: Array) -> Array:
-    """Where the nose's centre was, (n, 2), part coordinates; `set_mm` is what setting the tool took out."""
+    """Returns the positions of the nose's centre, (n, 2), part coordinates; `set_mm` is what setting the tool took
+    out.
+    """
     tool = -np.array(TOOL_OFFSET_MM)
     at = lathe.tool_mm(drives.position_mm, tool, warm.at(drives.time_s))
     return np.asarray(at - [0.0, WORK_ZERO_Z_MM] - set_mm)
 
 
 def setting_mm(lathe: WarmLathe, cold: WarmUp, correction_mm: Array) -> Array:
-    """By how much the tool is off where it is set, (2,), with what the corrector adds there: setting takes it out."""
+    """Returns by how much the tool is off where it is set, (2,), with the corrector's addition there: setting takes it
+    out.
+    """
     commanded = np.array(SET_AT_MM) + TOOL_OFFSET_MM + [0.0, WORK_ZERO_Z_MM]
     slides = commanded + correction_mm + 0.5 * np.array([lathe.lost.x_mm, lathe.lost.z_mm])
     error = lathe.error_mm(slides[None], -np.array(TOOL_OFFSET_MM), cold.at(np.zeros(1)))[0]
@@ -81,7 +85,7 @@ def setting_mm(lathe: WarmLathe, cold: WarmUp, correction_mm: Array) -> Array:
 
 
 def set_position(run: DrivenRun, cold: Mapping[str, Array]) -> DrivenRun:
-    """Two periods of a run that comes to where the tool is set, the way the tool is set there."""
+    """Returns two periods of a run that comes to where the tool is set, in the direction in which it is set there."""
     at = np.array(SET_AT_MM) + TOOL_OFFSET_MM + [0.0, WORK_ZERO_Z_MM]
     command = np.array([[at[0] + 1.0, 0.0, at[1] + 1.0], [at[0], 0.0, at[1]]])
     tool = np.array([-TOOL_OFFSET_MM[0], 0.0, -TOOL_OFFSET_MM[1]])
@@ -90,7 +94,7 @@ def set_position(run: DrivenRun, cold: Mapping[str, Array]) -> DrivenRun:
 
 
 def gauging_points(profile: Profile) -> GaugingPoints:
-    """Two points a millimetre of what the nose reaches of every feature, away from its ends."""
+    """Returns two gauging points a millimetre of what the nose reaches of every feature, away from its ends."""
     spacing = {
         f.name: Spacing(max(2, round(POINTS_PER_MM * f.length_mm)), MARGIN_MM, MARGIN_MM) for f in profile.features
     }
@@ -98,7 +102,7 @@ def gauging_points(profile: Profile) -> GaugingPoints:
 
 
 def measured_part(nose_mm: Array, cuts: Sequence[Flags], points: GaugingPoints, seed: int) -> MeasuredPart:
-    """The part that a nose leaves whose centre was there, measured."""
+    """Returns the part that a nose leaves whose centre was there, measured."""
     paths = [path_of_positions(nose_mm[cut]) for cut in cuts]
     rng = np.random.default_rng(seed)
     cut = _cut(paths, PROCESS, rng)

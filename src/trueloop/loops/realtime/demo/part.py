@@ -20,10 +20,10 @@ WORK_ZERO_Z_MM: Final = -90.0
 """Z of the part's free end in the machine's coordinates: G54."""
 
 TOOL_OFFSET_MM: Final = (12.0, 30.0)
-"""Of the nose's centre, X a radius: the axes stand that much farther than the nose."""
+"""The offset of the nose's centre, X a radius: the axes stand that much farther than the nose."""
 
 SET_AT_MM: Final = (25.0, -30.0)
-"""Where the tool was set, part coordinates: the machine cold, coming towards the axis and the chuck."""
+"""The point where the tool was set, part coordinates: the machine cold, coming towards the axis and the chuck."""
 
 FEED_MM_PER_MIN, RAPID_BETWEEN_MM = 300.0, 8.0
 CHUCK_SIDE: Final = 3
@@ -39,7 +39,7 @@ class DemoProgram:
 
 
 def demo_profile() -> Profile:
-    """Collar, step, cone, cylinder and dome; mm, radii, the free end at z = 0."""
+    """Returns collar, step, cone, cylinder and dome; mm, radii, the free end at z = 0."""
     return checked_profile(
         [
             Line("collar", (36.0, -66.0), (36.0, -56.0)),
@@ -52,7 +52,9 @@ def demo_profile() -> Profile:
 
 
 def demo_program(profile: Profile, dwell_s: float = 10.0) -> DemoProgram:
-    """Both cuts at one feed; between them the tool goes round the part and waits while the machine grows."""
+    """Returns the program of both cuts at one feed; between them the tool goes round the part and waits while the
+    machine grows.
+    """
     centre = nose_centre_path(profile, NOSE_RADIUS_MM).features
     inwards = [feature.reversed() for feature in reversed(centre[CHUCK_SIDE:])]
     outwards = list(centre[:CHUCK_SIDE])
@@ -77,7 +79,7 @@ def demo_program(profile: Profile, dwell_s: float = 10.0) -> DemoProgram:
 
 
 def _approach(first: Feature, far_mm: float, off_x_mm: float, off_z_mm: float) -> list[str]:
-    """To beside the first feature, and on to its start in the direction in which it is cut."""
+    """Returns the blocks to beside the first feature, and on to its start in the direction in which it is cut."""
     x, z = first.start_mm
     return [
         f"G0 X{far_mm:.3f}",
@@ -88,7 +90,7 @@ def _approach(first: Feature, far_mm: float, off_x_mm: float, off_z_mm: float) -
 
 
 def _moves(features: Sequence[Feature]) -> list[str]:
-    """Feed moves along lines and arcs, X a radius, centres from the starts."""
+    """Returns feed moves along lines and arcs, X a radius, centres from the starts."""
     found = []
     for feature in features:
         end = f"X{feature.end_mm[0]:.6f} Z{feature.end_mm[1]:.6f}"
