@@ -1,4 +1,4 @@
-"""What a user may choose about the correction of a turned part."""
+"""The user's options of the correction of a turned part."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
@@ -15,7 +15,7 @@ Roughing: TypeAlias = Literal["moves", "stays"]
 
 @dataclass(frozen=True)
 class Options(FitOptions):
-    """How to compensate: the choices of the fit, and these. Lengths in mm.
+    """The options of a compensation: the choices of the fit, and these. Lengths in mm.
 
     `offset_is_diameter` says how the control reads tool offsets on X; None: as the program's X words. `tool` is the
     number of the finishing tool's offset, `tip` the orientation of the tip that the program moves without G41 or G42.

@@ -173,8 +173,8 @@ def _other_part(model: MachineModel, part: BothSeen) -> TrueloopError | None:
 
 
 def _moved(model: MachineModel, part: BothSeen) -> TrueloopError | None:
-    """Returns the refusal where a large rigid motion explains the differences of both devices, though their frames were not
-    determined anew.
+    """Returns the refusal where a large rigid motion explains the differences of both devices, though their frames
+    were not determined anew.
     """
     if part.new_frame or len(part.points) < 7:
         return None

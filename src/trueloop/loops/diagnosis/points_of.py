@@ -69,7 +69,9 @@ def _hints(inspection: Inspection) -> Iterator[_Hint]:
 
 
 def _of_point(point: CmmPoint) -> Iterator[_Hint]:
-    """Yields the evidence of a point, named by the line that place and normal make: its own name may be that of the point alone."""
+    """Yields the evidence of a point, named by the line that place and normal make: its own name may be that of the
+    point alone.
+    """
     if point.nominal_mm is None or point.outward_normal is None:
         return
     x, y, z = point.nominal_mm

@@ -1,4 +1,4 @@
-"""Covariances of part errors at several places, cause by cause: what `error_curve.budget` has at single ones.
+"""Covariances of part errors at several places, cause by cause, as `error_curve.budget` has at single ones.
 
 A size that takes several places (a length between two faces, the angle of a cone) needs to know what its places have in
 common: what moves a whole cut moves both faces alike and changes no length.
@@ -43,15 +43,17 @@ class Covariance:
 
     @property
     def parts(self) -> tuple[Array, Array]:
-        """Both."""
+        """Returns both parts."""
         return self.found, self.stated
 
     def with_stated(self, more: Array) -> "Covariance":
-        """With a further cause that is stated, (n, n)."""
+        """Returns the covariance with a further cause that is stated, (n, n)."""
         return Covariance(self.found, self.stated + more, self.degrees_of_freedom)
 
     def with_measured(self, at: NDArray[np.intp], standard_u_mm: Array) -> "Covariance":
-        """With errors at some of the places that were measured there: known by themselves, not from the curve."""
+        """Returns the covariance with errors at some of the places that were measured there: known by themselves, not
+        from the curve.
+        """
         found, stated = self.found.copy(), self.stated.copy()
         for part in (found, stated):
             part[at, :] = part[:, at] = 0.0
@@ -59,7 +61,8 @@ class Covariance:
         return Covariance(found, stated, self.degrees_of_freedom)
 
     def of(self, gains: Array) -> tuple[Array, list[int | None]]:
-        """Standard uncertainties of sizes with these gains (m, n), and the effective degrees of freedom of each.
+        """Returns the standard uncertainties of sizes with these gains (m, n), and the effective degrees of freedom of
+        each.
 
         By Welch and Satterthwaite, what is stated being as good as known from infinitely many [GUM G.4].
         """
@@ -76,7 +79,7 @@ class Covariance:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Places of a profile with what the curves say there: feature index, arc length, normals (n, 2)."""
+    """The places of a profile with the values of the curves there: feature index, arc length, normals (n, 2)."""
 
     model: ProfileErrorModel
     feature_index: NDArray[np.intp]
@@ -84,28 +87,28 @@ class Places:
 
     @property
     def outward_normal(self) -> Array:
-        """Outward normals, (n, 2)."""
+        """Returns the outward normals, (n, 2)."""
         features = self.model.profile.features
         return np.array([features[i].outward_normal(s) for i, s in _one_by_one(self)])
 
     @property
     def nominal_mm(self) -> Array:
-        """Nominal points (x as a radius, z), (n, 2)."""
+        """Returns the nominal points (x as a radius, z), (n, 2)."""
         features = self.model.profile.features
         return np.array([features[i].point_mm(s) for i, s in _one_by_one(self)])
 
     @property
     def curve_mm(self) -> Array:
-        """The fitted error of the process, (n,)."""
+        """Returns the fitted error of the process, (n,)."""
         return self.each(lambda curve, s: curve.value_mm(s))
 
     @property
     def expected_mm(self) -> Array:
-        """What the next cut would have had nothing been corrected, (n,)."""
+        """Returns the expected error of the next cut, had nothing been corrected, (n,)."""
         return self.each(ErrorCurve.expected_mm)
 
     def each(self, of: CurveFunction) -> Array:
-        """A function of every place's curve and its arc length there, (n,)."""
+        """Evaluates a function of every place's curve and its arc length there, (n,)."""
         found = np.zeros(len(self.feature_index))
         for i in np.unique(self.feature_index):
             rows = self.feature_index == i
@@ -118,14 +121,18 @@ class Places:
 
 
 def of_measured_part(places: Places) -> Covariance:
-    """Of the errors of the part that was touched: the curve's, and what it scatters by between its touches."""
+    """Returns the covariance of the errors of the part that was touched: the curve's, and the scatter between its
+    touches.
+    """
     found, estimated = _of_curves(places)
     scatter = places.each(lambda curve, s: np.full(len(s), curve.repeatability_mm**2))
     return Covariance(found + np.diag(scatter), estimated, _freedom(places.model))
 
 
 def of_next_cut(places: Places, unasked: tuple[Shift, ...]) -> Covariance:
-    """Of the next cut's errors about what is expected of it; `unasked` as `loops.turned.correction` has it."""
+    """Returns the covariance of the next cut's errors about the expected ones; `unasked` as `loops.turned.correction`
+    has it.
+    """
     found, estimated = _of_curves(places)
     repeatability = places.each(lambda curve, s: np.full(len(s), curve.repeatability_mm))
     share = _reference_share(places)
@@ -145,7 +152,7 @@ def _freedom(model: ProfileErrorModel) -> int | None:
 
 
 def _of_curves(places: Places) -> tuple[Array, Array]:
-    """Covariance of the fitted curves: of touched features, and of those that were estimated."""
+    """Returns the covariance of the fitted curves: of touched features, and of those that were estimated."""
     n, curves = len(places.feature_index), [places.model.curves[i] for i in places.feature_index]
     chain = np.array([id(curve.spline) for curve in curves])
     total, reference = np.zeros((n, n)), np.zeros(n)
@@ -172,7 +179,9 @@ def _same_feature(places: Places) -> Array:
 
 
 def _reference_share(places: Places) -> Array:
-    """By how much the errors fall where the touch that the part's z is taken from has material left on, (n,)."""
+    """Returns by how much the errors fall where the touch that the part's z is taken from has material left on,
+    (n,).
+    """
     at = places.model.vectors.at_reference
     facing = places.model.vectors.outward_normal[at]
     return places.outward_normal[:, 1] / facing[0, 1] if len(facing) else np.zeros(len(places.feature_index))
@@ -187,7 +196,7 @@ def _whole_cut(places: Places) -> Array:
 
 
 def _alike_over_mm(feature: Feature) -> float:
-    """How far along a feature the cut's own differences stay alike."""
+    """Returns how far along a feature the cut's own differences stay alike."""
     curvature = abs(float(feature.curvature_per_mm(0.0)))
     return min(feature.length_mm, ALIKE_RAD / curvature if curvature > 0.0 else np.inf)
 
@@ -199,7 +208,7 @@ def _along_cut(places: Places, share: Array) -> Array:
 
 
 def _alike(places: Places) -> Array:
-    """How far what a cut does otherwise is the same at two places, (n, n)."""
+    """Returns the correlation of a cut's own differences at two places, (n, n)."""
     length = np.array([_alike_over_mm(places.model.profile.features[i]) for i in places.feature_index])
     apart = np.abs(np.subtract.outer(places.arc_length_mm, places.arc_length_mm))
     return np.asarray(_same_feature(places) * np.exp(-apart / length))

@@ -17,7 +17,9 @@ DRAWS: Final = 10_000
 
 
 def judged(asked: Characteristic, sizes: Measurand, error_mm: Array, covariance: Covariance) -> Judgement:
-    """One size by its distribution; of several, the one least likely to be in, and the probability that all are."""
+    """Judges one size by its distribution; of several, the one least likely to be in, and the probability that all
+    are.
+    """
     values = sizes.nominal + sizes.gains @ error_mm
     if asked.quantity is Quantity.FORM:
         return _form(asked, _drawn(values, sizes.gains, covariance))
@@ -35,7 +37,7 @@ def judged(asked: Characteristic, sizes: Measurand, error_mm: Array, covariance:
 
 
 def _together(asked: Characteristic, worst: Judgement, drawn: Array) -> Judgement:
-    """The worst size with the probability that all are in, and proven in only where that is proven."""
+    """Returns the worst size with the probability that all are in, and proven in only where that is proven."""
     low = -np.inf if asked.lower_limit is None else asked.lower_limit
     high = np.inf if asked.upper_limit is None else asked.upper_limit
     share = float(np.mean(np.all((drawn >= low) & (drawn <= high), axis=1)))
@@ -45,7 +47,9 @@ def _together(asked: Characteristic, worst: Judgement, drawn: Array) -> Judgemen
 
 
 def _form(asked: Characteristic, drawn: Array) -> Judgement:
-    """The range of what a fitted line or circle leaves: never negative, and so judged by its share alone."""
+    """Judges the range of the residuals of a fitted line or circle: never negative, and so judged by its share
+    alone.
+    """
     form = np.ptp(drawn, axis=1)
     upper, value = asked.upper_limit, float(np.mean(form))
     if upper is None:
@@ -56,7 +60,7 @@ def _form(asked: Characteristic, drawn: Array) -> Judgement:
 
 
 def _drawn(values: Array, gains: Array, covariance: Covariance) -> Array:
-    """Sizes of so many parts, (draws, m), the same in every run: what touches tell by Student's distribution."""
+    """Draws sizes of so many parts, (draws, m), the same in every run; those from touches by Student's distribution."""
     rng = np.random.default_rng(0)
     found, stated = (rng.standard_normal((DRAWS, len(part))) @ _root(part).T for part in covariance.parts)
     freedom = covariance.degrees_of_freedom
@@ -66,6 +70,6 @@ def _drawn(values: Array, gains: Array, covariance: Covariance) -> Array:
 
 
 def _root(covariance: Array) -> Array:
-    """R with R Rᵀ = covariance."""
+    """Returns R with R Rᵀ = covariance."""
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

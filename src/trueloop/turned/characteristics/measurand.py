@@ -51,7 +51,7 @@ class Measurand:
 def measurand(
     profile: Profile, asked: Characteristic, touches: NDArray[np.intp], part_zero_z_mm: float = 0.0
 ) -> Measurand:
-    """The sizes that a characteristic asks for; `touches` counts those on every feature of the profile.
+    """Returns the sizes of a characteristic; `touches` counts those on every feature of the profile.
 
     A feature is looked at in as many places as it was touched in, so that what scatters from touch to touch averages
     out as far as touches show. `part_zero_z_mm` is z of the part's zero in the frame of the profile. Raises TOL-FEATURE
@@ -77,7 +77,7 @@ def measurand(
 
 
 def feature_index(profile: Profile, asked: Characteristic, name: str | None = None) -> int:
-    """Where the profile has the feature of a characteristic, or another one it names."""
+    """Returns the index in the profile of the feature of a characteristic, or of another one it names."""
     name = asked.feature if name is None else name
     if name not in profile.names:
         raise TrueloopError(
@@ -90,7 +90,7 @@ def feature_index(profile: Profile, asked: Characteristic, name: str | None = No
 
 
 def no_such(asked: Characteristic, why: str, hint: str) -> TrueloopError:
-    """A characteristic that its feature cannot have."""
+    """Returns the refusal of a characteristic that its feature cannot have."""
     return TrueloopError(
         Code.TOL_PLACE,
         f"characteristic {asked.name!r} of feature {asked.feature!r}: {why}",
@@ -116,7 +116,7 @@ def _diameter(index: int, feature: Feature, asked: Characteristic, touches: int)
 def _length(
     profile: Profile, index: int, asked: Characteristic, touches: NDArray[np.intp], part_zero_z_mm: float
 ) -> Measurand:
-    """From the other face, or from the part's zero; always positive."""
+    """Returns the length from the other face, or from the part's zero; always positive."""
     faces = [index, *([feature_index(profile, asked, asked.other)] if asked.other else [])]
     if len(set(faces)) < len(faces):
         raise no_such(asked, "a length needs a second face", "`other` names the face that it counts from")
@@ -140,7 +140,7 @@ def _length(
 
 
 def _angle(index: int, feature: Feature, asked: Characteristic, touches: int) -> Measurand:
-    """To the axis, 0 to 90 degrees: half of a cone's own angle."""
+    """Returns the angle to the axis, 0 to 90 degrees: half of a cone's own angle."""
     s = spread(feature, max(touches, LEAST_PLACES))
     along_x, along_z = feature.tangent(0.0)
     if not isinstance(feature, Line) or min(abs(along_x), abs(along_z)) < ALONG:
@@ -152,7 +152,7 @@ def _angle(index: int, feature: Feature, asked: Characteristic, touches: int) ->
 
 
 def _radius(index: int, feature: Feature, asked: Characteristic, touches: int) -> Measurand:
-    """Of the least-squares circle, its centre free."""
+    """Returns the radius of the least-squares circle, its centre free."""
     if not isinstance(feature, Arc):
         raise no_such(asked, "it is no arc", "of a cylinder or a cone, ask for a diameter")
     s = spread(feature, max(touches, LEAST_PLACES))
@@ -161,7 +161,7 @@ def _radius(index: int, feature: Feature, asked: Characteristic, touches: int) -
 
 
 def _form(index: int, feature: Feature, touches: int) -> Measurand:
-    """What a fitted line, or the circle of an arc, leaves at every place; the form is its range.
+    """Returns the residual of a fitted line, or of the circle of an arc, at every place; the form is its range.
 
     A curve is moved along z, the one way in which a turned surface can be: its form is its profile deviation.
     """
@@ -176,7 +176,7 @@ def _form(index: int, feature: Feature, touches: int) -> Measurand:
 
 
 def _circle(feature: Arc, s: Array) -> Array:
-    """How the error follows the radius and the centre of a circle, (n, 3)."""
+    """Returns the error by the radius and the centre of a circle, (n, 3)."""
     convex = math.copysign(1.0, feature.sweep_rad)
     return np.column_stack([np.full(len(s), convex), feature.outward_normal(s)])
 
@@ -187,7 +187,7 @@ def spread(feature: Feature, count: int) -> Array:
 
 
 def _arc_length_at(feature: Feature, asked: Characteristic, z_mm: float) -> float:
-    """Where a feature passes a z; the one place of it."""
+    """Returns the arc length at which a feature passes a z; the one place of it."""
     found = [s for s in _crossings(feature, z_mm) if -1e-9 <= s <= feature.length_mm + 1e-9]
     if len(found) != 1:
         ends = f"it runs from z {feature.start_mm[1]:.3f} to {feature.end_mm[1]:.3f} mm"

@@ -21,13 +21,13 @@ FACTOR_WITHIN: Final = 0.02
 
 
 def profile_has(asked: Characteristic, profile: Profile) -> float:
-    """What a characteristic is on the nominal profile, mm or degrees. Raises TOL-FEATURE and TOL-PLACE."""
+    """Returns the nominal of a characteristic on the profile, mm or degrees. Raises TOL-FEATURE and TOL-PLACE."""
     untouched = np.zeros(len(profile.features), dtype=np.intp)
     return float(measurand(profile, asked, untouched).nominal[0])
 
 
 def with_nominal(asked: Characteristic, nominal: float | None, profile: Profile) -> Characteristic:
-    """The same with its nominal: the given one, or the profile's."""
+    """Returns the characteristic with its nominal: the given one, or the profile's."""
     has = profile_has(asked, profile)
     if nominal is None:
         return replace(asked, nominal=has)
@@ -41,7 +41,9 @@ def with_nominal(asked: Characteristic, nominal: float | None, profile: Profile)
 def checked(
     asked: Characteristic, lower: float | None, upper: float | None, tolerance: str, profile: Profile
 ) -> Characteristic:
-    """The same with its limits. Raises TOL-ZONE where they hold nothing between them, or not what the profile has."""
+    """Returns the characteristic with its limits. Raises TOL-ZONE where they hold nothing between them, or not the
+    profile's nominal.
+    """
     unit, limits = asked.quantity.unit, (lower, upper)
     words = " to ".join("…" if one is None else f"{one:.4f}" for one in limits) + f" {unit}"
     if lower is not None and upper is not None and lower >= upper:
@@ -58,7 +60,9 @@ def checked(
 
 
 def usual(feature: Feature) -> Characteristic | None:
-    """What a drawing says of a feature of this shape, without a nominal; None of a face at z = 0, and of a curve."""
+    """Returns the characteristic that a drawing usually states of a feature of this shape, without a nominal; None of a
+    face at z = 0, and of a curve.
+    """
     if isinstance(feature, Curve):
         return None
     if isinstance(feature, Arc):
@@ -72,7 +76,9 @@ def usual(feature: Feature) -> Characteristic | None:
 
 
 def edge_of(profile: Profile, index: int) -> Edge:
-    """What general tolerances go by: an edge is broken by a convex arc of up to 90 degrees, tangent at both ends."""
+    """Returns a feature as general tolerances take it: a convex arc of up to 90 degrees, tangent at both ends, breaks
+    an edge.
+    """
     feature, last = profile.features[index], len(profile.features) - 1
     tangent = 0 < index < last and all(j.kind is JunctionKind.TANGENT for j in profile.junctions[index - 1 : index + 1])
     turns = feature.sweep_rad if isinstance(feature, Arc) else 0.0

@@ -29,7 +29,7 @@ PARALLEL_SINE: Final = 1e-7
 NEWTON_STEPS: Final = 30
 
 MEET_MM: Final = 1e-9
-"""Where two paths are this near they cross, however little the search has settled along them."""
+"""The distance, mm, within which two paths cross, however little the search has settled along them."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ class ShiftedFeature:
 
     @property
     def undisplaced(self) -> "ShiftedFeature":
-        """Itself; what a `compensation.displaced` one is made of."""
+        """Returns itself; a `compensation.displaced` feature returns the one it is made of."""
         return self
 
     def off_nominal_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """What the contour deviates by along the nominal normal, (...)."""
+        """Returns the deviation of the contour along the nominal normal, (...)."""
         return self.shift.value_mm(arc_length_mm)
 
     def contour_mm(self, arc_length_mm: ArrayLike) -> Array:
@@ -55,7 +55,7 @@ class ShiftedFeature:
         return self.feature.point_mm(s) + self.shift.value_mm(s)[..., None] * self.feature.outward_normal(s)
 
     def tangent(self, arc_length_mm: ArrayLike) -> Array:
-        """Unit tangent of the compensated contour, and of the centre path, (...) → (..., 2)."""
+        """Returns the unit tangent of the compensated contour, and of the centre path, (...) → (..., 2)."""
         s = np.asarray(arc_length_mm, dtype=np.float64)
         along = 1 + self.feature.curvature_per_mm(s) * self.shift.value_mm(s)
         across = self.shift.slope(s)
@@ -80,13 +80,13 @@ class CentrePiece:
 
 
 def shifted_contour(profile: Profile, shifts: Sequence[Shift], nose_radius_mm: float) -> tuple[ShiftedFeature, ...]:
-    """The profile with each feature moved by its shift."""
+    """Returns the profile with each feature moved by its shift."""
     pairs = zip(profile.features, shifts, strict=True)
     return tuple(ShiftedFeature(feature, shift, nose_radius_mm) for feature, shift in pairs)
 
 
 def centre_pieces(profile: Profile, contour: Sequence[ShiftedFeature]) -> tuple[CentrePiece, ...]:
-    """Where on each feature the nose-centre path goes over to the next: the crossing of neighbouring centre paths.
+    """Returns the pieces of the nose-centre path, each from and to the crossing with its neighbour's centre path.
 
     At a convex corner the path runs on beyond the feature to the crossing, as shop programs do; at a concave one it
     stops short of the corner. The free ends stay at the feature's ends, as do those of features that are apart.
@@ -98,7 +98,8 @@ def centre_pieces(profile: Profile, contour: Sequence[ShiftedFeature]) -> tuple[
 
 
 def reaches_mm(shifted: ShiftedFeature, along_mm: float, at_end: bool) -> float:
-    """Arc length at which the centre path passes the perpendicular through a point `along_mm` beyond a free end.
+    """Returns the arc length at which the centre path passes the perpendicular through a point `along_mm` beyond a free
+    end.
 
     The hypothetical neighbour of a profile's free end is a cut square to it [6811 §3.4]; this is where it is met. A
     displacement of the whole path takes the end along.
@@ -119,7 +120,8 @@ def reaches_mm(shifted: ShiftedFeature, along_mm: float, at_end: bool) -> float:
 
 
 def _crossing(before: ShiftedFeature, after: ShiftedFeature, kind: JunctionKind) -> tuple[float, float]:
-    """Arc lengths (on `before`, on `after`) where their centre paths cross, nearest to the corner between them.
+    """Returns the arc lengths (on `before`, on `after`) where their centre paths cross, nearest to the corner between
+    them.
 
     Features that are apart keep their ends. Tangent ones that rounding keeps from crossing near there go over into each
     other where they end.
@@ -147,14 +149,14 @@ def _crossing(before: ShiftedFeature, after: ShiftedFeature, kind: JunctionKind)
 
 
 def _side_by_side(before: ShiftedFeature, after: ShiftedFeature, at: tuple[float, float]) -> tuple[float, float]:
-    """Arc lengths at which two centre paths that run alike there are beside each other."""
+    """Returns the arc lengths at which two centre paths that run alike there are beside each other."""
     s, t = at
     half = 0.5 * float((after.centre_mm(t) - before.centre_mm(s)) @ before.tangent(s))
     return s + half / _stretch(before, s), t - half / _stretch(after, t)
 
 
 def _first_guess(before: ShiftedFeature, after: ShiftedFeature, tangent: bool) -> tuple[float, float]:
-    """The corner itself, moved by R tan(θ/2) along both features: exact for two lines."""
+    """Returns the corner itself, moved by R tan(θ/2) along both features: exact for two lines."""
     end = before.feature.length_mm
     if tangent:
         return end, 0.0
@@ -165,7 +167,7 @@ def _first_guess(before: ShiftedFeature, after: ShiftedFeature, tangent: bool) -
 
 
 def _stretch(shifted: ShiftedFeature, s: float) -> float:
-    """Length of the centre path per length of nominal arc, near enough for Newton's steps: 1 + κ R."""
+    """Returns the length of the centre path per length of nominal arc, near enough for Newton's steps: 1 + κ R."""
     if isinstance(shifted.feature, Line):
         return 1.0
     return 1.0 + float(shifted.feature.curvature_per_mm(s)) * shifted.nose_radius_mm

@@ -1,4 +1,4 @@
-"""Is a tool offset enough? Per axis, by a test on the data, said in words [6811 §3.2].
+"""The decision whether a tool offset is enough: per axis, by a test on the data, in words [6811 §3.2].
 
 A constant offset (dX, dZ) explains the errors e = dX n_x + dZ n_z. Where what it leaves scatters no more than the
 process repeats (one-sided F test on the variance ratio), or less than the control can resolve, the program's
@@ -30,8 +30,8 @@ AS_NORMAL: Final = 1e9
 
 @dataclass(frozen=True)
 class AxisDecision:
-    """What one axis needs. `offset_mm` is to be added to the tool's offset, a radius on X, `expanded_u_mm` its expanded
-    uncertainty (95 %); None: what was measured does not determine it. `p_value` nan: no test.
+    """The decision on one axis. `offset_mm` is to be added to the tool's offset, a radius on X, `expanded_u_mm` its
+    expanded uncertainty (95 %); None: what was measured does not determine it. `p_value` nan: no test.
     """
 
     axis: str
@@ -46,7 +46,7 @@ class AxisDecision:
 @by_content
 @dataclass(frozen=True)
 class Decision:
-    """Both axes. `offset_is_enough` when neither needs a changed contour.
+    """The decision on both axes. `offset_is_enough` when neither needs a changed contour.
 
     The offsets of the axes are changes, against what was in force when the errors were measured; `in_force_mm` (x as a
     radius, z) is that as an offset. `by` is what the user asked for, "contour" or "offset", or "auto": what the test
@@ -64,35 +64,37 @@ class Decision:
 
     @property
     def by_offset(self) -> bool:
-        """The tool offset takes the correction, and the contour stays as programmed."""
+        """Returns whether the tool offset takes the correction, and the contour stays as programmed."""
         return self.offset_is_enough if self.by == "auto" else self.by == "offset"
 
     @property
     def offset_is_enough(self) -> bool:
-        """Neither axis needs the contour changed."""
+        """Returns whether neither axis needs the contour changed."""
         return self.x.enough and self.z.enough
 
     @property
     def offset_mm(self) -> tuple[float, float]:
-        """The change of the tool offset (x as a radius, z) that takes out what a constant can."""
+        """Returns the change of the tool offset (x as a radius, z) that takes out the constant part."""
         return self.x.offset_mm, self.z.offset_mm
 
     @property
     def whole_offset_mm(self) -> tuple[float, float]:
-        """That on top of what was in force (x as a radius, z)."""
+        """Returns that change on top of the offset that was in force (x as a radius, z)."""
         return self.x.offset_mm + self.in_force_mm[0], self.z.offset_mm + self.in_force_mm[1]
 
     @property
     def expanded_u_mm(self) -> tuple[float | None, float | None]:
-        """The expanded uncertainty (95 %) of both (x as a radius, z); None: not determined by what was measured."""
+        """Returns the expanded uncertainty (95 %) of both (x as a radius, z); None: not determined by the
+        measurements.
+        """
         return self.x.expanded_u_mm, self.z.expanded_u_mm
 
     def leverage(self, outward_normal: Array) -> Array:
-        """By how much the offset along the normals (n, 2) of touches follows each touch's own error, (n,)."""
+        """Returns by how much the offset along the normals (n, 2) of touches follows each touch's own error, (n,)."""
         return _along(outward_normal, self.unit_covariance)
 
     def variance(self, outward_normal: Array) -> Array:
-        """Variance of the offset along normals (n, 2), per unit variance of a touch, (n,)."""
+        """Returns the variance of the offset along normals (n, 2), per unit variance of a touch, (n,)."""
         common = self.unit_covariance if self.common_covariance is None else self.common_covariance
         return _along(outward_normal, common)
 
@@ -117,7 +119,7 @@ def decide(
     *,
     common_u_mm: float = 0.0,
 ) -> Decision:
-    """Fits one offset to all touches and tests, axis by axis, what it leaves.
+    """Fits one offset to all touches and tests its residuals, axis by axis.
 
     What it leaves up to half of the control's step `resolution_mm` no contour could be written nearer to.
     `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
@@ -198,7 +200,7 @@ def _decide_axis(
 
 
 def _undetermined(axis: int, expanded_u_mm: float) -> AxisDecision:
-    """An axis of which the touches say less than they scatter by: no offset."""
+    """Returns the decision on an axis that the touches determine worse than they scatter: no offset."""
     words = wording(
         "{axis}: what was measured does not determine an offset along {axis} (± {u}); it stays as it is.",
         axis=AXES[axis],
@@ -208,7 +210,7 @@ def _undetermined(axis: int, expanded_u_mm: float) -> AxisDecision:
 
 
 def _offset_words(axis: int, offset_mm: float, expanded_u_mm: float) -> str:
-    """The offset with its U (95 %)."""
+    """Describes the offset with its U (95 %)."""
     value, u = Um(offset_mm, "+.1f"), Um(expanded_u_mm)
     words = wording("{offset} ± {u}", offset=value, u=u)
     return wording("{x} (on the radius)", x=words) if axis == 0 else words
@@ -219,5 +221,5 @@ def _coverage(degrees_of_freedom: float) -> float:
 
 
 def _upper_tail(ratio: float, over: float, under: float) -> float:
-    """P(F > ratio); the chi-square limit when the variance in the denominator is known."""
+    """Returns P(F > ratio); the chi-square limit when the variance in the denominator is known."""
     return float(chdtrc(over, ratio * over)) if np.isinf(under) else float(fdtrc(over, under, ratio))

@@ -21,7 +21,9 @@ STEP_MM: Final = 0.01
 
 @runtime_checkable
 class Displacement(Protocol):
-    """What is added to positions; a frozen dataclass, so that it can be stored with the path that it displaces."""
+    """A displacement added to positions; a frozen dataclass, so that it can be stored with the path that it
+    displaces.
+    """
 
     def displacement_mm(self, at_mm: Array) -> Array:
         """Positions (n, 2) in (x as a radius, z), mm, to what is added to them, (n, 2)."""
@@ -34,7 +36,7 @@ class Constant:
     offset_mm: tuple[float, float]
 
     def displacement_mm(self, at_mm: Array) -> Array:
-        """The offset, wherever."""
+        """Returns the offset, at every position."""
         return np.broadcast_to(np.asarray(self.offset_mm), at_mm.shape)
 
 
@@ -46,7 +48,7 @@ class Then:
     second: Displacement
 
     def displacement_mm(self, at_mm: Array) -> Array:
-        """Both added."""
+        """Returns the sum of both."""
         moved = self.first.displacement_mm(at_mm)
         return moved + self.second.displacement_mm(at_mm + moved)
 
@@ -59,11 +61,13 @@ class DisplacedFeature(ShiftedFeature):
 
     @property
     def undisplaced(self) -> ShiftedFeature:
-        """What is displaced."""
+        """Returns the feature that is displaced."""
         return ShiftedFeature(self.feature, self.shift, self.nose_radius_mm)
 
     def off_nominal_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """What the contour deviates by along the nominal normal, to first order, (...): to show and to judge it."""
+        """Returns the deviation of the contour along the nominal normal, to first order, (...): for display and
+        judgement.
+        """
         s = np.asarray(arc_length_mm, dtype=np.float64)
         normal = self.feature.outward_normal(s)
         moved = _of(self.displacement, self.feature.point_mm(s) + self.nose_radius_mm * normal)
@@ -80,7 +84,7 @@ class DisplacedFeature(ShiftedFeature):
         return at + _of(self.displacement, at)
 
     def tangent(self, arc_length_mm: ArrayLike) -> Array:
-        """Unit tangent of the displaced path, (...) → (..., 2)."""
+        """Returns the unit tangent of the displaced path, (...) → (..., 2)."""
         own = self.undisplaced
         along, at = own.tangent(arc_length_mm), own.centre_mm(arc_length_mm)
         ahead, behind = (_of(self.displacement, at + step * along) for step in (STEP_MM, -STEP_MM))
@@ -90,7 +94,7 @@ class DisplacedFeature(ShiftedFeature):
 
 
 def displaced_pieces(pieces: Sequence[CentrePiece], displacement: Displacement) -> tuple[CentrePiece, ...]:
-    """The pieces displaced. They meet where they met before: one position goes to one position."""
+    """Displaces the pieces. They meet where they met before: one position goes to one position."""
     return tuple(
         replace(piece, shifted=DisplacedFeature(p.feature, p.shift, p.nose_radius_mm, displacement))
         for piece in pieces
@@ -101,7 +105,9 @@ def displaced_pieces(pieces: Sequence[CentrePiece], displacement: Displacement) 
 def magnitude(
     shifted: ShiftedFeature, own: Shift, displacement: Displacement, arc_length_mm: Array
 ) -> tuple[Array, Array]:
-    """Size of a displacement added to a shift of the feature's own, and of its change along the feature, (n,) each."""
+    """Returns the size of a displacement added to a shift of the feature's own, and of its change along the feature,
+    (n,) each.
+    """
     plain, s = shifted.undisplaced, arc_length_mm
     normal = plain.feature.outward_normal(s)
     vector = _of(displacement, plain.centre_mm(s)) + own.value_mm(s)[:, None] * normal

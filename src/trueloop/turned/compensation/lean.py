@@ -1,4 +1,5 @@
-"""What an arc's correction owes to its own slope where errors follow the nose: a leaning contour is touched elsewhere.
+"""The term of an arc's correction from its own slope where errors follow the nose: a leaning contour is touched
+elsewhere.
 
 A worn nose errs by contact angle φ: the surface it leaves has the support function of what was commanded, plus E(φ).
 A touch at the nominal normal sees `e = E − e′²/2κ`, because the surface leans by e′ and was cut e′/κ further along; a
@@ -47,18 +48,19 @@ PLACES: Final = 257
 
 
 def of_curve(curve: ErrorCurve) -> Shift:
-    """An error curve as a shift: its own polynomials on the feature, its end tangents beyond."""
+    """Returns an error curve as a shift: its own polynomials on the feature, its end tangents beyond."""
     begins, coefficients = curve.pieces
     return Shift(begins, np.vstack([coefficients[:1], coefficients])).carried_straight(0.0, curve.length_mm)
 
 
 def to_take_out(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
-    """The error of one feature's curve with what its slope asks for besides: `e + e′²/κ`, on a line `e`."""
+    """Returns the error of one feature's curve with the term of its slope: `e + e′²/κ`, on a line `e`."""
     return weighted_sum(((1.0, of_curve(curve)), (1.0, of_slope(profile, index, curve))))
 
 
 def unasked_u_mm(term: Shift, arc_length_mm: ArrayLike) -> Array:
-    """Standard uncertainty of what is left where nobody says what the error follows, mm: the term's size over √3.
+    """Returns the standard uncertainty, mm, of the remainder where nothing states what the error follows: the term's
+    size over √3.
 
     `term` is that of `of_slope`, which was not taken out. An error that is partly the nose's leaves any part of it:
     zero to all of it alike [GUM 4.3.7], about zero.
@@ -67,7 +69,7 @@ def unasked_u_mm(term: Shift, arc_length_mm: ArrayLike) -> Array:
 
 
 def of_slope(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
-    """What the slope of one feature's curve asks for besides its error: `e′²/κ`, nothing on a line."""
+    """Returns the term of the slope of one feature's curve besides its error: `e′²/κ`, nothing on a line."""
     feature = profile.features[index]
     if isinstance(feature, Line):
         return ZERO
@@ -76,14 +78,14 @@ def of_slope(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
 
 
 def _along_arc(arc: Arc, curve: ErrorCurve) -> Shift:
-    """The term where κ is one number: the exact square of a piecewise polynomial."""
+    """Returns the term where κ is one number: the exact square of a piecewise polynomial."""
     curvature = float(arc.curvature_per_mm(0.0))
     per_rad = weighted_sum(((1.0 / curvature, of_curve(curve).derivative()),)).clipped(STEEPEST_MM_PER_RAD)
     return weighted_sum(((curvature, product(per_rad, per_rad)),)).clipped(MOST_MM)
 
 
 def _along_curve(feature: Curve, curve: ErrorCurve) -> Shift:
-    """The term with κ at each place, through `PLACES` of them."""
+    """Returns the term with κ at each place, through `PLACES` of them."""
     from scipy.interpolate import PchipInterpolator  # slow to import
 
     s = np.linspace(0.0, feature.length_mm, PLACES)
@@ -93,14 +95,16 @@ def _along_curve(feature: Curve, curve: ErrorCurve) -> Shift:
 
 
 def _per_rad_mm(feature: Feature, curve: ErrorCurve, arc_length_mm: Array) -> Array:
-    """The size of dE/dφ = e′/κ, the way of the contact along the feature, mm; at most `STEEPEST_MM_PER_RAD`."""
+    """Returns the size of dE/dφ = e′/κ, the way of the contact along the feature, mm; at most `STEEPEST_MM_PER_RAD`."""
     slope, curvature = np.abs(curve.slope(arc_length_mm)), np.abs(feature.curvature_per_mm(arc_length_mm))
     bounded = slope < STEEPEST_MM_PER_RAD * curvature
     return np.asarray(np.where(bounded, slope / np.where(bounded, curvature, 1.0), STEEPEST_MM_PER_RAD))
 
 
 def _fade(profile: Profile, index: int, curve: ErrorCurve, feature: Feature) -> Shift:
-    """A factor from 0 to 1: within `REACHES` times the way of the contact at the ends that join tangentially."""
+    """Returns a factor from 0 to 1: within `REACHES` times the way of the contact at the ends that join
+    tangentially.
+    """
     tangent = [False, *(junction.kind is JunctionKind.TANGENT for junction in profile.junctions), False]
     ends = np.array([0.0, feature.length_mm])
     reach = REACHES * _per_rad_mm(feature, curve, ends) * tangent[index : index + 2]
@@ -108,7 +112,7 @@ def _fade(profile: Profile, index: int, curve: ErrorCurve, feature: Feature) -> 
 
 
 def _smooth(end_mm: float, reach_mm: float) -> Shift:
-    """3u² − 2u³ of u = (s − end)/reach within [0, 1], 0 before and 1 after; 1 where nothing is reached."""
+    """Returns 3u² − 2u³ of u = (s − end)/reach within [0, 1], 0 before and 1 after; 1 where nothing is reached."""
     if reach_mm == 0.0:
         return constant(1.0)
     outside = [[0.0] * 4, [1.0, 0.0, 0.0, 0.0]]

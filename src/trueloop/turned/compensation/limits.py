@@ -34,7 +34,7 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
 
 
 def _rigid_shift(pieces: Sequence[CentrePiece], places: Sequence[Array], values: Sequence[Array]) -> Array:
-    """The shift (x, z) whose share n·d along all that is cut comes nearest to these values, (2,)."""
+    """Returns the shift (x, z) whose share n·d along all that is cut comes nearest to these values, (2,)."""
     lengths = [np.sqrt(max(float(s[-1] - s[0]), 0.0) / len(s)) for s in places]
     normals = [piece.shifted.feature.outward_normal(s) for piece, s in zip(pieces, places, strict=True)]
     rows = np.concatenate([length * normal for length, normal in zip(lengths, normals, strict=True)])
@@ -43,12 +43,12 @@ def _rigid_shift(pieces: Sequence[CentrePiece], places: Sequence[Array], values:
 
 
 def cut_mm(piece: CentrePiece) -> Array:
-    """Arc lengths over what the nose cuts of a feature, evenly, (n,)."""
+    """Returns evenly spaced arc lengths over the part of a feature that the nose cuts, (n,)."""
     return np.linspace(max(piece.start_mm, 0.0), min(piece.end_mm, piece.shifted.feature.length_mm), SAMPLES)
 
 
 def check_along(piece: CentrePiece, size_mm: Array, slope: Array, limits: Limits, what: str) -> None:
-    """The same of sizes and slopes at `cut_mm`, (n,)."""
+    """Checks sizes and slopes at `cut_mm`, (n,), against the limits."""
     feature = piece.shifted.feature
     for code, values, limit, unit, field in (
         (Code.CMP_SIZE, size_mm, limits.correction_mm, "µm", "correction_mm"),
@@ -84,7 +84,9 @@ def check_nose(pieces: Sequence[CentrePiece]) -> None:
 
 
 def _radius_left_mm(piece: CentrePiece) -> float:
-    """Least radius where a feature is concave, less how far it is moved out of the material there; else infinite."""
+    """Returns the least radius where a feature is concave, less its displacement out of the material there; else
+    infinite.
+    """
     feature = piece.shifted.feature
     s = np.linspace(0.0, feature.length_mm, SAMPLES)
     curvature = feature.curvature_per_mm(s)
@@ -93,7 +95,7 @@ def _radius_left_mm(piece: CentrePiece) -> float:
 
 
 def _cuts(piece: CentrePiece) -> bool:
-    """Whether any of the feature itself is cut."""
+    """Returns whether any of the feature itself is cut."""
     return max(piece.start_mm, 0.0) < min(piece.end_mm, piece.shifted.feature.length_mm)
 
 

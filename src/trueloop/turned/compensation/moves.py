@@ -35,7 +35,7 @@ class Move:
     sweep_rad: float = 0.0
 
     def distance_mm(self, points: Array) -> Array:
-        """Distance of points (n, 2) from the line or circle that carries the move."""
+        """Returns the distance of points (n, 2) from the line or circle that carries the move."""
         start, end = np.asarray(self.start_mm), np.asarray(self.end_mm)
         if self.centre_mm is not None:
             centre = np.asarray(self.centre_mm)
@@ -47,7 +47,7 @@ class Move:
         return np.abs(off_chord)
 
     def gap_mm(self, points: Array) -> Array:
-        """Distance of points (n, 2) from the move itself, which ends at its ends."""
+        """Returns the distance of points (n, 2) from the move itself, which ends at its ends."""
         start, end = np.asarray(self.start_mm), np.asarray(self.end_mm)
         to_ends: Array = np.minimum(*(np.linalg.norm(points - point, axis=1) for point in (start, end)))
         if self.centre_mm is None and self.start_mm == self.end_mm:
@@ -55,7 +55,7 @@ class Move:
         return np.where(self._beside(points), self.distance_mm(points), to_ends)
 
     def _beside(self, points: Array) -> Flags:
-        """Whether the nearest point of the line or circle belongs to the move."""
+        """Returns whether the nearest point of the line or circle belongs to the move."""
         if self.centre_mm is None:
             chord = np.asarray(self.end_mm) - np.asarray(self.start_mm)
             along = (points - np.asarray(self.start_mm)) @ chord
@@ -76,7 +76,9 @@ class SampledPath:
 
 
 def between(move: Move, start_mm: Point, end_mm: Point) -> Move:
-    """The move with other ends; an arc keeps its radius and its side, its centre follows. For small displacements."""
+    """Returns the move with other ends; an arc keeps its radius and its side, its centre follows. For small
+    displacements.
+    """
     if move.centre_mm is None:
         return Move(start_mm, end_mm)
     start, end = np.asarray(start_mm), np.asarray(end_mm)
@@ -93,7 +95,7 @@ def between(move: Move, start_mm: Point, end_mm: Point) -> Move:
 
 
 def within_quadrants(move: Move) -> tuple[Move, ...]:
-    """The move cut where its circle passes from one quadrant into the next; pieces under `SLIVER_MM` stay attached.
+    """Cuts the move where its circle passes from one quadrant into the next; pieces under `SLIVER_MM` stay attached.
 
     A control in single-quadrant mode takes no arc that goes beyond one [6811 §A.1.1].
     """
@@ -147,7 +149,7 @@ def _greedy(path: SampledPath, fit: Fit, fewer_than: int | None = None) -> tuple
 
 
 def _furthest(path: SampledPath, fit: Fit, first: int, last: int) -> int:
-    """The furthest sample that one fit reaches within tolerance: doubling steps, then halving."""
+    """Returns the furthest sample that one fit reaches within tolerance: doubling steps, then halving."""
     good, step = first + 1, 1
     while good < last and _holds(path, fit, first, min(good + step, last)):
         good = min(good + step, last)
@@ -168,7 +170,7 @@ def _holds(path: SampledPath, fit: Fit, first: int, last: int) -> bool:
 
 
 def _distance(moves: Sequence[Move], points: Array) -> Array:
-    """Distance of points from a chord, or from that arc of a pair on whose side of the joint they lie."""
+    """Returns the distance of points from a chord, or from that arc of a pair on whose side of the joint they lie."""
     if len(moves) == 1 or not len(points):
         return moves[0].distance_mm(points)
     first, second = moves
@@ -182,7 +184,7 @@ def _chord(path: SampledPath, first: int, last: int) -> tuple[Move, ...]:
 
 
 def _arc_pair(path: SampledPath, first: int, last: int) -> tuple[Move, ...]:
-    """The biarc with legs of equal length d: |v|² − 2 d v·(t₀ + t₁) − 2 d² (1 − t₀·t₁) = 0, v the chord."""
+    """Returns the biarc with legs of equal length d: |v|² − 2 d v·(t₀ + t₁) − 2 d² (1 − t₀·t₁) = 0, v the chord."""
     start, end = path.point_mm[first], path.point_mm[last]
     leaving, arriving = path.tangent[first], path.tangent[last]
     chord = end - start
@@ -194,7 +196,7 @@ def _arc_pair(path: SampledPath, first: int, last: int) -> tuple[Move, ...]:
 
 
 def _arc(start: Array, leaving: Array, end: Array) -> Move:
-    """The arc from `start` in direction `leaving` to `end`; a line where it is as good as straight."""
+    """Returns the arc from `start` in direction `leaving` to `end`; a line where it is as good as straight."""
     chord = end - start
     squared = float(chord @ chord)
     left = float(leaving[1] * chord[0] - leaving[0] * chord[1])
@@ -207,7 +209,7 @@ def _arc(start: Array, leaving: Array, end: Array) -> Move:
 
 
 def _arc_back(start: Array, end: Array, arriving: Array) -> Move:
-    """The arc from `start` to `end` that arrives in direction `arriving`."""
+    """Returns the arc from `start` to `end` that arrives in direction `arriving`."""
     mirrored = _arc(end, -arriving, start)
     return Move(mirrored.end_mm, mirrored.start_mm, mirrored.centre_mm, -mirrored.sweep_rad)
 

@@ -1,4 +1,4 @@
-"""What the finish cut is expected to leave at the gauging points. A prediction, not a measurement."""
+"""The expected error of the finish cut at the gauging points. A prediction, not a measurement."""
 
 from dataclasses import dataclass
 
@@ -23,12 +23,12 @@ class Prediction:
 
     @property
     def standard_u_mm(self) -> Array:
-        """Standard uncertainty of the next cut's error, all causes together, (n,)."""
+        """Returns the standard uncertainty of the next cut's error, all causes together, (n,)."""
         return self.budget.standard_u_mm
 
     @property
     def expanded_u_mm(self) -> Array:
-        """Half width of the band that holds the next cut's error with 95 %, (n,)."""
+        """Returns the half width of the band that holds the next cut's error with 95 %, (n,)."""
         return self.budget.expanded_u_mm
 
 
@@ -40,7 +40,9 @@ def predict(
     budget: Budget,
     weight: float,
 ) -> Prediction:
-    """Process error less w times what was fitted to it. What the semi-finish program commanded is no process error."""
+    """Predicts the process error less w times its fit. The deviation commanded by the semi-finish program is no process
+    error.
+    """
     return Prediction(
         before_mm=measured_mm,
         after_mm=process_mm - weight * fitted_mm,

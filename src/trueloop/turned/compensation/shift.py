@@ -1,4 +1,4 @@
-"""How far the commanded contour of one feature is moved along its outward normal, as a function of arc length.
+"""The displacement of the commanded contour of one feature along its outward normal, as a function of arc length.
 
 A shift is piecewise polynomials, and so are sums, products and the error curves that it is made of: all of it exact,
 up to the last bits of floating point.
@@ -33,19 +33,19 @@ class Shift:
 
     @property
     def origins_mm(self) -> Array:
-        """What each polynomial counts from, (m + 1,)."""
+        """Returns the origin of each polynomial, (m + 1,)."""
         return np.concatenate([self.breaks_mm[:1], self.breaks_mm]) if len(self.breaks_mm) else np.zeros(1)
 
     def value_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """The shift, same shape out as in."""
+        """Returns the shift; its shape out is that in."""
         return self._polynomial(self.coefficients_mm, arc_length_mm)
 
     def slope(self, arc_length_mm: ArrayLike) -> Array:
-        """Its change along the feature, mm per mm, same shape out as in."""
+        """Returns its change along the feature, mm per mm; its shape out is that in."""
         return self._polynomial(_derived(self.coefficients_mm), arc_length_mm)
 
     def derivative(self) -> "Shift":
-        """The slope as piecewise polynomials of their own."""
+        """Returns the slope as piecewise polynomials of their own."""
         return Shift(self.breaks_mm, _derived(self.coefficients_mm))
 
     def on_breaks(self, breaks_mm: Array) -> Array:
@@ -56,7 +56,7 @@ class Shift:
         return _recentred(self.coefficients_mm[piece], origins - self.origins_mm[piece])
 
     def carried_straight(self, start_mm: float, end_mm: float) -> "Shift":
-        """The same from one arc length to another, and beyond both along the tangents there."""
+        """Returns this shift from one arc length to another, and beyond both along the tangents there."""
         inner = self.breaks_mm[(self.breaks_mm > start_mm) & (self.breaks_mm < end_mm)]
         begins = np.concatenate([[start_mm], inner])
         piece = np.searchsorted(self.breaks_mm, begins, side="right")
@@ -66,7 +66,7 @@ class Shift:
         return Shift(np.append(begins, end_mm), np.vstack([rows[:1] * straight, rows, at_end * straight]))
 
     def clipped(self, most_mm: float) -> "Shift":
-        """The same, but never larger than this in size."""
+        """Returns this shift limited to this size."""
         breaks = np.union1d(self.breaks_mm, [s for sign in (1.0, -1.0) for s in self._reaches(sign * most_mm)])
         rows, ends = self.on_breaks(breaks), np.concatenate([breaks[:1] - 2.0, breaks, breaks[-1:] + 2.0])
         inside = self.value_mm((ends[1:] + ends[:-1]) / 2 if len(breaks) else [0.0])
@@ -74,7 +74,7 @@ class Shift:
         return Shift(breaks, np.where(np.abs(inside)[:, None] > most_mm, flat, rows))
 
     def _reaches(self, value_mm: float) -> list[float]:
-        """Arc lengths inside its pieces at which it has a value."""
+        """Returns the arc lengths inside its pieces at which it has a value."""
         ends = np.concatenate([[-np.inf], self.breaks_mm, [np.inf]])
         found: list[float] = []
         for row, origin, low, high in zip(self.coefficients_mm, self.origins_mm, ends, ends[1:], strict=False):
@@ -93,7 +93,7 @@ class Shift:
 
 
 def constant(shift_mm: float) -> Shift:
-    """The same everywhere."""
+    """Returns a shift that is constant everywhere."""
     return Shift(np.zeros(0), np.array([[shift_mm]]))
 
 
@@ -102,7 +102,7 @@ ZERO = constant(0.0)
 
 
 def sampled(arc_length_mm: Array, values_mm: Array) -> Shift:
-    """The piecewise linear shift through samples (n,), carried on straight beyond the first and last.
+    """Returns the piecewise linear shift through samples (n,), carried on straight beyond the first and last.
 
     A constant through one sample. Sample positions ascend.
     """
@@ -113,7 +113,7 @@ def sampled(arc_length_mm: Array, values_mm: Array) -> Shift:
 
 
 def weighted_sum(parts: tuple[tuple[float, Shift], ...]) -> Shift:
-    """Σ weight · shift."""
+    """Returns Σ weight · shift."""
     breaks = np.unique(np.concatenate([part.breaks_mm for _, part in parts]))
     rows = np.zeros((len(breaks) + 1, max(part.coefficients_mm.shape[1] for _, part in parts)))
     for weight, part in parts:
@@ -122,7 +122,7 @@ def weighted_sum(parts: tuple[tuple[float, Shift], ...]) -> Shift:
 
 
 def product(one: Shift, other: Shift) -> Shift:
-    """What the two give multiplied."""
+    """Returns the product of the two."""
     breaks = np.union1d(one.breaks_mm, other.breaks_mm)
     a, b = one.on_breaks(breaks), other.on_breaks(breaks)
     rows = np.zeros((len(breaks) + 1, a.shape[1] + b.shape[1] - 1))

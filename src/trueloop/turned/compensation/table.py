@@ -27,7 +27,7 @@ class CorrectionTable:
 def correction_table(
     commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece], offset_mm: tuple[float, float] = (0.0, 0.0)
 ) -> CorrectionTable:
-    """Both paths walked feature by feature at equal shares of each, so that corners go to corners.
+    """Tabulates both paths feature by feature at equal shares of each, so that corners go to corners.
 
     `offset_mm` (x as a radius, z) is what a tool offset moves the corrected path by, everywhere: who corrects in real
     time by the table does not change the offset too.

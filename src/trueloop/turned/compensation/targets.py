@@ -1,4 +1,4 @@
-"""Where the moves of a program must go: the ends of its cuts, and new moves in place of its arcs.
+"""The targets of the moves of a program: the ends of its cuts, and new moves in place of its arcs.
 
 Everything is the difference of two nose-centre paths, the one commanded and the corrected one, at the same place of
 the part. What the programmer rounded stays rounded; only the difference is added.
@@ -51,7 +51,7 @@ class Replacement:
 
 @dataclass(frozen=True)
 class Fitting:
-    """How arcs are written: chord tolerance in mm, and "lines", "arcs" or "auto" (whichever needs fewer blocks).
+    """The style of arcs: chord tolerance in mm, and "lines", "arcs" or "auto" (whichever needs fewer blocks).
 
     `lines`: whether a line may have to become several, because what moves it bends it.
     """
@@ -72,7 +72,7 @@ class CutEnds:
 def end_shifts(
     cuts: Sequence[Cut], commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece]
 ) -> tuple[Array, tuple[EndShift, ...]]:
-    """By how much the start of the first cut and the ends of all cuts move.
+    """Returns by how much the start of the first cut and the ends of all cuts move.
 
     Where other moves stand between two cuts (about an edge), the last of them ends where the next cut starts.
     """
@@ -95,7 +95,9 @@ def replaced_arcs(
     touches_mm: Sequence[Array],
     fitting: Fitting,
 ) -> tuple[Replacement, ...]:
-    """New moves for every cut that is an arc in the program. `touches_mm[i]`: arc lengths of feature i's touches."""
+    """Returns new moves for every cut that is an arc in the program. `touches_mm[i]`: arc lengths of feature i's
+    touches.
+    """
     return tuple(
         Replacement(
             cut.move, _fitted(corrected[cut.feature], ends_of(cuts, k, corrected), touches_mm[cut.feature], fitting)
@@ -122,7 +124,9 @@ def bent_lines(
 
 
 def ends_of(cuts: Sequence[Cut], k: int, pieces: Sequence[CentrePiece]) -> CutEnds:
-    """Where cut k begins and ends on some pieces: at a junction where these go over to the neighbour."""
+    """Returns the places where cut k begins and ends on some pieces: at a junction where these go over to the
+    neighbour.
+    """
     cut, (before, after) = cuts[k], neighbours(cuts, k)
     return CutEnds(_place(cut.feature, cut.start_mm, before, pieces), _place(cut.feature, cut.end_mm, after, pieces))
 
@@ -136,12 +140,14 @@ def neighbours(cuts: Sequence[Cut], k: int) -> tuple[int | None, int | None]:
 
 
 def _follows(cuts: Sequence[Cut], k: int) -> bool:
-    """Whether cut k follows the one before it without a move between them."""
+    """Returns whether cut k follows the one before it without a move between them."""
     return cuts[k].move == cuts[k - 1].move + 1
 
 
 def _place(feature: int, at_mm: float, neighbour: int | None, pieces: Sequence[CentrePiece]) -> float:
-    """Arc length of a cut's end: where it goes over to the neighbour, or inside its feature, or at a free end."""
+    """Returns the arc length of a cut's end: where it goes over to the neighbour, or inside its feature, or at a free
+    end.
+    """
     piece = pieces[feature]
     if neighbour == feature:
         return at_mm

@@ -60,7 +60,7 @@ EXCUSED: Final = 2.0
 own scatter."""
 
 FINEST_MM: Final = 1e-4
-"""What agrees within the last digit of a reading is not judged."""
+"""The resolution below which agreement is not judged: within the last digit of a reading."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class SuspectTouch:
     z_reference: bool
 
     def as_dict(self) -> dict[str, object]:
-        """For JSON: errors in µm, the weight that the touch has in the fit."""
+        """Returns it for JSON: errors in µm, the weight that the touch has in the fit."""
         return {
             "point": self.point,
             "feature": self.feature,
@@ -96,7 +96,7 @@ class SuspectTouch:
 
     @property
     def words(self) -> str:
-        """What was found and what follows from it."""
+        """Describes the finding and its consequence."""
         found = wording(
             "touch {point} on {feature}: {error}, where the other touches predict {expected} with a standard "
             "uncertainty of {u}; bad with probability {probability}",
@@ -141,7 +141,8 @@ class _Search:
     known: Known = field(default_factory=dict)
 
     def fitted(self, kept: NDArray[np.intp], feature: int | None = None) -> FittedChains:
-        """The chains with a touch fitted to some of the touches; all where the feature, by its index, has none left.
+        """Returns the chains with a touch fitted to some of the touches; all where the feature, by its index, has none
+        left.
 
         Chains that no removed touch concerns are fitted once.
         """
@@ -200,7 +201,7 @@ def _deletions(search: _Search, kept: NDArray[np.intp], looked_at: Sequence[int]
 
 
 def _deletion(search: _Search, kept: NDArray[np.intp], k: int) -> _Deletion | None:
-    """The touch against a fit to the others; None where those do not determine a curve with touches to spare."""
+    """Tests the touch against a fit to the others; None where those do not determine a curve with touches to spare."""
     try:
         fitted = search.fitted(kept[kept != k], int(search.vectors.feature_index[k]))
     except TrueloopError:
@@ -215,7 +216,7 @@ def _deletion(search: _Search, kept: NDArray[np.intp], k: int) -> _Deletion | No
 
 
 def _predicted(search: _Search, fitted: FittedChains, k: int) -> tuple[float, float, int]:
-    """What a fit says of touch k that it does not know: value, standard uncertainty of a good touch, its freedom."""
+    """Predicts touch k by a fit without it: value, standard uncertainty of a good touch, its degrees of freedom."""
     feature = int(search.vectors.feature_index[k])
     c = next(c for c, fit in fitted.fits.items() if feature in fit.chain.features)
     fit, spline = fitted.fits[c], fitted.splines[c]
@@ -235,7 +236,9 @@ def _predicted(search: _Search, fitted: FittedChains, k: int) -> tuple[float, fl
 
 
 def _effective(freedom: int, share: float) -> int:
-    """Degrees of freedom where the rest of the uncertainty is stated, not found from touches (Welch–Satterthwaite)."""
+    """Returns the degrees of freedom where the rest of the uncertainty is stated, not estimated from touches
+    (Welch–Satterthwaite).
+    """
     return int(min(freedom / max(share, 1e-3) ** 4, 10_000.0))
 
 
@@ -252,7 +255,9 @@ def _odds(off_mm: float, u_mm: float, freedom: int) -> float:
 
 
 def _judged(search: _Search, named: Sequence[int]) -> tuple[SuspectTouch, ...]:
-    """Probabilities: each named touch, and whatever would explain the same as well, with the other named ones away."""
+    """Returns the probabilities of each named touch, and of whatever would explain the data as well, without the other
+    named ones.
+    """
     everything = np.arange(len(search.vectors.point))
     found: dict[int, SuspectTouch] = {}
     for k in named:
@@ -275,7 +280,7 @@ def _rivals(search: _Search, kept: NDArray[np.intp], k: int) -> list[_Deletion]:
 
 
 def _may_go(search: _Search, named: Sequence[int], k: int) -> bool:
-    """Whether the touch's curve keeps three quarters of its touches without the named ones."""
+    """Returns whether the touch's curve keeps three quarters of its touches without the named ones."""
     index = search.vectors.feature_index
     gone = sum(int(index[i]) == int(index[k]) for i in named)
     return gone <= int(np.count_nonzero(index == index[k])) // 4

@@ -33,28 +33,28 @@ class Budget:
 
     @property
     def found_mm(self) -> Array:
-        """Root of squares of what the touches tell."""
+        """Returns the root of squares of the causes determined from touches."""
         return np.hypot(np.hypot(self.probe_mm, self.curve_mm), self.process_mm)
 
     @property
     def between_cuts_mm(self) -> Array:
-        """Root of squares of what sets the next cut apart from the one that was touched."""
+        """Returns the root of squares of the differences between the next cut and the one that was touched."""
         return np.hypot(self.common_mm, self.along_mm)
 
     @property
     def stated_mm(self) -> Array:
-        """Root of squares of what is stated beforehand."""
+        """Returns the root of squares of the causes stated beforehand."""
         stated = np.hypot(self.between_cuts_mm, self.estimate_mm)
         return stated if self.memory_mm is None else np.hypot(stated, self.memory_mm)
 
     @property
     def standard_u_mm(self) -> Array:
-        """Root of squares of all."""
+        """Returns the root of squares of all."""
         return np.hypot(self.found_mm, self.stated_mm)
 
     @property
     def expanded_u_mm(self) -> Array:
-        """Half width of the band that holds 95 %: each part times its own k, root of squares.
+        """Returns the half width of the band that holds 95 %: each part times its own k, root of squares.
 
         Student's k belongs to what few touches tell, the normal one to what is stated. The sum of a Student and a
         normal variable lies within with 95 to 99 %; one k for both would multiply the stated part by up to 12.7.
@@ -62,17 +62,17 @@ class Budget:
         return np.hypot(coverage_factor(self.degrees_of_freedom) * self.found_mm, coverage_factor() * self.stated_mm)
 
     def at(self, places: NDArray[np.intp]) -> "Budget":
-        """The same at some of the places."""
+        """Returns the budget at some of the places."""
         return _of_causes(_causes(self)[:, places], self.degrees_of_freedom)
 
     @property
     def alike(self) -> "Budget":
-        """The same were the two cuts alike except in their scatter."""
+        """Returns the budget were the two cuts alike except in their scatter."""
         zero = np.zeros_like(self.common_mm)
         return replace(self, common_mm=zero, along_mm=zero)
 
     def with_more(self, curve_mm: Array) -> "Budget":
-        """With a further uncertainty of the curve, (n,)."""
+        """Returns the budget with a further uncertainty of the curve, (n,)."""
         return replace(self, curve_mm=np.hypot(self.curve_mm, curve_mm))
 
 
@@ -82,13 +82,13 @@ def joined(budgets: Sequence[Budget]) -> Budget:
 
 
 def remembered_only(standard_u_mm: Array, degrees_of_freedom: int | None) -> Budget:
-    """Of a next cut that earlier parts tell, (n,): its uncertainty is known as a whole."""
+    """Returns the budget of a next cut predicted from earlier parts, (n,): its uncertainty is known as a whole."""
     zero = np.zeros_like(standard_u_mm)
     return Budget(zero, zero, zero, zero, zero, zero, degrees_of_freedom, standard_u_mm)
 
 
 def _causes(budget: Budget) -> Array:
-    """A row a cause, (7, n)."""
+    """Returns a row a cause, (7, n)."""
     found = (budget.probe_mm, budget.curve_mm, budget.process_mm)
     memory = np.zeros_like(budget.probe_mm) if budget.memory_mm is None else budget.memory_mm
     return np.stack([*found, budget.common_mm, budget.along_mm, budget.estimate_mm, memory])

@@ -1,4 +1,4 @@
-"""How many standard uncertainties a band must be wide.
+"""The width of a band in standard uncertainties.
 
 Written out because the libraries that have it take longer to import than a correction to compute.
 """
@@ -12,12 +12,14 @@ COVERAGE: Final = 0.95
 
 
 def coverage_factor(degrees_of_freedom: int | None = None) -> float:
-    """K of an expanded uncertainty: so many standard uncertainties, known from so many spare touches, hold 95 %."""
+    """Returns k of an expanded uncertainty: so many standard uncertainties, known from so many spare touches, hold 95
+    %.
+    """
     return student_t_factor(COVERAGE, degrees_of_freedom)
 
 
 def student_t_factor(coverage: float, degrees_of_freedom: int | None) -> float:
-    """The k with P(|t| ≤ k) = coverage for Student's distribution; None, or more than 1000 degrees: the normal one.
+    """Returns k with P(|t| ≤ k) = coverage for Student's distribution; None, or more than 1000 degrees: the normal one.
 
     From the closed forms of the distributions (Abramowitz & Stegun 26.7.3–4), to 1e-9. Raises ValueError for a coverage
     outside (0, 1).
@@ -34,7 +36,9 @@ def student_t_factor(coverage: float, degrees_of_freedom: int | None) -> float:
 
 
 def _root(probability: Callable[[float], float], density: Callable[[float], float], coverage: float) -> float:
-    """Newton's iteration from zero: the probability of |x| ≤ k is concave in k, so that it never overshoots."""
+    """Solves by Newton's iteration from zero: the probability of |x| ≤ k is concave in k, so that it never
+    overshoots.
+    """
     k = 0.0
     for _ in range(200):
         step = (coverage - probability(k)) / density(k)
@@ -49,7 +53,7 @@ def _normal_density(k: float) -> float:
 
 
 def _within(theta: float, nu: int) -> float:
-    """P(|t| ≤ √ν tan θ), in the angle θ = atan(t/√ν)."""
+    """Returns P(|t| ≤ √ν tan θ), in the angle θ = atan(t/√ν)."""
     cosine, total = math.cos(theta), 0.0
     odd = nu % 2
     term = cosine if odd else 1.0
@@ -61,6 +65,6 @@ def _within(theta: float, nu: int) -> float:
 
 
 def _density(theta: float, nu: int) -> float:
-    """Derivative of `_within` with respect to θ."""
+    """Returns the derivative of `_within` with respect to θ."""
     log_peak = math.lgamma((nu + 1) / 2.0) - math.lgamma(nu / 2.0) - 0.5 * math.log(math.pi)
     return float(2.0 * math.exp(log_peak) * math.cos(theta) ** (nu - 1))

@@ -1,4 +1,4 @@
-"""The error curve of one feature: what a user asks of a fit."""
+"""The error curve of one feature: the values that users of a fit request."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -56,26 +56,29 @@ class ErrorCurve:
     from_memory: bool = False
 
     def value_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Part error at arc lengths of shape (n,) or a number, → (n,)."""
+        """Returns the part error at arc lengths of shape (n,) or a number, → (n,)."""
         return self.spline.of(self.spline.value_form(*self._stretch(arc_length_mm)))
 
     def expected_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Error that the next cut would have had nothing been corrected, (n,): the curve, or what is remembered."""
+        """Returns the error that the next cut would have had nothing been corrected, (n,): the curve, or the remembered
+        error.
+        """
         if self.next_cut is None:
             return self.value_mm(arc_length_mm)
         return self.next_cut.expected_mm(self._stretch(arc_length_mm)[0])
 
     @property
     def gain(self) -> float:
-        """What a correction of 1 is expected to take off."""
+        """Returns the expected effect of a correction of 1."""
         return 1.0 if self.next_cut is None else self.next_cut.gain
 
     def slope(self, arc_length_mm: ArrayLike) -> Array:
-        """Change of the error along the feature, mm per mm, (n,)."""
+        """Returns the change of the error along the feature, mm per mm, (n,)."""
         return self.spline.of(self.spline.slope_form(*self._stretch(arc_length_mm)))
 
     def standard_deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Standard uncertainty of the curve, (n,): from the touches' scatter (or gauging) and prescribed end values.
+        """Returns the standard uncertainty of the curve, (n,): from the touches' scatter (or gauging) and prescribed
+        end values.
 
         Beyond the last touch it grows with the uncertainty of the slope there, and with what the bend may add.
         """
@@ -85,11 +88,11 @@ class ErrorCurve:
         )
 
     def slope_standard_deviation(self, arc_length_mm: ArrayLike) -> Array:
-        """Standard uncertainty of the slope, mm per mm, (n,)."""
+        """Returns the standard uncertainty of the slope, mm per mm, (n,)."""
         return np.sqrt(self.spline.variance(self.spline.slope_form(*self._stretch(arc_length_mm))))
 
     def prediction_standard_deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Standard uncertainty of the next cut's error about the curve, (n,).
+        """Returns the standard uncertainty of the next cut's error about the curve, (n,).
 
         Variance of the curve, of the process along the cut, and of what differs between the two cuts: as known or
         assumed. A change of tool, of feed or of the depth of cut is not in it.
@@ -97,11 +100,13 @@ class ErrorCurve:
         return self.budget(arc_length_mm).standard_u_mm
 
     def budget(self, arc_length_mm: ArrayLike) -> Budget:
-        """The same cause by cause."""
+        """Returns the standard uncertainty of the next cut's error cause by cause."""
         return self.budget_of(self.standard_deviation_mm(arc_length_mm), arc_length_mm)
 
     def budget_of(self, curve_u_mm: Array, arc_length_mm: ArrayLike) -> Budget:
-        """The budget where what is taken out has these standard uncertainties, (n,), instead of the curve's."""
+        """Returns the budget where the part taken out has these standard uncertainties, (n,), instead of the
+        curve's.
+        """
         if self.next_cut is not None:
             return remembered_only(self.next_cut.u_mm(self._stretch(arc_length_mm)[0]), self.degrees_of_freedom)
         share = self._reference_share(arc_length_mm)
@@ -120,20 +125,20 @@ class ErrorCurve:
         )
 
     def coefficient_rows(self, arc_length_mm: ArrayLike) -> Array:
-        """By how much the error at arc lengths follows the spline's coefficients, (n, coefficients)."""
+        """Returns by how much the error at arc lengths follows the spline's coefficients, (n, coefficients)."""
         return self.spline.value_form(*self._stretch(arc_length_mm)).dense(len(self.spline.coefficients_mm))
 
     def drawn_out_u_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Standard uncertainty of what the curve's bend may add beyond the last touch, (n,)."""
+        """Returns the standard uncertainty of the error that the curve's bend may add beyond the last touch, (n,)."""
         return self.spline.drawn_out_u_mm(self._stretch(arc_length_mm)[0])
 
     def _reference_share(self, arc_length_mm: ArrayLike) -> Array:
-        """By how much the curve follows the touch that the part's z is taken from, (n,)."""
+        """Returns by how much the curve follows the touch that the part's z is taken from, (n,)."""
         form = self.spline.value_form(*self._stretch(arc_length_mm))
         return np.zeros(len(form.first)) if self.reference is None else form.of(self.reference)
 
     def half_band_mm(self, arc_length_mm: ArrayLike, coverage: float = COVERAGE) -> Array:
-        """Half width of the band that holds the curve with the given probability at each point, (n,).
+        """Returns the half width of the band that holds the curve with the given probability at each point, (n,).
 
         k times the standard uncertainty, k from Student's distribution: few touches, wider band.
         """
@@ -141,7 +146,9 @@ class ErrorCurve:
 
     @property
     def knots_mm(self) -> Array:
-        """The spline's knots strictly inside the feature, from the feature's start; repeated ones stand once."""
+        """Returns the spline's knots strictly inside the feature, from the feature's start; repeated ones stand
+        once.
+        """
         knots = np.unique(self.spline.interior_knots_mm) - self.start_mm
         return knots[(knots > 0.0) & (knots < self.length_mm)]
 

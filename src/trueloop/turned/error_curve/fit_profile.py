@@ -35,7 +35,7 @@ DRAWN_OUT: Final = 3.0
 @by_content
 @dataclass(frozen=True)
 class ProfileErrorModel:
-    """Error curves of all features, and how far they can be trusted. Positive = material left on; lengths in mm.
+    """The error curves of all features, and their uncertainties. Positive = material left on; lengths in mm.
 
     `curves` and the RMS values go by feature index, `residual_mm` (error − curve: what a full correction would have
     left) and `leave_one_out_mm` (error − what the other touches say there; NaN where they say nothing) by touch. RMS
@@ -78,7 +78,7 @@ class ProfileErrorModel:
 
     @property
     def farthest_words(self) -> str:
-        """The touch with weight that is farthest from what the others predict there, in words."""
+        """Describes the touch with weight that is farthest from the prediction of the others there."""
         off = np.where(np.isnan(self.leave_one_out_mm), self.residual_mm, self.leave_one_out_mm)
         k = int(np.argmax(np.abs(off) * self.weight))
         error_um, expected_um = UM_PER_MM * self.vectors.error_mm[k], UM_PER_MM * (self.vectors.error_mm[k] - off[k])
@@ -95,7 +95,7 @@ def fit_profile(
     nose: NoseModel | None = None,
     remembered: Remembered | None = None,
 ) -> ProfileErrorModel:
-    """Straight lines on lines, constrained cubic splines on arcs, joined at the junctions [6517 §2–4, 6811 §3].
+    """Fits straight lines on lines, constrained cubic splines on arcs, joined at the junctions [6517 §2–4, 6811 §3].
 
     Features without a touch follow their tangent neighbours, else what the same contact angle did elsewhere (module
     `untouched`); one touch gives a constant. Curves are fitted with equal weights: the scatter of the cut (about 1 µm)
@@ -144,7 +144,7 @@ def fit_profile(
 
 
 def _nose(profile: Profile, vectors: ErrorVectors, nose: NoseModel | None) -> tuple[NoseOnPart | None, tuple[str, ...]]:
-    """The nose model on this part, or a note why it does not serve."""
+    """Returns the nose model on this part, or a note why it does not serve."""
     if nose is None:
         return None, ()
     try:
@@ -183,7 +183,7 @@ def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, optio
 
 
 def _drawn_out(curve: ErrorCurve) -> Iterator[str]:
-    """A note for each end that the touches leave more uncertain than `DRAWN_OUT` times their scatter."""
+    """Yields a note for each end that the touches leave more uncertain than `DRAWN_OUT` times their scatter."""
     for end, s in ((wording("start"), 0.0), (wording("end"), curve.length_mm)):
         u = float(curve.standard_deviation_mm(s)[0])
         if curve.next_cut is None and u > DRAWN_OUT * curve.scatter_mm:
@@ -197,7 +197,7 @@ def _drawn_out(curve: ErrorCurve) -> Iterator[str]:
 
 
 def _share(conditions: EndConditions, k: int, features: int) -> EndConditions:
-    """The conditions of a chain that stand at the ends of its k-th feature."""
+    """Returns the conditions of a chain that stand at the ends of its k-th feature."""
     first, last = k == 0, k == features - 1
     return EndConditions(
         conditions.start_value_mm if first else None,
@@ -210,7 +210,9 @@ def _share(conditions: EndConditions, k: int, features: int) -> EndConditions:
 def _by_touch(
     vectors: ErrorVectors, curves: Sequence[ErrorCurve], kept: NDArray[np.intp], fitted: FittedChains
 ) -> tuple[Array, Array]:
-    """Errors about the curves and about what the others say, of all touches; `fitted` knows the kept ones only."""
+    """Returns errors about the curves and about the predictions of the others, of all touches; `fitted` knows the kept
+    ones only.
+    """
     residual, left_out = np.empty(len(vectors.point)), np.empty(len(vectors.point))
     for k in np.setdiff1d(np.arange(len(vectors.point)), kept):
         curve = curves[vectors.feature_index[k]]
@@ -222,7 +224,7 @@ def _by_touch(
 
 
 def _correlation(touches: int, kept: NDArray[np.intp], fitted: FittedChains) -> Array:
-    """Of the touches' scatter, per unit variance about their curve, (n, n)."""
+    """Returns the correlation of the touches' scatter, per unit variance about their curve, (n, n)."""
     found = np.eye(touches)
     for i, covariance_mm2 in fitted.touches_mm2.items():
         rows = kept[fitted.fits[i].touches]

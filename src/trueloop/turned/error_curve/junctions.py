@@ -1,4 +1,4 @@
-"""Where displaced features meet: the displacement d of every junction.
+"""The junctions of displaced features: the displacement d of each.
 
 Each curve displaces its feature along the normal; the displaced curves meet in the nominal junction plus d, with
 `n₁·d = e₁(end)` and `n₂·d = e₂(start)`. At a tangent junction both say the same and d has no tangential part. At the
@@ -45,7 +45,7 @@ class DisplacedJunction:
 
 
 def displaced_junctions(profile: Profile, curves: tuple[ErrorCurve, ...]) -> tuple[DisplacedJunction, ...]:
-    """The junction table: start of the profile, every junction in order, end of the profile."""
+    """Returns the junction table: start of the profile, every junction in order, end of the profile."""
     last = len(profile.features) - 1
     inner = [_junction(profile, curves, i) for i in range(last)]
     return (_profile_end(profile, curves, 0, False), *inner, _profile_end(profile, curves, last, True))
@@ -102,7 +102,7 @@ def _junction(profile: Profile, curves: tuple[ErrorCurve, ...], index: int) -> D
 def _meeting(
     kind: JunctionKind, normals: Array, tangents: Array, errors: Array, shorter_mm: float
 ) -> tuple[Array, str]:
-    """The matrix that takes the two errors to d, and what was done."""
+    """Returns the matrix that takes the two errors to d, and the rule that was applied."""
     both = normals[0] + normals[1]
     along_normal = np.outer(both / max(float(1.0 + normals[0] @ normals[1]), 1e-9), [0.5, 0.5])
     if kind == JunctionKind.TANGENT:
@@ -121,7 +121,9 @@ def _meeting(
 
 
 def _standard_u(kind: JunctionKind, inverse: Array, u: Array) -> Array:
-    """Of d: at a tangent junction both curves have the same value, at a corner their errors are independent."""
+    """Returns the standard uncertainty of d: at a tangent junction both curves have one value, at a corner their errors
+    are independent.
+    """
     if kind == JunctionKind.TANGENT:
         shared: Array = np.abs(np.sum(inverse, axis=1)) * np.max(u)
         return shared

@@ -27,7 +27,8 @@ SEEN: Final = 0.01
 """Touches are far apart where no two of a curve have more than this in common at the largest length."""
 
 LEAST_SHARE: Final = 1e-6
-"""Of the process's variance in a sum of residuals: two touches in one place differ by rounding still."""
+"""The least share of the process's variance in a sum of residuals: two touches in one place differ by rounding
+still."""
 
 MOST: Final = 500
 """Touches of one curve; more know it so well that what they have in common no longer matters to its band."""
@@ -50,7 +51,8 @@ class Likeness:
 def likeness_of(
     fits: Mapping[int, ChainFit], scatter_mm: Mapping[int, float], vectors: ErrorVectors, stated_mm: float | None = None
 ) -> Likeness:
-    """What the touches of all chains say; `scatter_mm` is the standard deviation of a touch, by chain.
+    """Estimates the likeness from the touches of all chains; `scatter_mm` is the standard deviation of a touch, by
+    chain.
 
     `stated_mm`: the length over which the process is alike, where it is known.
     """
@@ -116,7 +118,9 @@ def _free(through: SplineFit) -> Array:
 
 
 def _spread(fit: ChainFit, near: _Solved | None, vectors: ErrorVectors, lengths_mm: Sequence[float]) -> Spread:
-    """Of one chain; `near` None: its touches lie far apart, or are not what its curve goes through."""
+    """Returns the spread of one chain; `near` None: its touches lie far apart, or its curve does not go through
+    them.
+    """
     residual, probe = fit.scattered_mm, _probe_mm2(fit, vectors)
     if near is None:
         return far_apart(fit.spare, float(np.sum(residual**2)), probe)
@@ -136,7 +140,7 @@ def _near(apart_mm: Array, longest_mm: float) -> bool:
 
 
 def _alike(apart_mm: Array, length_mm: float) -> Array:
-    """Correlation of the process's scatter at places this far apart."""
+    """Returns the correlation of the process's scatter at places this far apart."""
     if length_mm == 0.0:
         return np.where(apart_mm == 0.0, 1.0, 0.0)
     return np.exp(-0.5 * (apart_mm / length_mm) ** 2)

@@ -1,4 +1,4 @@
-"""How much the next cut scatters by itself: what the touches scatter by, less what the probe brought.
+"""The scatter of the next cut by itself: the scatter of the touches less that of the probe.
 
 Touches scatter about their curve by process and probe together, the next cut by the process alone. Touches that lie
 close have the process's scatter partly in common, and show less of it than there is; over which length it is alike,
@@ -31,7 +31,7 @@ ROUNDING_MM2: Final = 1e-30
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """What one curve says of the scatter: independent sums of its residuals, as many as it has touches to spare.
+    """The evidence of one curve on the scatter: independent sums of its residuals, as many as it has touches to spare.
 
     `squares_mm2` are theirs, `shares` the part of the process's variance that each has beside the probe's `probe_mm2`;
     both (lengths, spare), a row for each length over which the process may be alike, or one row for all.
@@ -48,12 +48,12 @@ class Spread:
 
     @property
     def total_mm2(self) -> float:
-        """Residual sum of squares."""
+        """Returns the residual sum of squares."""
         return float(np.sum(self.squares_mm2[0]))
 
 
 def far_apart(spare: int, squares_mm2: float, probe_mm2: float) -> Spread:
-    """Of touches that have nothing of the process in common."""
+    """Returns the spread of touches that have nothing of the process in common."""
     return Spread(np.full((1, spare), squares_mm2 / spare), np.ones((1, spare)), probe_mm2)
 
 
@@ -69,7 +69,7 @@ class ProcessScatter:
 
 
 def process_scatter(spreads: Sequence[Spread]) -> ProcessScatter:
-    """What curves say together of the process.
+    """Estimates the scatter of the process from all curves together.
 
     At most what the touches scatter by or the probe should, so that telling the two apart never widens a band; above
     zero even where the touches scatter less than the probe. Needs at least one spare touch. Valid where the probe's
@@ -115,7 +115,7 @@ def _posterior(spreads: Sequence[Spread], squares: float, probe: float, spare: i
 
 
 def _half_width(variance: Array, weight: Array) -> float:
-    """What holds `COVERAGE` of a normal scatter of these variances, by halving."""
+    """Returns the half width that holds `COVERAGE` of a normal scatter of these variances, by halving."""
     reach, weight = np.sqrt(2.0 * variance), np.sum(weight, axis=0)
     low, high = 0.0, 40.0 * float(np.max(reach))
     for _ in range(60):

@@ -1,4 +1,4 @@
-"""How the curves follow the touch that the part's z is taken from.
+"""The response of the curves to the touch that the part's z is taken from.
 
 Its own error ε is in every error along z: e_i − (n_z,i/n_z,r)·ε. That is one error common to all, no scatter: a fit
 cannot average it away. The fits are linear in the errors, so the coefficients follow ε as the same fits to the shares
@@ -16,7 +16,8 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 
 
 def reference_responses(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> dict[int, Array]:
-    """By how much the coefficients of each chain fall for an error of 1 of the reference touch, (coefficients,) each.
+    """Returns by how much the coefficients of each chain fall for an error of 1 of the reference touch, (coefficients,)
+    each.
 
     What the user prescribes, and features that are estimated without a touch or from readings, do not follow it, nor do
     curves that earlier parts make: what their references did is in what is known of how parts differ. A
@@ -33,7 +34,7 @@ def reference_responses(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> 
 
 
 def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Array], vectors: ErrorVectors) -> Array:
-    """The chain's own fit made again, with the shares in place of the errors."""
+    """Returns the chain's own fit made again, with the shares in place of the errors."""
     estimated = fit.scatter_mm is not None or not len(fit.touches)
     if estimated and all(source.neighbour is None for source in fit.sources):
         return np.zeros_like(fit.fit.spline.coefficients_mm)
@@ -51,7 +52,9 @@ def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Arra
 
 
 def _conditions(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Array]) -> EndConditions:
-    """The ends' values and slopes as they follow the reference: those of the neighbours, zero where prescribed."""
+    """Returns the ends' values and slopes as they follow the reference: those of the neighbours, zero where
+    prescribed.
+    """
     numbers, given = [], fit.fit.conditions.numbers
     for source, value, slope in zip(fit.sources, given[::2], given[1::2], strict=True):
         numbers += [_number(source, value, fits, found, slope=False), _number(source, slope, fits, found, slope=True)]

@@ -1,4 +1,4 @@
-"""How tangent the next part will be at its tangent junctions.
+"""The tangency of the next part at its tangent junctions.
 
 The error of the uncorrected process has a kink at a tangent junction, because the nose errs as a function of contact
 angle. Under the policy PART the path takes the opposite kink and the part is tangent up to the uncertainty of that
@@ -34,17 +34,17 @@ class Tangency:
 
     @property
     def predicted_um_per_mm(self) -> float:
-        """The tangency error as the trade says it: µm of height a mm of length."""
+        """Returns the tangency error in the unit of the trade: µm of height a mm of length."""
         return self.predicted_rad * UM_PER_MM
 
     @property
     def standard_u_um_per_mm(self) -> float:
-        """Its standard uncertainty in the same unit."""
+        """Returns its standard uncertainty in that unit."""
         return self.standard_u_rad * UM_PER_MM
 
 
 def tangencies(profile: Profile, free: FittedChains, policy: TangentPolicy) -> tuple[Tangency, ...]:
-    """One entry a tangent junction. `free` is the fit with continuous values and free slopes (PART)."""
+    """Returns one entry a tangent junction. `free` is the fit with continuous values and free slopes (PART)."""
     place = {index: (c, k) for c, fit in free.fits.items() for k, index in enumerate(fit.chain.features)}
     found = []
     for i, junction in enumerate(profile.junctions):
@@ -61,14 +61,14 @@ def tangencies(profile: Profile, free: FittedChains, policy: TangentPolicy) -> t
 
 
 def _inside(free: FittedChains, chain: int, k: int) -> tuple[float, float]:
-    """Kink and its variance at a joint within a chain."""
+    """Returns the kink and its variance at a joint within a chain."""
     spline = free.splines[chain]
     form = spline.kink_form(free.fits[chain].chain.joints_mm[k])
     return float(spline.of(form)[0]), float(spline.variance(form)[0])
 
 
 def _between(free: FittedChains, before: int) -> tuple[float, float]:
-    """Kink and its variance between the end of a chain and the start of the next.
+    """Returns the kink and its variance between the end of a chain and the start of the next.
 
     The value handed from one to the other ties the two slopes together; that covariance is subtracted twice.
     """
@@ -86,7 +86,9 @@ def _between(free: FittedChains, before: int) -> tuple[float, float]:
 
 
 def _tied(free: FittedChains, taker: int, giver: int, giver_at_end: bool) -> float:
-    """Covariance of the slopes at a junction where chain `taker` has its value from chain `giver`; 0 otherwise."""
+    """Returns the covariance of the slopes at a junction where chain `taker` has its value from chain `giver`; 0
+    otherwise.
+    """
     fit = free.fits[taker]
     source = fit.sources[0 if giver_at_end else 1].neighbour
     if source is None or source.chain != giver:

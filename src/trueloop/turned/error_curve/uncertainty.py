@@ -48,9 +48,10 @@ def finish(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> FittedChains:
 
 
 def with_likeness(fitted: FittedChains, vectors: ErrorVectors, stated_mm: float | None) -> FittedChains:
-    """The same with what touches that lie close have in common, and with the process's part of the scatter.
+    """Returns the fitted chains with the common part of touches that lie close, and with the process's part of the
+    scatter.
 
-    `stated_mm`: over which length the process is alike (None: the touches say).
+    `stated_mm`: the length over which the process is alike (None: estimated from the touches).
     """
     found = likeness_of(fitted.fits, fitted.scatter_mm, vectors, stated_mm)
     splines = fitted.splines
@@ -66,7 +67,7 @@ def _splines(
     vectors: ErrorVectors,
     roots_mm: Mapping[int, Array],
 ) -> dict[int, Spline]:
-    """The chains' splines; `roots_mm` of the covariances of those whose touches are not independent."""
+    """Returns the chains' splines; `roots_mm` of the covariances of those whose touches are not independent."""
     splines: dict[int, Spline] = {}
     while len(splines) < len(fits):
         for i, fit in fits.items():
@@ -82,13 +83,15 @@ def _splines(
 def _reference_scatter_mm(
     fits: Mapping[int, ChainFit], scatter_mm: Mapping[int, float], vectors: ErrorVectors
 ) -> float:
-    """Standard deviation of the reference touch: that of its chain's touches."""
+    """Returns the standard deviation of the reference touch: that of its chain's touches."""
     (k,) = np.flatnonzero(vectors.at_reference)
     return next(scatter_mm[i] for i, fit in fits.items() if k in fit.touches)
 
 
 def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) -> float:
-    """Scatter of a chain; where it has no touch, the other touches' uncertainty stands in, unless it is stated."""
+    """Returns the scatter of a chain; where it has no touch, the other touches' uncertainty stands in, unless it is
+    stated.
+    """
     if fit.scatter_mm is not None:
         return fit.scatter_mm
     u = vectors.standard_u_mm[fit.touches] if len(fit.touches) else vectors.standard_u_mm

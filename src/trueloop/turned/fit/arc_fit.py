@@ -1,4 +1,4 @@
-"""The fit of arcs: a cubic spline, its ends prescribed by the neighbours [6517 §4], as stiff as the touches ask for."""
+"""The fit of arcs: a cubic spline, its ends prescribed by the neighbours [6517 §4], as stiff as the touches require."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,12 +40,12 @@ class Tried:
 
     @property
     def unknowns(self) -> int:
-        """Free coefficients."""
+        """Returns the number of free coefficients."""
         return len(self.fit.spline.coefficients_mm) - self.fit.conditions.count
 
     @property
     def left_out_rms_mm(self) -> float:
-        """Leave-one-out RMS; infinite where some touch cannot be predicted from the others."""
+        """Returns the leave-one-out RMS; infinite where some touch cannot be predicted from the others."""
         error = self.fit.leave_one_out_mm
         return float("inf") if np.any(np.isnan(error)) else rms(error)
 
@@ -58,7 +58,7 @@ def fit_arcs(
     conditions: EndConditions,
     sources: Sources,
 ) -> ChainFit:
-    """One spline over arcs joined tangentially.
+    """Fits one spline over arcs joined tangentially.
 
     Where the user gives r, a cubic spline with those knots, or FIT-POINTS when the touches are fewer than its unknowns.
     Otherwise the least leave-one-out error chooses among a constant, a straight line, a parabola, a cubic, and cubic
@@ -105,7 +105,7 @@ def _knots(shape: Shape, chain: Chain, touches: ChainTouches, options: FitOption
 
 
 def _best(tried: Sequence[Tried]) -> Tried:
-    """The least leave-one-out error; the first of those that differ by rounding only."""
+    """Returns the fit of the least leave-one-out error; the first of those that differ by rounding only."""
     least = min(one.left_out_rms_mm for one in tried)
     return next(one for one in tried if one.left_out_rms_mm <= least * (1.0 + 1e-9))
 
@@ -133,7 +133,7 @@ def _describe(best: Tried, touches: int, chosen: bool) -> str:
 def _refuse_dropped_knots(
     names: Sequence[str], touches: ChainTouches, tried: Tried, chain: Chain, options: FitOptions
 ) -> None:
-    """The user asked for these knots: too few touches for them is refused, not mended in silence."""
+    """Refuses requested knots for which there are too few touches, instead of dropping them in silence."""
     asked = _knots(tried.shape, chain, touches, options)
     needed = len(asked.interior_mm) + 4 - tried.fit.conditions.count
     if len(touches.positions) < needed:

@@ -1,4 +1,4 @@
-"""What the finish cut does otherwise than the semi-finish cut, before anything is known of it: a prior.
+"""The differences of the finish cut from the semi-finish cut, before anything is known of them: a prior.
 
 One part's touches show how the semi-finish cut scatters along itself. They do not show what comes out differently in
 the next cut: the correction takes out the errors of a cut that is over. In turning in general, standard deviations:
@@ -38,22 +38,24 @@ class BetweenCuts:
 
     @property
     def common_difference_mm(self) -> float:
-        """Standard uncertainty along the normal of what moves the next cut as a whole against the one touched."""
+        """Returns the standard uncertainty along the normal of the displacement of the next cut as a whole against the
+        one touched.
+        """
         return math.sqrt(2.0) * self.common_mm
 
     @property
     def scatter_difference_mm(self) -> float:
-        """The same of what varies along the cut."""
+        """Returns the standard uncertainty along the normal of the differences that vary along the cut."""
         return math.sqrt(2.0) * self.scatter_mm
 
     @property
     def difference_mm(self) -> float:
-        """Both together, at one place."""
+        """Returns both together, at one place."""
         return math.hypot(self.common_difference_mm, self.scatter_difference_mm)
 
 
 PRIOR: Final = BetweenCuts(0.002, 0.0015, wording("prior for turning in general"))
-"""What is assumed where nothing is known of how cuts differ."""
+"""The assumption where nothing is known of the differences of cuts."""
 
 NONE: Final = BetweenCuts(0.0, 0.0, wording("switched off"))
 """Two cuts of one process that differ by nothing but their scatter."""

@@ -13,7 +13,7 @@ from trueloop.geometry.profile import JunctionKind, Profile
 
 
 class TangentPolicy(StrEnum):
-    """What a tangent junction of line and arc, or of two arcs, demands of the error curves.
+    """The demand of a tangent junction of line and arc, or of two arcs, on the error curves.
 
     PATH: equal value and slope, so that the compensated path is tangent, as published [6517 §4]. PART: equal value
     only. The nose errs as a function of contact angle, so the error has a kink where curvature jumps, and only a path
@@ -35,7 +35,7 @@ class Chain:
 
     @property
     def joints_mm(self) -> tuple[float, ...]:
-        """Arc lengths along the chain of the tangent junctions inside it."""
+        """Returns the arc lengths along the chain of the tangent junctions inside it."""
         return self.starts_mm[1:]
 
 
@@ -48,7 +48,7 @@ class End:
 
 
 def chains_of(profile: Profile) -> tuple[Chain, ...]:
-    """The profile's features, grouped."""
+    """Groups the profile's features into chains."""
     groups: list[list[int]] = []
     for i in range(len(profile.features)):
         joined = i > 0 and profile.junctions[i - 1].kind == JunctionKind.TANGENT
@@ -60,7 +60,9 @@ def chains_of(profile: Profile) -> tuple[Chain, ...]:
 
 
 def tangent_neighbours(profile: Profile, chains: tuple[Chain, ...], index: int) -> tuple[End | None, End | None]:
-    """The ends of the chains before and after that `chains[index]` is tangent to: None at corners and profile ends."""
+    """Returns the ends of the chains before and after that `chains[index]` is tangent to: None at corners and profile
+    ends.
+    """
     first, last = chains[index].features[0], chains[index].features[-1]
     tangent_before = first > 0 and profile.junctions[first - 1].kind == JunctionKind.TANGENT
     tangent_after = last < len(profile.junctions) and profile.junctions[last].kind == JunctionKind.TANGENT

@@ -1,4 +1,4 @@
-"""What the fit of one chain gives, and the touches it starts from."""
+"""The fit of one chain, and the touches it starts from."""
 
 from dataclasses import dataclass
 from typing import Final, TypeAlias
@@ -15,12 +15,12 @@ from trueloop.turned.fit.spline import SplineFit
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 ROUNDING_MM: Final = 0.01
-"""How far a touch may lie beyond its feature's end and still be taken for one at the end."""
+"""The distance that a touch may lie beyond its feature's end and still be taken for one at the end."""
 
 
 @dataclass(frozen=True)
 class ConditionSource:
-    """Where the conditions at one end of a chain come from: a neighbour's end, or an estimate with its uncertainty.
+    """The source of the conditions at one end of a chain: a neighbour's end, or an estimate with its uncertainty.
 
     `gives_slope` says whether the neighbour gives the slope beside the value; the user's own counts as exact.
     """
@@ -78,14 +78,14 @@ class ChainFit:
 
     @property
     def through_touches(self) -> SplineFit | None:
-        """The fit to the chain's touches alone; None where there is none."""
+        """Returns the fit to the chain's touches alone; None where there is none."""
         if self.scattered is not None:
             return self.scattered
         fitted = len(self.touches) > 0 and self.from_model_mm is None and self.scatter_mm is None
         return self.fit if fitted else None
 
     def places_mm(self, vectors: ErrorVectors) -> Array:
-        """Arc lengths of its touches along the chain, (n,)."""
+        """Returns the arc lengths of its touches along the chain, (n,)."""
         start = dict(zip(self.chain.features, self.chain.starts_mm, strict=True))
         starts = np.array([start[i] for i in vectors.feature_index[self.touches].tolist()])
         return np.clip(starts + vectors.arc_length_mm[self.touches], 0.0, self.chain.length_mm)
@@ -99,7 +99,7 @@ def own_fit(
     note: str,
     knot_every: tuple[int | None, ...] | None = None,
 ) -> ChainFit:
-    """A chain fitted to its own touches."""
+    """Fits a chain to its own touches."""
     return ChainFit(
         chain=chain,
         touches=touches.positions,

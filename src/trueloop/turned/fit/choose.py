@@ -46,7 +46,7 @@ class ModelChoice:
 
     @property
     def words(self) -> str:
-        """The choice and its reason."""
+        """Describes the choice and its reason."""
         served = wording("nose model of other parts, with two offsets from this one")
         return wording(
             "{feature}: {served}; leave-one-out RMS over {n} touches: nose model {nose}, own curve {own}",
@@ -68,7 +68,7 @@ class NoseOnPart:
 
 
 def nose_on_part(profile: Profile, vectors: ErrorVectors, nose: NoseModel) -> NoseOnPart:
-    """What a nose model of other parts says of this one. Raises FIT-POINTS when touches do not set the tool offsets."""
+    """Applies a nose model of other parts to this one. Raises FIT-POINTS when touches do not set the tool offsets."""
     touches = nose_touches("this part", profile, vectors)
     used = touches.on_arc & nose.covers(touches.contact_angle_rad)
     arcs = touches.subset(used)
@@ -78,7 +78,8 @@ def nose_on_part(profile: Profile, vectors: ErrorVectors, nose: NoseModel) -> No
 def choose(
     profile: Profile, vectors: ErrorVectors, fit: ChainFit, nose: NoseOnPart, policy: TangentPolicy
 ) -> tuple[ChainFit, ModelChoice]:
-    """The fit of a chain of arcs, or the nose model's curve in its place where that predicts the touches better.
+    """Chooses the fit of a chain of arcs, or the nose model's curve in its place where that predicts the touches
+    better.
 
     A nose model that was never seen at some of the chain's contact angles does not serve it: it would guess there.
     """
@@ -103,7 +104,7 @@ def choose(
 
 
 def _unseen_rad(profile: Profile, fit: ChainFit, nose: NoseModel) -> float:
-    """By how much contact angles of the chain lie outside the nose's fitted range, at the worse end."""
+    """Returns by how much contact angles of the chain lie outside the nose's fitted range, at the worse end."""
     ends = [
         float(angle)
         for i in fit.chain.features
@@ -113,7 +114,9 @@ def _unseen_rad(profile: Profile, fit: ChainFit, nose: NoseModel) -> float:
 
 
 def _left_out(nose: NoseOnPart, mine: NDArray[np.bool_]) -> Array:
-    """Error of predicting each of my touches with offsets from all the others; NaN where those do not set them."""
+    """Returns the error of predicting each of the chain's touches with offsets from all the others; NaN where those do
+    not set them.
+    """
     errors = []
     for k in np.flatnonzero(mine):
         others = nose.touches.subset(np.arange(len(mine)) != k)

@@ -21,7 +21,9 @@ AGREE_MM: Final = 1e-9
 def chain_conditions(
     profile: Profile, chains: tuple[Chain, ...], index: int, fits: Mapping[int, ChainFit], options: FitOptions
 ) -> tuple[EndConditions, Sources]:
-    """What the already fitted tangent neighbours and the user prescribe to a chain, and where each end has it from."""
+    """Returns the conditions that fitted tangent neighbours and the user prescribe to a chain, and the source of each
+    end's.
+    """
     before, after = tangent_neighbours(profile, chains, index)
     start_value, start_slope, start = _from_neighbour(before, fits, options)
     end_value, end_slope, end = _from_neighbour(after, fits, options)
@@ -37,7 +39,9 @@ def chain_conditions(
 
 
 def conditions_covariance(fit: ChainFit, splines: Mapping[int, Spline]) -> Array:
-    """Covariance of the prescribed numbers, in their order; what the user prescribed counts as exact."""
+    """Returns the covariance of the prescribed numbers, in their order; those that the user prescribed count as
+    exact.
+    """
     c = fit.fit.conditions
     if not c.count:
         return np.zeros((0, 0))
@@ -66,7 +70,7 @@ def _from_neighbour(
 
 
 def _end_covariance(source: ConditionSource, splines: Mapping[int, Spline], value: bool, slope: bool) -> Array:
-    """Of (value, slope), of what of them is prescribed."""
+    """Returns the covariance of (value, slope), of those of them that are prescribed."""
     given = np.array([value, slope])
     both = np.diag([source.standard_u_mm**2, 0.0])
     if source.neighbour is not None:
@@ -82,7 +86,7 @@ def _end_covariance(source: ConditionSource, splines: Mapping[int, Spline], valu
 
 
 def _asked(profile: Profile, chain: Chain, options: FitOptions) -> EndConditions:
-    """The user's conditions at the chain's outer ends; inside a chain there is nothing to prescribe."""
+    """Returns the user's conditions at the chain's outer ends; inside a chain there is nothing to prescribe."""
     names = [profile.features[i].name for i in chain.features]
     none = EndConditions()
     asked = [options.prescribed.get(name, none) for name in names]

@@ -56,7 +56,9 @@ def fit_chains(
 def _with_gauged(
     profile: Profile, vectors: ErrorVectors, options: FitOptions, touched: dict[int, ChainFit]
 ) -> dict[int, ChainFit]:
-    """The fits of all chains: those without a touch take values from touched neighbours alone, else from readings."""
+    """Returns the fits of all chains: those without a touch take values from touched neighbours alone, else from
+    readings.
+    """
     chains, state = chains_of(profile), part_state(profile, vectors)
     fits, tangent = dict(touched), replace(options, junctions=TangentPolicy.PATH)
     for i in sorted(set(range(len(chains))) - set(touched), key=lambda i: chains[i].curved):
@@ -76,7 +78,7 @@ def fit_touched(
     known: Known | None = None,
     remembered: Remembered | None = None,
 ) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
-    """The same of the chains with a touch: those without one have no part in them. `known` is added to."""
+    """Fits the chains with a touch: those without one have no part in them. `known` is added to."""
     chains = chains_of(profile)
     with_touches = set(vectors.feature_index[~vectors.by_gauge].tolist())
     touched = [i for i, chain in enumerate(chains) if with_touches.intersection(chain.features)]
@@ -97,7 +99,9 @@ def fit_touched(
 def _recalled(
     profile: Profile, vectors: ErrorVectors, own: ChainFit, options: FitOptions, remembered: Remembered | None
 ) -> ChainFit | None:
-    """The fit of a chain with what is remembered of it; None where nothing is, or the user prescribes its ends."""
+    """Returns the fit of a chain with the remembered errors; None where nothing is remembered, or the user prescribes
+    its ends.
+    """
     if remembered is None or _held(profile, own.chain, options) or not remembered.knows(own.chain):
         return None
     return fit_remembered(profile, vectors, own, remembered, options.junctions)
@@ -120,7 +124,7 @@ def _touched(
     sources: Sources,
     known: Known,
 ) -> ChainFit:
-    """The fit, or the known one to the same touches: these may stand at other positions there."""
+    """Returns the fit, or the known one to the same touches: these may stand at other positions there."""
     touches = touches_of(profile, chain, vectors)
     places = tuple(len(places_mm) for places_mm in touches.by_feature_mm)
     key = (chain, touches.arc_length_mm.tobytes(), touches.error_mm.tobytes(), places, conditions, sources)

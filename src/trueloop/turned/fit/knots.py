@@ -1,4 +1,4 @@
-"""Where an arc's spline has its knots, and what happens when the touches do not carry them.
+"""The knots of an arc's spline, and their reduction when the touches do not carry them.
 
 [6517 Eq. 5] sets a knot at every r-th point of the feature: t_j = x_{jr}, counted from the feature's own first point
 (the neighbour's value at the junction is not counted). Read so, r = 3 leaves the residuals that the report's finish
@@ -27,17 +27,17 @@ class Knots:
 
     @property
     def interior_mm(self) -> Array:
-        """All of them, ascending."""
+        """Returns all of them, ascending."""
         return np.sort(np.array([*self.at_points_mm, *(t for t in self.joints_mm for _ in range(self.repeats))]))
 
 
 def joint_repeats(policy: TangentPolicy, degree: int) -> int:
-    """How often a knot at a tangent junction stands: continuous for PART (C⁰), tangent for PATH (C¹)."""
+    """Returns the multiplicity of a knot at a tangent junction: continuous for PART (C⁰), tangent for PATH (C¹)."""
     return degree if policy == TangentPolicy.PART else degree - 1
 
 
 def every_rth(points_mm: Array, starts_mm: Sequence[float], length_mm: float, r: int) -> tuple[float, ...]:
-    """Every r-th point of a feature [6517 Eq. 5], arc lengths along the chain.
+    """Returns every r-th point of a feature [6517 Eq. 5], arc lengths along the chain.
 
     Left out are one on a feature's end, and the last point: no touch lies beyond it, and a polynomial piece without a
     touch multiplies the scatter of its neighbours.
@@ -48,7 +48,7 @@ def every_rth(points_mm: Array, starts_mm: Sequence[float], length_mm: float, r:
 
 
 def candidates(points: int) -> list[int]:
-    """The r among which leave-one-out chooses: 2 to 10, and those that give 0 to 9 knots; largest first."""
+    """Returns the r among which leave-one-out chooses: 2 to 10, and those that give 0 to 9 knots; largest first."""
     spread = {points // k for k in range(1, 11)}
     return sorted((r for r in spread | set(range(2, 11)) if 2 <= r <= max(points, 2)), reverse=True)
 
@@ -61,7 +61,7 @@ def fit_determined(
     degree: int,
     conditions: EndConditions,
 ) -> tuple[SplineFit, Knots]:
-    """The fit with as many of the knots, and as high a degree, as the touches determine.
+    """Fits with as many of the knots, and as high a degree, as the touches determine.
 
     While a stretch has too few touches, the knot nearest its middle is dropped (joints last); when none is left the
     degree is lowered: cubic, parabola, straight line, constant. One touch gives a constant.
@@ -99,7 +99,7 @@ def _refused(error: CurveFitError, touches: int, conditions: EndConditions) -> T
 
 
 def _without_one(knots: Knots, start_mm: float, end_mm: float) -> Knots | None:
-    """The knots less the one nearest the middle of a stretch; None when there is none in it."""
+    """Returns the knots less the one nearest the middle of a stretch; None when there is none in it."""
     middle = (start_mm + end_mm) / 2
     there = [t for t in (knots.at_points_mm or knots.joints_mm) if start_mm <= t <= end_mm]
     there = there or [t for t in knots.joints_mm if start_mm <= t <= end_mm]

@@ -23,7 +23,8 @@ def fit_lines(
     conditions: EndConditions,
     sources: Sources,
 ) -> ChainFit:
-    """A straight line; a constant where the touches carry no more. Lines in line with each other are fitted as one.
+    """Fits a straight line; a constant where the touches carry no more. Lines in line with each other are fitted as
+    one.
 
     Under the policy PART the line may bend where one feature ends and the next begins, under PATH it may not.
     """

@@ -1,4 +1,4 @@
-"""What is known beforehand of a chain's next cut, beside its curve."""
+"""The prior knowledge of a chain's next cut, beside its curve."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,8 @@ from trueloop.arrays import Array, by_content
 @by_content
 @dataclass(frozen=True)
 class NextCut:
-    """What the next cut of a chain would have, at n arc lengths along it: expected error and standard uncertainty, mm.
+    """The prediction of the next cut of a chain, at n arc lengths along it: expected error and standard uncertainty,
+    mm.
 
     The uncertainty holds everything, the scatter of that cut and what it does otherwise included. A correction of 1 is
     expected to take off `gain`.
@@ -22,9 +23,9 @@ class NextCut:
     gain: float
 
     def expected_mm(self, arc_length_mm: Array) -> Array:
-        """The expected error, (k,)."""
+        """Returns the expected error, (k,)."""
         return np.atleast_1d(np.interp(arc_length_mm, self.arc_length_mm, self.mean_mm))
 
     def u_mm(self, arc_length_mm: Array) -> Array:
-        """Its standard uncertainty, (k,)."""
+        """Returns its standard uncertainty, (k,)."""
         return np.atleast_1d(np.interp(arc_length_mm, self.arc_length_mm, self.standard_u_mm))

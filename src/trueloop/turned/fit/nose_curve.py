@@ -22,7 +22,7 @@ SAMPLE_RAD: Final = math.radians(1.0)
 def nose_curve(
     profile: Profile, vectors: ErrorVectors, fit: ChainFit, prediction: NosePrediction, joint_repeats: int
 ) -> ChainFit:
-    """A chain of arcs with the nose model's curve under its own end conditions; covariance from w and the offsets.
+    """Fits a chain of arcs by the nose model's curve under its own end conditions; covariance from w and the offsets.
 
     Where the nose model does not reach (the last degrees before an end), the curve is drawn out like any other.
     """
@@ -40,7 +40,7 @@ def nose_curve(
 
 
 def carried(s: Array, root: Array, knots: Knots, curve: SplineFit) -> Array:
-    """The samples' covariance, carried to the coefficients: each column is fitted like data, with zero at the ends."""
+    """Carries the samples' covariance to the coefficients: each column is fitted like data, with zero at the ends."""
     zero = EndConditions(*(None if number is None else 0.0 for number in astuple(curve.conditions)))
     length, degree = curve.spline.length_mm, curve.spline.degree
     columns = [fit_determined(s, column, knots, length, degree, zero)[0].spline.coefficients_mm for column in root.T]
@@ -48,7 +48,7 @@ def carried(s: Array, root: Array, knots: Knots, curve: SplineFit) -> Array:
 
 
 def _samples(profile: Profile, chain: Chain, nose: NoseModel) -> tuple[Array, Array]:
-    """Arc lengths along the chain, and contact angles, where the nose model covers it."""
+    """Returns arc lengths along the chain, and contact angles, where the nose model covers it."""
     along, angles = [], []
     for i, start in zip(chain.features, chain.starts_mm, strict=True):
         feature = profile.features[i]
@@ -62,7 +62,9 @@ def _samples(profile: Profile, chain: Chain, nose: NoseModel) -> tuple[Array, Ar
 
 
 def _knots(profile: Profile, chain: Chain, nose: NoseModel, s: Array) -> tuple[float, ...]:
-    """Where along the chain the contact angle passes a knot of w, within the samples and clear of the joints."""
+    """Returns where along the chain the contact angle passes a knot of w, within the samples and clear of the
+    joints.
+    """
     found: list[float] = []
     for i, start in zip(chain.features, chain.starts_mm, strict=True):
         feature = profile.features[i]

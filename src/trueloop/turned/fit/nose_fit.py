@@ -24,7 +24,7 @@ SMALLEST_SINGULAR: Final = 1e-6
 
 
 def nose_touches(part: str, profile: Profile, vectors: ErrorVectors) -> NoseTouches:
-    """A part's error vectors by contact angle. Points at the z reference are left out: zero by definition."""
+    """Returns a part's error vectors by contact angle. Points at the z reference are left out: zero by definition."""
     used = ~vectors.at_reference
     index = vectors.feature_index[used]
     return NoseTouches(
@@ -37,7 +37,8 @@ def nose_touches(part: str, profile: Profile, vectors: ErrorVectors) -> NoseTouc
 
 
 def fit_nose_model(parts: Sequence[NoseTouches]) -> NoseModel:
-    """Least squares over the arcs of all parts: w and every part's offsets; then what is left on straight features.
+    """Fits w and every part's offsets by least squares over the arcs of all parts; then the remainder on straight
+    features.
 
     w has knots about every `KNOT_SPACING_RAD`, fewer where the touches do not carry them. Straight features are looked
     at only within the arcs' range of angles. Raises FIT-POINTS when some part's arcs do not set its offsets.
@@ -63,7 +64,7 @@ def fit_nose_model(parts: Sequence[NoseTouches]) -> NoseModel:
 
 
 def _left(model: NoseModel, parts: Sequence[NoseTouches]) -> dict[tuple[str, str], float]:
-    """Mean error of each straight feature about the model of its part."""
+    """Returns the mean error of each straight feature about the model of its part."""
     left: dict[tuple[str, str], list[float]] = {}
     for part in parts:
         straight = part.subset(~part.on_arc & model.covers(part.contact_angle_rad))
@@ -76,7 +77,7 @@ def _left(model: NoseModel, parts: Sequence[NoseTouches]) -> dict[tuple[str, str
 
 
 def _space(lowest: float, highest: float, knots: int) -> Spline:
-    """An empty spline over the range, with equally spaced knots."""
+    """Returns an empty spline over the range, with equally spaced knots."""
     length = highest - lowest
     n = knots + 4
     interior = length * np.arange(1, knots + 1) / (knots + 1)
@@ -96,7 +97,7 @@ def _gauge(space: Spline, lowest: float) -> Array:
 
 
 def _solve(arcs: Sequence[NoseTouches], space: Spline, lowest: float) -> NoseModel | None:
-    """The model on one spline space; None when the touches do not determine it with one to spare."""
+    """Returns the model on one spline space; None when the touches do not determine it with one to spare."""
     free = _gauge(space, lowest)
     design = np.vstack([_rows(arcs, k, space, lowest, free) for k in range(len(arcs))])
     error = np.concatenate([arc.error_mm for arc in arcs])
@@ -123,7 +124,7 @@ def _solve(arcs: Sequence[NoseTouches], space: Spline, lowest: float) -> NoseMod
 
 
 def _rows(arcs: Sequence[NoseTouches], k: int, space: Spline, lowest: float, free: Array) -> Array:
-    """Design rows of one part: w in its gauge, then the offsets of all parts."""
+    """Returns the design rows of one part: w in its gauge, then the offsets of all parts."""
     angle = arcs[k].contact_angle_rad
     offsets = np.zeros((len(angle), 2 * len(arcs)))
     offsets[:, 2 * k : 2 * k + 2] = offset_terms(angle)

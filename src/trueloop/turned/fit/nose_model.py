@@ -30,7 +30,8 @@ APART_RAD: Final = math.radians(5.0)
 """Touches that shall set both offsets must span more than this."""
 
 BEYOND_RAD: Final = math.radians(1.0)
-"""How far beyond its fitted range w is used, along its end tangents: less than the spacing of touches on a dome."""
+"""The distance beyond its fitted range to which w is used, along its end tangents: less than the spacing of touches on
+a dome."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class NoseTouches:
     error_mm: Array
 
     def subset(self, chosen: ArrayLike) -> "NoseTouches":
-        """Some of the touches, by position or mask."""
+        """Returns some of the touches, by position or mask."""
         which = np.arange(len(self.feature))[np.asarray(chosen)]
         names = tuple(self.feature[k] for k in which)
         return NoseTouches(self.part, names, self.on_arc[which], self.contact_angle_rad[which], self.error_mm[which])
@@ -71,16 +72,16 @@ class NoseModel:
     degrees_of_freedom: int
 
     def covers(self, angle_rad: ArrayLike) -> NDArray[np.bool_]:
-        """Whether contact angles lie within the fitted range, or at most a degree beyond."""
+        """Returns whether contact angles lie within the fitted range, or at most a degree beyond."""
         angle = np.asarray(angle_rad, dtype=np.float64)
         return (angle >= self.lowest_rad - BEYOND_RAD) & (angle <= self.highest_rad + BEYOND_RAD)
 
     def w_mm(self, angle_rad: ArrayLike) -> Array:
-        """The nose's own error at contact angles, (n,). Raises FIT-ANGLE outside the fitted range."""
+        """Returns the nose's own error at contact angles, (n,). Raises FIT-ANGLE outside the fitted range."""
         return self.basis(angle_rad) @ self.w.coefficients_mm
 
     def basis(self, angle_rad: ArrayLike) -> Array:
-        """Row of w's basis functions for each contact angle, (n, coefficients)."""
+        """Returns the row of w's basis functions for each contact angle, (n, coefficients)."""
         angle = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
         if not np.all(self.covers(angle)):
             raise _outside(self, angle)
@@ -88,7 +89,7 @@ class NoseModel:
         return form.dense(len(self.w.coefficients_mm))
 
     def predict(self, touches: NoseTouches) -> "NosePrediction":
-        """The next part from at least two touches on its arcs: tool offsets by least squares.
+        """Predicts the next part from at least two touches on its arcs: tool offsets by least squares.
 
         Raises FIT-POINTS when they do not set both offsets, FIT-ANGLE outside the fitted range.
         """
@@ -102,7 +103,7 @@ class NoseModel:
 
 @dataclass(frozen=True)
 class NosePrediction:
-    """What a nose model says of one part: `offsets_mm` = (dX, dZ) from its touches."""
+    """The prediction of one part by a nose model: `offsets_mm` = (dX, dZ) from its touches."""
 
     model: NoseModel
     offsets_mm: Array
@@ -110,30 +111,32 @@ class NosePrediction:
     _from_w: Array
 
     def value_mm(self, angle_rad: ArrayLike) -> Array:
-        """Expected part error at contact angles, (n,)."""
+        """Returns the expected part error at contact angles, (n,)."""
         angle = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
         return self.model.w_mm(angle) + offset_terms(angle) @ self.offsets_mm
 
     def root_of_covariance_mm(self, angle_rad: ArrayLike) -> Array:
-        """F with F·Fᵀ the covariance of the expected errors, (n, m): from w and from the scatter of the touches."""
+        """Returns F with F·Fᵀ the covariance of the expected errors, (n, m): from w and from the scatter of the
+        touches.
+        """
         angle = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
         terms = offset_terms(angle)
         rows = self.model.basis(angle) - terms @ self._from_w
         return np.hstack([rows @ self.model.w.prescribed_mm, self.model.scatter_mm * (terms @ self._from_touches)])
 
     def standard_deviation_mm(self, angle_rad: ArrayLike) -> Array:
-        """Standard uncertainty of the expected error, (n,)."""
+        """Returns the standard uncertainty of the expected error, (n,)."""
         variance: Array = np.sum(self.root_of_covariance_mm(angle_rad) ** 2, axis=1)
         return np.sqrt(variance)
 
 
 def offset_terms(angle_rad: Array) -> Array:
-    """(sin φ, cos φ): what tool offsets dX and dZ do to the error along the normal, (n, 2)."""
+    """Returns (sin φ, cos φ): the effect of tool offsets dX and dZ on the error along the normal, (n, 2)."""
     return np.column_stack([np.sin(angle_rad), np.cos(angle_rad)])
 
 
 def refuse_too_few(touches: NoseTouches) -> TrueloopError:
-    """The error for touches that do not set dX and dZ."""
+    """Returns the error for touches that do not set dX and dZ."""
     span = math.degrees(float(np.ptp(touches.contact_angle_rad))) if len(touches.feature) else 0.0
     return TrueloopError(
         Code.FIT_POINTS,

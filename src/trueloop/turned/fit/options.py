@@ -1,4 +1,4 @@
-"""What a user may choose about the fit."""
+"""The user's options of the fit."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from trueloop.turned.fit.spline import EndConditions
 
 
 class BadTouches(StrEnum):
-    """What becomes of a touch that the others contradict beyond doubt: it is left out, or all touches are kept."""
+    """The treatment of a touch that the others contradict beyond doubt: it is left out, or all touches are kept."""
 
     LEAVE_OUT = "leave-out"
     KEEP = "keep"
@@ -20,7 +20,7 @@ class BadTouches(StrEnum):
 
 @dataclass(frozen=True)
 class FitOptions:
-    """Choices of a fit; the defaults need none.
+    """The options of a fit; the defaults need none.
 
     `knot_every`: r, a knot at every r-th touch of an arc [6517 Eq. 5]; None lets the leave-one-out error choose.
     `knot_every_on`: r of single arcs, by feature name. `prescribed`: values and slopes at the ends of features, by
@@ -84,5 +84,5 @@ class FitOptions:
     between_cuts: BetweenCuts = NONE
 
     def knot_every_for(self, feature: str) -> int | None:
-        """The r of a feature, None where leave-one-out chooses."""
+        """Returns the r of a feature, None where leave-one-out chooses."""
         return self.knot_every_on.get(feature, self.knot_every)

@@ -20,7 +20,7 @@ THIRDS: Final = np.array([0.0, 1 / 3, 2 / 3, 1.0])
 
 @dataclass(frozen=True)
 class EndConditions:
-    """What is prescribed at the ends: values in mm, slopes in mm per mm; None leaves it free [6517 Eq. 12]."""
+    """The conditions prescribed at the ends: values in mm, slopes in mm per mm; None leaves it free [6517 Eq. 12]."""
 
     start_value_mm: float | None = None
     start_slope: float | None = None
@@ -29,24 +29,24 @@ class EndConditions:
 
     @property
     def numbers(self) -> tuple[float | None, float | None, float | None, float | None]:
-        """Value and slope at the start, value and slope at the end."""
+        """Returns value and slope at the start, value and slope at the end."""
         return self.start_value_mm, self.start_slope, self.end_value_mm, self.end_slope
 
     @property
     def reversed(self) -> "EndConditions":
-        """The same of a curve that is run from its end to its start: slopes change their sign."""
+        """Returns the conditions of a curve that is run from its end to its start: slopes change their sign."""
         start_value, start_slope, end_value, end_slope = self.numbers
         slopes = [None if slope is None else -slope for slope in (end_slope, start_slope)]
         return EndConditions(end_value, slopes[0], start_value, slopes[1])
 
     @property
     def count(self) -> int:
-        """How many numbers are prescribed."""
+        """Returns how many numbers are prescribed."""
         return sum(number is not None for number in self.numbers)
 
     @property
     def coefficients(self) -> int:
-        """How many coefficients they take part in: one for a value alone, two for a slope."""
+        """Returns how many coefficients they take part in: one for a value alone, two for a slope."""
         ends = ((self.start_value_mm, self.start_slope), (self.end_value_mm, self.end_slope))
         return sum(2 if slope is not None else int(value is not None) for value, slope in ends)
 
@@ -59,12 +59,12 @@ class LinearForm:
     weights: Array
 
     def of(self, coefficients: Array) -> Array:
-        """The numbers, for coefficients of shape (n,) or (n, m)."""
+        """Returns the numbers, for coefficients of shape (n,) or (n, m)."""
         picked: Array = np.einsum("qk,qk...->q...", self.weights, coefficients[self._columns])
         return picked
 
     def dense(self, coefficients: int) -> Array:
-        """The full rows, (q, coefficients)."""
+        """Returns the full rows, (q, coefficients)."""
         rows = np.zeros((len(self.first), coefficients))
         np.put_along_axis(rows, self._columns, self.weights, axis=1)
         return rows
@@ -109,11 +109,13 @@ class Spline:
         return LinearForm(first, slopes)
 
     def of(self, form: LinearForm) -> Array:
-        """The numbers of a form on this spline."""
+        """Returns the numbers of a form on this spline."""
         return form.of(self.coefficients_mm)
 
     def covariance(self, a: LinearForm, b: LinearForm) -> Array:
-        """Covariance of the numbers of two forms, row by row; both forms of a row lie within four coefficients."""
+        """Returns the covariance of the numbers of two forms, row by row; both forms of a row lie within four
+        coefficients.
+        """
         band = self.covariance_band_mm2
         total: Array = np.sum(a.of(self.prescribed_mm) * b.of(self.prescribed_mm), axis=1)
         for i in range(a.weights.shape[1]):
@@ -124,12 +126,12 @@ class Spline:
         return total
 
     def variance(self, form: LinearForm) -> Array:
-        """Variance of the numbers of a form."""
+        """Returns the variance of the numbers of a form."""
         return self.covariance(form, form)
 
     @property
     def dense_covariance_mm2(self) -> Array:
-        """Covariance of all coefficients, (n, n); of two more than three apart, what is common to them alone."""
+        """Returns the covariance of all coefficients, (n, n); of two more than three apart, only their common part."""
         band, n = self.covariance_band_mm2, len(self.coefficients_mm)
         full: Array = self.prescribed_mm @ self.prescribed_mm.T
         for k in range(min(band.shape[1], n)):
@@ -138,11 +140,12 @@ class Spline:
         return full
 
     def with_common(self, response_mm: Array) -> "Spline":
-        """The same with one more independent error, which the coefficients follow by `response_mm`, (n,)."""
+        """Returns the spline with one more independent error, which the coefficients follow by `response_mm`, (n,)."""
         return replace(self, prescribed_mm=np.column_stack([self.prescribed_mm, response_mm]))
 
     def drawn_out_u_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """What going on along the tangent beyond the touches may miss, (n,): ½·f″·d², at the distance d from them.
+        """Returns the possible error of going on along the tangent beyond the touches, (n,): ½·f″·d², at the distance d
+        from them.
 
         f″ is the curve's at the last touch, with its standard uncertainty: it may well bend on as it bent. Zero within
         `supported_mm`.
@@ -157,7 +160,8 @@ class Spline:
         return missed
 
     def pieces(self) -> tuple[Array, Array]:
-        """Where the polynomial pieces begin, and their coefficients c, shape (pieces, 4): Σ c[k]·(s − begin)ᵏ in mm.
+        """Returns where the polynomial pieces begin, and their coefficients c, shape (pieces, 4): Σ c[k]·(s − begin)ᵏ
+        in mm.
 
         The per-interval form of [6517 Eq. 29–33], about each piece's own beginning instead of the origin: powers of
         the whole arc length lose digits.
@@ -171,7 +175,9 @@ class Spline:
         return begins, np.where(used, in_unit_steps / (ends - begins)[:, None] ** np.arange(4), 0.0)
 
     def kink_form(self, knot_mm: float) -> LinearForm:
-        """Slope after a knot less slope before it. The outer functions on either side have no slope there."""
+        """Returns the slope after a knot less the slope before it. The outer functions on either side have no slope
+        there.
+        """
         n = len(self.coefficients_mm)
         row = np.zeros(n)
         for side, sign in (
@@ -183,13 +189,17 @@ class Spline:
         return LinearForm(np.array([first]), row[None, first : first + 4])
 
     def _carried(self, lower_mm: float, upper_mm: float | None) -> tuple[float, float]:
-        """The part of a stretch on which the polynomial itself holds: a point where the touches support none of it."""
+        """Returns the part of a stretch on which the polynomial itself holds: a point where the touches support none of
+        it.
+        """
         low, high = self.supported_mm or (0.0, self.length_mm)
         upper_mm = self.length_mm if upper_mm is None else upper_mm
         return min(max(lower_mm, low), high), max(min(upper_mm, high), low)
 
     def _bend_per_mm(self, at_mm: float) -> float:
-        """Second derivative within the supported range, its standard uncertainty added (root of squares)."""
+        """Returns the second derivative within the supported range, its standard uncertainty added (root of
+        squares).
+        """
         low, high = self.supported_mm or (0.0, self.length_mm)
         knots = np.abs(self.interior_knots_mm - at_mm)
         step = min(1e-3 * self.length_mm, 0.5 * float(np.min(knots[knots > 0.0], initial=high - low)))
@@ -219,8 +229,8 @@ class SplineFit:
 
     @property
     def leave_one_out_mm(self) -> Array:
-        """Errors of predicting each point from the others, knots kept: residual / (1 − leverage). NaN where no other
-        point says anything about it.
+        """Returns the errors of predicting each point from the others, knots kept: residual / (1 − leverage). NaN where
+        no other point determines it.
         """
         spare = 1.0 - self.leverage
         return np.where(spare > 1e-9, self.residual_mm / np.where(spare > 1e-9, spare, 1.0), np.nan)
@@ -231,7 +241,9 @@ class SplineFit:
         return len(self.residual_mm) - (len(self.spline.coefficients_mm) - self.conditions.count)
 
     def scaled(self, variance_mm2: float, covariance_of_conditions: Array | None = None) -> Spline:
-        """The spline with its covariance: σ²C + SFSᵀ, F the covariance of the prescribed numbers (None: exact)."""
+        """Returns the spline with its covariance: σ²C + SFSᵀ, F the covariance of the prescribed numbers (None:
+        exact).
+        """
         band = variance_mm2 * self.spline.covariance_band_mm2
         response = self.spline.prescribed_mm
         if covariance_of_conditions is not None:
@@ -249,7 +261,7 @@ def least_squares_spline(
     conditions: EndConditions | None = None,
     weights: ArrayLike | None = None,
 ) -> SplineFit:
-    """The spline of least weighted squares that meets the end conditions exactly [6517 Eq. 11, 12, 16].
+    """Fits the spline of least weighted squares that meets the end conditions exactly [6517 Eq. 11, 12, 16].
 
     Raises `CurveFitError` (from the core) with the kind of what is wrong; `undetermined` names the stretch in which
     points are missing. Points ascend within [0, length].

@@ -28,7 +28,7 @@ STRAIGHT_MM: Final = 0.0005
 
 
 def is_supported(profile: Profile, chain: Chain, vectors: ErrorVectors, state: PartState) -> bool:
-    """Whether the readings say enough of a chain to move it."""
+    """Returns whether the readings determine enough of a chain to move it."""
     if np.any(np.isin(vectors.feature_index, chain.features)):
         return True
     _, index, along = chain_samples(profile, chain)
@@ -44,7 +44,7 @@ def fit_gauged(
     touched: tuple[EndConditions, Sources],
     supported: bool,
 ) -> ChainFit:
-    """The fit of one chain.
+    """Fits one chain.
 
     `ends` are values and slopes of all tangent neighbours that are fitted, `touched` the conditions of those that were
     touched, and of the user, with their sources. `supported`: as of `is_supported`; else it stays as programmed.
@@ -80,7 +80,9 @@ def fit_gauged(
 
 
 def _is_straight(chain: Chain, s: Array, mean: Array, u: Array) -> bool:
-    """Whether straight lines along a chain are within a standard uncertainty, or half a micrometre, of the mean."""
+    """Returns whether straight lines along a chain are within a standard uncertainty, or half a micrometre, of the
+    mean.
+    """
     knots = Knots((), chain.joints_mm, 1)
     line, _ = fit_determined(s, mean, knots, chain.length_mm, 1, EndConditions())
     return bool(np.all(np.abs(line.residual_mm) <= np.maximum(u, STRAIGHT_MM)))
@@ -109,7 +111,7 @@ def _zero(conditions: EndConditions) -> EndConditions:
 
 
 def _left_out(vectors: ErrorVectors, positions: "np.ndarray[tuple[int], np.dtype[np.intp]]", state: PartState) -> Array:
-    """Each reading less what the others say of it; NaN for what is put together from several."""
+    """Returns each reading less its prediction by the others; NaN for readings put together from several."""
     by_name = dict(zip(state.names, state.updated.left_out_mm.tolist(), strict=True))
     return np.array([by_name.get(vectors.point[k], np.nan) for k in positions])
 

@@ -1,4 +1,4 @@
-"""What touches and readings of one part tell of its errors anywhere, by the state of all terms (`estimate`).
+"""The errors of one part anywhere, from its touches and readings, by the state of all terms (`estimate`).
 
 A touch sees the error at its place, less the reference's share where the part's z was taken from a touch; a reading
 sees a weighted sum of errors (`touches.seen`). All are linear in the terms, so that the error at any place has a mean
@@ -47,7 +47,7 @@ class PartState:
     updated: Updated
 
     def contradicted(self) -> tuple[str, ...]:
-        """The readings that all other values contradict, in words."""
+        """Describes the readings that all other values contradict."""
         first = len(self.names) - len(self.vectors.seen)
         found = [k for k in range(first, len(self.names)) if self.updated.gross[k] > CONTRADICTED]
         return tuple(
@@ -62,7 +62,7 @@ class PartState:
         return _at(self.updated.state, self.profile, self.vectors, feature_index, arc_length_mm)
 
     def explained(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> float:
-        """The largest share of the prior variance, over places (n,), that the measurements have taken away."""
+        """Returns the largest share of the prior variance, over places (n,), that the measurements have taken away."""
         state = self.updated.state
         before = _at(
             State.before(state.catalogue, state.sizes), self.profile, self.vectors, feature_index, arc_length_mm
@@ -72,7 +72,7 @@ class PartState:
 
 
 def part_state(profile: Profile, vectors: ErrorVectors) -> PartState:
-    """The state given all touches and readings of a part, with sizes of the terms as these show them."""
+    """Returns the state given all touches and readings of a part, with sizes of the terms as these show them."""
     names, observed = _observed(profile, vectors)
     angle = _angles(profile)
     low, high = ROUND_RAD * math.floor(angle.min() / ROUND_RAD), ROUND_RAD * math.ceil(angle.max() / ROUND_RAD)
@@ -99,8 +99,8 @@ def places_on(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: 
 
 
 def groups_of(profile: Profile) -> tuple[list[int], list[float], list[float]]:
-    """Of each feature: the first of those that meet tangentially in a row with it, the length of those before it, and
-    of all of them.
+    """Returns of each feature the first of those that meet tangentially in a row with it, the length of those before
+    it, and of all of them.
     """
     first, before = [0], [0.0]
     for i, junction in enumerate(profile.junctions):
@@ -167,7 +167,9 @@ def _observed(profile: Profile, vectors: ErrorVectors) -> tuple[tuple[str, ...],
 
 
 def _averaging(touched: ErrorVectors) -> Array:
-    """The means that stand for touches, (m, n): of each touch itself, or over stretches of a feature with many."""
+    """Returns the means that stand for touches, (m, n): of each touch itself, or over stretches of a feature with
+    many.
+    """
     rows = list[Array]()
     for feature in np.unique(touched.feature_index):
         mine = touched.of_feature(int(feature))

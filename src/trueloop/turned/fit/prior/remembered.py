@@ -1,4 +1,4 @@
-"""What earlier parts of the edge and today's touches tell of the next cut, along the features of a profile.
+"""The prediction of the next cut from earlier parts of the edge and today's touches, along the features of a profile.
 
 Who knows earlier parts of the edge fills this table; the fit takes it for the error of the next cut, and today's
 touches are in it already.
@@ -22,7 +22,7 @@ GRID_RAD: Final = math.radians(0.5)
 @by_content
 @dataclass(frozen=True)
 class Remembered:
-    """Errors of the next cut had nothing been corrected, at n places; positive = material left on.
+    """The errors of the next cut had nothing been corrected, at n places; positive = material left on.
 
     Places are by feature index and arc length, (n,), those of a feature ascending from its start to its end. `mean_mm`
     (n,) is expected, `covariance_mm2` (n, n) that of the next cut's error about it, its scatter included: nothing is to
@@ -40,18 +40,20 @@ class Remembered:
     corrects: bool = True
 
     def knows(self, chain: Chain) -> bool:
-        """Whether it has all of a chain."""
+        """Returns whether it has all of a chain."""
         return set(chain.features) <= set(self.feature_index.tolist())
 
     def of(self, chain: Chain) -> tuple[NDArray[np.intp], Array]:
-        """Which of the places lie on a chain, in their order along it, and arc lengths along it, (k,)."""
+        """Returns which of the places lie on a chain, in their order along it, and arc lengths along it, (k,)."""
         rows = [np.flatnonzero(self.feature_index == i) for i in chain.features]
         s = [start + self.arc_length_mm[at] for start, at in zip(chain.starts_mm, rows, strict=True)]
         return np.concatenate(rows), np.concatenate(s)
 
 
 def angles_along(profile: Profile, index: int) -> tuple[Array, Array]:
-    """Arc lengths along a feature, its ends among them, at most a step of contact angle apart; and these angles."""
+    """Returns arc lengths along a feature, its ends among them, at most a step of contact angle apart; and these
+    angles.
+    """
     feature = profile.features[index]
     turn = feature.length_mm * abs(float(feature.curvature_per_mm(0.0)))
     s = np.linspace(0.0, feature.length_mm, max(math.ceil(turn / GRID_RAD - 1e-9), 8) + 1)

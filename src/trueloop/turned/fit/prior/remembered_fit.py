@@ -40,7 +40,7 @@ cut, or within this, of what is expected: every bend makes the program longer.""
 def fit_remembered(
     profile: Profile, vectors: ErrorVectors, own: ChainFit, remembered: Remembered, policy: TangentPolicy
 ) -> ChainFit:
-    """The fit of one chain in the place of its `own`, or that one with what is remembered of the next cut.
+    """Returns the fit of one chain in the place of its `own`, or that one with the remembered errors of the next cut.
 
     The chain has to be one that it `knows`. The scatter of the touches stays that about their own curve.
     """
@@ -82,25 +82,27 @@ def fit_remembered(
 
 
 def _is_straight(s: Array, value: Array, u: Array) -> bool:
-    """Whether a straight line through values along a feature is near enough to them."""
+    """Returns whether a straight line through values along a feature is near enough to them."""
     line = np.polynomial.Polynomial.fit(s, value, 1)(s)
     return bool(np.all(np.abs(value - line) <= np.maximum(STRAIGHT_U * u, STRAIGHT_MM)))
 
 
 def _evenly(chain: Chain) -> tuple[float, ...]:
-    """Two knots within each feature of a chain."""
+    """Returns two knots within each feature of a chain."""
     ends = zip(chain.starts_mm, [*chain.joints_mm, chain.length_mm], strict=True)
     return tuple(start + (end - start) * k / 3 for start, end in ends for k in (1, 2))
 
 
 def _turned(profile: Profile, chain: Chain) -> Array:
-    """By how much the contact angle has turned since the start of a chain, at its places, (n,)."""
+    """Returns by how much the contact angle has turned since the start of a chain, at its places, (n,)."""
     angle = np.concatenate([angles_along(profile, i)[1] for i in chain.features])
     return np.append(0.0, np.cumsum(np.abs(np.diff(angle))))
 
 
 def _fades(turned: Array, conditions: EndConditions) -> Array:
-    """From 1 at start and end to 0 within `FADE_RAD` of contact angle, 1 − 3u² + 2u³, (2, n); 0 from a free end."""
+    """Fades from 1 at start and end to 0 within `FADE_RAD` of contact angle, 1 − 3u² + 2u³, (2, n); 0 from a free
+    end.
+    """
     reach = min(FADE_RAD, 0.5 * float(turned[-1]))
     u = np.minimum(np.stack([turned, turned[-1] - turned]) / reach, 1.0)
     held = np.array([conditions.start_value_mm is not None, conditions.end_value_mm is not None])

@@ -1,4 +1,4 @@
-"""What to expect of a contact angle that was not touched on the feature in question: prior and touches, weighed.
+"""The expected error at a contact angle that was not touched on the feature in question: prior and touches, weighed.
 
 Before any touch the error of a part, along the normal at contact angle φ of a feature, is taken for
 
@@ -66,12 +66,12 @@ class Expected:
 
     @property
     def supported(self) -> bool:
-        """Whether the touches say enough to move the feature."""
+        """Returns whether the touches determine enough to move the feature."""
         return self.explained >= SUPPORTED
 
 
 def expect(profile: Profile, vectors: ErrorVectors, angle_rad: Array, feature: int) -> Expected:
-    """What the touches say of a feature, by index, at contact angles (n,)."""
+    """Predicts the errors of a feature, by index, at contact angles (n,), from the touches."""
     seen = touched_means(profile, vectors)
     groups = groups_of(profile)
     own = prior_covariance(seen.angle_rad, groups[seen.feature], seen.angle_rad, groups[seen.feature])
@@ -95,7 +95,7 @@ def expect(profile: Profile, vectors: ErrorVectors, angle_rad: Array, feature: i
 
 @dataclass(frozen=True)
 class TouchedMeans:
-    """What was touched: means of each line, and of each arc within `TOGETHER_RAD`; all (n,).
+    """The means of touches of each line, and of each arc within `TOGETHER_RAD`; all (n,).
 
     A scan of thousands of points thus stays a matter of some hundred numbers.
     """
@@ -108,7 +108,7 @@ class TouchedMeans:
 
 
 def touched_means(profile: Profile, vectors: ErrorVectors) -> TouchedMeans:
-    """The means of all touches; empty without any."""
+    """Returns the means of all touches; empty without any."""
     rows: list[tuple[int, float, float, float, float]] = []
     angle = profile.contact_angle_rad(vectors.feature_index, vectors.arc_length_mm)
     noise = np.hypot(vectors.standard_u_mm, NOISE_MM)
@@ -124,13 +124,13 @@ def touched_means(profile: Profile, vectors: ErrorVectors) -> TouchedMeans:
 
 
 def groups_of(profile: Profile) -> NDArray[np.intp]:
-    """A number for every feature, the same for those that join tangentially."""
+    """Returns a number for every feature, one for all those that join tangentially."""
     steps = [junction.kind is not JunctionKind.TANGENT for junction in profile.junctions]
     return np.concatenate([[0], np.cumsum(steps)]).astype(np.intp)
 
 
 def prior_covariance(angle_rad: Array, group: NDArray[np.intp], other_rad: Array, other: NDArray[np.intp]) -> Array:
-    """Prior covariance of errors at contact angles (n,) and (m,), without noise, (n, m)."""
+    """Returns the prior covariance of errors at contact angles (n,) and (m,), without noise, (n, m)."""
     apart = np.abs(angle_rad[:, None] - other_rad)
     d = math.sqrt(3.0) * apart / ALIKE_RAD
     alike = (1.0 + d) * np.exp(-d)

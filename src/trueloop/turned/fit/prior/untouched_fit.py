@@ -1,4 +1,4 @@
-"""The curve of a chain without a touch: from tangent neighbours where it has any, else from what was touched elsewhere.
+"""The curve of a chain without a touch: from tangent neighbours where it has any, else from touches elsewhere.
 
 What is expected is the mean given the touches (`untouched`), and a chain of which the touches say nothing stays as
 programmed. Where it meets a neighbour at a corner, the corner moves along that neighbour by no more than the errors of
@@ -39,7 +39,7 @@ def fit_untouched(
     sources: Sources,
     fits: Mapping[int, ChainFit],
 ) -> ChainFit:
-    """The fit of one chain; `fits` are those of the chains before it, whose corners it meets."""
+    """Fits one chain; `fits` are those of the chains before it, whose corners it meets."""
     if not chain.curved and conditions.count:
         return _continued(profile, chain, vectors, conditions, sources)
     s, index, along = chain_samples(profile, chain)
@@ -74,7 +74,7 @@ def _continued(
 
 
 def chain_knots(chain: Chain, s: Array) -> Knots:
-    """Two within each arc, and the joints, where the curve may bend."""
+    """Returns the knots of a chain: two within each arc, and the joints, where the curve may bend."""
     if not chain.curved:
         return Knots((), chain.joints_mm, 1)
     third = SAMPLES // 3
@@ -83,12 +83,14 @@ def chain_knots(chain: Chain, s: Array) -> Knots:
 
 
 def name_of(profile: Profile, chain: Chain) -> str:
-    """Its features by name."""
+    """Names a chain by its features."""
     return all_of([profile.features[i].name for i in chain.features])
 
 
 def chain_samples(profile: Profile, chain: Chain) -> tuple[Array, NDArray[np.intp], Array]:
-    """Arc lengths along the chain, and features with arc lengths along these, ends of every feature included; (n,)."""
+    """Returns arc lengths along the chain, and features with arc lengths along these, ends of every feature included;
+    (n,).
+    """
     along = [np.linspace(0.0, profile.features[i].length_mm, SAMPLES) for i in chain.features]
     s = np.concatenate([start + own for start, own in zip(chain.starts_mm, along, strict=True)])
     return s, np.repeat(np.array(chain.features, dtype=np.intp), SAMPLES), np.concatenate(along)
@@ -97,7 +99,7 @@ def chain_samples(profile: Profile, chain: Chain) -> tuple[Array, NDArray[np.int
 def through(
     mean: Array, covariance: Array, held: "np.ndarray[tuple[int], np.dtype[np.bool_]]", conditions: EndConditions
 ) -> tuple[Array, Array]:
-    """Mean and covariance given the values that tangent neighbours prescribe at the ends."""
+    """Returns mean and covariance given the values that tangent neighbours prescribe at the ends."""
     ends = np.array([0, len(mean) - 1])[held]
     if not len(ends):
         return mean, covariance
@@ -147,7 +149,7 @@ def _met(profile: Profile, junction: int, comes_after: bool, value_mm: float, fi
 
 
 def _end_value_mm(feature: int, at_end: bool, fits: Mapping[int, ChainFit]) -> float | None:
-    """Error of a fitted neighbour where it meets the corner; None where it is not fitted yet."""
+    """Returns the error of a fitted neighbour where it meets the corner; None where it is not fitted yet."""
     for fit in fits.values():
         if feature in fit.chain.features:
             spline = fit.fit.spline
@@ -156,7 +158,7 @@ def _end_value_mm(feature: int, at_end: bool, fits: Mapping[int, ChainFit]) -> f
 
 
 def root_of(covariance: Array) -> Array:
-    """F with F·Fᵀ the covariance, (n, m), without what is nothing but rounding."""
+    """Returns F with F·Fᵀ the covariance, (n, m), without components that are only rounding."""
     values, vectors = np.linalg.eigh(covariance)
     counts = values > 1e-9 * max(float(values[-1]), 1e-12)
     root: Array = vectors[:, counts] * np.sqrt(values[counts])
