@@ -56,7 +56,7 @@ class Corrected:
     machine: InMachine | None
 
     def characteristics(self) -> tuple[Judged, ...]:
-        """One for each that the inputs ask for, in their order. Raises TOL errors."""
+        """Returns one characteristic for each that the inputs request, in their order. Raises TOL errors."""
         return tuple(self._judged(asked) for asked in self.inputs.characteristics)
 
     def _judged(self, asked: Characteristic) -> Judged:
@@ -69,7 +69,7 @@ class Corrected:
 
     @property
     def _touches(self) -> NDArray[np.intp]:
-        """How many touches every feature has that count."""
+        """Returns how many touches that count every feature has."""
         return np.bincount(self.model.vectors.feature_index[self.model.weight > 0.0], minlength=len(self.model.curves))
 
     def _expected_mm(self, places: Places) -> Array:
@@ -99,7 +99,7 @@ class Corrected:
         return error_mm, of_measured_part(places).with_measured(here, u_mm)
 
     def _touched(self, places: Places) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Places that were touched, and the touches there; those left out as bad say nothing."""
+        """Returns the places that were touched, and the touches there; those left out as bad are not used."""
         touches = self.surface.touches
         same = np.equal.outer(places.feature_index, touches.feature_index) & (self.model.weight > 0.0)
         near = np.abs(np.subtract.outer(places.arc_length_mm, touches.arc_length_mm)) < TOUCHED_MM
@@ -107,7 +107,7 @@ class Corrected:
         return at, touch
 
     def _cut_in_mm(self, places: Places) -> Array:
-        """What the machine's errors put into the touched surface, straight from touch to touch of a feature."""
+        """Returns the machine's errors in the touched surface, straight from touch to touch of a feature."""
         touches, found = self.surface.touches, np.zeros(len(places.feature_index))
         for i in np.unique(places.feature_index):
             rows, touched = places.feature_index == i, touches.of_feature(i)
@@ -119,19 +119,20 @@ class Corrected:
 
 @dataclass(frozen=True)
 class Share:
-    """What one edge cuts, and its correction; `frame` is that of the contour."""
+    """The features that one edge cuts, and their correction; `frame` is that of the contour."""
 
     contour: OwnContour
     correction: Correction
     frame: SetupFrame = PART
 
     def cuts(self, profile: Profile, feature: int) -> bool:
-        """Whether one of the part's features is cut by this edge."""
+        """Returns whether one of the part's features is cut by this edge."""
         placed = index_in(self.frame, feature, len(profile.features))
         return any(placed in parts for parts in self.contour.parts)
 
     def at(self, profile: Profile, feature: int, arc_length_mm: Array) -> tuple[Array, Array]:
-        """Expected errors after the next cut and their standard uncertainties at places of one of the part's features.
+        """Returns expected errors after the next cut and their standard uncertainties at places of one of the part's
+        features.
 
         By an offset the program's own deviation stays; by the contour no more of it than the control resolves.
         """
@@ -161,9 +162,9 @@ class _Face:
 def lengths(
     profile: Profile, asked: Sequence[Characteristic], vectors: ErrorVectors, setups: Sequence[Sequence[Share]]
 ) -> tuple[Judged, ...]:
-    """Those characteristics that are lengths between faces of two edges of one set-up, where that is the only one,
-    else of two set-ups. `setups`: the shares of each, in the order in which they are cut; `vectors` what was measured,
-    in the frame of `profile`.
+    """Returns those characteristics that are lengths between faces of two edges of one set-up, where that is the only
+    one, else of two set-ups. `setups`: the shares of each, in the order in which they are cut; `vectors` what was
+    measured, in the frame of `profile`.
 
     Left out are those with a face that was not measured, and of two set-ups all where z counts from no face, and those
     of a set-up before the one that cuts that face: on what the part stands there is not known. Raises TOL errors.
@@ -194,7 +195,7 @@ def _face(profile: Profile, vectors: ErrorVectors, setups: Sequence[Sequence[Sha
 
 
 def _cut_by(profile: Profile, feature: int, setups: Sequence[Sequence[Share]]) -> tuple[int, Share] | None:
-    """The set-up, by its place, and the edge that cuts a feature; None: none, or it was not measured."""
+    """Returns the set-up, by its place, and the edge that cuts a feature; None: none, or it was not measured."""
     found = ((k, one) for k, shares in enumerate(setups) for one in shares if one.cuts(profile, feature))
     return next(found, None)
 
@@ -233,7 +234,9 @@ def _judged(
 
 
 def _of(profile: Profile, sizes: Measurand, feature: int, share: Share) -> tuple[float, float, float]:
-    """Of a face: by how much the length grows with its error, that error after the next cut and its uncertainty."""
+    """Returns of a face by how much the length grows with its error, that error after the next cut and its
+    uncertainty.
+    """
     rows = np.flatnonzero(sizes.feature_index == feature)
     error_mm, u_mm = share.at(profile, feature, sizes.arc_length_mm[rows])
     return float(np.sum(sizes.gains[0, rows])), float(np.mean(error_mm)), float(np.max(u_mm))

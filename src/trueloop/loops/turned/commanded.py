@@ -1,4 +1,4 @@
-"""What the programs command of the part: the contour's own deviation d from the nominal, before any error.
+"""The commands of the programs on the part: the contour's own deviation d from the nominal, before any error.
 
 What is corrected is what was commanded: if the semi-finish program's contour itself deviates from the nominal (a mock
 error, a slip), the touches contain it, and the process must not be blamed for it.
@@ -42,11 +42,11 @@ SAME_SHARE: Final = 0.02
 
 @dataclass(frozen=True)
 class Run:
-    """How programs are run and read, as a rule with roughing left out: parameters by name, whether blocks with a slash
-    are executed, and which lines (from, to) of the finish program hold the finish pass, where that is not obvious.
-    `called`: only what that edge cuts counts; None: a program of one. `number`: the finishing tool's, as the job states
-    it: of the runs of one contour by several tools its own counts. `tip`: the orientation of the tip that programs move
-    without G41 or G42, by the control's number, 0 for the nose's centre; None: found out from the path.
+    """The way in which programs are run and read, as a rule with roughing left out: parameters by name, whether blocks
+    with a slash are executed, and which lines (from, to) of the finish program hold the finish pass, where that is not
+    obvious. `called`: only what that edge cuts counts; None: a program of one. `number`: the finishing tool's, as the
+    job states it: of the runs of one contour by several tools its own counts. `tip`: the orientation of the tip that
+    programs move without G41 or G42, by the control's number, 0 for the nose's centre; None: determined from the path.
     """
 
     parameters: Mapping[str, float]
@@ -57,11 +57,11 @@ class Run:
     tip: int | None = None
 
     def moves(self, program: Program, path: ToolPath) -> tuple[FeedMove, ...]:
-        """The feed moves that count; of those that the same blocks make again at the same places the last."""
+        """Returns the feed moves that count; of those that the same blocks make again at the same places the last."""
         return self._one_run(program, path)[0]
 
     def again(self, program: Program, path: ToolPath) -> tuple[FeedMove, ...]:
-        """Those that the same blocks make at the same places besides."""
+        """Returns those that the same blocks make at the same places besides."""
         return self._one_run(program, path)[1]
 
     def _one_run(self, program: Program, path: ToolPath) -> tuple[tuple[FeedMove, ...], tuple[FeedMove, ...]]:
@@ -74,16 +74,18 @@ class Run:
         return of_one_run(moves, lambda move: (own := call(move)) is not None and own.number == self.number)
 
     def driven(self, program: Program, nose_radius_mm: float) -> ToolPath:
-        """The nose centre's path as the control drives it under G41 and G42; what keeps it from that, as findings."""
+        """Returns the nose centre's path as the control drives it under G41 and G42; obstacles to that come as
+        findings.
+        """
         nose, skipped_blocks = CutterTool(nose_radius_mm, tip=0), self.execute_deleted_blocks
         return program.run(self.parameters, skipped_blocks=skipped_blocks, tools=[nose], strict=False, roughing=False)
 
     def with_roughing(self, program: Program) -> ToolPath:
-        """The tool path with what roughing cycles cut; what cannot be followed is none of it."""
+        """Returns the tool path with the cuts of roughing cycles; those that cannot be followed are left out."""
         return program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, strict=False)
 
     def of(self, program: Program) -> ToolPath:
-        """The tool path of a program. Raises NC errors with the program's file named."""
+        """Returns the tool path of a program. Raises NC errors with the program's file named."""
         with in_file(program.file):
             path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
             require_known_frame(path)  # first: read with the wrong X, arcs are none
@@ -91,7 +93,7 @@ class Run:
             return path
 
     def contour(self, program: Program, nose_radius_mm: float, side: Side = Side.OUTSIDE) -> ProgramContour:
-        """The contour that a finish pass leaves. Raises NC and GEO errors with the program's file named."""
+        """Returns the contour that a finish pass leaves. Raises NC and GEO errors with the program's file named."""
         with in_file(program.file):
             path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
             path = of_centre(path, tip_mm(program.dialect, self.tip or 0, nose_radius_mm))
@@ -128,7 +130,7 @@ class Commanded:
 
     @property
     def cuts(self) -> tuple[Cut, ...]:
-        """The moves that cut the contour, in program order."""
+        """Returns the moves that cut the contour, in program order."""
         cuts = [
             Cut(m.move.index, i, m.start_mm, m.end_mm)
             for i, feature in enumerate(self.match.features)
@@ -137,11 +139,11 @@ class Commanded:
         return tuple(sorted(cuts, key=lambda cut: cut.move))
 
     def measured_at(self, touches: ErrorVectors) -> Array:
-        """The commanded deviation at each touch, (n,)."""
+        """Returns the commanded deviation at each touch, (n,)."""
         return self.measured_along(touches.feature_index, touches.arc_length_mm)
 
     def measured_along(self, feature_index: Integers, arc_length_mm: Array) -> Array:
-        """The same at places of the profile, (n,)."""
+        """Returns the commanded deviation at places of the profile, (n,)."""
         pairs = zip(feature_index.tolist(), arc_length_mm, strict=True)
         return np.array([float(self.measured[i].value_mm(s)) for i, s in pairs])
 
@@ -202,7 +204,7 @@ def commanded(
 
 
 def _run_again(program: Program, path: ToolPath, match: ContourMatch, run: Run) -> list[str]:
-    """A note on the passes that run on the contour's blocks besides: they move with it."""
+    """Returns a note on the passes that run on the contour's blocks besides: they move with it."""
     cutting = [matched.move for feature in match.features for matched in feature.moves]
     lines = {move.line for move in cutting}
     beside = [move for move in run.again(program, path) if move.line in lines]
@@ -228,7 +230,7 @@ def _words(program: Program, path: ToolPath, move: FeedMove) -> str:
 def _matched(
     program: Program, path: ToolPath, run: Run, profile: Profile, nose_radius_mm: float, allowance_mm: float
 ) -> tuple[ContourMatch, int]:
-    """The match, and the orientation of the tip that the program moves.
+    """Returns the match, and the orientation of the tip that the program moves.
 
     Where the job does not state it and no pass is one of the nose's centre, of the contour neither: the only tip whose
     path fits.
@@ -264,7 +266,7 @@ def _fitting(by: Callable[[int], ContourMatch]) -> Iterator[tuple[ContourMatch, 
 
 
 def _tip_words(program: Program, tip: int, nose_radius_mm: float) -> list[str]:
-    """A note on a program that moves the imaginary tip."""
+    """Returns a note on a program that moves the imaginary tip."""
     if tip_mm(program.dialect, tip, nose_radius_mm) == CENTRE:
         return []
     x_mm, z_mm = tip_mm(program.dialect, tip, nose_radius_mm)
@@ -284,7 +286,9 @@ def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> flo
 
 
 def _conditions_words(path: ToolPath, match: ContourMatch, before: ToolPath, other: ContourMatch) -> Iterator[str]:
-    """Feed and speed of the two cuts where they differ: what was touched repeats at the same ones alone [6811 §2.0]."""
+    """Describes feed and speed of the two cuts where they differ: touched errors repeat at equal ones alone [6811
+    §2.0].
+    """
     for what, name, mode in (
         (wording("feed"), "feed", "feed_mode"),
         (wording("spindle speed"), "spindle_speed", "spindle_mode"),
@@ -304,7 +308,7 @@ def _conditions_words(path: ToolPath, match: ContourMatch, before: ToolPath, oth
 
 
 def _usual(path: ToolPath, match: ContourMatch, name: str, mode: str) -> tuple[float, int] | None:
-    """Median over the moves along the contour, and its mode; None where the program states none."""
+    """Returns the median over the moves along the contour, and its mode; None where the program states none."""
     moves = [m.move.index for feature in match.features for m in feature.moves]
     values = np.asarray(getattr(path, name))[moves]
     known = values[np.isfinite(values) & (values > 0.0)]

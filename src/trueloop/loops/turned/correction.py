@@ -1,4 +1,4 @@
-"""What one process-intermittent correction is made from, and what it is."""
+"""One process-intermittent correction and its inputs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -93,17 +93,17 @@ class Inputs:
 
     @property
     def part_zero_z_mm(self) -> float:
-        """Where lengths count from: the part's zero."""
+        """Returns the z from which lengths count: the part's zero."""
         return 0.0 if self.setup is None else self.setup.z_mm(0.0)
 
     @property
     def measured_finished(self) -> bool:
-        """Whether the touches are of the finished part: no semi-finish cut, and nothing left on."""
+        """Returns whether the touches are of the finished part: no semi-finish cut, and nothing left on."""
         return self.semifinish is None and self.allowance_mm == 0.0 and self.measured_allowance_mm == 0.0
 
     @property
     def run(self) -> Run:
-        """How the programs are run."""
+        """Returns the way in which the programs are run."""
         called = None if self.called is None else self.called.called
         return Run(
             self.parameters, self.execute_deleted_blocks, self.lines, called, self.options.tool, self.options.tip
@@ -111,7 +111,7 @@ class Inputs:
 
     @property
     def measured_at(self) -> datetime | None:
-        """When the oldest of the touches and readings were taken, where that is known of all."""
+        """Returns the time of the oldest of the touches and readings, where that is known of all."""
         times = [one.measured_at for one in self.inspections]
         known = [time for time in times if time is not None]
         return min(known) if known and len(known) == len(times) else None
@@ -120,9 +120,9 @@ class Inputs:
 @by_content
 @dataclass(frozen=True)
 class Composed:
-    """What of a correction is the machine's, at the touches along their normals, (n,), mm.
+    """The machine's share of a correction, at the touches along their normals, (n,), mm.
 
-    `reported_mm` is what the control said of the touches, before E(T_probing) was added; `cut_in_mm` is E of the cut
+    `reported_mm` is the control's report of the touches, before E(T_probing) was added; `cut_in_mm` is E of the cut
     that made the touched surface; `comp_mtg_mm` and `comp_proc_mm` are the components of the correction.
     """
 
@@ -135,7 +135,7 @@ class Composed:
 @by_content
 @dataclass(frozen=True)
 class Correction:
-    """Everything one correction is made of and was made from: what the report shows and the files hold.
+    """The correction with its results and inputs: the source of the report and of the files.
 
     `commanded` and `corrected` are the contours of the finish program and of the corrected one, with the nose-centre
     paths that cut them; `by_offset` says for which features a constant offset takes the place of their error curve,
@@ -180,7 +180,7 @@ class Correction:
 
     @property
     def left_by_offset_mm(self) -> Array:
-        """What the tool offset alone is expected to leave at the touches, (n,), as `prediction.after_mm`."""
+        """Returns the expected error at the touches with the tool offset alone, (n,), as `prediction.after_mm`."""
         vectors, expected_mm = self.model.vectors, self.model.as_told(self.model.vectors.error_mm)
         machine_mm = -self.composed.comp_mtg_mm if self.composed is not None else 0.0
         left_mm = expected_mm + machine_mm + vectors.outward_normal @ np.array(self.decision.offset_mm)
@@ -191,22 +191,22 @@ class Correction:
 
     @property
     def cut_with(self) -> CutWith:
-        """What cut the part that was measured."""
+        """Returns what cut the part that was measured: a corrected program, an offset, or neither."""
         return self.record.cut_with or GIVEN
 
     def in_force_mm(self, index: int, arc_length_mm: Array) -> Array:
-        """What a correction in force moved feature `index` by, along its normal, (n,)."""
+        """Returns the displacement of feature `index` along its normal by a correction in force, (n,)."""
         moved = self.profile.features[index].outward_normal(arc_length_mm) @ np.array(self.cut_with.offset_mm)
         return np.asarray(moved + (self.in_force[index].value_mm(arc_length_mm) if self.in_force else 0.0))
 
     def given_up_mm(self, index: int, arc_length_mm: Array) -> Array:
-        """What of that an offset in its place gives up, (n,)."""
+        """Returns the part of that which an offset in its place gives up, (n,)."""
         normal = self.profile.features[index].outward_normal(arc_length_mm)
         return np.asarray(self.in_force_mm(index, arc_length_mm) - normal @ np.array(self.decision.in_force_mm))
 
     @property
     def commanded_mm(self) -> Array:
-        """What of the errors at the touches was commanded by the program that cut them, (n,)."""
+        """Returns the part of the errors at the touches that the program that cut them commanded, (n,)."""
         cut_in_mm = self.composed.cut_in_mm if self.composed is not None else 0.0
         return np.asarray(self.touches.error_mm - cut_in_mm - self.model.vectors.error_mm)
 
@@ -224,40 +224,40 @@ class Correction:
 
     @property
     def recommended(self) -> Ran:
-        """How it is to be carried out, and what its prediction is of."""
+        """Returns the recommended way to carry it out, to which its prediction applies."""
         if not self.decision.by_offset:
             return Ran.CORRECTED
         return Ran.WEAR if self.runs_as_given else Ran.OFFSETS
 
     @property
     def ending(self) -> str:
-        """That of the programs' file names."""
+        """Returns the ending of the programs' file names."""
         name, _, ending = self.source_name.rpartition(".")
         return f".{ending}" if name and ending else ""
 
     @property
     def runs_as_given(self) -> bool:
-        """Whether the given program is run, with `wear` entered at the control."""
+        """Returns whether the given program is run, with `wear` entered at the control."""
         return self.decision.by_offset and self.offsets_program is None
 
     @property
     def corrected_name(self) -> str:
-        """File name of the corrected program."""
+        """Returns the file name of the corrected program."""
         return f"corrected{self.ending}"
 
     @property
     def offsets_name(self) -> str:
-        """File name of the variant that changes tool offsets alone."""
+        """Returns the file name of the variant that changes tool offsets alone."""
         return f"offsets{self.ending}"
 
     def next_cut(self, index: int, arc_length_mm: Array) -> Budget:
-        """Uncertainty of the next cut's error about the curve of feature `index`."""
+        """Returns the uncertainty of the next cut's error about the curve of feature `index`."""
         unasked = unasked_u_mm(self.unasked[index], arc_length_mm)
         return self.model.curves[index].budget(arc_length_mm).with_more(unasked)
 
     @property
     def name_to_run(self) -> str:
-        """The one to finish with: the tool-offset variant where an offset takes the correction."""
+        """Returns the program to finish with: the tool-offset variant where an offset takes the correction."""
         if self.joint_name or self.runs_as_given:
             return self.joint_name or self.source_name
         return self.offsets_name if self.decision.by_offset else self.corrected_name

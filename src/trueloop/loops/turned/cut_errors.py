@@ -13,7 +13,8 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 
 
 def cut_errors(profile: Profile, vectors: ErrorVectors) -> CutErrors:
-    """Part errors at gauging points, without that which the part's z was taken from: it is the reference of the others.
+    """Returns part errors at gauging points, without the point that the part's z was taken from: it is the reference of
+    the others.
 
     Uncertainties are the touches' own; the reference has the one that all share.
     """
@@ -78,8 +79,8 @@ def _at(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array,
 
 
 def _groups(profile: Profile) -> tuple[list[int], list[float], list[float]]:
-    """Of each feature: the first of those that meet tangentially in a row with it, the length of those before it, and
-    of all of them.
+    """Returns of each feature the first of those that meet tangentially in a row with it, the length of those before
+    it, and of all of them.
     """
     first, before = [0], [0.0]
     for i, junction in enumerate(profile.junctions):

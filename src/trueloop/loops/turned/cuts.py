@@ -1,4 +1,4 @@
-"""Which edge of which set-up cuts what of a part, found from the finish program of each: every edge with a contour of
+"""The features that each edge of each set-up cuts, determined from the finish programs: every edge with a contour of
 its own.
 """
 
@@ -29,8 +29,8 @@ MORE: Final = 1.1
 def cutters_of(
     program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called | None]
 ) -> Cutters:
-    """The edge of every feature, or why it is not known. Raises NC errors of running, NC-NO-TOOL for an edge that the
-    program does not call.
+    """Returns the edge of every feature, or why it is not known. Raises NC errors of running, NC-NO-TOOL for an edge
+    that the program does not call.
     """
     path = run.of(program)
     calls = {move.index: called(program.dialect, path, move.index) for move in feed_moves(path)}
@@ -47,7 +47,7 @@ def cutters_of(
 
 
 def _of_centre(program: Program, path: ToolPath, edge: CuttingEdge) -> ToolPath:
-    """The path of the edge's nose."""
+    """Returns the path of the edge's nose."""
     return of_centre(path, tip_mm(program.dialect, edge.tip, edge.nose_radius_mm))
 
 
@@ -68,7 +68,7 @@ class CutFeature:
 
 
 def _cut_as_found(program: Program, run: Run, profile: Profile, found: Cutters) -> list[CutFeature]:
-    """Every feature of a job of several edges, in the profile's order. Raises NC errors of running."""
+    """Returns every feature of a job of several edges, in the profile's order. Raises NC errors of running."""
     path = run.of(program)
     cut = {
         index: CutFeature(feature, "", one)
@@ -125,8 +125,8 @@ class Setup:
 
 @dataclass(frozen=True)
 class OfSetup:
-    """What one set-up cuts: `features` by name, in the part's order; `found` is of `profile`, in the set-up's frame;
-    None: the job's only tool cuts all.
+    """The features that one set-up cuts: `features` by name, in the part's order; `found` is of `profile`, in the
+    set-up's frame; None: the job's only tool cuts all.
     """
 
     setup: Setup
@@ -136,8 +136,8 @@ class OfSetup:
 
     @property
     def contours(self) -> tuple[OwnContour | None, ...]:
-        """Those of its edges that cut something, in the job's order; None: the only tool's. Raises NC errors where the
-        edge of a feature is not known.
+        """Returns the contours of those of its edges that cut something, in the job's order; None: the only tool's.
+        Raises NC errors where the edge of a feature is not known.
         """
         if self.found is None:
             return (None,)
@@ -147,13 +147,15 @@ class OfSetup:
 
     @property
     def calls(self) -> frozenset[Called]:
-        """All tool offsets that its program cuts with. Raises NC errors of running."""
+        """Returns all tool offsets that its program cuts with. Raises NC errors of running."""
         path = self.setup.run.of(self.setup.program)
         return _known({move.index: called(self.setup.program.dialect, path, move.index) for move in feed_moves(path)})
 
     @property
     def cut_features(self) -> list[CutFeature]:
-        """Its features with the moves that cut them, in the frame's order; in set-ups without those left to others."""
+        """Returns its features with the moves that cut them, in the frame's order; in set-ups without those left to
+        others.
+        """
         one = self.setup
         if self.found is None:
             assert one.nose_radius_mm is not None
@@ -179,8 +181,9 @@ class InSetups:
 
 
 def in_setups(profile: Profile, setups: Sequence[Setup], decided: Mapping[str, str | None]) -> InSetups:
-    """Finds them. `decided`: by feature the name of the set-up that leaves its surface, where the job says it; None: it
-    is to be left alone. A job without set-ups has one, in the part's frame, whose name is empty.
+    """Determines the features of each set-up. `decided`: by feature the name of the set-up that leaves its surface,
+    where the job states it; None: it is to be left alone. A job without set-ups has one, in the part's frame, whose
+    name is empty.
 
     Raises SET-CUTS for a set-up that cuts nothing of the part, SET-MIRROR for one whose program fits it with Z the
     other way round, NC-NO-TOOL, and NC errors of running.
@@ -231,12 +234,12 @@ def _of_setup(setup: Setup, placed: Profile, found: Cutters, features: tuple[str
 
 
 def _along_mm(profile: Profile, found: Cutters) -> float:
-    """How much of the part's profile the program runs along."""
+    """Returns how much of the part's profile the program runs along."""
     return sum(found.share(index) * feature.length_mm for index, feature in enumerate(profile.features))
 
 
 def _require_direction(profile: Profile, setup: Setup, placed: Profile, found: Cutters) -> None:
-    """The stated direction of Z is not guessed at, but a program that contradicts it is not corrected."""
+    """Refuses a program that contradicts the stated direction of Z, which is not guessed."""
     frame, stated_mm = setup.frame, _along_mm(placed, found)
     _, other_way, there = _found(profile, replace(setup, frame=frame.the_other_way))
     other_mm = _along_mm(other_way, there)

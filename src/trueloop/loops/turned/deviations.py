@@ -1,4 +1,4 @@
-"""By what a program's contour deviates from the nominal, feature by feature.
+"""The deviations of a program's contour from the nominal, feature by feature.
 
 A curved feature may be cut by many short lines. Their ends are what was meant, and what is corrected; between them the
 part has facets, which are on it when it is measured.
@@ -28,7 +28,8 @@ OF_RESOLUTION: Final = 1.5
 
 
 def of_contour(match: FeatureMatch, resolution_mm: float) -> Shift:
-    """Of the contour that is meant: sampled, exact on lines, and good to the square of the spacing on arcs.
+    """Returns deviations of the intended contour: sampled, exact on lines, and good to the square of the spacing on
+    arcs.
 
     Of chords the ends count; where these are only rounded, there is none.
     """
@@ -42,7 +43,7 @@ def of_contour(match: FeatureMatch, resolution_mm: float) -> Shift:
 
 
 def of_surface(match: FeatureMatch) -> Shift:
-    """Of the surface that is cut, facets and all."""
+    """Returns deviations of the surface that is cut, facets and all."""
     if not is_chords(match):
         return _of_all(match)
     ends = _at_ends(match)[0]
@@ -51,7 +52,7 @@ def of_surface(match: FeatureMatch) -> Shift:
 
 
 def unevenness_mm(match: FeatureMatch, contour: Shift) -> float:
-    """By how much chords, with their facets and the rounding of their ends, deviate from the contour that is meant.
+    """Returns by how much chords, with their facets and the rounding of their ends, deviate from the intended contour.
 
     0 of other moves; never more than `FACETS_MM`, which is what chords are allowed.
     """
@@ -63,7 +64,7 @@ def unevenness_mm(match: FeatureMatch, contour: Shift) -> float:
 
 
 def is_chords(match: FeatureMatch) -> bool:
-    """Whether a curved feature is cut by short lines from point to point of it."""
+    """Returns whether a curved feature is cut by short lines from point to point of it."""
     lines = all(isinstance(matched.move.path, Line) for matched in match.moves)
     many = is_curved(match.feature) and len(match.moves) >= FEWEST_CHORDS
     return many and lines and _facets_mm(match) <= FACETS_MM
@@ -76,7 +77,7 @@ def _facets_mm(match: FeatureMatch) -> float:
 
 
 def _at_ends(match: FeatureMatch) -> tuple[Array, Array]:
-    """Arc lengths of the ends of moves on the feature, ascending, and how far each deviates."""
+    """Returns arc lengths of the ends of moves on the feature, ascending, and the deviation of each."""
     both = np.unique(np.round([[m.start_mm, m.end_mm] for m in match.moves], 9))
     s = both[(both >= 0.0) & (both <= match.feature.length_mm)]
     return s, match.deviation_mm(s)

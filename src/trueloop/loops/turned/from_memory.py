@@ -1,4 +1,6 @@
-"""What memory said of a part before its finish cut, kept beside the correction so that it can be judged afterwards."""
+"""The prediction of a part by memory before its finish cut, kept beside the correction so that it can be judged
+afterwards.
+"""
 
 from dataclasses import dataclass
 
@@ -17,7 +19,7 @@ from trueloop.wording import wording
 @by_content
 @dataclass(frozen=True)
 class FromMemory:
-    """What earlier parts of an edge said of one part, and what became of it.
+    """The prediction of one part by earlier parts of an edge, and its use.
 
     `edge` in words. `applied`: the correction of the features `features`, by index, is by memory and today's touches
     `points`; else it is by these touches alone. `keep` are the touches, by name, that are enough for the next part
@@ -36,7 +38,8 @@ class FromMemory:
     notes: tuple[str, ...] = ()
 
     def taken_off_mm(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Array:
-        """The share from memory of what a correction of weight 1 takes off at places, (n,): without a touch of today.
+        """Returns the share from memory of what a correction of weight 1 takes off at places, (n,): without a touch of
+        today.
 
         Positive where material is taken off; zero where the correction is not by memory.
         """
@@ -49,7 +52,9 @@ class FromMemory:
         return taken
 
     def share(self, feature: int) -> float:
-        """How much of one feature's correction is from memory, from 0 to 1: RMS of that over the sum of both RMS."""
+        """Returns the share of one feature's correction that is from memory, from 0 to 1: RMS of that over the sum of
+        both RMS.
+        """
         if not self.applied or self.expected is None or feature not in self.features:
             return 0.0
         known, rows = self.expected, self.expected.rows(feature)
@@ -58,7 +63,9 @@ class FromMemory:
         return from_memory / (from_memory + from_touches) if from_memory + from_touches > 0.0 else 0.0
 
     def words(self, profile: Profile) -> tuple[str, ...]:
-        """What came from memory, what from today's touches, how many of these would have been enough; and alarms."""
+        """Describes the shares of memory and of today's touches, how many of these would have been enough, and
+        alarms.
+        """
         if self.expected is None:
             return tuple(wording("Memory of edge {edge}: {note}", edge=self.edge, note=note) for note in self.notes)
         head = wording("Memory of edge {edge}, inspected parts: {n}.", edge=self.edge, n=self.expected.parts)
@@ -106,5 +113,5 @@ class FromMemory:
 
 
 def edge_words(edge: Edge | None) -> str:
-    """An edge by its tool, insert and corner."""
+    """Names an edge by its tool, insert and corner."""
     return "" if edge is None else " ".join(text for text in edge.identity if text)

@@ -1,4 +1,6 @@
-"""What was in force when a measured part was cut, as the loop takes it: the program that ran, and the tool's offset."""
+"""The correction in force when a measured part was cut, as the loop takes it: the program that ran, and the tool's
+offset.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,10 +18,10 @@ HINT: Final = 'state `programs.cut_with = "given"`, or the record of the correct
 
 @dataclass(frozen=True)
 class InForce:
-    """What cut the measured part. `program` is the corrected one, where one ran, and `lines` its finish pass,
-    `composed` that it carries COMP_MTG of a machine model; None: the given program ran. `stated`: by the job or the
-    store. Else `stored` is the id of a correction that the store is to know and `by` how it was carried out, or
-    `possible` are, in words, corrections that may have been in force.
+    """The correction with which the measured part was cut. `program` is the corrected one, where one ran, and `lines`
+    its finish pass, `composed` that it carries COMP_MTG of a machine model; None: the given program ran. `stated`: by
+    the job or the store. Else `stored` is the id of a correction that the store is to know and `by` how it was carried
+    out, or `possible` are, in words, corrections that may have been in force.
     """
 
     cut_with: CutWith = GIVEN
@@ -32,8 +34,8 @@ class InForce:
     possible: tuple[str, ...] = ()
 
     def require_stated(self) -> None:
-        """Raises CMP-CUT-WITH where several things may have cut the part and none is stated, or one that no file and no
-        store tells.
+        """Raises CMP-CUT-WITH where several corrections may have cut the part and none is stated, or one that is in no
+        file and no store.
         """
         if self.stored and not self.stated:
             raise TrueloopError(
@@ -60,7 +62,7 @@ NOTHING: Final = InForce()
 def in_force(
     record: Record, by: Ran | None, program: Program, lines: tuple[int, int] | None, sha256: str = ""
 ) -> InForce:
-    """A correction of `program` as it was in force, carried out `by` one of its ways; None: by its only one.
+    """Returns a correction of `program` as it was in force, carried out `by` one of its ways; None: by its only one.
 
     `lines` of the given program's finish pass; `sha256` of the text that ran, "" where it is not known. Raises
     CMP-CUT-WITH where the record has several ways and none is stated, or cannot be carried out so, CMP-OTHER-PROGRAM
@@ -113,7 +115,7 @@ def _way(record: Record, by: Ran | None) -> Ran:
 
 
 def ways_of(record: Record) -> tuple[Ran, ...]:
-    """The ways in which a correction says that it is carried out: one for a contour; for a tool offset the program that
+    """Returns the ways in which a correction can be carried out: one for a contour; for a tool offset the program that
     holds it, where one was written, or the control's wear table.
     """
     offset = record.tool_offset
@@ -125,7 +127,7 @@ def ways_of(record: Record) -> tuple[Ran, ...]:
 
 
 def cut_with(record: Record, ran: Ran, program_sha256: str = "") -> CutWith:
-    """What is in force when a correction is carried out in one of its ways, on top of what stays in force."""
+    """Returns what is in force when a correction is carried out in one of its ways, on top of what stays in force."""
     stays = GIVEN.wear_mm if record.cut_with is None else record.cut_with.wear_mm
     offset = record.tool_offset
     change = (0.0, 0.0) if offset is None else (offset.x_radius_mm, offset.z_mm)
@@ -135,7 +137,7 @@ def cut_with(record: Record, ran: Ran, program_sha256: str = "") -> CutWith:
 
 
 def edits_of(program: Program, changed: Sequence[ChangedWord]) -> list[Edit]:
-    """The edits that a record lists."""
+    """Returns the edits that a record lists."""
     found = []
     for word in changed:
         start = program.block(word.line - 1).start + word.column - 1
@@ -144,7 +146,9 @@ def edits_of(program: Program, changed: Sequence[ChangedWord]) -> list[Edit]:
 
 
 def lines_after(changed: Sequence[ChangedWord], lines: tuple[int, int]) -> tuple[int, int]:
-    """Where lines (from, to) of a program stand when changes were written into it, those of its heading left out."""
+    """Returns the place of lines (from, to) of a program after changes were written into it, those of its heading left
+    out.
+    """
 
     def more(before: int) -> int:
         return sum(word.after.count("\n") - word.before.count("\n") for word in changed if word.line < before)

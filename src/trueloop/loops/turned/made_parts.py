@@ -1,4 +1,4 @@
-"""A corrected part as the memory of an edge sees it: S, F and C of the model of `memory`, from what is stored.
+"""A corrected part as recorded in the memory of an edge: S, F and C of the model of `memory`, from stored data.
 
 What a program commands off the nominal is no error of the process: it is taken out of S as of F, so that E = F + C is
 the error of the finish cut had nothing been corrected [6811 §3.2], whichever program ran.
@@ -21,7 +21,7 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 
 
 def made_part(correction: Correction, cut: Cut, finish: ErrorVectors | None) -> MadePart:
-    """One part with its correction, its finish cut and, where there is one, the inspection after it.
+    """Returns one part with its correction, its finish cut and, where there is one, the inspection after it.
 
     `cut` says by its correction and the hash of its program which program ran; `finish` are the part errors that the
     inspection found. `order` is that of the cut, nan where it has none; the age of the edge is not known here.
@@ -47,17 +47,17 @@ def made_part(correction: Correction, cut: Cut, finish: ErrorVectors | None) -> 
 
 
 def name_of(part_type: PartType) -> str:
-    """By which memory knows parts of one drawing: another revision is another part type."""
+    """Returns the name by which memory knows parts of one drawing: another revision is another part type."""
     return " ".join(text for text in part_type.identity if text)
 
 
 def semifinish_errors(model: ProfileErrorModel) -> CutErrors:
-    """S: the process errors that were touched; touches left out of the fit as bad are left out here too."""
+    """Returns S: the process errors that were touched; touches left out of the fit as bad are left out here too."""
     return cut_errors(model.profile, model.vectors.chosen(np.flatnonzero(model.weight)))
 
 
 def program_that_ran(correction: Correction, cut: Cut) -> Ran:
-    """Which of a correction's programs made a cut; one without a hash ran what the correction says to run.
+    """Returns the program of a correction that made a cut; one without a hash ran the recommended program.
 
     A cut that names no correction ran as programmed, without an offset entered by hand. Raises STO-PROGRAM.
     """
@@ -75,7 +75,8 @@ def program_that_ran(correction: Correction, cut: Cut) -> Ran:
 
 
 def taken_off_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
-    """C: what the program that ran takes off along the normals at places of the part, (n,), positive where it does.
+    """Returns C: the removal by the program that ran along the normals at places of the part, (n,), positive where it
+    removes.
 
     C = −(commanded contour − nominal)·n, of the process alone: what the program moves for the machine's errors is no
     part of it. A tool offset D moves the contour by D, so C = −(own deviation + D·n). Where z was taken from a face, C
@@ -94,7 +95,7 @@ def taken_off_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
 
 
 def from_memory_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
-    """The share of C that came from memory and not from the part's own touches, (n,); an offset has none."""
+    """Returns the share of C that came from memory and not from the part's own touches, (n,); an offset has none."""
     if correction.memory is None or ran is not Ran.CORRECTED or correction.decision.offset_is_enough:
         return np.zeros(len(at.point))
     share = correction.memory.taken_off_mm(at.feature_index, at.arc_length_mm)
@@ -102,7 +103,7 @@ def from_memory_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
 
 
 def _whole_mm(correction: Correction, ran: Ran) -> tuple[float, float]:
-    """What the whole contour is displaced by for the process: by the tool offset, or within the contour."""
+    """Returns the displacement of the whole contour for the process: by the tool offset, or within the contour."""
     decision = correction.decision
     if ran is Ran.AS_PROGRAMMED:
         return 0.0, 0.0

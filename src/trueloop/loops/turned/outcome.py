@@ -1,4 +1,6 @@
-"""What a correction is expected to leave, touched or not, how sure that is, and what an inspection found there."""
+"""The expected errors after a correction, touched or not, their uncertainty, and the errors measured by an
+inspection.
+"""
 
 from dataclasses import dataclass
 from typing import Final
@@ -30,7 +32,8 @@ def prediction_at_touches(
     weight: float,
     not_kept_mm: Array,
 ) -> Prediction:
-    """What the correction that was chosen leaves: a curve where the contour moves, a constant where an offset does.
+    """Predicts the errors left by the chosen correction: a curve where the contour moves, a constant where an offset
+    does.
 
     The constant comes from all touches together, so that it is known better than a curve and has an uncertainty of its
     own. `not_kept_mm` (n,) is what of a correction in force is given up by an offset in its place. A touch left out as
@@ -81,7 +84,7 @@ PLACES: Final = 33
 """Places along a feature without a touch at which its outcome is looked at."""
 
 EARLIER_PARTS: Final = "earlier parts"
-"""The cause that stands where earlier parts of the edge tell a next cut."""
+"""The cause that stands where a next cut is predicted from earlier parts of the edge."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ class Outcome:
 
 
 def outcomes(correction: Correction) -> tuple[Outcome, ...]:
-    """One for each feature of the profile, in its order."""
+    """Returns one outcome for each feature of the profile, in its order."""
     return tuple(_outcome(correction, index) for index in range(len(correction.profile.features)))
 
 
@@ -123,7 +126,7 @@ def _outcome(correction: Correction, index: int) -> Outcome:
 
 
 def expected_mm(correction: Correction, index: int, arc_length_mm: Array) -> Array:
-    """Error that the correction is expected to leave along feature `index`, (n,)."""
+    """Returns the error that the correction is expected to leave along feature `index`, (n,)."""
     curve = correction.model.curves[index]
     error = curve.expected_mm(arc_length_mm)
     if correction.by_offset[index]:
@@ -136,7 +139,7 @@ def expected_mm(correction: Correction, index: int, arc_length_mm: Array) -> Arr
 
 
 def causes_um(budget: Budget) -> dict[str, float]:
-    """Standard uncertainties at the first place of a budget, µm, by cause."""
+    """Returns the standard uncertainties at the first place of a budget, µm, by cause."""
     return {
         "probe": float(budget.probe_mm[0]) * UM_PER_MM,
         "curve": float(budget.curve_mm[0]) * UM_PER_MM,
@@ -149,7 +152,7 @@ def causes_um(budget: Budget) -> dict[str, float]:
 
 
 def between_cuts_words(between: BetweenCuts) -> str:
-    """What is taken for the difference of the two cuts, where from, and how to say otherwise."""
+    """Describes the assumed difference of the two cuts, its source, and how to state another."""
     if between.difference_mm == 0.0:
         return wording("Between cuts: nothing; the bands hold for a finish cut that repeats the semi-finish cut.")
     return wording(
@@ -164,7 +167,7 @@ def between_cuts_words(between: BetweenCuts) -> str:
 
 @dataclass(frozen=True)
 class Obtained:
-    """Expected against obtained at the inspected places on arcs of one part.
+    """The expected against the measured errors at the inspected places on arcs of one part.
 
     `predicted_mm` is the RMS that errors have on average whose expected values and standard uncertainties are those of
     the prediction, √mean(e² + u²); `found_mm` that of the errors found. `inside` of `places` errors found differ
@@ -179,7 +182,7 @@ class Obtained:
 
     @property
     def words(self) -> str:
-        """One line."""
+        """Describes it in one line."""
         predicted, found = Um(self.predicted_mm), Um(self.found_mm)
         return (
             f"{self.serial}: predicted {predicted} RMS, obtained {found} RMS; {self.inside} of {self.places} inside ±U"
@@ -187,13 +190,13 @@ class Obtained:
 
     @property
     def as_dict(self) -> dict[str, object]:
-        """For machines, µm."""
+        """Returns it for machines, µm."""
         um = {"predicted_rms_um": self.predicted_mm * UM_PER_MM, "obtained_rms_um": self.found_mm * UM_PER_MM}
         return {"serial": self.serial, **um, "inside": self.inside, "places": self.places}
 
 
 def obtained(correction: Correction, cut: Cut, found: ErrorVectors) -> Obtained | None:
-    """What an inspection found against what the correction promised.
+    """Compares the errors measured by an inspection with those that the correction predicted.
 
     None without a place, and where another program ran than the one that the prediction is of. A place whose
     error is zero by definition, because z was taken from it, is left out. Raises STO-PROGRAM.
@@ -213,7 +216,7 @@ def obtained(correction: Correction, cut: Cut, found: ErrorVectors) -> Obtained 
 
 
 def _promised_mm(correction: Correction, at: ErrorVectors) -> tuple[Array, Array, Array]:
-    """Expected error, its standard uncertainty and U at places, each (n,)."""
+    """Returns the expected error, its standard uncertainty and U at places, each (n,)."""
     promised = np.empty((3, len(at.point)))
     for index in np.unique(at.feature_index):
         rows, s = at.of_feature(index), at.arc_length_mm[at.of_feature(index)]

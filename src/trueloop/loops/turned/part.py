@@ -47,7 +47,7 @@ _Row: TypeAlias = tuple[float, ...]
 
 @dataclass(frozen=True)
 class SetupCuts:
-    """What one set-up cuts: its `features` in the part's order, its edges, and all tool offsets that its program cuts
+    """The cuts of one set-up: its `features` in the part's order, its edges, and all tool offsets that its program cuts
     with. `frame` is the part's where the job has no set-ups.
     """
 
@@ -58,12 +58,12 @@ class SetupCuts:
 
     @property
     def program(self) -> Program:
-        """The finish program of its edges."""
+        """Returns the finish program of its edges."""
         return self.cuts[0][1].program
 
     @property
     def name(self) -> str:
-        """File name of the program that carries the corrections of all edges."""
+        """Returns the file name of the program that carries the corrections of all edges."""
         named = f"-{self.frame.name}" if self.frame.name else ""
         _, dot, ending = self.program.file_name.rpartition(".")
         return f"corrected{named}{dot}{ending if dot else ''}"
@@ -81,7 +81,7 @@ class EdgeCorrection:
 
     @property
     def tool(self) -> str:
-        """As the program calls it, and which corner it is."""
+        """Describes the tool as the program calls it, and which corner it is."""
         if self.contour is not None:
             return self.contour.edge.words
         return "" if self.correction is None else self.correction.wear.called
@@ -117,7 +117,7 @@ class SetupCorrection:
 
     @property
     def corrections(self) -> tuple[Correction, ...]:
-        """Those that there are."""
+        """Returns the existing corrections of its edges."""
         return tuple(one.correction for one in self.edges if one.correction is not None)
 
 
@@ -138,18 +138,20 @@ class PartCorrection:
 
     @property
     def alone(self) -> Correction | None:
-        """The correction of a part whose job has one tool, which is then all there is; None: it lists its edges."""
+        """Returns the correction of a part whose job has one tool, which is then all there is; None: it lists its
+        edges.
+        """
         edge = self.setups[0].edges[0]
         return edge.correction if edge.contour is None else None
 
     @property
     def in_setups(self) -> bool:
-        """Whether the job lists set-ups."""
+        """Returns whether the job lists set-ups."""
         return bool(self.setups[0].frame.name)
 
     @property
     def edges(self) -> tuple[EdgeCorrection, ...]:
-        """Those of all set-ups."""
+        """Returns the edges of all set-ups."""
         return tuple(edge for one in self.setups for edge in one.edges)
 
 
@@ -162,8 +164,8 @@ def correct_part(
     notes: Sequence[str] = (),
     known: Known | None = None,
 ) -> PartCorrection:
-    """Corrects every program: all of them, or none. `asked` are the part's characteristics, `vectors` what was measured
-    of it, in its frame.
+    """Corrects every program: all of them, or none. `asked` are the part's characteristics, `vectors` the measured
+    errors in its frame.
 
     Raises what correcting one edge raises, CMP-READ-BACK where a program is not the sum of its corrections, and
     SET-OFFSET where the job wants an offset that cannot be entered.
@@ -188,7 +190,7 @@ def correct_part(
 def correct_setup(
     of: SetupCuts, asked: Sequence[Characteristic] | None = None, known: Known | None = None
 ) -> SetupCorrection:
-    """The corrections of a program's edges, and the program that carries all. `asked` as in `correct_part`."""
+    """Returns the corrections of a program's edges, and the program that carries all. `asked` as in `correct_part`."""
     owns = [own_inputs(inputs, own) for own, inputs in of.cuts]
     if known is not None:
         owns = [None if one is None else known(one, own) for one, (own, _) in zip(owns, of.cuts, strict=True)]
@@ -224,7 +226,9 @@ def _setup(
 def _as_joint(
     correction: Correction, program: bytes | None, of: SetupCuts, asked: Sequence[Characteristic] | None
 ) -> Correction:
-    """The correction with the program that carries all in the place of its own; offsets alone are entered by hand."""
+    """Returns the correction with the program that carries all in the place of its own; offsets alone are entered by
+    hand.
+    """
     source = correction.source_program if program is None else program
     run = correction.source_name if program is None else of.name
     made = replace(correction, corrected_program=source, offsets_program=None, joint_name=run)
@@ -232,7 +236,7 @@ def _as_joint(
 
 
 def _composed(inputs: Inputs, corrections: Sequence[Correction], joint_id: str) -> bytes | None:
-    """The program with the edits of all corrections and its mark; None where there are no edits."""
+    """Returns the program with the edits of all corrections and its mark; None where there are no edits."""
     if not corrections:
         return None
     program, run = inputs.program, inputs.run
@@ -280,7 +284,7 @@ def _changed(source: Sequence[_Row], single: Sequence[_Row]) -> Iterator[tuple[i
 
 
 def _rows(path: ToolPath) -> list[_Row]:
-    """What each move is and where it goes, to a nanometre: nothing of lines or of what is called."""
+    """Returns the kind and end of each move, to a nanometre: nothing of lines or of calls."""
     values = np.column_stack([path.motion, path.end_mm, np.nan_to_num(path.centre_mm), path.sweep_rad])
     return [tuple(row) for row in np.round(values.astype(np.float64), DECIMALS).tolist()]
 
@@ -296,7 +300,7 @@ def _shares(of: SetupCorrection) -> list[Share]:
 def _unjudged(
     done: Sequence[SetupCorrection], asked: Sequence[Characteristic], sizes: Sequence[Judged], from_face: bool
 ) -> list[str]:
-    """The sizes that are of no set-up alone and not judged, in words, and why."""
+    """Describes the sizes that are of no set-up alone and not judged, and why."""
     judged = {one.characteristic.name for one in sizes}
     names = [one.name for one in asked if one.name not in judged and not _of_one(one, done)]
     if not names:
@@ -323,8 +327,8 @@ def _left(uncut: Sequence[str]) -> list[str]:
 
 
 def _by_what_may_be(of: SetupCuts, every: Sequence[SetupCuts]) -> SetupCuts:
-    """The set-up with why an edge's offset may not be entered at the control: another set-up on the same machine cuts
-    with it too, or the control mirrors Z.
+    """Returns the set-up with why an edge's offset may not be entered at the control: another set-up on the same
+    machine cuts with it too, or the control mirrors Z.
     """
     machine = of.cuts[0][1].machine_tool
     others = [one for one in every if one is not of and one.cuts[0][1].machine_tool == machine]

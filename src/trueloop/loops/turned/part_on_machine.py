@@ -33,7 +33,7 @@ from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_su
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 PLANE = (0, 2)
-"""Of X, Y, Z those of a lathe's plane."""
+"""The indices of X, Y, Z in a lathe's plane."""
 SAME_MM = 1e-9
 ALONG_MOVE = 33
 
@@ -69,16 +69,16 @@ class PartOnMachine:
 
     @property
     def machine(self) -> Machine:
-        """Which one it is."""
+        """Returns which machine it is."""
         return Machine(self.model.machine.name, self.model.machine.serial)
 
     @property
     def mark(self) -> str:
-        """What a corrected program says of it."""
+        """Returns the mark of the machine in a corrected program."""
         return f"composed of COMP_MTG by model {self.sha256[:16]} and COMP_PROC"
 
     def as_record(self) -> dict[str, object]:
-        """By which a record knows it."""
+        """Returns the data by which a record knows it."""
         signals = {"cutting": self.cutting, "semifinish": self.semifinish, "probing": self.probing}
         return {
             "model": self.sha256,
@@ -121,12 +121,12 @@ class Standing:
         return state
 
     def error_mm(self, at_mm: Array, travel: Array) -> Array:
-        """E, (n, 2): where the tool is less where it is sent."""
+        """Returns E, (n, 2): the tool's position less the commanded one."""
         with in_file(self.part.file):
             return np.asarray(self.part.model.error_mm(self.state(at_mm, travel))[:, PLANE])
 
     def sensitivities(self, at_mm: Array, travel: Array, normal: Array) -> Array:
-        """DE along normals (n, 2) by every coefficient of the model, (n, coefficients)."""
+        """Returns DE along normals (n, 2) by every coefficient of the model, (n, coefficients)."""
         with in_file(self.part.file):
             rows = self.part.model.sensitivities(self.state(at_mm, travel))[:, PLANE, :]
         return np.asarray(np.einsum("ni,nik->nk", normal, rows))
@@ -146,12 +146,12 @@ class InMachine:
 
     @property
     def part(self) -> PartOnMachine:
-        """What it was made of."""
+        """Returns the part from which it was made."""
         return self.finishing.part
 
     @property
     def comp_mtg(self) -> "CompMtg":
-        """COMP_MTG(T_cutting) as a displacement of the nose centre."""
+        """Returns COMP_MTG(T_cutting) as a displacement of the nose centre."""
         return CompMtg(self.finishing, self.travel)
 
 
@@ -164,12 +164,12 @@ class CompMtg:
     travel: Array
 
     def displacement_mm(self, at_mm: Array) -> Array:
-        """COMP_MTG at positions of the nose centre, (n, 2) to (n, 2)."""
+        """Returns COMP_MTG at positions of the nose centre, (n, 2) to (n, 2)."""
         return -self.standing.error_mm(at_mm, self.travel)
 
 
 def placed(part: PartOnMachine, matched: Commanded) -> InMachine:
-    """The part where the finish pass of its program runs.
+    """Places the part where the finish pass of its program runs.
 
     Raises MCH-FRAME where the program's zero moves in the pass, MCH-PROGRAM where an axis turns round in it whose model
     tells forward and return travel apart.
@@ -216,7 +216,7 @@ def _travel(part: PartOnMachine, matched: Commanded) -> Array:
 
 @dataclass(frozen=True)
 class Surface:
-    """What the machine did to touches and to the surface that was touched, along the normals, (n,), mm.
+    """The machine's errors in touches and in the surface that was touched, along the normals, (n,), mm.
 
     `touches`: part errors as they are, E(T_probing) added to what the control reported. `reported_mm`: that without.
     `cut_in_mm`: E of the cut before, which the touched surface carries; it is no error of the process.
@@ -230,7 +230,7 @@ class Surface:
 def surface_of(
     machine: InMachine, reported: ErrorVectors, carried: bool, nose_radius_mm: float, allowance_mm: float
 ) -> Surface:
-    """Touches of a part that stands in a machine, its errors taken out of them.
+    """Returns touches of a part that stands in a machine, with its errors taken out of them.
 
     COORDS_ACTUAL = COORDS_CONTROLLER − COMP_MTG(T_probing, COORDS_CONTROLLER), normal component, for touches taken on
     the machine. `carried`: the touched surface carries E of the cut before. What a reference point makes zero stays
@@ -251,8 +251,8 @@ def surface_of(
 def of_process(
     machine: InMachine, profile: Profile, in_force: Sequence[Shift], nose_radius_mm: float
 ) -> tuple[Shift, ...]:
-    """What of a composed correction in force is the process's: the contour that ran less COMP_MTG at the temperatures
-    of that cut.
+    """Returns the share of the process in a composed correction in force: the contour that ran less COMP_MTG at the
+    temperatures of that cut.
     """
     kept = []
     for feature, shift in zip(profile.features, in_force, strict=True):
@@ -281,20 +281,22 @@ def check_composed(
 
 
 def comp_mtg_at(machine: InMachine, touches: ErrorVectors, process_mm: Array, nose_radius_mm: float) -> Array:
-    """COMP_MTG along the normal where the nose cuts the touched places, moved by COMP_PROC (n,) already, (n,)."""
+    """Returns COMP_MTG along the normal where the nose cuts the touched places, moved by COMP_PROC (n,) already,
+    (n,).
+    """
     normal = touches.outward_normal
     at_mm = touches.nominal_mm + (nose_radius_mm + process_mm)[:, None] * normal
     return _along(machine.comp_mtg.displacement_mm(at_mm), normal)
 
 
 def model_u_mm(machine: InMachine, touches: ErrorVectors, nose_radius_mm: float) -> Array:
-    """Standard uncertainty of the next cut's error from that of the model's coefficients, (n,)."""
+    """Returns the standard uncertainty of the next cut's error from that of the model's coefficients, (n,)."""
     covariance = model_covariance(machine, touches.nominal_mm, touches.outward_normal, nose_radius_mm)
     return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
 
 def model_covariance(machine: InMachine, nominal_mm: Array, normal: Array, nose_radius_mm: float) -> Array:
-    """Covariance of the next cut's errors at places (n, 2) from that of the model's coefficients, (n, n).
+    """Returns the covariance of the next cut's errors at places (n, 2) from that of the model's coefficients, (n, n).
 
     With δ(T) = E true − E modelled, the finished part keeps δ(cutting) − δ(semifinish), + δ(probing) of touches taken
     on the machine: equal temperatures leave one δ of three.
@@ -313,7 +315,7 @@ def _along(vectors: Array, normal: Array) -> Array:
 
 
 def _from_reference(touches: ErrorVectors, along_mm: Array) -> Array:
-    """The same with the part's z taken from the reference point, where there is one [6811 §5.1]."""
+    """Returns the errors with the part's z taken from the reference point, where there is one [6811 §5.1]."""
     reference = np.flatnonzero(touches.at_reference)
     if not len(reference):
         return along_mm

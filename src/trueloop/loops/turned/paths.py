@@ -25,7 +25,8 @@ from trueloop.turned.options import Options
 
 @dataclass(frozen=True)
 class Shifts:
-    """By feature: `correction` = −w × process error, and `contour`, where the contour then deviates from the nominal.
+    """The shifts by feature: `correction` = −w × process error, and `contour`, the resulting deviation of the contour
+    from the nominal.
 
     `by_offset` says for which features the correction is the fitted constant offset instead of their own curve.
     `unasked` is what the slopes ask for besides where nobody says whether errors follow the nose (`lean.of_slope`).
@@ -38,8 +39,8 @@ class Shifts:
 
 
 def whole_mm(decision: Decision) -> tuple[float, float]:
-    """What the whole contour is displaced by, (x as a radius, z): an offset that is enough and that the contour shall
-    carry; else nothing.
+    """Returns the displacement of the whole contour, (x as a radius, z): an offset that is enough and that the contour
+    shall carry; else nothing.
     """
     return decision.offset_mm if decision.offset_is_enough and not decision.by_offset else (0.0, 0.0)
 
@@ -47,7 +48,8 @@ def whole_mm(decision: Decision) -> tuple[float, float]:
 def corrected_shifts(
     profile: Profile, model: ProfileErrorModel, decision: Decision, matched: Commanded, options: Options
 ) -> Shifts:
-    """`contour` = correction + the rounding of the program; a slip of the program is corrected away with the rest.
+    """Returns shifts with `contour` = correction + the rounding of the program; a slip of the program is corrected away
+    with the rest.
 
     With `errors_follow` = "nose" the correction holds on arcs what the error's slope asks for besides
     (`compensation.lean`). When the tool offset does it all nothing is shifted; when it could but the contour shall
@@ -81,7 +83,9 @@ def _sum(one: Shift, other: Shift) -> Shift:
 
 
 def _by_offset(profile: Profile, decision: Decision) -> tuple[bool, ...]:
-    """A feature follows the offset when no axis it faces needs a contour, and its tangent neighbours follow it too."""
+    """Returns for each feature whether it follows the offset: no axis it faces needs a contour, and its tangent
+    neighbours follow it too.
+    """
     needs = np.array([not decision.x.enough, not decision.z.enough])
     follows = [not np.any(_faces(feature) & needs) for feature in profile.features]
     for _ in profile.junctions:
@@ -97,19 +101,20 @@ def _faces(feature: Feature) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
 
 
 def _constant(feature: Feature, decision: Decision) -> Shift:
-    """The offset seen along the feature's normal: constant on a line, and only lines face a single axis."""
+    """Returns the offset seen along the feature's normal: constant on a line, and only lines face a single axis."""
     return constant(float(feature.outward_normal(0.0) @ np.array(decision.offset_mm)))
 
 
 @dataclass(frozen=True)
 class Driven:
-    """What the control makes of a contour under G41 or G42: the nose radius, and where its centre shall run."""
+    """The contour as the control drives it under G41 or G42: the nose radius, and the intended path of its centre."""
 
     nose_radius_mm: float
     pieces: Sequence[CentrePiece]
 
     def along(self, contour: Sequence[CentrePiece], largest_mm: float) -> list[CentrePiece]:
-        """The pieces as far as the nose touches their own feature of the contour, corners of the contour being turned.
+        """Returns the pieces as far as the nose touches their own feature of the contour, corners of the contour being
+        turned.
 
         Without the last nose radius at the profile's free ends, where ways in and out have a say, and as much of it as
         a correction of `largest_mm` may move it by.
@@ -142,9 +147,9 @@ class Paths:
 def corrected_paths(
     inputs: Inputs, matched: Commanded, shifts: Shifts, decision: Decision, machine: InMachine | None
 ) -> Paths:
-    """The paths with every feature shifted, then displaced by an offset that the contour carries and, on a known
-    machine, by COMP_MTG. An offset that was in force is carried by the contour too, but for what of it stands in the
-    control's wear table: that moves the tool anyhow.
+    """Returns the paths with every feature shifted, then displaced by an offset that the contour carries and, on a
+    known machine, by COMP_MTG. An offset that was in force is carried by the contour too, but for what of it stands in
+    the control's wear table: that moves the tool anyhow.
 
     Raises GEO-NOSE where the nose would not fit, CMP-SIZE and CMP-SLOPE for a correction over the limits.
     """

@@ -51,7 +51,7 @@ from trueloop.turned.touches.plausibility import check_loop_sign
 
 
 def compensate(inputs: Inputs) -> Correction:
-    """One correction. Raises TCH, FIT, GEO, NC, MCH and CMP errors for what cannot or must not be corrected.
+    """Makes one correction. Raises TCH, FIT, GEO, NC, MCH and CMP errors for what cannot or must not be corrected.
 
     They name the file that the refused value was read from, where the value knows it.
 
@@ -156,14 +156,16 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
 
 
 def _asked(inputs: Inputs) -> By:
-    """How to correct, where that is open. A contour in force is kept, unless an offset is wanted in its place."""
+    """Returns how to correct, where that is open. A contour in force is kept, unless an offset is wanted in its
+    place.
+    """
     if inputs.machine is not None or inputs.no_offset:
         return "contour"
     return "contour" if inputs.options.by == "auto" and inputs.in_force.program is not None else inputs.options.by
 
 
 def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
-    """The touches, corrected by E(T_probing) where the part stands in a machine whose errors are known."""
+    """Returns the touches, corrected by E(T_probing) where the part stands in a machine whose errors are known."""
     reported = inputs.touches
     if machine is None:
         return Surface(reported, reported.error_mm, np.zeros(len(reported.error_mm)))
@@ -174,7 +176,9 @@ def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
 
 
 def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> tuple[ProfileErrorModel, FromMemory | None]:
-    """Error curves of what neither the machine nor the programs put into the touches; and memory's share of them."""
+    """Returns the error curves of the touches without the shares of machine and programs; and memory's share of
+    them.
+    """
     touches, options = surface.touches, inputs.options
     seen = tuple(one.less(matched.measured_along(one.feature_index, one.arc_length_mm)) for one in touches.seen)
     error_mm = touches.error_mm - surface.cut_in_mm - matched.measured_at(touches)
@@ -234,7 +238,7 @@ def _along(shifts: Sequence[Shift], vectors: ErrorVectors) -> Array:
 
 
 def _given_up_mm(inputs: Inputs, matched: Commanded, decision: Decision, touches: ErrorVectors) -> Array:
-    """At the touches, what of a correction in force an offset in its place gives up, (n,)."""
+    """Returns at the touches the part of a correction in force that an offset in its place gives up, (n,)."""
     if not decision.by_offset:
         return np.zeros(len(touches.error_mm))
     offset = np.array(inputs.in_force.cut_with.offset_mm) - np.array(decision.in_force_mm)
@@ -271,13 +275,13 @@ def _by_tool(
 
 
 def _bends_lines(model: ProfileErrorModel) -> bool:
-    """Whether the error of a straight feature is no straight line."""
+    """Returns whether the error of a straight feature is no straight line."""
     curves = zip(model.profile.features, model.curves, strict=True)
     return any(isinstance(feature, Line) and curve.spline.degree > 1 for feature, curve in curves)
 
 
 def writing(inputs: Inputs, matched: Commanded, bends_lines: bool = False) -> Writing:
-    """What the programs are written from, with the marks that the results carry."""
+    """Returns the inputs from which the programs are written, with the marks that the results carry."""
     machine, options = inputs.machine, inputs.options
     fitting = Fitting(options.chord_tolerance_mm, options.arcs, lines=bends_lines or machine is not None)
     mark = "" if machine is None else machine.mark
@@ -287,7 +291,7 @@ def writing(inputs: Inputs, matched: Commanded, bends_lines: bool = False) -> Wr
 def _composed(
     machine: InMachine, surface: Surface, model: ProfileErrorModel, prediction: Prediction, nose_radius_mm: float
 ) -> Composed:
-    """The components at the touches: COMP_PROC is what the prediction takes out of the process error."""
+    """Returns the components at the touches: COMP_PROC is what the prediction takes out of the process error."""
     gain = np.array([curve.gain for curve in model.curves])[model.vectors.feature_index]
     process_mm = (prediction.after_mm - expected_uncorrected_mm(model)) / gain
     comp_mtg_mm = comp_mtg_at(machine, surface.touches, process_mm, nose_radius_mm)

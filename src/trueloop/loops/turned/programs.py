@@ -56,12 +56,12 @@ class ContourTools:
 
     @property
     def several(self) -> bool:
-        """Whether the contour is cut with more than one offset: then no single one corrects it."""
+        """Returns whether the contour is cut with more than one offset: then no single one corrects it."""
         return len(set(self.calls)) > 1
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to know where there are several offsets, or several tools of one."""
+        """Returns notes where there are several offsets, or several tools of one."""
         if self.sharing:
             return (
                 wording(
@@ -88,7 +88,9 @@ class ContourTools:
         return ", ".join(f"T{word:04d}" for word in self.sharing)
 
     def by(self, asked: By) -> By:
-        """How to correct. Raises NC-OFFSET where an offset is asked for and there are several, or tools share it."""
+        """Returns how to correct. Raises NC-OFFSET where an offset is requested and there are several, or tools share
+        it.
+        """
         if not self.several and not self.sharing:
             return asked
         if asked == "offset" and self.sharing:
@@ -108,7 +110,9 @@ class ContourTools:
 
 
 def contour_tools(program: Program, matched: Commanded, alone: bool = False) -> ContourTools:
-    """The tools of a finish program that was matched with its profile; `alone`: the others are corrected beside it."""
+    """Returns the tools of a finish program that was matched with its profile; `alone`: the others are corrected beside
+    it.
+    """
     path = matched.path
 
     def of(move: int) -> Called | None:
@@ -127,7 +131,7 @@ def contour_tools(program: Program, matched: Commanded, alone: bool = False) -> 
 
 
 def _sharing(program: Program, by_word: Mapping[int, Called], calls: Set[Called | None]) -> tuple[int, ...]:
-    """The T words of several tools that cut with the contour's only offset: T0101 and T0201."""
+    """Returns the T words of several tools that cut with the contour's only offset: T0101 and T0201."""
     if not program.dialect.offset_in_t or len(calls) > 1:
         return ()
     words = sorted(word for word, call in by_word.items() if call in calls and word >= 100)
@@ -167,7 +171,7 @@ def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: 
 
 
 def _of_machine(cut: PartOnMachine) -> list[str]:
-    """What to know of a composed correction."""
+    """Returns notes on a composed correction."""
     where = (
         wording("corrected by COMP_MTG(T_probing)")
         if cut.touched_on == "machine"
@@ -189,7 +193,8 @@ def _of_machine(cut: PartOnMachine) -> list[str]:
 def _wear(
     writing: Writing, decision: Decision, change_mm: tuple[float, float], options: Options, held: HeldTool
 ) -> tuple[WearOffset, list[str]]:
-    """The change of the offset as numbers to enter, of the tool that the job names, else that of the program's T word.
+    """Returns the change of the offset as numbers to enter, of the tool that the job names, else that of the program's
+    T word.
 
     Raises OFS-TOOL where the job names the tool's row of a table and the program runs with another row, and where the
     offset makes the correction and neither job nor program gives the tool a number.
@@ -221,7 +226,7 @@ def _wear(
 
 
 def no_number(program: Program, line: int) -> TrueloopError:
-    """OFS-TOOL: a finish pass whose tool has a name or no T word, where its offset is to be changed."""
+    """Returns OFS-TOOL for a finish pass whose tool has a name or no T word, where its offset is to be changed."""
     return TrueloopError(
         Code.OFS_TOOL,
         f"the finish pass in line {line} is cut by a tool without a number (called by a name, or no T word before it): "
@@ -250,7 +255,9 @@ def _other_row(program: Program, tool: int, own: int, line: int) -> TrueloopErro
 def _offset_variant(
     writing: Writing, decision: Decision, change_mm: tuple[float, float], options: Options, wear: WearOffset
 ) -> tuple[tuple[bytes, list[ChangedWord]] | None, list[str]]:
-    """The program with offsets alone. It may be left out, which a note says: the offset can be entered by hand."""
+    """Returns the program with offsets alone. It may be left out, which a note states: the offset can be entered by
+    hand.
+    """
     try:
         check_offset(decision.whole_offset_mm, options.limits)
         with in_file(writing.program.file):
@@ -270,7 +277,7 @@ def _offset_variant(
 def write_offsets(
     writing: Writing, offset_mm: tuple[float, float], tool: int, is_diameter: bool | None
 ) -> tuple[bytes, list[ChangedWord]]:
-    """The program with the tool's offset changed by (x as a radius, z), and what changed.
+    """Returns the program with the tool's offset changed by (x as a radius, z), and the changes.
 
     Raises NC-OFFSET where none can be written around the contour, CMP-READ-BACK if reading it back says so.
     """
@@ -303,6 +310,6 @@ def _updated(writing: Writing, offset_mm: tuple[float, float], tool: int, is_dia
 
 
 def _cuts(matched: Commanded) -> tuple[int, int]:
-    """First and last move of the contour, those that only lengthen it included."""
+    """Returns the first and last move of the contour, those that only lengthen it included."""
     moves = [*(cut.move for cut in matched.cuts), *(move.index for move in matched.match.run_out)]
     return min(moves), max(moves)

@@ -30,7 +30,9 @@ from trueloop.wording import Um, listed, wording
 
 
 def id_of(inputs: Inputs) -> str:
-    """The id of the record, from what was read and the options alone: what is written into the program names it."""
+    """Returns the id of the record, from the data read and the options alone: it is written into the program and names
+    it.
+    """
     return record_id(dict(inputs.inputs_sha256), _options(inputs))
 
 
@@ -46,7 +48,7 @@ def record_of(
     characteristics: tuple[Judged, ...],
     memory: FromMemory | None,
 ) -> Record:
-    """The record of a correction, complete."""
+    """Returns the record of a correction, complete."""
     known = Tool() if inputs.edge is None else inputs.edge.tool
     tool = replace(known, number=inputs.options.tool, corner_radius_mm=inputs.nose_radius_mm)
     unit, program = unit_of_path(inputs.program.unit, matched.path), inputs.program
@@ -116,14 +118,14 @@ def _options(inputs: Inputs) -> dict[str, object]:
 
 
 def _memory_options(inputs: Inputs) -> dict[str, object]:
-    """How earlier parts take part, and which; nothing where there are none."""
+    """Returns how earlier parts take part, and which; nothing where there are none."""
     if not is_used(inputs):
         return {}
     return {"memory": asdict(inputs.memory) | {"history_sha256": history_sha256(inputs.history)}}
 
 
 def _memory(memory: FromMemory | None) -> dict[str, object]:
-    """What was expected by earlier parts, in mm and rad, so that it can be judged by the next inspection."""
+    """Returns the prediction from earlier parts, in mm and rad, so that it can be judged by the next inspection."""
     if memory is None or memory.expected is None:
         return {}
     expected = memory.expected
@@ -143,7 +145,9 @@ def _memory(memory: FromMemory | None) -> dict[str, object]:
 
 
 def _model(model: ProfileErrorModel) -> dict[str, object]:
-    """The error curves as polynomial pieces about their own beginnings, in mm [6517 Eq. 29-33], and what was noted."""
+    """Returns the error curves as polynomial pieces about their own beginnings, in mm [6517 Eq. 29-33], and the
+    notes.
+    """
     curves = [
         {
             "feature": curve.feature,
@@ -172,7 +176,7 @@ def _components(profile: Profile, touches: ErrorVectors, composed: Composed | No
 
 
 def cumulative_words(inputs: Inputs, matched: Commanded, decision: Decision, shifts: Shifts) -> Iterator[str]:
-    """Of a part that was cut with a correction in force; nothing where none was."""
+    """Describes the whole correction of a part that was cut with a correction in force; nothing where none was."""
     cut = inputs.in_force.cut_with
     if not cut.corrected:
         return

@@ -39,12 +39,12 @@ AS_CHECK: Final = 3
 
 
 def is_used(inputs: Inputs) -> bool:
-    """Whether earlier parts take part in a correction."""
+    """Returns whether earlier parts take part in a correction."""
     return bool(inputs.history) and inputs.memory.memory != "off"
 
 
 def remembering(inputs: Inputs, own: ProfileErrorModel) -> "tuple[Remembered | None, FromMemory | None]":
-    """What the fit is to take from memory, and what is kept of it; None where earlier parts take no part.
+    """Returns memory's input to the fit, and its record; None where earlier parts take no part.
 
     `own` is the fit of today's touches alone. Raises MEM errors for what memory cannot tell and today's touches do not
     show either.
@@ -77,7 +77,7 @@ def remembering(inputs: Inputs, own: ProfileErrorModel) -> "tuple[Remembered | N
 
 
 def today_of(inputs: Inputs, own: ProfileErrorModel) -> MadePart:
-    """The part in hand, before its finish cut."""
+    """Returns the part in hand, before its finish cut."""
     serials = [one.part.serial for one in inputs.inspections if one.part.serial]
     setting = None if inputs.edge is None else Setting(inputs.edge, inputs.edge_set_at)
     return MadePart(
@@ -90,7 +90,8 @@ def today_of(inputs: Inputs, own: ProfileErrorModel) -> MadePart:
 
 
 def points_to_keep(touches: CutErrors, enough: int) -> tuple[str, ...]:
-    """As many of the touches, by name, spread evenly over the part in their order: of twenty the 3rd, 10th and 17th.
+    """Returns that many of the touches, by name, spread evenly over the part in their order: of twenty the 3rd, 10th
+    and 17th.
 
     At least `AS_CHECK`. Placing three where they lower the predicted variance most was no better on NIST's parts, and
     worse at angles that had not been seen.
@@ -102,7 +103,7 @@ def points_to_keep(touches: CutErrors, enough: int) -> tuple[str, ...]:
 
 
 def history_sha256(history: Sequence[MadePart]) -> str:
-    """By which a record names the earlier parts that it was made from."""
+    """Returns the hash by which a record names the earlier parts that it was made from."""
     digest = hashlib.sha256()
     for part in history:
         for value in (astuple(part.semifinish), () if part.finish is None else astuple(part.finish)):
@@ -114,7 +115,9 @@ def history_sha256(history: Sequence[MadePart]) -> str:
 
 
 def _judged(history: Sequence[MadePart], today: MadePart) -> tuple[Noticed | None, tuple[int, ...]]:
-    """What today's touches show beyond what earlier parts predict, and those that all others contradict."""
+    """Returns the differences of today's touches from the prediction of earlier parts, and those that all others
+    contradict.
+    """
     if not any(part.uncorrected_mm is not None or len(part.semifinish.error_mm) for part in history):
         return None, ()
     seen = notice_part(history, today).get(Stage.SEMIFINISH)

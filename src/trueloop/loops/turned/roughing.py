@@ -67,14 +67,14 @@ def _runs_one_way(x: Array) -> bool:
 
 
 SAME_MM: Final = 1e-6
-"""How far a pass of the roughing may lie from where it was."""
+"""The distance that a pass of the roughing may lie from where it was."""
 SAMPLES: Final = 401
 SAMPLES_OF_MOVE: Final = 33
 _WAYS: Final = ("start_mm", "end_mm", "centre_mm", "sweep_rad")
 
 
 def with_own_contour(program: Program, path: ToolPath, cut: int, run: Run) -> WrittenOut:
-    """The program in which no roughing cycle runs on the contour that this move cuts.
+    """Returns the program in which no roughing cycle runs on the contour that this move cuts.
 
     Raises NC-EDIT where that cannot be done without changing the path.
     """
@@ -88,7 +88,7 @@ def with_own_contour(program: Program, path: ToolPath, cut: int, run: Run) -> Wr
 
 
 def then_written_out(program: Program, own: WrittenOut, moves: range, run: Run) -> WrittenOut:
-    """`written_out` of a program that was edited before, with the edits of both."""
+    """Returns `written_out` of a program that was edited before, with the edits of both."""
     with own.in_lines_of(program):
         explicit = written_out(own.program, own.path, moves, run.of)
     return WrittenOut(explicit.program, explicit.path, tuple(composed(program.source, own.edits, explicit.edits)))
@@ -123,7 +123,7 @@ def require_roughing_stays(
 
 
 def _passes(program: Program, path: ToolPath) -> Flags:
-    """Whether each move is one of a roughing cycle."""
+    """Returns whether each move is one of a roughing cycle."""
     return np.isin(path.block, [cycle.block.index for cycle in roughing_cycles(program)])
 
 
@@ -135,7 +135,7 @@ def _same(before: ToolPath, was: Flags, after: ToolPath, now: Flags) -> bool:
 
 
 def _above_mm(points: Array, pieces: Sequence[CentrePiece]) -> Array:
-    """How far points (n, 2) lie outside of a path of the nose's centre; infinitely beyond its ends."""
+    """Returns how far points (n, 2) lie outside of a path of the nose's centre; infinitely beyond its ends."""
     from scipy.spatial import KDTree  # slow to import
 
     places, normals = [], []

@@ -32,7 +32,8 @@ T = TypeVar("T")
 
 
 def own_inputs(inputs: Inputs, own: OwnContour | None) -> Inputs | None:
-    """Of inputs of the whole part, with this edge's tool, those of its contour; None where nothing of it was measured.
+    """Returns the inputs of this edge's contour from those of the whole part, with this edge's tool; None where nothing
+    of it was measured.
 
     All of them for the only tool of a job (None), which cuts the whole profile. Of readings of features that several
     edges cut it has what they state of its own. Characteristics of these are left out, which a note says.
@@ -77,12 +78,12 @@ def shared_words(inputs: Inputs, contours: tuple[OwnContour, ...], judged: Colle
 
 
 def _own_of(own: OwnContour) -> tuple[int, ...]:
-    """All features of the part that are the edge's, by index."""
+    """Returns all features of the part that are the edge's, by index."""
     return tuple(index for parts in own.parts for index in parts)
 
 
 def _own_vectors(vectors: ErrorVectors, own: OwnContour, inputs: Inputs) -> ErrorVectors:
-    """Those on the edge's features, placed along its own contour."""
+    """Returns those on the edge's features, placed along its own contour."""
     rows = np.flatnonzero(np.isin(vectors.feature_index, _own_of(own)))
     chosen = vectors.chosen(rows)
     index = np.array([own.index_of(int(i)) for i in chosen.feature_index], dtype=np.intp)
@@ -103,13 +104,13 @@ def _own_seen(seen: Seen, own: OwnContour, inputs: Inputs) -> Seen:
 
 
 def _own_options(options: Options, own: OwnContour, inputs: Inputs) -> Options:
-    """What is chosen by a feature's name, by the names of its own contour."""
+    """Returns the options by a feature's name, by the names of its own contour."""
     knots, ends = _of_names(options.knot_every_on, own, inputs), _of_names(options.prescribed, own, inputs)
     return replace(options, knot_every_on=knots, prescribed=ends)
 
 
 def _of_names(chosen: Mapping[str, T], own: OwnContour, inputs: Inputs) -> dict[str, T]:
-    """Without those of other edges' features; a name that is of no feature at all stays, to be refused as ever."""
+    """Drops names of other edges' features; a name that is of no feature at all stays, to be refused as ever."""
     names, mine = inputs.profile.names, _own_of(own)
     kept: dict[str, T] = {}
     for name, value in chosen.items():
@@ -134,7 +135,7 @@ def _renamed(asked: Characteristic, own: OwnContour, inputs: Inputs) -> Characte
 
 
 def vectors_in(frame: SetupFrame, vectors: ErrorVectors, profile: Profile) -> ErrorVectors:
-    """Part errors in the program's frame; `profile` is the part's."""
+    """Returns part errors in the program's frame; `profile` is the part's."""
     index, along = _places(frame, vectors.feature_index, vectors.arc_length_mm, profile)
     placed = replace(
         vectors,
@@ -153,7 +154,9 @@ def _seen_in(frame: SetupFrame, seen: Seen, profile: Profile) -> Seen:
 
 
 def _places(frame: SetupFrame, index: Integers, along_mm: Array, profile: Profile) -> tuple[NDArray[np.intp], Array]:
-    """Feature and arc length of places in the program's frame: counted from the other end where Z points backwards."""
+    """Returns feature and arc length of places in the program's frame: counted from the other end where Z points
+    backwards.
+    """
     if not frame.backwards:
         return index.astype(np.intp), along_mm
     lengths_mm = np.array([feature.length_mm for feature in profile.features])
@@ -161,18 +164,19 @@ def _places(frame: SetupFrame, index: Integers, along_mm: Array, profile: Profil
 
 
 def index_in(frame: SetupFrame, index: int, features: int) -> int:
-    """Where one of the part's features stands in the program's frame, of so many `features`."""
+    """Returns the index of one of the part's features in the program's frame, of so many `features`."""
     return features - 1 - index if frame.backwards else index
 
 
 def touch_in(frame: SetupFrame, touch: Touch) -> Touch:
-    """A touch where the program has it; its error along the normal is the same."""
+    """Returns a touch where the program has it; its error along the normal is unchanged."""
     measured = None if touch.measured_mm is None else frame.point(touch.measured_mm)
     return replace(touch, nominal_mm=frame.point(touch.nominal_mm), measured_mm=measured)
 
 
 def reading_in(frame: SetupFrame, reading: Reading, other: str) -> Reading | None:
-    """A reading of named features with its place as the program has it; `other` names the feature it counts from.
+    """Returns a reading of named features with its place as the program has it; `other` names the feature it counts
+    from.
 
     None for a length that counts from the part's zero, where that is not the program's.
     """
@@ -183,7 +187,7 @@ def reading_in(frame: SetupFrame, reading: Reading, other: str) -> Reading | Non
 
 
 def ends_in(frame: SetupFrame, prescribed: Mapping[str, EndConditions]) -> dict[str, EndConditions]:
-    """What is prescribed at the ends of features, by name."""
+    """Returns the values prescribed at the ends of features, by name."""
     return {name: ends.reversed if frame.backwards else ends for name, ends in prescribed.items()}
 
 
@@ -193,7 +197,7 @@ def characteristics_in(frame: SetupFrame, asked: Sequence[Characteristic]) -> tu
 
 
 def judged_on_part(correction: Correction, asked: Sequence[Characteristic]) -> Correction:
-    """The correction with its characteristics placed as the part has them; `asked` are those of the part."""
+    """Returns the correction with its characteristics placed as the part has them; `asked` are those of the part."""
     places = {one.name: one.at_z_mm for one in asked}
 
     def placed(one: Judged) -> Judged:

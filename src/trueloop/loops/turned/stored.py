@@ -58,5 +58,5 @@ CODEC: Final = values.CODEC.with_more(
 
 
 def enveloped(correction: turned.Correction) -> Correction[turned.Correction]:
-    """The correction in the envelope that all products share."""
+    """Puts the correction in the envelope that all products share."""
     return Correction(correction.record, asdict(correction.options.limits), correction)

@@ -77,7 +77,7 @@ NEARLY_TANGENT = 0.1
 
 @dataclass(frozen=True)
 class Writing:
-    """What is written into: the finish program as run and matched, and the marks that the result carries.
+    """The source to be written into: the finish program as run and matched, and the marks that the result carries.
 
     `chords`: the share of the chord tolerance that moves may take.
     """
@@ -93,7 +93,7 @@ class Writing:
 
     @property
     def mark(self) -> Edit:
-        """The comment block by which a corrected program is known."""
+        """Returns the comment block by which a corrected program is known."""
         values = " ".join(f"{name}={value!r}" for name, value in self.run.parameters.items())
         lines = marks_of_record(self.record_id, self.program.source)
         if self.composed:
@@ -103,18 +103,18 @@ class Writing:
         return insert_heading(self.program, [self.program.dialect.comment(line) for line in lines])
 
     def with_edits(self, edits: Sequence[Edit]) -> bytes:
-        """The source with edits and mark."""
+        """Returns the source with edits and mark."""
         return apply_edits(self.program, [self.mark, *edits])
 
     def reread(self, source: bytes) -> Program:
-        """A written program read again, as a control would."""
+        """Reads a written program again, as a control would."""
         return self.program.rewritten(source)
 
 
 def write_contour(
     writing: Writing, profile: Profile, touches: ErrorVectors, paths: Paths
 ) -> tuple[bytes, list[ChangedWord], list[str]]:
-    """The program with its contour displaced, what changed, and what to know of it; by finer moves if it has to be.
+    """Returns the program with its contour displaced, the changes, and notes on it; by finer moves if it has to be.
 
     Raises CMP errors if reading it back says so; where the control compensates for the nose, also if compensating it as
     the control does says so.
@@ -156,7 +156,7 @@ def _contour_written(
 
 
 def _of_own_moves(writing: Writing, targets: Displacements) -> Displacements:
-    """Without the moves that other edges make between this edge's cuts. Raises NC-EDIT where one leads to its first."""
+    """Drops the moves that other edges make between this edge's cuts. Raises NC-EDIT where one leads to its first."""
     edge, path = writing.run.called, writing.matched.path
     if edge is None:
         return targets
@@ -183,12 +183,12 @@ class _ReadBack:
 
     @property
     def span(self) -> tuple[int, int]:
-        """First and last move of the contour as written, without the one that leads to it."""
+        """Returns first and last move of the contour as written, without the one that leads to it."""
         return self.images[self.targets.first].start + 1, self.images[self.targets.last].stop - 1
 
 
 def _replaced(path: ToolPath, targets: Displacements) -> list[int]:
-    """The moves whose blocks may have become several: arcs, and the rapid that leads to the contour."""
+    """Returns the moves whose blocks may have become several: arcs, and the rapid that leads to the contour."""
     rapids = (move for move in targets.ends if path.motion[move] == Motion.RAPID)
     return [*rapids, *targets.arcs]
 
@@ -227,7 +227,7 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
 
 
 def _as_far_as_cut(matched: Commanded, pieces: Sequence[CentrePiece]) -> list[CentrePiece]:
-    """The pieces without what the given program does not cut of the profile's free ends."""
+    """Returns the pieces without the parts of the profile's free ends that the given program does not cut."""
     first, last = matched.match.features[0].moves, matched.match.features[-1].moves
     begins_mm = max(0.0, min(min(one.start_mm, one.end_mm) for one in first))
     ends_mm = max(max(one.start_mm, one.end_mm) for one in last)
@@ -251,7 +251,7 @@ def _corner_notes(lines: Sequence[int]) -> list[str]:
 
 
 def _notes(writing: Writing, read: _ReadBack) -> list[str]:
-    """What to know where a roughing cycle runs on the contour too, and where formulas became numbers."""
+    """Returns notes where a roughing cycle runs on the contour too, and where formulas became numbers."""
     if writing.roughing_stays:
         return roughing_stays_notes(writing.program, writing.matched.path, read.targets.last)
     first, last, span = read.targets.first, read.targets.last, read.span
@@ -261,7 +261,7 @@ def _notes(writing: Writing, read: _ReadBack) -> list[str]:
 
 
 def _no_longer_computed(writing: Writing) -> list[str]:
-    """A note on arcs that the program computes from its variables, whose place numbers take."""
+    """Returns a note on arcs that the program computes from its variables, which numbers replace."""
     path, cuts = writing.matched.path, writing.matched.cuts
     arcs = [cut.move for cut in cuts if path.motion[cut.move] == Motion.ARC]
     blocks = (writing.program.block(int(path.block[move])) for move in arcs)
@@ -278,7 +278,7 @@ def _no_longer_computed(writing: Writing) -> list[str]:
 
 
 def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:
-    """First and last move of a range of blocks."""
+    """Returns first and last move of a range of blocks."""
     moves = np.flatnonzero((path.block >= blocks[0]) & (path.block <= blocks[1]))
     return int(moves[0]), int(moves[-1])
 
@@ -334,7 +334,7 @@ def _from_where_it_is(
 
 
 def _onto(at_mm: Array, places: Sequence[tuple[CentrePiece, float]], resolution_mm: float) -> Array:
-    """The shortest displacement (2,) that brings a place onto pieces; none where it is within a step of all."""
+    """Returns the shortest displacement (2,) that brings a place onto pieces; none where it is within a step of all."""
     tangents = np.array([np.asarray(piece.shifted.tangent(s)) for piece, s in places])
     normals = tangents[:, ::-1] * [1.0, -1.0] / np.linalg.norm(tangents, axis=1, keepdims=True)
     gaps_mm = np.array([

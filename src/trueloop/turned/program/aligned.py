@@ -1,4 +1,4 @@
-"""Which moves of a written program come of which move of its source: a block may have become several."""
+"""The correspondence of moves of a written program with those of its source: a block may have become several."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -16,7 +16,7 @@ AT_ONE_PLACE_MM = 1e-6
 def aligned(
     program: Program, before: ToolPath, after: ToolPath, edits: Sequence[Edit], replaced: Iterable[int]
 ) -> tuple[range, ...]:
-    """For each move of `before` the moves of `after` that stand for it.
+    """Returns for each move of `before` the moves of `after` that stand for it.
 
     `edits` of the program made `after`; `replaced` are the moves whose blocks became several. Raises CMP-READ-BACK
     where the numbers of moves do not go together.
@@ -34,7 +34,7 @@ def aligned(
 
 
 def _more_blocks(program: Program, edits: Sequence[Edit]) -> Mapping[int, int]:
-    """How many blocks more stand for a block."""
+    """Returns how many blocks more stand for a block."""
     more: dict[int, int] = {}
     for edit in edits:
         block = (program.place(edit.start).line or 1) - 1

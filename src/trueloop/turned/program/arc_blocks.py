@@ -18,7 +18,7 @@ GEOMETRY = frozenset("XZUWRIK")
 
 @dataclass(frozen=True)
 class ArcStyle:
-    """How the program writes an arc: with R or with I and K, with `G02` or `G2`."""
+    """The style of a program's arcs: with R or with I and K, with `G02` or `G2`."""
 
     dialect: Dialect
     state: CoordinateState
@@ -26,18 +26,18 @@ class ArcStyle:
     motion_digits: int
 
     def motion(self, move: Move) -> str:
-        """The G word of a move."""
+        """Returns the G word of a move."""
         code = 1 if move.centre_mm is None else 2 if move.sweep_rad > 0 else 3
         return f"G{code:0{self.motion_digits}d}"
 
     def allowed(self, moves: Sequence[Move]) -> tuple[Move, ...]:
-        """The moves as the control takes them."""
+        """Returns the moves as the control takes them."""
         if self.by_radius and self.dialect.radius_within_quadrant:
             return tuple(piece for move in moves for piece in within_quadrants(move))
         return tuple(moves)
 
     def geometry(self, move: Move, start_mm: Point) -> list[str]:
-        """End, and radius or centre from the (rounded) start: `X2.98 Z-1.46 R1.49`."""
+        """Returns the end, and radius or centre from the (rounded) start: `X2.98 Z-1.46 R1.49`."""
         origin = start_mm if self.state.incremental else (0.0, 0.0)
         words = [self._text("X", move.end_mm[0] - origin[0]), self._text("Z", move.end_mm[1] - origin[1])]
         if move.centre_mm is None:
@@ -48,7 +48,7 @@ class ArcStyle:
         return [*words, self._text("I", to_centre[0]), self._text("K", to_centre[1])]
 
     def rounded(self, point: Point, start_mm: Point) -> Point:
-        """Where the control takes the end of a move from `start_mm` to be."""
+        """Returns where the control takes the end of a move from `start_mm` to be."""
         origin = start_mm if self.state.incremental else (0.0, 0.0)
         x, z = (
             from_mm + rounded_mm(self.dialect, letter, value - from_mm, self.state)
@@ -61,7 +61,7 @@ class ArcStyle:
 
 
 def style_of(program: Program, block: Block, state: CoordinateState) -> ArcStyle:
-    """Read off the block that is to be replaced."""
+    """Reads the style off the block that is to be replaced."""
     motion = next((word for word in block.words if is_motion(word)), None)
     digits = len(motion.text) - 1 if motion is not None else 2
     return ArcStyle(
@@ -70,7 +70,7 @@ def style_of(program: Program, block: Block, state: CoordinateState) -> ArcStyle
 
 
 def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcStyle) -> list[str]:
-    """One text a move, without block numbers. The source block's other words go to the first, in their order.
+    """Returns one text a move, without block numbers. The source block's other words go to the first, in their order.
 
     M codes that act after the move go to the last. Raises NC-EDIT where it is not known which a code is.
     """
@@ -87,7 +87,7 @@ def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcS
 
 
 def is_motion(word: Word) -> bool:
-    """Whether a word is one of G00 to G03."""
+    """Returns whether a word is one of G00 to G03."""
     return word.letter == "G" and word.kind == "number" and word.value in (0.0, 1.0, 2.0, 3.0)
 
 

@@ -44,13 +44,13 @@ class MovedFeature:
 
     @property
     def against(self) -> bool:
-        """Whether the offset moves a measured feature the other way than its own correction would."""
+        """Returns whether the offset moves a measured feature the other way than its own correction would."""
         felt = min(abs(self.own_mm), abs(self.moved_mm)) > FELT_MM
         return self.touched and felt and self.own_mm * self.moved_mm < 0
 
     @property
     def words(self) -> str:
-        """`face-1 +4.0 µm`, and what has to be known of it."""
+        """Describes the feature, `face-1 +4.0 µm`, with remarks."""
         low, high = Um(self.low_mm, "+.1f"), Um(self.high_mm, "+.1f")
         if str(low) == str(high):
             moved = wording("{feature} {moved}", feature=self.feature, moved=high)
@@ -66,7 +66,7 @@ class MovedFeature:
 
 @dataclass(frozen=True)
 class ToolAnswer:
-    """One tool of the program, by the number of its offset: an offset, none, or not measured."""
+    """The answer for one tool of the program, by the number of its offset: an offset, none, or not measured."""
 
     tool: int
     answer: Literal["offset", "none", "not measured"]
@@ -74,7 +74,7 @@ class ToolAnswer:
 
 @dataclass(frozen=True)
 class ByTool:
-    """What each tool gets. `features` are those that the corrected tool cuts, moved by `offset`.
+    """The answers for all tools. `features` are those that the corrected tool cuts, moved by `offset`.
 
     `share` of the correction's size that the offset takes out; `beyond_mm` is the most that the contour would take out
     beyond it (signed as a correction), at (x, z) `at_mm`, x a radius, on `beyond_on`. `comes_first`: the offset makes
@@ -92,7 +92,7 @@ class ByTool:
 
     @property
     def words(self) -> str:
-        """`T3 wear X −0.024 mm (diameter), Z +0.004; T5 none`."""
+        """Describes the answers: `T3 wear X −0.024 mm (diameter), Z +0.004; T5 none`."""
         return listed([self._one(tool) for tool in self.tools])
 
     def _one(self, tool: ToolAnswer) -> str:
@@ -104,7 +104,9 @@ class ByTool:
 
     @property
     def beyond_words(self) -> str:
-        """How much of the correction the offset is, and the most that the contour would take out beyond it."""
+        """Describes how much of the correction the offset is, and the most that the contour would take out beyond
+        it.
+        """
         x, z = self.at_mm
         return wording(
             "The offset takes out {share} % of the correction; beyond it the contour would take out up to {beyond}, on "
@@ -118,7 +120,7 @@ class ByTool:
 
     @property
     def moved_words(self) -> str:
-        """What the offset does to every feature that its tool cuts."""
+        """Describes the effect of the offset on every feature that its tool cuts."""
         features = listed([feature.words for feature in self.features])
         return wording(
             "An offset of {who} moves all that it cuts (− takes more off): {features}.",
@@ -139,7 +141,7 @@ def answer_by_tool(
     in_force: Callable[[int, Array], Array] | None = None,
     wear_mm: tuple[float, float] = (0.0, 0.0),
 ) -> ByTool:
-    """The answer of one correction.
+    """Returns the answer of one correction.
 
     `commanded` says what the nose cuts of each feature, `cut_by` by the number of which offset, `others` are the
     further numbers that the program runs with. Where `cut_by` holds several numbers no tool gets an offset. `in_force`

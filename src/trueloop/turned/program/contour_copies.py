@@ -16,7 +16,7 @@ _NEXT: Final = re.compile(r"(?m)^%")
 
 
 def of_subroutine(program: Program, cycle: ContourCycle) -> list[Edit]:
-    """A copy of the O-word subroutine behind it, and its number in the cycle."""
+    """Copies the O-word subroutine behind itself, and puts the number of the copy into the cycle."""
     name = next(word for word in cycle.block.data if word.letter == "Q")
     text = _text(program)
     ends = [found for found in _O_WORD.finditer(text) if float(found[1]) == name.value]
@@ -31,7 +31,9 @@ def of_subroutine(program: Program, cycle: ContourCycle) -> list[Edit]:
 
 
 def of_name(program: Program, cycle: ContourCycle) -> list[Edit]:
-    """A copy of the subprogram behind it, or of the section before it, under another name, and that in the cycle."""
+    """Copies the subprogram behind itself, or the section before itself, under another name, and puts that into the
+    cycle.
+    """
     given = re.search(r'"([^"]*)"', cycle.word.text)
     if given is None or cycle.block.skipped:
         raise refusal(program, cycle.block, "this cycle, a block with a slash or one that computes its contour's name,")
@@ -46,7 +48,7 @@ def of_name(program: Program, cycle: ContourCycle) -> list[Edit]:
 
 
 def of_sequence(program: Program, cycle: ContourCycle) -> list[Edit]:
-    """A copy of the definition behind it, under another sequence name: in its course a program passes both over."""
+    """Copies the definition behind itself, under another sequence name: in its course a program passes both over."""
     name = cycle.named[0]
     first = [block for block in program.blocks if _is_called(block, name) and _begins(program, block)]
     ends = [block for block in program.blocks if first and block.index > first[0].index and _ends(program, block)]
@@ -126,7 +128,7 @@ def _line_at(program: Program, at: int) -> Block:
 
 
 def refusal(program: Program, cycle: Block, what: str) -> TrueloopError:
-    """Where a finishing cycle gets no contour of its own."""
+    """Returns the refusal where a finishing cycle gets no contour of its own."""
     return TrueloopError(
         Code.NC_EDIT,
         f"roughing shall stay where it is, and {what} cannot be given a contour of its own",

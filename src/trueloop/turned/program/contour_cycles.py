@@ -33,19 +33,19 @@ class ContourCycle:
 
 
 def finishing_cycle(program: Program, path: ToolPath, move: int) -> ContourCycle | None:
-    """The finishing cycle that runs the contour of a move; None of a move in the program's own course."""
+    """Returns the finishing cycle that runs the contour of a move; None of a move in the program's own course."""
     call = int(path.call[move])
     found = _cycle(program, program.block(int(path.calls[call, 0]))) if call >= 0 else None
     return found if found is not None and found.finishes else None
 
 
 def roughing_cycles(program: Program) -> list[ContourCycle]:
-    """The cycles that rough a contour, without the blocks that only say how."""
+    """Returns the cycles that rough a contour, without the blocks that only state how."""
     return [found for found in _cycles(program) if found.roughs]
 
 
 def roughed_by(program: Program, cycle: ContourCycle) -> list[ContourCycle]:
-    """The roughing cycles on the contour that this finishing cycle runs; itself where it does both."""
+    """Returns the roughing cycles on the contour that this finishing cycle runs; itself where it does both."""
     return [found for found in roughing_cycles(program) if found.named == cycle.named]
 
 
@@ -102,5 +102,5 @@ def _contour_turning(program: Program, block: Block, word: Word) -> ContourCycle
 
 
 def arguments(word: Word) -> list[str]:
-    """Those in brackets behind a name, as they are written."""
+    """Returns the arguments in brackets behind a name, as they are written."""
     return word.text.partition("(")[2].rpartition(")")[0].split(",")

@@ -1,4 +1,4 @@
-"""Where a contour begins that roughing cycles read, too: they come to it from elsewhere than the finishing cycle."""
+"""The start of a contour that roughing cycles read, too: they come to it from elsewhere than the finishing cycle."""
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.program.program import Program

@@ -24,7 +24,7 @@ LEFT_BEHIND: Final = "takes back the shift of a run that was stopped in the cut"
 
 
 def has_local_shift(program: Program) -> bool:
-    """Whether the offset is written as a shift of the frame; otherwise as an update of the tool's offset.
+    """Returns whether the offset is written as a shift of the frame; otherwise it is an update of the tool's offset.
 
     Raises NC-OFFSET for a control of which neither is known.
     """
@@ -42,7 +42,8 @@ def has_local_shift(program: Program) -> bool:
 def tool_offset_updates(
     program: Program, state: CoordinateState, offset_mm: tuple[float, float], tool: int
 ) -> dict[str, float]:
-    """The values (mm, x as a radius) that the tool's offsets shall get: those that the program sets, and the offset.
+    """Returns the values (mm, x as a radius) that the tool's offsets shall get: those that the program sets, and the
+    offset.
 
     `state` is how the program writes offsets (`offset_state`).
     """
@@ -51,15 +52,15 @@ def tool_offset_updates(
 
 
 def offset_state(state: CoordinateState, is_diameter: bool | None) -> CoordinateState:
-    """How offsets are written; `is_diameter` says how the control reads X (None: as its coordinates)."""
+    """Returns the style of offsets; `is_diameter` is how the control reads X (None: as its coordinates)."""
     return CoordinateState(state.inch, state.diameter if is_diameter is None else is_diameter)
 
 
 def update_edits(
     program: Program, path: ToolPath, lead: int, values_mm: dict[str, float], tool: int, is_diameter: bool | None
 ) -> list[Edit]:
-    """UPD statements with these values, written before move `lead` where there are none. The control adds the value to
-    the programmed coordinate.
+    """Writes UPD statements with these values, written before move `lead` where there are none. The control adds the
+    value to the programmed coordinate.
     """
     state = path.coordinate_state(lead)
     edits: list[Edit] = []
@@ -73,7 +74,7 @@ def update_edits(
 
 
 def shift_edits(program: Program, path: ToolPath, shifted: Shifted, offset_mm: tuple[float, float]) -> list[Edit]:
-    """A shift by (x as a radius, z) for those moves. Raises NC-OFFSET where it would replace another one."""
+    """Writes a shift by (x as a radius, z) for those moves. Raises NC-OFFSET where it would replace another one."""
     state = path.coordinate_state(shifted.first)
     base_mm, offset = path.register_mm[shifted.first, [0, 2]], np.asarray(offset_mm)
     code = program.dialect.contour_shift
@@ -105,7 +106,7 @@ def _require_followed(program: Program, path: ToolPath, shifted: Shifted, base_m
 
 
 def _first_of_course(program: Program) -> int:
-    """The first block with a word that is not the program's number."""
+    """Returns the first block with a word that is not the program's number."""
     return next((block.index for block in program.blocks if block.data and not _is_number(block)), 0)
 
 
@@ -114,7 +115,7 @@ def _is_number(block: Block) -> bool:
 
 
 def _before(program: Program, block: int, text: str) -> Edit:
-    """A block before another one: after the block that stands there."""
+    """Inserts a block before another one: after the block that stands there."""
     if block == 0:
         start = program.block(0).start
         return Edit(start, start, text + "\n")

@@ -1,4 +1,4 @@
-"""A contour of its own for the finishing cycle, so that correcting it leaves what is roughed on the given one alone.
+"""A contour of its own for the finishing cycle, so that correcting it does not change the roughing on the given one.
 
 The blocks that roughing reads stay, to the byte. Where they lie between two numbered blocks (G70 P Q), the finishing
 cycle is written out: the contour's blocks in its place, and the rapid move back to where it began. No control has to
@@ -19,7 +19,8 @@ from trueloop.turned.program.contour_cycles import ContourCycle, finishing_cycle
 
 
 def own_contour(program: Program, path: ToolPath, move: int) -> list[Edit]:
-    """The edits after which no roughing cycle reads the blocks of the contour that `move` is on; none where none does.
+    """Returns the edits after which no roughing cycle reads the blocks of the contour that `move` is on; none where
+    none does.
 
     Raises NC-EDIT where they cannot be written.
     """
@@ -35,7 +36,7 @@ def own_contour(program: Program, path: ToolPath, move: int) -> list[Edit]:
 
 
 def _written_out(program: Program, path: ToolPath, call: int, cycle: ContourCycle) -> Edit:
-    """The contour in the place of the cycle's words; what else stands in the block comes first."""
+    """Writes the contour in the place of the cycle's words; the block's other words come first."""
     block, moves = cycle.block, np.flatnonzero(path.call == call)
     contour = [program.block(index) for index in _between(program, path, block, moves[[0, -1]])]
     blocks = [_without(program, one, _number_of(one)) for one in contour]
@@ -46,7 +47,9 @@ def _written_out(program: Program, path: ToolPath, call: int, cycle: ContourCycl
 
 
 def _between(program: Program, path: ToolPath, cycle: Block, moves: Integers) -> range:
-    """The blocks from P to Q: of those with these numbers the ones next to the moves of the contour (first, last)."""
+    """Returns the blocks from P to Q: of those with these numbers the ones next to the moves of the contour (first,
+    last).
+    """
     named = {word.letter: word.value for word in cycle.data if word.letter in "PQ"}
     first = [b.index for b in program.blocks if b.number == named["P"] and b.index <= path.block[moves[0]]]
     last = [b.index for b in program.blocks if b.number == named["Q"] and b.index >= path.block[moves[1]]]
@@ -60,7 +63,7 @@ def _number_of(block: Block) -> list[Word]:
 
 
 def _without(program: Program, block: Block, words: list[Word]) -> str:
-    """The text of a block without some of its words."""
+    """Returns the text of a block without some of its words."""
     done, text = block.start, ""
     for word in words:
         text, done = text + program.source[done : word.start].decode("latin-1").rstrip(" \t"), word.end
@@ -68,7 +71,7 @@ def _without(program: Program, block: Block, words: list[Word]) -> str:
 
 
 def _way_back(program: Program, path: ToolPath, last: int) -> list[str]:
-    """The cycle's last move, which no word sets."""
+    """Returns the cycle's last move, which no word sets."""
     back = last + 1
     if back == len(path) or path.block[back] != path.block[last] or path.motion[back] != Motion.RAPID:
         return []

@@ -55,14 +55,14 @@ def with_rapids(path: ToolPath, profile: Profile, targets: Displacements, meant:
 
 
 def _leaves_nearer(path: ToolPath, profile: Profile, move: int, delta_mm: Array) -> bool:
-    """Whether a rapid leaves the part where it begins, and would end nearer to it by that displacement."""
+    """Returns whether a rapid leaves the part where it begins, and would end nearer to it by that displacement."""
     end = path.end_mm[move]
     was, becomes = (clearance_mm(profile, at) for at in (end, end + np.array([delta_mm[0], 0.0, delta_mm[1]])))
     return becomes < was - SAME_MM and _leaves(_nearest(profile, path.start_mm[move]), path.start_mm[move], end)
 
 
 def _leaves(feature: Feature, start_mm: Array, end_mm: Array) -> bool:
-    """Whether a rapid goes off a feature along x, to either side, or beyond it towards the free end."""
+    """Returns whether a rapid goes off a feature along x, to either side, or beyond it towards the free end."""
     x, z = feature.point_mm(np.linspace(0.0, feature.length_mm, SAMPLES)).T
     reached, came = abs(float(end_mm[0])), abs(float(start_mm[0]))
     outwards, inwards = min(reached - np.max(x), reached - came), min(np.min(x) - reached, came - reached)
@@ -71,7 +71,7 @@ def _leaves(feature: Feature, start_mm: Array, end_mm: Array) -> bool:
 
 
 def _nearest(profile: Profile, at_mm: Array) -> Feature:
-    """The feature that a point is nearest to, as far as it goes."""
+    """Returns the feature that a point is nearest to, within the feature's ends."""
     point = (abs(float(at_mm[0])), float(at_mm[2]))
 
     def distance_mm(feature: Feature) -> float:

@@ -32,7 +32,7 @@ NO_CORNER_RAD: Final = 0.05
 
 @dataclass(frozen=True)
 class Given:
-    """What the source itself does: its path, first and last move of the contour, and by feature what it is meant to be.
+    """The source itself: its path, first and last move of the contour, and by feature its intended contour.
 
     Within `reach_mm` of where it leaves that (a way in that a control shortens), the written one may leave its own.
     """
@@ -43,7 +43,7 @@ class Given:
     reach_mm: float
 
     def follows(self, feature: str, arc_length_mm: Array, tolerance_mm: float) -> Flags:
-        """Whether it is there at places of a feature, (n,)."""
+        """Returns whether it is there at places of a feature, (n,)."""
         moves = _cutting(self.path, self.span)
         off = _off(moves, self.meant[feature].shifted.centre_mm(arc_length_mm)) > tolerance_mm
         nearest_mm = np.min(np.abs(arc_length_mm[:, None] - np.where(off, arc_length_mm, np.inf)), axis=1)
@@ -107,7 +107,8 @@ def check_way(before: ToolPath, after: ToolPath, moves: range, written: range, b
 
 
 def joins_mm(path: ToolPath, span: tuple[int, int], nose_radius_mm: float) -> float:
-    """How far the nose's centre may lie off after the moves `span` (first, last) turn into each other by little.
+    """Returns how far the nose's centre may lie off after the moves `span` (first, last) turn into each other by
+    little.
 
     Controls take a turn δ below `NO_CORNER_RAD` for none: the centre stays beside the end of the first move, which is
     R (1 − cos δ) off the second (as LinuxCNC 2.9 drives it).
@@ -119,13 +120,13 @@ def joins_mm(path: ToolPath, span: tuple[int, int], nose_radius_mm: float) -> fl
 
 
 def _turn_rad(one: Move, after: Move) -> float:
-    """The angle between the end of a move and the beginning of the next."""
+    """Returns the angle between the end of a move and the beginning of the next."""
     u, v = _direction(one, one.end_mm), _direction(after, after.start_mm)
     return abs(math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1]))
 
 
 def _direction(move: Move, at_mm: Point) -> tuple[float, float]:
-    """The direction (x, z) of a move at one of its ends, of any length."""
+    """Returns the direction (x, z) of a move at one of its ends, of any length."""
     if move.centre_mm is None:
         return move.end_mm[0] - move.start_mm[0], move.end_mm[1] - move.start_mm[1]
     x, z = at_mm[0] - move.centre_mm[0], at_mm[1] - move.centre_mm[1]
@@ -133,7 +134,7 @@ def _direction(move: Move, at_mm: Point) -> tuple[float, float]:
 
 
 def farthest_mm(before: Sequence[CentrePiece], after: Sequence[CentrePiece]) -> float:
-    """How far a correction takes the nose's centre at the most, along all pieces."""
+    """Returns how far a correction takes the nose's centre at the most, along all pieces."""
     along = [
         new.shifted.centre_mm(s) - old.shifted.centre_mm(s)
         for old, new in zip(before, after, strict=True)
@@ -218,14 +219,14 @@ def check_rapids(
 
 @dataclass(frozen=True)
 class Unfit:
-    """What keeps a control from driving the nose along a contour, and where the move that it says it of begins."""
+    """An obstacle that keeps a control from driving the nose along a contour, and the start of the move concerned."""
 
     found: Finding
     start_mm: Array
 
 
 def unfit(driven: ToolPath, path: ToolPath) -> tuple[Unfit, ...]:
-    """All of it, in a path as the control drives it; `path` is the same as programmed."""
+    """Returns all obstacles in a path as the control drives it; `path` is the same as programmed."""
     return tuple(
         Unfit(found, path.start_mm[int(np.flatnonzero(path.line == found.place.line)[0])])
         for found in driven.findings
@@ -256,12 +257,12 @@ def require_nose_fits(
 
 
 def _off(moves: Sequence[Move], points: Array) -> Array:
-    """Distance of points from the nearest of some moves."""
+    """Returns the distance of points from the nearest of some moves."""
     return np.asarray(np.min([move.gap_mm(points) for move in moves], axis=0))
 
 
 def move_of(path: ToolPath, k: int) -> Move:
-    """A move of a program in the (x, z) plane; of a rapid the straight way."""
+    """Returns a move of a program in the (x, z) plane; of a rapid the straight way."""
     centre = _point(path.centre_mm[k]) if path.motion[k] == Motion.ARC else None
     return Move(_point(path.start_mm[k]), _point(path.end_mm[k]), centre, float(path.sweep_rad[k]))
 
@@ -271,6 +272,6 @@ def _point(xyz: Array) -> Point:
 
 
 def clearance_mm(profile: Profile, end_mm: Array) -> float:
-    """Distance of a point (x, y, z) from the part's profile, on either side of the axis."""
+    """Returns the distance of a point (x, y, z) from the part's profile, on either side of the axis."""
     point = np.array([abs(end_mm[0]), end_mm[2]])
     return float(np.abs(profile.locate(point).distance_mm[0]))

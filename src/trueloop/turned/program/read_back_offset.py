@@ -64,7 +64,7 @@ def require_updates(after: Program, state: CoordinateState, values_mm: dict[str,
 
 
 def _moved_mm(before: ToolPath, after: ToolPath, name: str) -> Array:
-    """How far points of the programmed moves have moved in machine coordinates, (n, 3)."""
+    """Returns how far points of the programmed moves have moved in machine coordinates, (n, 3)."""
     there, here = ((getattr(path, name) + path.origin_mm)[_programmed(path)] for path in (after, before))
     return np.asarray(there - here)
 
@@ -75,7 +75,9 @@ def _require_same_kinds(before: Integers, after: Integers) -> None:
 
 
 def _programmed(path: ToolPath) -> Integers:
-    """The moves whose end a word of their block set; whether a finishing cycle adds a way back depends on the frame."""
+    """Returns the moves whose end a word of their block set; whether a finishing cycle adds a way back depends on the
+    frame.
+    """
     return np.flatnonzero(np.max(path.word, axis=1) >= 0)
 
 

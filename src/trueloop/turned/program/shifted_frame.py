@@ -1,4 +1,4 @@
-"""Which moves run in a shifted frame when a contour is to be cut there, and between which blocks it is shifted.
+"""The moves that run in a shifted frame when a contour is to be cut there, and the blocks between which it is shifted.
 
 A coordinate that a move inherits is not shifted: the tool stays where it is when the frame changes. So the shift begins
 before both coordinates of the contour's beginning are set. It begins and ends outside of cutter compensation, under
@@ -45,8 +45,8 @@ class _Cycle:
 
 
 def shifted_moves(program: Program, path: ToolPath, cuts: tuple[int, int]) -> Shifted:
-    """The moves to be shifted so that moves `cuts` (first, last) are. Raises NC-OFFSET where a block that begins or
-    ends the shift is not to be found, or where frame or tool change in between.
+    """Returns the moves to be shifted so that moves `cuts` (first, last) are. Raises NC-OFFSET where a block that
+    begins or ends the shift is not to be found, or where frame or tool change in between.
     """
     cycle = _cycle_of_calls(program, path, cuts[0]) or _finishing_cycle(program, int(path.block[cuts[0]]))
     first, last = cuts[0] - 1, cuts[1]
@@ -67,7 +67,7 @@ def shifted_moves(program: Program, path: ToolPath, cuts: tuple[int, int]) -> Sh
 
 
 def positions_set(program: Program, path: ToolPath, move: int) -> Flags:
-    """Whether a word sets each coordinate of a move's end as a position, (3,): not inherited, no increment."""
+    """Returns whether a word sets each coordinate of a move's end as a position, (3,): not inherited, no increment."""
     found = np.zeros(3, dtype=np.bool_)
     for axis, index in enumerate(path.word[move]):
         if index >= 0:
@@ -77,7 +77,7 @@ def positions_set(program: Program, path: ToolPath, move: int) -> Flags:
 
 
 def _both_set(program: Program, path: ToolPath, first: int, cut: int) -> int:
-    """The last move not after `first` from which to the cut both X and Z are set."""
+    """Returns the last move not after `first` from which to the cut both X and Z are set."""
     found = np.zeros(3, dtype=np.bool_)
     for move in range(cut - 1, -1, -1):
         found |= positions_set(program, path, move)
@@ -87,7 +87,9 @@ def _both_set(program: Program, path: ToolPath, first: int, cut: int) -> int:
 
 
 def _begin(program: Program, path: ToolPath, first: int) -> tuple[int, int]:
-    """The first move of the compensation in force, and the block that switches it on; without any, move and block."""
+    """Returns the first move of the compensation in force, and the block that switches it on; without any, move and
+    block.
+    """
     compensation, block = path.compensation, path.block
     while first > 0 and compensation[first] != OFF and compensation[first - 1] != OFF:
         first -= 1
@@ -98,7 +100,9 @@ def _begin(program: Program, path: ToolPath, first: int) -> tuple[int, int]:
 
 
 def _end(program: Program, path: ToolPath, last: int) -> tuple[int, int]:
-    """The last move of the compensation in force, and the block that switches it off; without any, move and block."""
+    """Returns the last move of the compensation in force, and the block that switches it off; without any, move and
+    block.
+    """
     compensation, block = path.compensation, path.block
     if compensation[last] == OFF:
         return last, int(block[last])
@@ -111,7 +115,7 @@ def _end(program: Program, path: ToolPath, last: int) -> tuple[int, int]:
 
 
 def _switch(program: Program, blocks: Iterable[int], codes: Collection[int], seen_from: int) -> int:
-    """The first of the blocks with one of these G codes."""
+    """Returns the first of the blocks with one of these G codes."""
     for block in blocks:
         words = (word for word in program.block(block).words if word.letter == "G" and word.kind == "number")
         if any(int(word.value) in codes for word in words):
@@ -122,7 +126,7 @@ def _switch(program: Program, blocks: Iterable[int], codes: Collection[int], see
 
 
 def _cycle_of_calls(program: Program, path: ToolPath, cut: int) -> _Cycle | None:
-    """The G70 that calls the contour by its name; its blocks are those of its moves."""
+    """Returns the G70 that calls the contour by its name; its blocks are those of its moves."""
     cycle = finishing_cycle(program, path, cut)
     if cycle is None or cycle.by == "numbers":
         return None
@@ -130,7 +134,7 @@ def _cycle_of_calls(program: Program, path: ToolPath, cut: int) -> _Cycle | None
 
 
 def _finishing_cycle(program: Program, contour_block: int) -> _Cycle | None:
-    """The G70 that runs the contour; None where the program cuts it in its own course."""
+    """Returns the G70 that runs the contour; None where the program cuts it in its own course."""
     if not program.dialect.contours_by_number:
         return None
     blocks = list(program.blocks)
@@ -143,7 +147,7 @@ def _finishing_cycle(program: Program, contour_block: int) -> _Cycle | None:
 
 
 def _contour_of(block: Block) -> set[float]:
-    """The block numbers P and Q of a finishing cycle; of another block none."""
+    """Returns the block numbers P and Q of a finishing cycle; of another block none."""
     if not any(word.letter == "G" and word.value == FINISHING_CYCLE for word in block.words):
         return set()
     return {word.value for word in block.words if word.letter in {"P", "Q"}}

@@ -9,7 +9,8 @@ from trueloop.nc.edit.number_text import rounded
 def changed_number(
     old: Decimal, change_mm: float, unit_mm: float, counts: Literal["radius", "diameter"], step: Decimal
 ) -> Decimal:
-    """`old` plus a change along an axis, rounded to `step`; a table that counts diameters gets twice the change.
+    """Returns `old` plus a change along an axis, rounded to `step`; a table that counts diameters gets twice the
+    change.
 
     `change_mm` of x is that of the radius; `unit_mm` is the table's unit.
     """
@@ -18,5 +19,5 @@ def changed_number(
 
 
 def in_mm(value: Decimal, unit_mm: float, counts: Literal["radius", "diameter"]) -> float:
-    """A number of a table in mm, a diameter as a radius."""
+    """Returns a number of a table in mm, a diameter as a radius."""
     return float(value) * unit_mm / (2 if counts == "diameter" else 1)

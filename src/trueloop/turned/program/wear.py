@@ -25,7 +25,7 @@ def wear_offset(
     *,
     expanded_u_mm: ExpandedU | None = None,
 ) -> WearOffset:
-    """The tool's offset changed by (x as a radius, z) mm, in the words of the program's control.
+    """Returns the tool's offset changed by (x as a radius, z) mm, in the words of the program's control.
 
     `cut` is a move of the finish pass: the unit is that of its words. `is_diameter` says how the control reads offsets
     on X; None: as the words on X, on Sinumerik as a radius. LinuxCNC always reads them as words. `edge` is the tool's.

@@ -13,7 +13,7 @@ from trueloop.wording import Signed, wording
 
 @dataclass(frozen=True)
 class WearOffset:
-    """What to add to one tool's wear offset, as its control shows it, rounded to the control's step.
+    """The change of one tool's wear offset, as its control shows it, rounded to the control's step.
 
     `x` is a diameter where `x_is_diameter`; both are in `unit`, "mm" or "inch". `blocks` add it, from a program or by
     hand at the control; empty where no words for that are known. `edge` is the tool's, where a control counts edges.
@@ -33,14 +33,14 @@ class WearOffset:
 
     @property
     def called(self) -> str:
-        """`T3`, `T3 D2` of a second edge; of a tool without a known number words that say so."""
+        """Names the tool: `T3`, `T3 D2` of a second edge; of a tool without a known number words that state so."""
         if not self.tool:
             return wording("the finishing tool (no number stated)")
         return f"T{self.tool}" if self.edge == 1 else f"T{self.tool} D{self.edge}"
 
     @property
     def words(self) -> str:
-        """`tool 3: wear X −0.024 (diameter), Z +0.004 mm (X ± 0.003, Z ± 0.002)`."""
+        """Describes the change: `tool 3: wear X −0.024 (diameter), Z +0.004 mm (X ± 0.003, Z ± 0.002)`."""
         x, z = (Signed(value, self.decimals) for value in (self.x, self.z))
         x_is = wording("diameter") if self.x_is_diameter else wording("radius")
         who = wording("tool {number}", number=self.tool) if self.tool else self.called
@@ -50,7 +50,7 @@ class WearOffset:
 
     @property
     def answer(self) -> str:
-        """`T3 wear X −0.024 mm (diameter), Z +0.004 (X ± 0.003, Z ± 0.002)`."""
+        """Describes the answer: `T3 wear X −0.024 mm (diameter), Z +0.004 (X ± 0.003, Z ± 0.002)`."""
         x, z = (Signed(value, self.decimals) for value in (self.x, self.z))
         x_is, who = wording("diameter") if self.x_is_diameter else wording("radius"), self.called
         return self._known_to(
@@ -64,11 +64,11 @@ class WearOffset:
         return known_to(numbers, x, z)
 
     def number(self, value: float) -> str:
-        """A value with its sign and all decimals."""
+        """Formats a value with its sign and all decimals."""
         return f"{value:+.{self.decimals}f}"
 
     def as_offset(self, makes_the_correction: bool, measured_sha256: str, held: HeldTool) -> ToolOffset:
-        """As a record keeps it: in mm, x as a radius."""
+        """Returns it as a record keeps it: in mm, x as a radius."""
         unit_mm = MM_PER_INCH if self.unit == "inch" else 1.0
         x_is: Literal["radius", "diameter"] = "diameter" if self.x_is_diameter else "radius"
         x_radius_mm = self.x * unit_mm / (2 if self.x_is_diameter else 1)
@@ -81,7 +81,9 @@ class WearOffset:
 
     @classmethod
     def of(cls, kept: ToolOffset, x_is: Literal["radius", "diameter"]) -> "WearOffset":
-        """What a record keeps, with X as a control counts it that may be another; its own words stay with its own."""
+        """Returns the offset of a record, with X as a control counts it that may be another; its own words stay with
+        its own.
+        """
         unit_mm = MM_PER_INCH if kept.unit == "inch" else 1.0
         is_diameter, blocks = x_is == "diameter", kept.blocks if x_is == kept.x_is else ()
         x, z = kept.x_radius_mm / unit_mm * (2 if is_diameter else 1), kept.z_mm / unit_mm
@@ -90,7 +92,7 @@ class WearOffset:
         return cls(kept.tool, x, z, is_diameter, kept.unit, kept.decimals, kept.held.edge, blocks, u)
 
     def as_dict(self) -> dict[str, object]:
-        """For JSON."""
+        """Returns it for JSON."""
         x_is = "diameter" if self.x_is_diameter else "radius"
         offset: dict[str, object] = {"tool": self.tool, "x": self.x, "x_is": x_is, "z": self.z, "unit": self.unit}
         known = dict(zip(("x_expanded_u", "z_expanded_u"), self.expanded_u or (None, None), strict=True))

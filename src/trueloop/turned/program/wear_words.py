@@ -14,7 +14,7 @@ CONTROLS: Final[tuple[Control, ...]] = get_args(Control)
 
 
 def blocks_of(control: Control | Literal[""], wear: WearOffset) -> tuple[str, ...]:
-    """The blocks of a control; () where it has no words for these numbers, or they are not known."""
+    """Returns the blocks of a control; () where it has no words for these numbers, or they are not known."""
     return BLOCKS[control](wear) if control in BLOCKS else ()
 
 
@@ -25,7 +25,7 @@ def updates(wear: WearOffset, own: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def counted(control: Control, stated: Literal["radius", "diameter"] | None) -> Literal["radius", "diameter"]:
-    """How a control counts offsets on X that another control's program was corrected for.
+    """Returns how a control counts offsets on X that another control's program was corrected for.
 
     LinuxCNC's words say it themselves, a Sinumerik counts radii as delivered. Raises OFS-WORDS for the others, which
     are set up in either way, where it is not stated.
@@ -41,7 +41,7 @@ def counted(control: Control, stated: Literal["radius", "diameter"] | None) -> L
 
 
 def offset_program(control: Control, wear: WearOffset, record_id: str) -> str:
-    """A small program that adds the offset, to be run once; `wear.blocks` are taken for a GE 2000T.
+    """Returns a small program that adds the offset, to be run once; `wear.blocks` are taken for a GE 2000T.
 
     Raises OFS-WORDS for a control without words for it.
     """
@@ -57,7 +57,7 @@ def offset_program(control: Control, wear: WearOffset, record_id: str) -> str:
 
 
 def _framed(control: Control, blocks: tuple[str, ...], comment: str) -> Iterator[str]:
-    """The blocks with a comment and an end, as the control loads programs."""
+    """Yields the blocks with a comment and an end, as the control loads programs."""
     if control == "siemens":
         yield from (f"; {comment}", *blocks, "M30")
     elif control == "ge2000t":
@@ -124,4 +124,4 @@ WHY: Final[Mapping[Control, str]] = {
     "siemens": "whether the control keeps its tools in inch is not in the program",
     "ge2000t": "an update sets the whole offset, which a program for another control does not say",
 }
-"""Why a control has no words for an offset."""
+"""The reasons why a control has no words for an offset."""

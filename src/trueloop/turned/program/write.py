@@ -36,23 +36,25 @@ SLID_MM: Final = 1e-3
 
 @dataclass(frozen=True)
 class Displacements:
-    """What the program's moves must become: displaced ends by move, new moves for arcs, and the first move of all."""
+    """The targets of the program's moves: displaced ends by move, new moves for arcs, and the first move of all."""
 
     ends: Mapping[int, Array]
     arcs: Mapping[int, Replacement]
 
     @property
     def first(self) -> int:
-        """The move whose end is displaced first: the one that leads to the contour."""
+        """Returns the move whose end is displaced first: the one that leads to the contour."""
         return min(self.ends)
 
     @property
     def last(self) -> int:
-        """The last displaced move."""
+        """Returns the last displaced move."""
         return max(self.ends)
 
     def off(self, by_mm: Array) -> "Displacements":
-        """The same from ends that lie off by (n, 3): what is meant stays, whatever they are displaced from."""
+        """Returns the targets from ends that lie off by (n, 3): the intended ends stay, whatever they are displaced
+        from.
+        """
         ends = {move: end + by_mm[move, [0, 2]] for move, end in self.ends.items()}
         return Displacements(ends, self.arcs)
 
@@ -85,7 +87,7 @@ def displacements(
 
 
 def corrected_source(program: Program, path: ToolPath, targets: Displacements) -> list[Edit]:
-    """The edits that displace the contour, and after it increments so that they end where they did.
+    """Returns the edits that displace the contour, and after it increments so that they end where they did.
 
     Raises NC-EDIT where a word cannot be moved.
     """
@@ -132,20 +134,23 @@ def _back(program: Program, path: ToolPath, first: int, held: Array) -> list[Edi
 
 
 def _is_increment(program: Program, path: ToolPath, move: int, word: int) -> bool:
-    """Whether a word says how far its axis goes, not where to."""
+    """Returns whether a word gives a distance of its axis, not a position."""
     own = program.word(word).increment
     return bool(path.incremental[move]) if own is None else own
 
 
 def _carries(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> bool:
-    """Whether a block goes where it shall by itself: along the axes it names as ever, along others as it is held."""
+    """Returns whether a block goes where it shall by itself: along the axes it names as ever, along others as it is
+    held.
+    """
     own = np.where(path.word[move] < 0, held, path.end_mm[move])
     step_mm = program.dialect.step_mm(bool(path.inch[move]))
     return bool(np.all(np.abs(own - wanted) <= step_mm) or np.all(path.end_mm[move] == wanted))
 
 
 def led_in(program: Program, path: ToolPath, targets: Displacements) -> Displacements:
-    """The same with the rapid onto a contour under G41 or G42, or one that is roughed too, ending a little earlier.
+    """Returns the targets with the rapid onto a contour under G41 or G42, or one that is roughed too, ending a little
+    earlier.
 
     By as much as it is displaced across the contour's first line, so that it comes no nearer to what lies ahead. Not
     where its block names one axis alone, as the first block of a contour of G71 does, which must not name the other.
@@ -162,7 +167,8 @@ def led_in(program: Program, path: ToolPath, targets: Displacements) -> Displace
 
 
 def _is_led_in(program: Program, path: ToolPath, move: int) -> bool:
-    """Whether the cut after a rapid is a contour that the control keeps the nose off, or one that roughing reads too.
+    """Returns whether the cut after a rapid is a contour that the control keeps the nose off, or one that roughing
+    reads too.
 
     To that a feed move would be a piece more, which goes down before it comes out: G71 refuses it.
     """
@@ -173,7 +179,9 @@ def _is_led_in(program: Program, path: ToolPath, move: int) -> bool:
 
 
 def _arc_behind(program: Program, path: ToolPath, move: int) -> TrueloopError:
-    """NC-EDIT of an arc that begins where something displaced ends: its circle would go elsewhere, or not fit."""
+    """Returns NC-EDIT for an arc that begins where something displaced ends: its circle would go elsewhere, or not
+    fit.
+    """
     return TrueloopError(
         Code.NC_EDIT,
         "this arc begins where the displaced contour ends: its circle would not stay",
@@ -208,7 +216,7 @@ def _line(program: Program, path: ToolPath, move: int, wanted: Array, held: Arra
 
 
 def _differ(program: Program, letter: str, wanted_mm: float, held_mm: float, state: CoordinateState) -> bool:
-    """Whether two positions are written as different numbers, and not for their rounding alone."""
+    """Returns whether two positions are written as different numbers, and not for their rounding alone."""
     texts = {coordinate_text(program.dialect, letter, value_mm, state) for value_mm in (wanted_mm, held_mm)}
     return len(texts) > 1 and abs(wanted_mm - held_mm) > program.dialect.step(state.inch) * state.unit_mm(letter) / 2
 
@@ -219,7 +227,8 @@ def _require_both_named(program: Program, path: ToolPath, move: int) -> None:
 
 
 def _from_to(replacement: Replacement, held: Array, wanted: Array) -> Replacement:
-    """The same moves from where the control stands to what the blocks that follow inherit, to the last digit.
+    """Returns these moves from where the control stands to the point that the following blocks inherit, to the last
+    digit.
 
     Where tangent features join, paths that are rounded cross up to some hundredths before or behind it: the first and
     the last arc then keep their radius, not their centre.
@@ -236,7 +245,7 @@ def _from_to(replacement: Replacement, held: Array, wanted: Array) -> Replacemen
 def _arc(
     program: Program, path: ToolPath, move: int, replacement: Replacement, held: Array
 ) -> tuple[list[Edit], Array]:
-    """The arc's block replaced by new moves, and where the control stands after them."""
+    """Returns the arc's block replaced by new moves, and where the control stands after them."""
     _require_both_named(program, path, move)
     block = program.block(int(path.block[move]))
     style = style_of(program, block, path.coordinate_state(move))
@@ -264,7 +273,9 @@ def _timed(program: Program, block: Block) -> TrueloopError:
 
 
 def _inherits_motion(program: Program, path: ToolPath, move: int) -> int | None:
-    """Where to write a G word into the block of the next arc, when it has none and would inherit that of the last."""
+    """Returns where to write a G word into the block of the next arc, when it has none and would inherit that of the
+    last.
+    """
     if move + 1 >= len(path) or path.motion[move + 1] != Motion.ARC:
         return None
     block = program.block(int(path.block[move + 1]))

@@ -1,1 +1,1 @@
-"""Readings of gauges on a turned part: which feature each is of, and what it says of the error curves."""
+"""Readings of gauges on a turned part: the feature of each, and its information on the error curves."""

@@ -46,7 +46,8 @@ FACTORS: Final = {2.0: "a radius among diameters?", 0.5: "a diameter among radii
 def match_inspection(
     profile: Profile, inspection: Inspection, names: Mapping[str, str] | None = None, axis: Axis | None = None
 ) -> Matches:
-    """All values of an inspection on a profile. `names`: the profile's name of a feature, by that in the file.
+    """Matches all values of an inspection with a profile. `names`: the profile's name of a feature, by that in the
+    file.
 
     `axis` is that of the inspection's frame along the spindle; None: found, z where that fits.
     """
@@ -66,20 +67,20 @@ def match_inspection(
 
 
 def _named(profile: Profile, reading: Reading, names: Mapping[str, str]) -> Reading:
-    """The reading with the profile's names of its features, where the user's list has them."""
+    """Returns the reading with the profile's names of its features, where the user's list has them."""
     listed = names.get(reading.characteristic) or names.get(reading.feature)
     feature, other = features_listed(profile, listed) if listed else (reading.feature, "")
     return replace(reading, feature=feature, other=other or names.get(reading.other, reading.other))
 
 
 def features_listed(profile: Profile, listed: str) -> tuple[str, str]:
-    """What a list of names says of a value: its feature; `A from B`: a length of A, which counts from B."""
+    """Returns the meaning of a listed name: its feature; `A from B`: a length of A, which counts from B."""
     feature, between, other = listed.partition(FROM)
     return (feature, other) if between and feature_named(profile, listed) is None else (listed, "")
 
 
 def _reading(profile: Profile, reading: Reading, inspection: Inspection, along: Axis) -> Outcome:
-    """A match, or why there is none."""
+    """Returns a match, or why there is none."""
     off_mm = 0.0
     if len(reading.place_mm) == 3:
         x, y, z = reading.place_mm
@@ -112,7 +113,7 @@ def _no_size(profile: Profile, reading: Reading, index: int | None, along: Axis)
 
 
 def _by_name(profile: Profile, reading: Reading, index: int) -> Outcome:
-    """A size of the feature that is named; left where that has no such size, or another."""
+    """Matches a size with the feature that is named; left where that has no such size, or another."""
     differs = differs_from(profile, index, reading)
     name = profile.names[index]
     if on_other_side(profile.features[index], reading):
@@ -128,7 +129,9 @@ def _by_name(profile: Profile, reading: Reading, index: int) -> Outcome:
 
 
 def _named_length(profile: Profile, reading: Reading, index: int) -> Outcome:
-    """A length of a named face: from the other that is named, else from the one face, or zero, whose distance fits."""
+    """Matches a length of a named face: from the other that is named, else from the one face, or zero, whose distance
+    fits.
+    """
     other = feature_named(profile, reading.other) if reading.other else None
     if reading.other and other is None:
         return Left(reading, f"{reading.other!r}, from which it counts, is no feature of the part")
@@ -139,7 +142,7 @@ def _named_length(profile: Profile, reading: Reading, index: int) -> Outcome:
 
 
 def _from(one: Candidate, index: int) -> Candidate:
-    """The same length as one of that feature."""
+    """Returns this length as one of that feature."""
     if one.feature_index == index or one.other_index is None:
         return one
     return Candidate(index, one.differs, one.feature_index)
@@ -174,7 +177,7 @@ def _another(profile: Profile, reading: Reading, index: int, size: float | None,
 
 
 def _blunder(profile: Profile, reading: Reading) -> str:
-    """What a factor of two would explain: said, never applied."""
+    """Describes what a factor of two would explain; it is never applied."""
     if reading.quantity not in (Quantity.DIAMETER, Quantity.RADIUS):
         return ""
     for factor, question in FACTORS.items():
@@ -196,7 +199,7 @@ def _called(profile: Profile, one: Candidate) -> str:
 
 
 def _touch(profile: Profile, touch: Touch, names: Mapping[str, str], ball_mm: float) -> Outcome:
-    """A touch on the feature that it names, else on the nearest; left where it is off the profile.
+    """Returns a touch on the feature that it names, else on the nearest; left where it is off the profile.
 
     Where its error is not stated it is n·(measured − nominal) less the ball.
     """

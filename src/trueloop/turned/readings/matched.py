@@ -1,4 +1,4 @@
-"""Readings matched with the features of a profile: which feature each is of, and how that was found."""
+"""Readings matched with the features of a profile: the feature of each, and the way it was determined."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class MatchedReading:
 
 
 def match_by_name(profile: Profile, reading: Reading) -> MatchedReading | None:
-    """The reading on the feature that it names; None where it names none of the profile's.
+    """Returns the reading on the feature that it names; None where it names none of the profile's.
 
     A length whose `other` is not empty needs both by name. A reading without a feature is taken by its characteristic.
     """
@@ -40,7 +40,9 @@ def match_by_name(profile: Profile, reading: Reading) -> MatchedReading | None:
 
 
 def feature_named(profile: Profile, name: str) -> int | None:
-    """Index of the feature of that name, else of the only one whose name differs in case, blanks and signs alone."""
+    """Returns the index of the feature of that name, else of the only one whose name differs in case, blanks and signs
+    alone.
+    """
     names = profile.names
     if name in names:
         return names.index(name)
@@ -48,14 +50,14 @@ def feature_named(profile: Profile, name: str) -> int | None:
 
 
 def matched_by_name(profile: Profile, readings: Iterable[Reading]) -> tuple[MatchedReading, ...]:
-    """The readings that name a feature of the profile, in their order; the others are left out."""
+    """Returns the readings that name a feature of the profile, in their order; the others are left out."""
     found = (match_by_name(profile, reading) for reading in readings)
     return tuple(one for one in found if one is not None)
 
 
 @lru_cache(maxsize=16)
 def _only_ones(names: tuple[str, ...]) -> Mapping[str, int]:
-    """Index by the letters of the names, of those that no other has: a file may ask for a million points."""
+    """Returns the index by the letters of the names, of those that no other has: a file may hold a million points."""
     letters = [_letters(name) for name in names]
     return {one: k for k, one in enumerate(letters) if one and letters.count(one) == 1}
 

@@ -1,4 +1,4 @@
-"""What became of each value of an inspection: matched with a feature, kept as no error of the profile, or neither."""
+"""The result for each value of an inspection: matched with a feature, kept as no error of the profile, or neither."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -48,7 +48,7 @@ class Matches:
 
     @property
     def unmatched(self) -> tuple[Left, ...]:
-        """Values that should be errors of the profile, of a feature that was not found."""
+        """Returns the values that should be errors of the profile, of a feature that was not identified."""
         return tuple(one for one in self.left if one.is_error)
 
     @property
@@ -58,5 +58,5 @@ class Matches:
 
     @property
     def count(self) -> int:
-        """How many values were matched."""
+        """Returns how many values were matched."""
         return len(self.readings) + len(self.touches)

@@ -1,4 +1,4 @@
-"""Where on its feature a reading is, and what is nominal there; lengths in mm, angles in degrees."""
+"""The place of a reading on its feature, and its nominal value; lengths in mm, angles in degrees."""
 
 import math
 from typing import Final
@@ -17,7 +17,7 @@ from trueloop.turned.readings.matched import MatchedReading
 from trueloop.turned.touches.plausibility import ON_PROFILE_MM
 
 CORRECTED: Final = (Quantity.DIAMETER, Quantity.RADIUS, Quantity.LENGTH, Quantity.ANGLE)
-"""What errors of the profile follow from; of the rest none does."""
+"""The kinds of reading from which errors of the profile follow; from others none does."""
 FACES_X: Final = 0.5
 """A diameter is read where the surface faces the spindle axis by 30° at least: a diameter grows by 2/n_x of the error,
 and flatter surfaces no gauge finds the place on."""
@@ -26,7 +26,7 @@ FACES_Z: Final = math.cos(math.radians(3.0))
 
 
 def nominal_of(profile: Profile, one: MatchedReading) -> float:
-    """What the profile says of a reading that is `CORRECTED`. Raises MSR-KIND and MSR-PLACE."""
+    """Returns the profile's nominal of a reading that is `CORRECTED`. Raises MSR-KIND and MSR-PLACE."""
     feature, reading = profile.features[one.feature_index], one.reading
     if reading.quantity is Quantity.LENGTH:
         other = None if one.other_index is None else profile.features[one.other_index]
@@ -40,7 +40,7 @@ def nominal_of(profile: Profile, one: MatchedReading) -> float:
 
 
 def arc_length_of(feature: Feature, reading: Reading) -> float:
-    """Where along its feature a diameter was read; without a place, the middle of a cylinder.
+    """Returns where along its feature a diameter was read; without a place, the middle of a cylinder.
 
     Raises MSR-PLACE where the place is not on the feature, or is not given and the diameter is not the same all along;
     MSR-KIND where the surface faces z.
@@ -65,7 +65,7 @@ def arc_length_of(feature: Feature, reading: Reading) -> float:
 
 
 def face_z_mm(feature: Feature, reading: Reading) -> float:
-    """Z of a face's middle. Raises MSR-KIND for what is no face."""
+    """Returns z of a face's middle. Raises MSR-KIND for other features."""
     if not isinstance(feature, Line) or abs(float(feature.outward_normal(0.0)[1])) < FACES_Z:
         hint = "name the face at which the length ends, and in `from` the one where it begins (empty: the part's zero)"
         raise _unseen(feature, reading, "it is no face", hint)
@@ -73,7 +73,7 @@ def face_z_mm(feature: Feature, reading: Reading) -> float:
 
 
 def tilt_rad(feature: Feature, reading: Reading) -> float:
-    """Angle of a line from the spindle axis, towards +x, from −π/2 to π/2. Raises MSR-KIND for an arc."""
+    """Returns the angle of a line from the spindle axis, towards +x, from −π/2 to π/2. Raises MSR-KIND for an arc."""
     if not isinstance(feature, Line):
         raise _unseen(feature, reading, "it is curved", "read a diameter at a z, or an arc's radius")
     t_x, t_z = (float(component) for component in feature.tangent(0.0))
@@ -98,7 +98,7 @@ def _at_place(feature: Feature, place_mm: tuple[float, ...]) -> list[float]:
 
 
 def _at_z(feature: Feature, z_mm: float) -> list[float]:
-    """Arc lengths at which a feature has this z, its ends with `ROUNDING_MM`."""
+    """Returns the arc lengths at which a feature has this z, its ends with `ROUNDING_MM`."""
     if isinstance(feature, Curve):
         at = sign_changes(feature, lambda points: points[:, 1] - z_mm)
         places = feature.point_mm(at) if len(at) else np.array([feature.start_mm, feature.end_mm])

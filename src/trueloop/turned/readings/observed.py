@@ -1,4 +1,4 @@
-"""Readings as what they see of the error curves, and as errors at places where one reading tells one.
+"""Readings as functionals of the error curves, and as errors at places where one reading determines one.
 
 With the error e along the outward normal n, to first order in e:
 
@@ -52,7 +52,7 @@ class Repeated:
 
 
 def repeated(profile: Profile, readings: Sequence[MatchedReading], gauging: Gauging) -> tuple[Repeated, ...]:
-    """Readings of the `CORRECTED` kinds, those of one characteristic together.
+    """Returns readings of the `CORRECTED` kinds, those of one characteristic together.
 
     What a gauge repeats to is the spread of its repeats, pooled over all characteristics of one unit: it is in the
     uncertainty of every reading, by √n of n repeats, beside what is stated for it (`readings_u_mm` where nothing is;
@@ -70,7 +70,7 @@ def repeated(profile: Profile, readings: Sequence[MatchedReading], gauging: Gaug
 
 
 def _pooled_spread(unit: str, groups: Sequence[Sequence[tuple[MatchedReading, float]]]) -> float:
-    """Standard deviation of a single reading; 0 where nothing was read twice."""
+    """Returns the standard deviation of a single reading; 0 where nothing was read twice."""
     deviations = [np.array([value for _, value in g]) for g in groups if g[0][0].reading.quantity.unit == unit]
     spare = sum(len(values) - 1 for values in deviations)
     squares = math.fsum(float(np.sum((values - np.mean(values)) ** 2)) for values in deviations)
@@ -86,7 +86,9 @@ def _together(group: Sequence[tuple[MatchedReading, float]], spread: dict[str, f
 
 
 def seen_by(profile: Profile, one: Repeated, datum: int | None) -> Seen:
-    """What readings of one characteristic see; `datum` is the face that lengths from the part's zero count from."""
+    """Returns the functional of readings of one characteristic; `datum` is the face that lengths from the part's zero
+    count from.
+    """
     index, reading = one.first.feature_index, one.first.reading
     feature, name = profile.features[index], reading.characteristic
     if reading.quantity is Quantity.LENGTH:
@@ -114,7 +116,7 @@ def seen_by(profile: Profile, one: Repeated, datum: int | None) -> Seen:
 
 
 def _length(profile: Profile, one: Repeated, datum: int | None) -> Seen:
-    """The face beyond less the other one; the part's zero does not move."""
+    """Returns the face beyond less the other one; the part's zero does not move."""
     index, other = one.first.feature_index, one.first.other_index
     other = datum if other is None else other
     z_mm, n_z, middle = _face(profile, index)
@@ -127,14 +129,15 @@ def _length(profile: Profile, one: Repeated, datum: int | None) -> Seen:
 
 
 def _face(profile: Profile, index: int) -> tuple[float, float, float]:
-    """z, n_z and arc length of the middle of a face."""
+    """Returns z, n_z and arc length of the middle of a face."""
     feature = profile.features[index]
     s = 0.5 * feature.length_mm
     return float(feature.point_mm(s)[1]), float(feature.outward_normal(s)[1]), s
 
 
 def datum_of(profile: Profile, readings: Sequence[MatchedReading]) -> int | None:
-    """The face whose error is zero by definition: the one at the part's zero, else the one most lengths count from.
+    """Returns the face whose error is zero by definition: the one at the part's zero, else the one most lengths count
+    from.
 
     None without lengths, and where lengths count from a zero at which the profile has no face.
     """
@@ -152,5 +155,5 @@ def datum_of(profile: Profile, readings: Sequence[MatchedReading]) -> int | None
 
 
 def corrected(readings: Sequence[MatchedReading]) -> tuple[MatchedReading, ...]:
-    """Those that errors of the profile follow from."""
+    """Returns those from which errors of the profile follow."""
     return tuple(one for one in readings if one.reading.quantity in CORRECTED)

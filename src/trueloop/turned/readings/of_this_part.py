@@ -1,4 +1,4 @@
-"""What cannot be right about an inspection: another part, another unit, limits that exclude, one name in two places."""
+"""Implausible inspections: another part, another unit, limits that exclude, one name in two places."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -18,7 +18,7 @@ OF_PART: Final = 0.5
 EXPLAINED: Final = 0.5
 """A factor explains an inspection where it makes this share of what fits nothing fit something."""
 FEW: Final = 200
-"""As many values are tried with a factor."""
+"""The largest number of values that are tried with a factor."""
 SAME: Final = 1e-6
 BLUNDERS: Final[tuple[tuple[float, str], ...]] = (
     (MM_PER_INCH, "inches taken for millimetres?"),
@@ -29,7 +29,7 @@ BLUNDERS: Final[tuple[tuple[float, str], ...]] = (
 def check_matches(
     profile: Profile, inspection: Inspection, matches: Matches, names: Mapping[str, str], axis: Axis | None
 ) -> tuple[Finding, ...]:
-    """What is odd about an inspection on a profile: errors where it must not be used, warnings else."""
+    """Returns findings on an inspection of a profile: errors where it must not be used, warnings else."""
     return (
         *_part(profile, inspection, matches, names, axis),
         *_limits(inspection.readings),
@@ -67,7 +67,7 @@ def _part(
 
 
 def _times(inspection: Inspection, factor: float) -> Inspection:
-    """The inspection with all lengths multiplied."""
+    """Returns the inspection with all lengths multiplied."""
 
     def vector(at: Vector) -> Vector:
         return at[0] * factor, at[1] * factor, at[2] * factor

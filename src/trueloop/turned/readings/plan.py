@@ -1,4 +1,6 @@
-"""What a person can measure of a turned part with a micrometer, a caliper or a depth gauge, and where."""
+"""The sizes that a person can measure of a turned part with a micrometer, a caliper or a depth gauge, and their
+places.
+"""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -16,7 +18,8 @@ LONG_MM: Final = 60.0
 
 
 def gauge_plan(profile: Profile, asked: Sequence[Characteristic] = ()) -> tuple[Characteristic, ...]:
-    """What the drawing asks for and a gauge can read, then diameters of the other cylinders and lengths of other faces.
+    """Returns the sizes of the drawing that a gauge can read, then diameters of the other cylinders and lengths of
+    other faces.
 
     A diameter is read at two places where there is room, at three on a long cylinder. Lengths count from the face
     nearest the free end that looks there, or from the part's zero where there is none. Cones and arcs are left out
@@ -46,7 +49,7 @@ def _places_of(asked: Characteristic, feature: Feature) -> Iterable[Characterist
 
 
 def _datum(profile: Profile) -> Feature | None:
-    """The face from which lengths count."""
+    """Returns the face from which lengths count."""
     faces = [feature for feature in profile.features if kind_of(feature) == "face"]
     return next((face for face in reversed(faces) if float(face.outward_normal(0.0)[1]) > 0), None)
 

@@ -1,4 +1,4 @@
-"""What cannot be right about readings: another part's, another unit, a radius for a diameter, two places of one name.
+"""Implausible readings: another part's, another unit, a radius for a diameter, two places of one name.
 
 As of touches: what was given is compared with what one common blunder would have made of it.
 """

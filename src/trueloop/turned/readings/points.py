@@ -36,7 +36,7 @@ ON_AXIS_MM: Final = 1e-6
 
 @dataclass(frozen=True)
 class PointMatches:
-    """What became of the points; `axis` is None where there are none, or none fits."""
+    """The result of matching points; `axis` is None where there are none, or none fits."""
 
     touches: tuple[MatchedTouch, ...] = ()
     left: tuple[Left, ...] = ()
@@ -44,7 +44,7 @@ class PointMatches:
 
 
 def along_and_off(place_mm: Vector, axis: Axis) -> tuple[float, float]:
-    """The coordinate along an axis, and the distance from it."""
+    """Returns the coordinate along an axis, and the distance from it."""
     along, first, second, sign = AXES[axis]
     return sign * place_mm[along], math.hypot(place_mm[first], place_mm[second])
 
@@ -52,7 +52,7 @@ def along_and_off(place_mm: Vector, axis: Axis) -> tuple[float, float]:
 def match_points(
     profile: Profile, inspection: Inspection, names: Mapping[str, str], axis: Axis | None = None
 ) -> PointMatches:
-    """The points of an inspection as touches, each on the one feature that it can be of.
+    """Returns the points of an inspection as touches, each on the one feature that it can be of.
 
     A nominal point may be `ON_PROFILE_MM` off; a measured one without a nominal `CREDIBLE_ERROR_MM`, its nominal is the
     nearest place. A part error is n·(measured − nominal) less the ball, n the profile's normal. Points are left, with
@@ -102,7 +102,7 @@ def _axis(profile: Profile, places: _Places, ball_mm: float) -> Axis | None:
 
 
 def _fits(profile: Profile, places: _Places, ball_mm: float, axis: Axis) -> bool:
-    """Whether most points lie on the profile with this axis for its own."""
+    """Returns whether most points lie on the profile with this axis for its own."""
     nominal, measured, normal = _in_plane(places, axis)
     given = ~np.isnan(nominal[:, 0])
     away = np.abs(_distances(profile, np.where(given[:, None], nominal, measured), np.where(given, 0.0, ball_mm)))
@@ -112,7 +112,8 @@ def _fits(profile: Profile, places: _Places, ball_mm: float, axis: Axis) -> bool
 
 
 def _in_plane(places: _Places, axis: Axis) -> tuple[Array, Array, Array]:
-    """Nominal and measured (x, z) with x the distance from the axis, (n, 2), and normals (x, z, around), (n, 3).
+    """Returns nominal and measured (x, z) with x the distance from the axis, (n, 2), and normals (x, z, around), (n,
+    3).
 
     nan where not stated.
     """
@@ -131,7 +132,9 @@ def _in_plane(places: _Places, axis: Axis) -> tuple[Array, Array, Array]:
 
 
 def _distances(profile: Profile, places: Array, ball_mm: Array) -> Array:
-    """Of each place from each feature, its ends included and less the ball, (features, n); along n with its sign."""
+    """Returns the distance of each place from each feature, its ends included and less the ball, (features, n); along n
+    with its sign.
+    """
     rows = []
     for feature in profile.features:
         arc_length, distance = feature.locate(places)
@@ -175,7 +178,7 @@ def _matched(
 
 
 def _named(profile: Profile, points: tuple[CmmPoint, ...], names: Mapping[str, str]) -> Iterator[tuple[int, int]]:
-    """The points that name a feature, and which; each name is looked up once."""
+    """Yields the points that name a feature, and which; each name is looked up once."""
     known: dict[str, int | None] = {"": None}
     for k, point in enumerate(points):
         if point.name not in known:
@@ -185,7 +188,7 @@ def _named(profile: Profile, points: tuple[CmmPoint, ...], names: Mapping[str, s
 
 
 def _nearest_two(away: Array) -> tuple[Indices, Indices]:
-    """The features nearest and next to each point; of a profile of one feature both are that."""
+    """Returns the features nearest and next to each point; of a profile of one feature both are that."""
     order = np.argsort(away, axis=0, kind="stable")
     return order[0], order[min(1, len(order) - 1)]
 
@@ -208,7 +211,7 @@ class _Plane:
 
     @property
     def limits(self) -> Array:
-        """How far a place may be off its feature."""
+        """Returns how far a place may be off its feature."""
         return np.where(self.given, ON_PROFILE_MM, CREDIBLE_ERROR_MM)
 
     def far(self, point: CmmPoint, index: int, k: int, away_mm: float) -> Left:
@@ -219,7 +222,7 @@ class _Plane:
         return Left(point, f"its {kind} is {away_mm:.3f} mm from {name!r}; at most {limit} mm is taken")
 
     def one_of(self, k: int, near: tuple[int, int], point: CmmPoint, away: Array) -> int | Left:
-        """The one of two features that point k is of: by its normal, where theirs differ."""
+        """Returns the one of two features that point k is of: by its normal, where theirs differ."""
         normals = [self._outward(one, self.places[k]) for one in near]
         if float(normals[0] @ normals[1]) > SAME_WAY:
             return near[0]
@@ -233,7 +236,7 @@ class _Plane:
     def touches(
         self, points: tuple[CmmPoint, ...], near: Indices, by: list[By], left: dict[int, Left]
     ) -> list[MatchedTouch | Left]:
-        """The points as touches: e = n·(measured − nominal) − ball. Left where that is not credible."""
+        """Returns the points as touches: e = n·(measured − nominal) − ball. Left where that is not credible."""
         nominal, error_mm, away_mm = self.places.copy(), np.zeros(len(points)), np.zeros(len(points))
         for index, feature in enumerate(self.profile.features):
             of_it = near == index

@@ -1,4 +1,4 @@
-"""What readings of several features state of some of them alone: a length between faces that two edges cut."""
+"""Errors of single features from readings of several: a length between faces that two edges cut."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Which features a size may be of: diameters, radii, lengths and angles, compared with those of a profile."""
+"""The features that a size may be of: diameters, radii, lengths and angles, compared with those of a profile."""
 
 import itertools
 import math
@@ -33,17 +33,17 @@ class Candidate:
 
 
 def is_cylinder(feature: Feature) -> bool:
-    """A line along the axis."""
+    """Returns whether it is a line along the axis."""
     return isinstance(feature, Line) and abs(float(feature.outward_normal(0.0)[1])) < STRAIGHT
 
 
 def is_face(feature: Feature) -> bool:
-    """A line across the axis."""
+    """Returns whether it is a line across the axis."""
     return isinstance(feature, Line) and abs(float(feature.outward_normal(0.0)[0])) < STRAIGHT
 
 
 def angle_deg(feature: Feature) -> float | None:
-    """Between a cone and the axis, 0 to 90 degrees; None for what is no cone."""
+    """Returns the angle between a cone and the axis, 0 to 90 degrees; None for other features."""
     if not isinstance(feature, Line) or is_cylinder(feature) or is_face(feature):
         return None
     normal = feature.outward_normal(0.0)
@@ -51,7 +51,9 @@ def angle_deg(feature: Feature) -> float | None:
 
 
 def candidates(profile: Profile, reading: Reading) -> list[Candidate]:
-    """The features that a reading's size fits, the nearest first; none for quantities that are no size of a profile."""
+    """Returns the features that a reading's size fits, the nearest first; none for quantities that are no size of a
+    profile.
+    """
     size, within = size_of(reading), within_of(reading)
     found: Iterator[Candidate]
     if reading.quantity is Quantity.ANGLE:
@@ -66,19 +68,21 @@ def candidates(profile: Profile, reading: Reading) -> list[Candidate]:
 
 
 def within_of(reading: Reading) -> float:
-    """By how much a size may differ from a feature's own: mm, of an angle degrees."""
+    """Returns by how much a size may differ from a feature's own: mm, of an angle degrees."""
     if reading.quantity is Quantity.ANGLE:
         return ANGLE_WITHIN_DEG if reading.nominal is not None else ACTUAL_WITHIN_DEG
     return NOMINAL_WITHIN_MM if reading.nominal is not None else ACTUAL_WITHIN_MM
 
 
 def size_of(reading: Reading) -> float:
-    """What is compared with a feature: the nominal value, and the actual one where none is stated."""
+    """Returns the size to be compared with a feature: the nominal value, and the actual one where none is stated."""
     return reading.actual if reading.nominal is None else reading.nominal
 
 
 def differs_from(profile: Profile, index: int, reading: Reading) -> float | None:
-    """By how much a size differs from that of one feature; None where the feature has no such size of its own."""
+    """Returns by how much a size differs from that of one feature; None where the feature has no such size of its
+    own.
+    """
     feature, size = profile.features[index], size_of(reading)
     if reading.quantity is Quantity.ANGLE:
         angle = angle_deg(feature)
@@ -89,7 +93,7 @@ def differs_from(profile: Profile, index: int, reading: Reading) -> float | None
 
 
 def axial_mm(reading: Reading) -> float | None:
-    """Where along the spindle a size was measured; None where that is not stated."""
+    """Returns where along the spindle a size was measured; None where that is not stated."""
     return reading.place_mm[-1] if reading.place_mm else None
 
 
@@ -109,7 +113,7 @@ def _round(profile: Profile, reading: Reading, size: float) -> Iterator[Candidat
 
 
 def on_other_side(feature: Feature, reading: Reading) -> bool:
-    """Whether the file says that it measured a bore, and the feature is an outside, or the other way round."""
+    """Returns whether the file states a bore and the feature is an outside, or the other way round."""
     if not reading.side or (reading.quantity is Quantity.RADIUS and isinstance(feature, Arc)):
         return False
     n_x = float(feature.outward_normal(feature.length_mm / 2)[0])

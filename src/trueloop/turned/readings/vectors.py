@@ -35,7 +35,7 @@ class _Row:
 def with_readings(
     profile: Profile, readings: Sequence[MatchedReading], touches: ErrorVectors | None, gauging: Gauging
 ) -> tuple[ErrorVectors, tuple[str, ...]]:
-    """Touches (None: there are none) and readings together, ordered along the profile, and notes in words.
+    """Orders touches (None: there are none) and readings together along the profile, and returns notes in words.
 
     A reading where a touch was taken is seen by the fit and is no point of its own. `gauging` says what the cut was to
     leave on, and the uncertainty of readings that state none. Raises MSR errors; MSR-NONE where no error of the profile
@@ -61,7 +61,7 @@ def with_readings(
 
 
 def _knows_z(touches: ErrorVectors) -> bool:
-    """Whether touches say where z is counted from: some are on faces."""
+    """Returns whether touches determine the zero of z: some are on faces."""
     return bool(np.any(np.abs(touches.outward_normal[:, 1]) > FACES_Z))
 
 
@@ -120,7 +120,7 @@ ARRAYS: Final = (
 
 
 def _vectors(profile: Profile, rows: Sequence[_Row], taken: Sequence[str]) -> ErrorVectors:
-    """The rows as points, by names that no touch has."""
+    """Returns the rows as points, by names that no touch has."""
     places = [(profile.features[row.feature_index], row.arc_length_mm) for row in rows]
     names = tuple(f"{row.name} (gauge)" if row.name in taken else row.name for row in rows)
     return ErrorVectors(
@@ -154,7 +154,9 @@ def _notes(
 
 
 def nominal_words(vectors: ErrorVectors) -> tuple[str, ...]:
-    """A remark where every reading is exactly nominal: gauges do not measure so, a sheet that is filled in does."""
+    """Returns a remark where every reading is exactly nominal: gauges do not measure so, a sheet that is filled in
+    does.
+    """
     read = [one.value_mm for one in vectors.seen if one.standard_u_mm > 0.0]
     if len(read) < FEW_NOMINAL or any(abs(value) > NOMINAL_MM for value in read):
         return ()
@@ -162,7 +164,7 @@ def nominal_words(vectors: ErrorVectors) -> tuple[str, ...]:
 
 
 def assumed_words(readings: Sequence[MatchedReading], assumed_u_mm: float) -> tuple[str, ...]:
-    """What is assumed of readings that state no uncertainty, in words."""
+    """Describes the uncertainty assumed of readings that state none."""
     count = sum(one.reading.standard_u is None for one in corrected(readings))
     if not count:
         return ()

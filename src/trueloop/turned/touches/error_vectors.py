@@ -1,4 +1,4 @@
-"""Error vectors: what every gauging point says of the part, along the nominal normal."""
+"""Error vectors: the error of the part at every gauging point, along the nominal normal."""
 
 from dataclasses import dataclass
 
@@ -35,7 +35,7 @@ class ErrorVectors:
 
     @property
     def by_gauge(self) -> Flags:
-        """Which points are readings of a gauge, (n,)."""
+        """Returns which points are readings of a gauge, (n,)."""
         return np.array([name in self.gauged for name in self.point], dtype=np.bool_)
 
     def of_feature(self, index: int) -> NDArray[np.intp]:
@@ -43,7 +43,7 @@ class ErrorVectors:
         return np.flatnonzero(self.feature_index == index)
 
     def chosen(self, positions: ArrayLike) -> "ErrorVectors":
-        """Some of the error vectors, by their positions."""
+        """Returns some of the error vectors, by their positions."""
         k = np.asarray(positions, dtype=np.intp)
         return ErrorVectors(
             tuple(self.point[i] for i in k),
@@ -61,7 +61,7 @@ class ErrorVectors:
 
     @property
     def z_share(self) -> Array:
-        """By how much an error falls when the reference touch reads 1 more, (n,): n_z / n_z of the reference.
+        """Returns by how much an error falls when the reference touch reads 1 more, (n,): n_z / n_z of the reference.
 
         Zero at the reference itself, whose error is zero by definition, and everywhere where z has no reference.
         """
@@ -73,7 +73,9 @@ class ErrorVectors:
 
     @property
     def own_u_mm(self) -> Array:
-        """What of `standard_u_mm` differs from touch to touch, (n,): without what all have from the reference point."""
+        """Returns the part of `standard_u_mm` that differs from touch to touch, (n,): without the common part of the
+        reference point.
+        """
         reference = np.flatnonzero(self.at_reference)
         if not len(reference):
             return self.standard_u_mm

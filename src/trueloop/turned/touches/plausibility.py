@@ -1,4 +1,4 @@
-"""What cannot be right about touches: off the profile, in the wrong unit, a diameter for a radius, the sign reversed.
+"""Implausible touches: off the profile, in the wrong unit, a diameter for a radius, the sign reversed.
 
 Each check compares what was given with what one common blunder would have made of it, and refuses only when the
 blunder explains the data much better.
@@ -99,7 +99,7 @@ def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, expecte
 
 
 def check_stated_sign(touches: Sequence[Touch], stated: Array, measured: Array) -> None:
-    """Refuses stated errors, (n,), that are the opposite of what the measured points of the same touches say.
+    """Refuses stated errors, (n,), that are the opposite of those from the measured points of the same touches.
 
     So look those of a bore that was taken for an outside: there a larger radius is less material, not more.
     """
@@ -201,7 +201,7 @@ def check_loop_sign(before: ErrorVectors, after: ErrorVectors) -> None:
 
 
 def _distance_mm(profile: Profile, features: Sequence[str | None], points: Array) -> Array:
-    """How far each point is from the feature it names (the nearest where it names none), ends included."""
+    """Returns how far each point is from the feature it names (the nearest where it names none), ends included."""
     nearest = profile.locate(points)
     away = np.empty(len(points))
     for k, name in enumerate(features):

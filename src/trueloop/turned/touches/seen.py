@@ -1,4 +1,4 @@
-"""What a reading sees of the part's errors: a weighted sum of them over places of the profile."""
+"""A reading as a functional of the part's errors: a weighted sum of them over places of the profile."""
 
 from dataclasses import dataclass, replace
 
@@ -31,5 +31,5 @@ class Seen:
         return cls(name, np.array(index, dtype=np.intp), np.array(along), np.array(weight), value_mm, u_mm)
 
     def less(self, error_mm: Array) -> "Seen":
-        """The same of what remains when these errors, (n,) at its places, are taken out."""
+        """Returns the functional of the remainder when these errors, (n,) at its places, are taken out."""
         return replace(self, value_mm=self.value_mm - float(self.weight @ error_mm))

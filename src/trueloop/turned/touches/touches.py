@@ -34,7 +34,7 @@ REFERENCE_FACES: Final = 0.5
 
 @dataclass(frozen=True)
 class Gauging:
-    """How the touches were taken. Ranges are those of repeated probing, along x and along z [6811 §4.1].
+    """The conditions of the touches. Ranges are those of repeated probing, along x and along z [6811 §4.1].
 
     >>> trueloop.Gauging(ball_radius_mm=1.5).range_x_mm
     0.0015
@@ -84,7 +84,8 @@ class Gauging:
 
 
 def standard_uncertainty_mm(outward_normal: Array, gauging: Gauging) -> Array:
-    """Type B uncertainty of an error along n: u = R/√12 on each axis [6811 §5.1], projected on n. (n, 2) → (n,).
+    """Returns the type B uncertainty of an error along n: u = R/√12 on each axis [6811 §5.1], projected on n. (n, 2) →
+    (n,).
 
     The ranges of 1.5 µm and 0.5 µm give 0.43 µm on a cylinder and 0.14 µm on a face. Valid while repeatability is
     all that matters: temperature and geometry of the machine are left out, as in the report.
@@ -106,7 +107,7 @@ def in_order(profile: Profile, touches: Sequence[Touch]) -> list[Touch]:
 
 
 def error_vectors(profile: Profile, touches: Sequence[Touch], gauging: Gauging) -> ErrorVectors:
-    """Part errors of the touches, ordered along the profile. Raises TCH errors for what cannot be right.
+    """Returns part errors of the touches, ordered along the profile. Raises TCH errors for implausible touches.
 
     >>> profile = trueloop.read_part(trueloop.example("modbas2/job.toml")).profile
     >>> touches = trueloop.read_touches(trueloop.example("modbas2/touches.csv"))
@@ -133,7 +134,7 @@ def error_vectors(profile: Profile, touches: Sequence[Touch], gauging: Gauging) 
 
 
 def _place(profile: Profile, touches: Sequence[Touch]) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array]:
-    """Feature and arc length of each touch: on the feature it names, else on the nearest."""
+    """Returns feature and arc length of each touch: on the feature it names, else on the nearest."""
     if not touches:
         raise TrueloopError(
             Code.TCH_FILE,
@@ -157,7 +158,7 @@ def _place(profile: Profile, touches: Sequence[Touch]) -> tuple[np.ndarray[tuple
 
 
 def _part_error(touches: Sequence[Touch], nominal: Array, normal: Array, gauging: Gauging) -> Array:
-    """The stated errors, or n · (measured − nominal) less the ball and what the cut was to leave on."""
+    """Returns the stated errors, or n · (measured − nominal) less the ball and the intended allowance."""
     given = np.array([np.nan if touch.error_mm is None else touch.error_mm for touch in touches])
     measured = np.array([(np.nan, np.nan) if t.measured_mm is None else t.measured_mm for t in touches])
     along_normal = np.einsum("ij,ij->i", normal, measured - nominal)
@@ -171,7 +172,7 @@ def _part_error(touches: Sequence[Touch], nominal: Array, normal: Array, gauging
 
 
 def no_reference(point: str, touches: int) -> TrueloopError:
-    """For a z reference that was not touched."""
+    """Returns the error for a z reference that was not touched."""
     return TrueloopError(
         Code.TCH_REFERENCE,
         f"the z reference {point!r} is none of the {touches} touches",
