@@ -63,32 +63,32 @@ class Components:
 
     @property
     def detected_surface(self) -> Array:
-        """COMPENSATEDSURFACE_DETECTED, or UNCOMPENSATEDSURFACE_DETECTED when nothing was compensated."""
+        """Returns COMPENSATEDSURFACE_DETECTED, or UNCOMPENSATEDSURFACE_DETECTED when nothing was compensated."""
         return self.error_pp
 
     @property
     def nominal_surface_mt(self) -> Array:
-        """NOMINALSURFACE_MT, inferred from on-machine inspection: off by what the machine model left."""
+        """Returns NOMINALSURFACE_MT, inferred from on-machine inspection: off by what the machine model left."""
         return self.error_mtg_resid
 
     @property
     def uncompensated_nominal_surface_mt(self) -> Array:
-        """UNCOMPENSATEDNOMINALSURFACE_MT,HYPOTHETICAL: where it would lie without COMP_MTG."""
+        """Returns UNCOMPENSATEDNOMINALSURFACE_MT,HYPOTHETICAL: where it would lie without COMP_MTG."""
         return self.error_mtg
 
     @property
     def gt_compensated_surface(self) -> Array:
-        """GTCOMPENSATEDSURFACE: the part cut with the machine's errors compensated, the process' not."""
+        """Returns GTCOMPENSATEDSURFACE: the part cut with the machine's errors compensated, the process' not."""
         return self.error_pp - self.comp_proc
 
     @property
     def uncompensated_surface(self) -> Array:
-        """UNCOMPENSATEDSURFACE_HYPOTHETICAL: the part cut without any compensation."""
+        """Returns UNCOMPENSATEDSURFACE_HYPOTHETICAL: the part cut without any compensation."""
         return self.error_pp - self.comp_proc - self.comp_mtg_applied
 
     @property
     def uncompensated_error(self) -> Array:
-        """UNCOMPENSATEDERROR_HYPOTHETICAL = ERROR_MTG + ERROR_PROC."""
+        """Returns UNCOMPENSATEDERROR_HYPOTHETICAL = ERROR_MTG + ERROR_PROC."""
         return self.error_mtg + self.error_proc
 
 
@@ -135,7 +135,7 @@ def _along(normal: Array, vectors: Array) -> Array:
 
 
 def _difference_variance(model: MachineModel, normal: Array, cutting: State, probing: State) -> Array:
-    """Variance of the model's error at cutting minus that at probing: 0 where both are the same."""
+    """Returns the variance of the model's error at cutting minus that at probing: 0 where both are the same."""
     rows = model.sensitivities(cutting) - model.sensitivities(probing)
     along = np.einsum("ni,nij->nj", normal, rows)
     variance: Array = np.einsum("nj,jk,nk->n", along, model.covariance, along)

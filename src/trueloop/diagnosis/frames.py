@@ -62,7 +62,7 @@ class Frames:
 
     @property
     def words(self) -> Wording:
-        """What is known and what cannot be, for people."""
+        """Describes what is known and what cannot be."""
         return wording(
             "Over {parts} parts the frames differ by a shift of {x}, {y}, {z}; besides, {left} RMS stays at the "
             "places. An error of the machine that looks like that shift in every part cannot be told from it: a part "

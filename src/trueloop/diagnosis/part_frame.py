@@ -32,13 +32,13 @@ class FrameDiscrepancy:
         return moved
 
     def undo(self, points_mm: Array) -> Array:
-        """The CMM's points in the machine's frame, to first order, (n, 3)."""
+        """Returns the CMM's points in the machine's frame, to first order, (n, 3)."""
         moved: Array = points_mm - self.shift_mm - np.cross(self.turn_rad, points_mm)
         return moved
 
 
 def fit_frame_discrepancy(seen: Inspections, error_proc_resid_mm: Array) -> FrameDiscrepancy:
-    """The rigid motion that best explains, along the normals, CMM minus on-machine errors, by least squares.
+    """Returns the rigid motion that best explains, along the normals, CMM minus on-machine errors, by least squares.
 
     What the machine model left (ERROR_MTG,RESID) and looks like a rigid motion goes into it too: a constant offset of X
     looks like a part set up off centre. Take out the discrepancy only where the two frames were found anew.

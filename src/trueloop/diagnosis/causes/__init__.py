@@ -1,1 +1,1 @@
-"""What makes a feature wrong: causes as data, how each shows, and their probabilities."""
+"""The causes of wrong features: causes as data, how each shows, and their probabilities."""

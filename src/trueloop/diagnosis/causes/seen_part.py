@@ -10,7 +10,7 @@ from trueloop.diagnosis.features.seen_points import SeenPoints
 
 
 class SeenBy(StrEnum):
-    """Who saw an error.
+    """The device that measured an error.
 
     The machine's probe sees what the process did, corrected by the model of the machine; a measuring machine or a gauge
     sees what the machine did too.

@@ -1,1 +1,1 @@
-"""What is wrong with a feature, from points: radius, length, taper, straightness, roundness; and with a fixturing."""
+"""The errors of a feature, from points: radius, length, taper, straightness, roundness; and those of a fixturing."""

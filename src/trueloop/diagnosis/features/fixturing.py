@@ -153,7 +153,7 @@ class Fixturing:
 
     @property
     def found(self) -> Shown | None:
-        """What it shows; None: nothing."""
+        """Returns the detected pattern; None: none."""
         return next((one for one in (self.spread, self.drift, self.step) if one.significant), None)
 
 

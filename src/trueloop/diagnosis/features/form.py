@@ -36,7 +36,7 @@ class Fitted:
     degrees_of_freedom: int | None
 
     def of(self, row: Array) -> tuple[float, float]:
-        """A linear combination of the coefficients, and its standard uncertainty."""
+        """Returns a linear combination of the coefficients, and its standard uncertainty."""
         return float(row @ self.coefficients), float(np.sqrt(row @ self.covariance @ row))
 
 

@@ -55,11 +55,13 @@ class Verdict:
 
     @property
     def sound(self) -> float:
-        """Probability that no error is wrong by as much as the residuals could show."""
+        """Returns the probability that no error is wrong by as much as the residuals could show."""
         return dict(self.hypotheses).get((), 0.0)
 
     def credible(self, level: float = 0.995) -> tuple[Hypothesis, ...]:
-        """The fewest hypotheses that hold the truth with that probability; () among them where nothing may be wrong."""
+        """Returns the fewest hypotheses that hold the truth with that probability; () among them where nothing may be
+        wrong.
+        """
         total, found = 0.0, []
         for hypothesis, probability in self.hypotheses:
             found.append(hypothesis)

@@ -26,7 +26,7 @@ class Lattice:
     exponent: float
 
     def times(self, vectors: Array) -> Array:
-        """The matrix of the weights times vectors (n, p)."""
+        """Returns the matrix of the weights times vectors (n, p)."""
         from scipy.fft import irfft2  # slow to import
 
         product = np.empty_like(vectors)

@@ -40,7 +40,7 @@ class Weights:
 
     @cached_property
     def lattice(self) -> Lattice | None:
-        """The lattice that the places stand on."""
+        """Returns the lattice that the places stand on."""
         return lattice_of(self.points_mm, self.exponent) if self.nearest_mm == 0 else None
 
     def times(self, vectors: Array) -> Array:
@@ -65,7 +65,7 @@ class Weights:
 
     @cached_property
     def total(self) -> float:
-        """S0, the sum of all weights."""
+        """Returns S0, the sum of all weights."""
         return self.sums(np.zeros(self.count))[0]
 
     @cached_property
@@ -105,7 +105,7 @@ class Null:
     expected_error: float = 0.0
 
     def p_value(self, moran_i: float) -> float:
-        """Probability of an I at least as large, from the normal law that I approaches."""
+        """Returns the probability of an I at least as large, from the normal law that I approaches."""
         from scipy.special import ndtr  # slow to import
 
         return float(ndtr((self.expected - moran_i) / self.deviation))

@@ -131,15 +131,15 @@ class Trial:
     normality: Normality
 
     def random(self, confidence: float) -> bool:
-        """Whether the residuals are spatially random."""
+        """Returns whether the residuals are spatially random."""
         return self.moran_p > 1.0 - confidence
 
     def normal(self, confidence: float) -> bool:
-        """Whether the residuals are normal, judged by Lilliefors."""
+        """Returns whether the residuals are normal, judged by Lilliefors."""
         return self.normality.lilliefors_p > 1.0 - confidence
 
     def adequate(self, confidence: float) -> bool:
-        """Whether the residuals are both."""
+        """Returns whether the residuals are both random and normal."""
         return self.random(confidence) and self.normal(confidence)
 
 
@@ -167,7 +167,9 @@ class Separation:
 
     @cached_property
     def geary_c(self) -> float:
-        """Geary's C of the random part: it looks at differences between neighbours, where Moran's I sees products."""
+        """Returns Geary's C of the random part: it looks at differences between neighbours, where Moran's I sees
+        products.
+        """
         return self.near.geary_c(self.random_mm)
 
     @cached_property
