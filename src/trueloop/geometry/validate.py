@@ -124,7 +124,7 @@ _SIDE_WORDS: Final = {Side.OUTSIDE: "profile", Side.INSIDE: "bore's profile", Si
 
 
 def runs_as(side: Side, start_mm: Point, end_mm: Point, within_mm: float) -> bool:
-    """Whether a chain with these ends has its material on the right as one of that side.
+    """Returns whether a chain with these ends has its material on the right as one of that side.
 
     Of a bore z falls; a front face alone runs inwards on either. What goes around the part may end anywhere.
     """
@@ -136,7 +136,7 @@ def runs_as(side: Side, start_mm: Point, end_mm: Point, within_mm: float) -> boo
 
 
 def from_chuck(start_mm: Point, end_mm: Point, within_mm: float) -> bool:
-    """Whether a chain with these ends runs as profiles do: z grows, or, of a face alone, x falls.
+    """Returns whether a chain with these ends runs as profiles do: z grows, or, of a face alone, x falls.
 
     Only then is the outward normal on its left, for a face that is cut from the free end.
     """

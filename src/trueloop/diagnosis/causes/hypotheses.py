@@ -75,7 +75,7 @@ def acting(given: Asked, chosen: Hypothesis) -> list[int]:
 
 
 def _visible(products: Products, block: Integers) -> bool:
-    """Whether the largest size that matters would be seen with more than one standard uncertainty."""
+    """Returns whether the largest size that matters would be seen with more than one standard uncertainty."""
     information = np.diagonal(products.joined[0])[block]
     return bool(np.max(information, initial=0.0) * SEEN_MM**2 > 1.0)
 
@@ -106,7 +106,7 @@ def _pairs(
 
 
 def _may_join(given: Asked, a: int, b: int) -> bool:
-    """Whether two ways are of two causes, and no more columns than can be tried."""
+    """Returns whether two ways are of two causes, and no more columns than can be tried."""
     wide = len(given.blocks[a]) + len(given.blocks[b]) > WIDE
     return given.ways[a].who != given.ways[b].who and not wide
 

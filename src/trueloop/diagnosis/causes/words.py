@@ -111,7 +111,7 @@ _MISSING: Final = {
 
 
 def _agrees(way: Way, seen: Shown) -> bool:
-    """Whether who sees most of it is who should."""
+    """Returns whether the device that sees most of it is the expected one."""
     if len(seen.mean_mm) < 2 or way.over is Over.SCATTER:
         return True
     (machine, _), (cmm, _) = seen.mean_mm[SeenBy.MACHINE], seen.mean_mm[SeenBy.CMM]

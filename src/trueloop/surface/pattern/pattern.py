@@ -191,7 +191,7 @@ def _missed_mm(parts: Sequence[Separation]) -> float:
 
 
 def _comparable(parts: Sequence[Separation]) -> bool:
-    """Whether all parts were measured at the same places."""
+    """Returns whether all parts were measured at the same places."""
     return all(part.near is parts[0].near for part in parts)
 
 

@@ -100,7 +100,7 @@ def inverse_power(square: Array, exponent: float) -> Array:
 
 
 def _may_be_flat(points: Array) -> bool:
-    """Whether some of the points stand in a plane, as nearly as the product of their three spreads tells."""
+    """Returns whether some of the points stand in a plane, as nearly as the product of their three spreads tells."""
     some = points[:: max(1, len(points) // FEWEST)] - points[0]
     spread = some.T @ some
     return not np.linalg.det(spread) > FLAT * np.trace(spread) ** 3
