@@ -1,1 +1,1 @@
-"""Where to touch, what a touch on the machine means: plans, obstacles, stylus, calibration."""
+"""Probing: plans of where to touch, obstacles, stylus, calibration, and the part errors that touches give."""

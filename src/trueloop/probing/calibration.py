@@ -49,7 +49,7 @@ class BallCalibration:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Says where r is known worse than by a single touch on a ball that is known."""
+        """Warns where r is known less well than one touch repeats."""
         if self.radius_u_mm <= self.scatter_mm:
             return ()
         low, high = math.degrees(self.lowest_rad), math.degrees(self.highest_rad)
@@ -62,17 +62,17 @@ class BallCalibration:
 
     @property
     def lobing_mm(self) -> float:
-        """Amplitude of the lobing."""
+        """Returns the amplitude of the lobing."""
         return math.hypot(self.cosine_mm, self.sine_mm)
 
     def radius_mm(self, outward_normal: Array) -> Array:
-        """Effective ball radius for touches on surfaces of these normals, (n, 2) → (n,)."""
+        """Returns the effective ball radius for touches on surfaces of these normals, (n, 2) → (n,)."""
         turned = self.lobes * contact_angle_rad(outward_normal)
         radius: Array = self.effective_radius_mm + self.cosine_mm * np.cos(turned) + self.sine_mm * np.sin(turned)
         return radius
 
     def covers(self, outward_normal: Array) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
-        """Whether it holds for touches on surfaces of these normals, (n, 2) → (n,): lobing is not known elsewhere."""
+        """Returns whether it holds for touches on surfaces of these normals, (n, 2) → (n,): lobing is known there."""
         low, high = self.lowest_rad - BEYOND_RAD, self.highest_rad + BEYOND_RAD
         inside = np.mod(contact_angle_rad(outward_normal) - low, 2 * np.pi) <= high - low
         return np.asarray(inside, dtype=np.bool_)
@@ -88,7 +88,7 @@ def calibrate(
 ) -> BallCalibration:
     """Fits ball radius and lobing to ball centres (n, 2) reported on a sphere, or inside a ring, of known radius.
 
-    The centre of the artefact is found as well, so that where it stands need not be known. Least squares by
+    The centre of the artefact is fitted as well, so that its position need not be known. Least squares by
     Gauss-Newton. Raises PRB-CALIBRATION with fewer than six touches, touches on less than a quarter of the circle, or
     ones that scatter by more than 0.05 mm about the fit.
     """

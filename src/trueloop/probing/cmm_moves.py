@@ -1,4 +1,4 @@
-"""How the ball of a measuring machine gets from point to point of a turned part without touching it in between.
+"""Moves of a measuring machine's ball from point to point of a turned part that do not touch it in between.
 
 The part is a body of revolution. The ball comes to a point in the half plane through the axis and that point: along
 the normal from `start`, and to `start` radially from outside of the largest radius or along z from beyond the free end,
@@ -19,7 +19,7 @@ from trueloop.probing.obstacle import CHORD_MM, Obstacle
 from trueloop.probing.probe_plan import OVERLAP_MM, no_room_for_ball
 
 MARGIN_MM: Final = 0.5
-"""What stays free between ball and part on every move but the last, along the normal."""
+"""The clearance between ball and part on every move but the last, along the normal."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class CmmMove:
 
 
 def cmm_moves(touches: Sequence[CmmTouch], obstacle: Obstacle, approach: CmmApproach) -> tuple[CmmMove, ...]:
-    """The ways to all touches in their order, from a position beyond the free end on.
+    """Returns the ways to all touches in their order, from a position beyond the free end on.
 
     Raises PRB-REACH for a touch that cannot be reached so, PRB-BALL where the ball does not fit, TCH-PLAN for an
     approach that is not longer than the allowance and its margin or longer than the clearance.
@@ -64,7 +64,7 @@ def cmm_moves(touches: Sequence[CmmTouch], obstacle: Obstacle, approach: CmmAppr
 
 
 def way_back(moves: Sequence[CmmMove]) -> tuple[Vector, ...]:
-    """From the last touch to outside of the part: the last two positions of its way, in reverse."""
+    """Returns the way from the last touch to outside of the part: the last two positions of its way, in reverse."""
     return tuple(reversed(moves[-1].way_mm[-2:])) if moves else ()
 
 

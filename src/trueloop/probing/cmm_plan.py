@@ -1,4 +1,4 @@
-"""Where a coordinate measuring machine touches a turned part: gauging points, turned about the part's axis."""
+"""Touches of a coordinate measuring machine on a turned part: gauging points, turned about the part's axis."""
 
 import math
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ class CmmTouch:
 
     @property
     def nominal_mm(self) -> Vector:
-        """The place in the part's frame, z along its axis."""
+        """Returns the place in the part's frame, z along its axis."""
         return turned(self.place_mm, self.angle_deg)
 
     @property
@@ -48,7 +48,7 @@ def cmm_plan(
     *,
     diameters: bool = False,
 ) -> tuple[CmmTouch, ...]:
-    """Every gauging point at every angle; with `diameters` those on cylinders also half a turn further.
+    """Returns every gauging point at every angle; with `diameters` those on cylinders also half a turn further.
 
     A point at one angle alone keeps its name, else the angle is added: `12_180`. Raises TCH-PLAN where no angle, no
     finite one, or one angle twice is given.
@@ -66,7 +66,7 @@ def cmm_plan(
 
 
 def turned(point: Point, angle_deg: float) -> Vector:
-    """A point or vector (x, z) of the profile's half plane, turned about +z by an angle that is counted from x to y."""
+    """Turns a point or vector (x, z) of the profile's half plane about +z by an angle that is counted from x to y."""
     x, z = point
     quarter, beyond = divmod(angle_deg, 90.0)
     if beyond == 0.0:  # cos 90° is no 6e-17

@@ -1,4 +1,4 @@
-"""What a probe must not run into: the part with its stock, and the bar behind it."""
+"""The obstacle that a probe must not run into: the part with its stock, and the bar behind it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Obstacle:
     side: tuple[str, ...]
 
     def distance_mm(self, start_mm: Array, end_mm: Array) -> tuple[float, str]:
-        """From the segment between two points to the polygon, and what is nearest; 0 when it enters the polygon."""
+        """Returns the distance of the segment between two points to the polygon, 0 inside, and what is nearest."""
         a, b = self.corners_mm, np.roll(self.corners_mm, -1, axis=0)
         if self._holds(start_mm) or self._holds(end_mm):
             return 0.0, self.side[int(np.argmin(_point_to_segments(start_mm, a, b)))]
@@ -44,7 +44,7 @@ class Obstacle:
 
 
 def stock_obstacle(profile: Profile, allowance_mm: float = 0.0, bar_radius_mm: float | None = None) -> Obstacle:
-    """The turned part with an allowance on it, and behind its chuck end a bar (or chuck) of that radius.
+    """Returns the turned part with an allowance on it, and behind its chuck end a bar (or chuck) of that radius.
 
     Without `bar_radius_mm` the bar is as thick as the profile where that begins.
     """

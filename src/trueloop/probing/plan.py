@@ -1,4 +1,4 @@
-"""Where to touch: gauging points equally spaced on each feature [6811 §5.3]."""
+"""Gauging points, equally spaced on each feature [6811 §5.3]."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ MARGIN_MM: Final = 2.54
 
 @dataclass(frozen=True)
 class Spacing:
-    """How many points a feature gets and how far from its ends, in mm of arc length.
+    """The number of points on a feature and their margins from its ends, in mm of arc length.
 
     A single point lies in the middle, or at `at_mm` from the feature's start.
     """
@@ -41,7 +41,7 @@ class GaugingPoints:
 def equally_spaced(
     profile: Profile, spacings: Mapping[str, Spacing], reachable_mm: Array | None = None
 ) -> GaugingPoints:
-    """Points on the named features, the first and last at their margins and the others evenly between.
+    """Places points on the named features, the first and last at their margins and the others evenly between.
 
     Margins count from the features' ends, or, with `reachable_mm` (n, 2) of a `CentrePath`, from the ends of what the
     nose reaches. Raises TCH-PLAN for a feature that the profile does not have, for no points, and where the margins

@@ -1,7 +1,7 @@
-"""Which logged touch is which point of the plan: by position, never by count.
+"""Matching of logged touches with the points of a plan: by position, never by count.
 
-A control may leave a touch out, repeat one, or log another job; the position on the approach line says where it
-belongs.
+A control may leave a touch out, repeat one, or log another job; the position on the approach line decides to which
+point a touch belongs.
 """
 
 import math
@@ -25,7 +25,7 @@ AT_START: Final = 0.05
 """Touches within this share of the stand-off from where the approach began did not meet the part."""
 
 AT_END: Final = 0.05
-"""The same share of the overtravel, from the end of a probing move."""
+"""Touches within this share of the overtravel from the end of the probing move did not meet the part."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class MatchedTouches:
     findings: tuple[Finding, ...]
 
     def as_dict(self) -> dict[str, object]:
-        """For JSON."""
+        """Returns points and part errors for JSON."""
         return {"touches": [{"point": touch.point, "error_mm": touch.error_mm} for touch in self.touches]}
 
 
@@ -48,7 +48,7 @@ def match_touches(
     *,
     reports_surface: bool = False,
 ) -> MatchedTouches:
-    """Part errors `n · (reported − nominal) − effective ball radius − allowance` of the touches of a plan.
+    """Returns part errors `n · (reported − nominal) − effective ball radius − allowance` of the touches of a plan.
 
     `logged_mm` are reported positions: ball centres, or points of the surface with `reports_surface` (macros that take
     the ball off). Raises PRB-CALIBRATION without a calibration that covers all touches, PRB-RETRACT where touches are
@@ -221,5 +221,5 @@ def _order_findings(
 
 
 def renamed(findings: Sequence[Finding], file: str) -> tuple[Finding, ...]:
-    """The findings with the log named."""
+    """Returns the findings with the log's name in their places."""
     return tuple(replace(found, place=replace(found.place, file=file)) for found in findings)

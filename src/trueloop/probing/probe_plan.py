@@ -17,7 +17,7 @@ from trueloop.probing.plan import GaugingPoints
 from trueloop.probing.stylus import Meeting, Stylus, first_meeting
 
 OVERLAP_MM: Final = 0.005
-"""By which a ball that touches may overlap the polygon that its surface is looked at as."""
+"""The overlap, mm, that a touching ball may have with the polygon that stands for the surface."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class SecondTouch:
 
 @dataclass(frozen=True)
 class Approach:
-    """How a point is approached; lengths in mm.
+    """The approach to a point; lengths in mm.
 
     The probing move begins `stand_off_mm` before the expected contact and ends `overtravel_mm` beyond it, where a
     missing touch is reported. `margin_mm` stays free between stylus and part everywhere else. `allowance_mm` is what
-    the surface stands over the nominal one. `second`: how each point is touched again, None where it is touched once.
+    the surface lies above the nominal one. `second`: how each point is touched again, None where it is touched once.
     """
 
     stand_off_mm: Annotated[
@@ -60,7 +60,7 @@ class Approach:
 
     @property
     def back_off_mm(self) -> float:
-        """Between the two touches of a point; 0 where there is one."""
+        """Returns the way back between the two touches of a point; 0 where there is one."""
         return self.second.back_off_mm if self.second else 0.0
 
 
@@ -82,7 +82,7 @@ class PlannedTouch:
     target_mm: Point
 
     def back_off_vector_mm(self, second: SecondTouch) -> Point:
-        """The way between the two touches, as a vector."""
+        """Returns the way back between the two touches as a vector."""
         return second.back_off_mm * self.normal[0], second.back_off_mm * self.normal[1]
 
 
@@ -97,7 +97,7 @@ class ProbePlan:
     approach: Approach
 
     def as_dict(self) -> dict[str, object]:
-        """For JSON."""
+        """Returns the safe position and the touches for JSON."""
         return {"safe_mm": self.safe_mm, "touches": [vars(touch) for touch in self.touches]}
 
 
@@ -109,7 +109,7 @@ def probe_plan(
     approach: Approach,
     names: Sequence[str] | None = None,
 ) -> ProbePlan:
-    """The plan for these points in their order.
+    """Plans the touches of these points in their order.
 
     Raises PRB-BALL where the ball does not fit, PRB-REACH for a point that ball or stem cannot reach: both name the
     point and what is in the way.
@@ -137,7 +137,7 @@ def probing_moves(
     approach: Approach,
     names: Sequence[str] | None = None,
 ) -> tuple[PlannedTouch, ...]:
-    """The probing moves alone, with no way from one to the next: what a log of touches is matched with."""
+    """Returns the probing moves alone, with no way from one to the next, as a log of touches is matched with them."""
     names = names or [str(k + 1) for k in range(len(points.arc_length_mm))]
     starts, contacts, targets = _positions(points, stylus, approach)
     return tuple(
@@ -169,14 +169,14 @@ def _positions(points: GaugingPoints, stylus: Stylus, approach: Approach) -> tup
 
 
 def require_ball_fits(touch: PlannedTouch, obstacle: Obstacle, stylus: Stylus) -> None:
-    """At contact the ball touches the surface at its point and nothing else, or PRB-BALL."""
+    """Raises PRB-BALL where at contact the ball overlaps anything by more than `OVERLAP_MM`."""
     clearance, nearest = stylus.ball_clearance_mm(obstacle, np.array(touch.contact_mm))
     if clearance < -OVERLAP_MM:
         raise no_room_for_ball(touch.point, touch.feature, nearest, stylus.ball_radius_mm, -clearance)
 
 
 def no_room_for_ball(point: str, feature: str, nearest: str, ball_radius_mm: float, overlap_mm: float) -> TrueloopError:
-    """PRB-BALL: at a point the ball overlaps another feature than its own."""
+    """Returns the refusal PRB-BALL: at a point the ball overlaps another feature than its own."""
     return TrueloopError(
         Code.PRB_BALL,
         f"at point {point!r} on {feature!r} a ball of {2 * ball_radius_mm:.3f} mm overlaps {nearest!r} by "

@@ -14,7 +14,7 @@ from trueloop.probing.obstacle import CHORD_MM, Obstacle
 FINEST_STEP_MM: Final = 0.01
 
 Clearance: TypeAlias = Callable[[Obstacle, Array], tuple[float, str]]
-"""What is left between some of the stylus and an obstacle with the ball's centre there, and what is nearest."""
+"""Maps an obstacle and a ball centre to the clearance of a part of the stylus, mm, and to what is nearest."""
 
 
 @dataclass(frozen=True)
@@ -40,29 +40,29 @@ class Stylus:
 
     @property
     def stem_direction(self) -> Array:
-        """Unit vector from the ball along the stem, (2,)."""
+        """Returns the unit vector from the ball along the stem, (2,)."""
         return np.array([math.sin(self.stem_angle_rad), math.cos(self.stem_angle_rad)])
 
     def ball_clearance_mm(self, obstacle: Obstacle, centre_mm: Array) -> tuple[float, str]:
-        """Between ball and obstacle, and what is nearest."""
+        """Returns the clearance between ball and obstacle, and what is nearest."""
         distance, nearest = obstacle.distance_mm(centre_mm, centre_mm)
         return distance - self.ball_radius_mm - CHORD_MM, nearest
 
     def stem_clearance_mm(self, obstacle: Obstacle, centre_mm: Array) -> tuple[float, str]:
-        """Between stem and obstacle, and what is nearest."""
+        """Returns the clearance between stem and obstacle, and what is nearest."""
         along = self.stem_direction
         ends = centre_mm + self.ball_radius_mm * along, centre_mm + self.stem_length_mm * along
         distance, nearest = obstacle.distance_mm(*ends)
         return distance - self.stem_radius_mm - CHORD_MM, nearest
 
     def clearance_mm(self, obstacle: Obstacle, centre_mm: Array) -> tuple[float, str]:
-        """Between ball or stem and obstacle, whichever is closer."""
+        """Returns the clearance between obstacle and ball or stem, whichever is closer, and what is nearest."""
         return min(self.ball_clearance_mm(obstacle, centre_mm), self.stem_clearance_mm(obstacle, centre_mm))
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """Where a straight move comes too close: the ball's centre there, what it comes close to, and how close."""
+    """The place where a straight move comes too close: the ball's centre, what it comes close to, and the clearance."""
 
     centre_mm: tuple[float, float]
     with_what: str
@@ -72,7 +72,7 @@ class Meeting:
 def first_meeting(
     clearance_mm: Clearance, obstacle: Obstacle, start_mm: Array, end_mm: Array, margin_mm: float
 ) -> Meeting | None:
-    """The first place on a straight move where less than the margin is left; None when the way is free.
+    """Returns the first place on a straight move where less than the margin is left; None when the way is free.
 
     Nothing is missed between the places looked at: moving by d changes a clearance by at most d, so that what is left
     over the margin may be gone at once.

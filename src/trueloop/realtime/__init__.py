@@ -1,1 +1,1 @@
-"""What a control corrects by itself, period by period: the image of a model and a table, and how a run is judged."""
+"""Correction inside a control, servo period by period: the image of a model and a table, and the judging of a run."""

@@ -19,14 +19,14 @@ from trueloop.machine.model.model import MachineModel
 from trueloop.realtime.image import SIGNALS, Bank, Body, Signal
 
 BODIES = 8
-"""Carriers of errors at most: an axis, a place of a rotary axis, a spindle."""
+"""The largest number of carriers of errors: an axis, a place of a rotary axis, a spindle."""
 MOST_STEPS = {"°C": 2.0}
-"""By unit: what two readings that follow each other may differ by. Other signals may go through their whole range."""
+"""The largest difference of two consecutive readings, by unit. Other signals may pass through their whole range."""
 
 
 @dataclass(frozen=True)
 class Stated:
-    """What a user says of signals, by name: the range in which the model holds, the largest step between readings."""
+    """The user's limits of signals, by name: the range in which the model holds, the largest step between readings."""
 
     ranges: Mapping[str, tuple[float, float]]
     steps: Mapping[str, float]
@@ -36,10 +36,10 @@ NOTHING = Stated({}, {})
 
 
 def signals_of(model: MachineModel, stated: Stated = NOTHING) -> tuple[Signal, ...]:
-    """The signals that the model needs, lags among them, in the order of the bank.
+    """Returns the signals that the model needs, lags among them, in the order of the bank.
 
-    A range that is not stated is that of the data. Raises RTC-SIGNAL for a range that neither says, for one without an
-    inside, for a stated signal that the model does not need, and for more than an image holds.
+    A range that is not stated is that of the data. Raises RTC-SIGNAL for a range that neither gives, for an empty one,
+    for a stated signal that the model does not need, and for more signals than an image holds.
     """
     needs = model.needs()
     _check_stated(needs, stated)
@@ -96,7 +96,7 @@ def _signal(model: MachineModel, name: str, known: tuple[float, float], step: fl
 
 
 def bank_of(model: MachineModel, tool_mm: Vector, signals: tuple[Signal, ...], standing: Collection[str] = ()) -> Bank:
-    """The model for all values of `signals` (`signals_of`). `tool_mm`: from the last axis' frame, no offset in force.
+    """Compiles the model for all values of `signals` (`signals_of`). `tool_mm`: from the last axis' frame, no offset.
 
     `standing` names the rotary axes, which have to stand at 0 as long as the bank is used: nothing in it knows of them.
     Raises RTC-MODEL for a rotary axis not named there and for what a servo period has no time for, and MCH-STRUCTURE.
@@ -105,7 +105,7 @@ def bank_of(model: MachineModel, tool_mm: Vector, signals: tuple[Signal, ...], s
     reference = {signal.name: signal.reference for signal in signals}
 
     def at(moved: Signal) -> CompiledModel:
-        """Over the whole range: the unit of a signal may be too small to see."""
+        """Compiles the model a whole range away: the effect of one unit of a signal may be lost in rounding."""
         return compile_model(model, {**reference, moved.name: moved.reference + moved.high - moved.low})
 
     base, others = compile_model(model, reference), [at(signal) for signal in signals]

@@ -31,29 +31,29 @@ class Envelope:
 
     @property
     def time_s(self) -> Array:
-        """Middle of each stretch."""
+        """Returns the middle of each stretch."""
         return np.asarray((np.arange(self.low.shape[1]) + 0.5) * self.step_s, np.float64)
 
     def of(self, name: str) -> tuple[Array, Array]:
-        """Least and largest value of a column."""
+        """Returns the least and the largest values of a column, one of each for every stretch."""
         row = self.names.index(name)
         return self.low[row], self.high[row]
 
 
 def empty(names: Sequence[str], step_s: float) -> Envelope:
-    """Nothing yet; `step_s`: the length of a stretch to begin with."""
+    """Returns an envelope of no periods; `step_s`: the length of a stretch to begin with."""
     none = np.empty((len(names), 0))
     return Envelope(tuple(names), step_s, none, none)
 
 
 def envelope(samples: Samples, names: Sequence[str], most: int = MOST) -> Envelope:
-    """Of a whole record."""
+    """Returns the envelope of a whole record."""
     span = float(samples.time_s[-1]) + samples.period_s if len(samples) else samples.period_s
     return gathered(empty(names, max(samples.period_s, span / most)), samples, most + 1)
 
 
 def gathered(so_far: Envelope, samples: Samples, most: int = MOST) -> Envelope:
-    """With further periods, none of them earlier than what was gathered."""
+    """Returns the envelope with further periods, none of them earlier than those gathered so far."""
     if not len(samples):
         return so_far
     while samples.time_s[-1] >= most * so_far.step_s:
@@ -69,7 +69,7 @@ def gathered(so_far: Envelope, samples: Samples, most: int = MOST) -> Envelope:
 
 
 def merged(drawn: Envelope, most: int) -> Envelope:
-    """With so many stretches at most."""
+    """Returns the envelope with `most` stretches at most."""
     while drawn.low.shape[1] > most:
         drawn = _halved(drawn)
     return drawn

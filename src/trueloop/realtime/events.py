@@ -1,4 +1,4 @@
-"""What happened in a run, in words: faults and changes of phase, with when and at which line of the program.
+"""Events of a run in words: faults and changes of phase, with their time and line of the program.
 
 Ramping and in force take turns at every reversal: the two count as one here.
 """
@@ -14,11 +14,11 @@ from trueloop.realtime.samples import Samples
 
 _NAMES: Final = _core.realtime_names()
 PHASES: Final = tuple(name for _, name, _ in _NAMES["phases"])
-"""By the number that `rtec.phase` shows."""
+"""Names of the phases, by the number that `rtec.phase` shows."""
 FAULTS: Final = tuple(meaning for _, _, meaning in _NAMES["faults"])
-"""What each means, by the number that `rtec.fault-code` and `rtec.signal-fault` show."""
+"""Meanings of the faults, by the number that `rtec.fault-code` and `rtec.signal-fault` show."""
 WAITS: Final = tuple(meaning for _, _, meaning in _NAMES["waits"])
-"""By the number that `rtec.waits-for` shows."""
+"""Names of what a run waits for, by the number that `rtec.waits-for` shows."""
 OFF, WAITING, RAMPING, IN_FORCE, FROZEN, LEAVING, FAULTED = range(7)
 ALARMING: Final = (FROZEN, LEAVING, FAULTED)
 
@@ -39,11 +39,11 @@ class Event:
 
     @property
     def alarming(self) -> bool:
-        """Whether something is wrong."""
+        """Returns whether the phase is one of a fault (`ALARMING`)."""
         return self.phase in ALARMING
 
     def in_words(self) -> str:
-        """As "faulted: a signal jumped (T1_degC)"."""
+        """Returns the event as "faulted: a signal jumped (T1_degC)"."""
         phase = word(PHASES, self.phase)
         if not self.reason:
             return phase
@@ -52,12 +52,12 @@ class Event:
 
 
 def word(words: Sequence[str], number: int) -> str:
-    """A name by its number; the number itself where there is no name for it."""
+    """Returns a name by its number; the number itself where it has no name."""
     return words[number] if 0 <= number < len(words) else str(number)
 
 
 def events(samples: Samples, before: Event | None = None) -> list[Event]:
-    """Every change, the state at the beginning first where nothing was `before`."""
+    """Returns every change, first the state at the beginning where there is no event `before`."""
     if not len(samples):
         return []
     phase, about = samples.count("phase"), samples.count("fault_signal")

@@ -1,4 +1,4 @@
-"""What the component in the servo thread loads: a model linear in its signals, a table by program line, and limits.
+"""The image that the component in the servo thread loads: a model linear in its signals, a table by line, and limits.
 
 Machine coordinates in mm, X of a lathe as a radius. The model gives E = actual − commanded; what is added is −E and the
 table's rows. `formats/realtime/image_file.py` writes and reads the file.
@@ -14,7 +14,7 @@ SIGNALS = 16
 """Signals at most."""
 
 TRAVEL_TOLERANCE_MM: Final = 1e-4
-"""How far outside the travel a command may be without a fault; `crates/rtec/src/corrector/travel.rs` states why."""
+"""Distance outside the travel without a fault; `crates/rtec/src/corrector/travel.rs` states why."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Bank:
 @by_content
 @dataclass(frozen=True)
 class Block:
-    """What is added along one block of a program, its first line being 1.
+    """The correction along one block of a program, whose first line is 1.
 
     `rows` (n, 4): x as a radius, z where the axes are commanded in machine coordinates, and what is added there; mm, in
     order of cutting.
@@ -89,7 +89,7 @@ class Block:
 
 @dataclass(frozen=True)
 class RealTimeLimits:
-    """What the component holds every correction against, whatever its pins say.
+    """Limits that the component applies to every correction, whatever its pins are set to.
 
     `limit_mm`: the largest correction of an axis. `gate_mm`: how far off its path a row still holds. `travel_mm`:
     lowest and highest position of X, Y, Z that a drive may be sent to.

@@ -1,4 +1,4 @@
-"""A run of the real-time corrector judged by the machine model itself, in splines: nothing of the corrector is asked.
+"""A run of the real-time corrector judged by the machine model itself, in splines: nothing of the corrector is used.
 
 What must hold in every period: drive + E(drive) = command + table(command). From the commands alone it follows which
 way each axis travels, what correction is due, and where the limit of its slew keeps it from being there at once; those
@@ -19,7 +19,7 @@ from trueloop.machine.model.model import MachineModel, State
 from trueloop.realtime.image import Block
 
 STEPS: Final = 6
-"""Of c = −E(q + c): each leaves a thousandth or less of what the one before left."""
+"""Iterations of c = −E(q + c): each leaves a thousandth or less of what the one before left."""
 
 STANDS_MM: Final = 1e-9
 """An axis that moves less than this stands: the rounding of positions."""
@@ -48,7 +48,7 @@ class DrivenRun:
 @by_content
 @dataclass(frozen=True)
 class Due:
-    """What the model and the table ask for, each (n, 3) but `limited` (n,).
+    """The correction that model and table require, each array (n, 3) but `limited` (n,).
 
     `way`: +1, −1, 0 not known; `correction_mm` without the limit of the slew, `allowed_mm` with it; `limited` where the
     two differ; `table_mm` is its part from the table.
@@ -64,7 +64,7 @@ class Due:
 @by_content
 @dataclass(frozen=True)
 class Judged:
-    """What a run left. `residual_mm` (n, 3): where the tool is by the model, less where it was meant to be.
+    """The errors that a run left. `residual_mm` (n, 3): where the tool is by the model, less where it was meant to be.
 
     `judged` marks periods in force and not limited; `limited` those that the slew keeps behind, judged by `behind_nm`:
     the largest difference from what the slew allows. `step_um` is the largest change of the correction in a period.
@@ -83,18 +83,18 @@ class Judged:
     most_step_um: float
 
     def within(self, rms_nm: float) -> bool:
-        """Whether the run was judged at all, left no more than that, and stayed within its slew."""
+        """Returns whether the run was judged at all, left `rms_nm` at most, and stayed within its slew."""
         stays = self.step_um <= self.most_step_um + 2e-3
         return bool(self.judged.any() and self.rms_nm <= rms_nm and stays)
 
 
 def travel_ways(command_mm: Array) -> Array:
-    """Which way each axis last moved by more than rounding, (n, 3): +1, −1, and 0 before its first move."""
+    """Returns which way each axis last moved by more than rounding, (n, 3): +1, −1, and 0 before its first move."""
     return np.stack([_ways(command.tolist()) for command in command_mm.T], axis=-1)
 
 
 def due(run: DrivenRun, model: MachineModel | None, blocks: Sequence[Block], gate_mm: float, slew: float) -> Due:
-    """What was to be added in each period; `slew` in mm/s for each axis."""
+    """Returns the correction due in each period; `slew` in mm/s for each axis."""
     way, table = travel_ways(run.command_mm), table_mm(run, blocks, gate_mm)
     correction = np.zeros_like(run.command_mm)
     if model is not None:
@@ -107,7 +107,7 @@ def due(run: DrivenRun, model: MachineModel | None, blocks: Sequence[Block], gat
 
 
 def error_mm(model: MachineModel, run: DrivenRun, at_mm: Array, way: Array) -> Array:
-    """E at positions (n, 3) under the run's signals and tool, (n, 3)."""
+    """Returns E at positions (n, 3) under the run's signals and tool, (n, 3)."""
     chain = model.machine.chain
     columns = ["XYZ".index(name) for name in chain.order if name in "XYZ"]
     positions = chain.positions({"XYZ"[k]: at_mm[:, k] for k in columns})
@@ -118,7 +118,7 @@ def error_mm(model: MachineModel, run: DrivenRun, at_mm: Array, way: Array) -> A
 
 
 def table_mm(run: DrivenRun, blocks: Sequence[Block], gate_mm: float) -> Array:
-    """What the table adds at the commands, (n, 3): of the block of that line, at the nearest place of its path."""
+    """Returns what the table adds at the commands, (n, 3): of that line's block, at the nearest place of its path."""
     found = np.zeros_like(run.command_mm)
     for block in blocks:
         here = np.flatnonzero(run.line == block.line)
@@ -135,7 +135,7 @@ def judge(
     slew_mm_per_s: float = 5.0,
     gate_mm: float = 0.1,
 ) -> Judged:
-    """The run against model and table, `slew_mm_per_s` being what the component was given for every axis."""
+    """Judges the run against model and table; `slew_mm_per_s` is what the component was given for every axis."""
     asked = due(run, model, blocks, gate_mm, slew_mm_per_s)
     error = error_mm(model, run, run.drive_mm, asked.way) if model is not None else np.zeros_like(run.drive_mm)
     meant = run.command_mm + asked.table_mm
@@ -171,7 +171,7 @@ def _ways(command: list[float]) -> Array:
 
 
 def _nearest(rows: Array, at_mm: Array, gate_mm: float) -> Array:
-    """(dx, dz) at the nearest places of a polyline of rows x, z, dx, dz; nothing beyond the gate."""
+    """Returns (dx, dz) at the nearest places of a polyline of rows x, z, dx, dz; 0 beyond the gate."""
     best, found = np.full(len(at_mm), gate_mm**2), np.zeros((len(at_mm), 2))
     for a, b in pairwise(rows):
         along = b[:2] - a[:2]
@@ -184,7 +184,7 @@ def _nearest(rows: Array, at_mm: Array, gate_mm: float) -> Array:
 
 
 def _slewed(wanted: Array, run: DrivenRun, step_mm: float) -> Array:
-    """What follows the wanted values by so much a period at most, from the correction found at the beginning."""
+    """Follows the wanted values by `step_mm` a period at most, from the correction in force at the beginning."""
     allowed, at = np.empty_like(wanted), run.drive_mm[0] - run.command_mm[0]
     for k, towards in enumerate(wanted):
         if not run.in_force[k]:

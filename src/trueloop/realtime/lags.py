@@ -1,6 +1,6 @@
 """Lags of a model while the machine runs: one step at a time, as exact as `lagged` (`machine/model/history.py`) is.
 
-A lag follows from all that its sensor ever said. What was before the first reading is not known: the lag begins in
+A lag follows from all readings of its sensor. What was before the first reading is not known: the lag begins in
 equilibrium, and whatever that hides dies away with e^(−t/τ). It counts as known when `settle` time constants have
 passed, or at once where an operator states that the machine was in equilibrium then.
 """
@@ -13,10 +13,10 @@ from trueloop.machine.model.history import History, Lag
 
 @dataclass(frozen=True)
 class LagRules:
-    """When a lag is known. `settle` and `gap` count time constants, all else is in s.
+    """Rules for when a lag is known. `settle` and `gap` count time constants, all else is in s.
 
     A pause of the sensor longer than `gap` τ, and than `least_gap_s`, begins the lag anew; through shorter ones it runs
-    straight. `equilibrium_s`: when the machine was in equilibrium, on the clock of the readings; NaN: nobody says.
+    straight. `equilibrium_s`: when the machine was in equilibrium, on the clock of the readings; NaN: not stated.
     """
 
     settle: float = 5.0
@@ -25,14 +25,14 @@ class LagRules:
     equilibrium_s: float = math.nan
 
     def gap_s(self, lag: Lag) -> float:
-        """The longest pause between two readings that a lag outlasts."""
+        """Returns the longest pause between two readings that does not begin the lag anew, s."""
         return max(self.gap * lag.constant_s, self.least_gap_s)
 
 
 @dataclass(frozen=True)
 class LagState:
     """A lag at `time_s`: `input`, its sensor's reading to its power, and `value`, in the same unit. `since_s`: when it
-    was begun; `stated`: in equilibrium by an operator's word.
+    was begun; `stated`: in equilibrium then, as an operator stated.
     """
 
     time_s: float
@@ -42,16 +42,16 @@ class LagState:
     stated: bool
 
     def known(self, lag: Lag, rules: LagRules) -> bool:
-        """Whether what was before its beginning has died away."""
+        """Returns whether what was before the lag's beginning has died away."""
         return self.stated or self.known_in_s(lag, rules) <= 0
 
     def known_in_s(self, lag: Lag, rules: LagRules) -> float:
-        """How long until it is known, where readings go on."""
+        """Returns the time until the lag is known, s, where readings go on."""
         return 0.0 if self.stated else self.since_s + rules.settle * lag.constant_s - self.time_s
 
 
 def advanced(state: LagState | None, lag: Lag, rules: LagRules, time_s: float, reading: float) -> LagState:
-    """The lag one reading later, the sensor having run straight since the last one. None: there was no last one.
+    """Returns the lag one reading later, the sensor having run straight since the last one. None: there was none.
 
     A reading that is not later than the last one changes nothing.
     """
@@ -68,7 +68,7 @@ def advanced(state: LagState | None, lag: Lag, rules: LagRules, time_s: float, r
 
 
 def _stepped(state: LagState, lag: Lag, step_s: float, given: float) -> float:
-    """The solution of τ dy/dt + y = u after a step in which u runs straight."""
+    """Returns the solution of τ dy/dt + y = u after a step in which u runs straight."""
     tau = max(lag.constant_s, 1e-9)
     decay = math.exp(-step_s / tau)
     slope = (given - state.input) / step_s
@@ -76,7 +76,7 @@ def _stepped(state: LagState, lag: Lag, step_s: float, given: float) -> float:
 
 
 def from_history(lag: Lag, rules: LagRules, history: History) -> LagState | None:
-    """The lag at the last row of what was recorded; None where its sensor is not in it."""
+    """Returns the lag at the last row of a history; None where its sensor is not in it."""
     state = None
     for time_s, reading in zip(history.time_s.tolist(), history.signals.get(lag.of, ()), strict=False):
         state = advanced(state, lag, rules, time_s, float(reading))

@@ -1,4 +1,4 @@
-"""The largest correction that an image asks for: over the travel, both directions of travel and all signals.
+"""The largest correction that an image calls for: over the travel, both directions of travel and all signals.
 
 Positions are sampled; in the signals E is linear, so the corners of their ranges are exact.
 """
@@ -31,7 +31,7 @@ class Largest:
 
 @dataclass(frozen=True)
 class Extent:
-    """What an image asks for at most; None: of what it does not hold. `whole`: of model and table together.
+    """The largest corrections of an image; None for a part that it does not have. `whole`: model and table together.
 
     `jump_mm`: by how much a correction changes at most where one axis turns round. `places`: how many were sampled.
     """
@@ -44,7 +44,7 @@ class Extent:
 
 
 def extent_of(image: Image) -> Extent:
-    """What an image asks for, with its tool and no tool offset in force."""
+    """Returns the largest corrections of an image, with its tool and no tool offset in force."""
     table = _of_table(image)
     if image.bank is None:
         assert table is not None  # an image holds one of the two
@@ -64,7 +64,7 @@ def _size(found: Largest) -> float:
 
 
 def _of_table(image: Image) -> Largest | None:
-    """The largest row."""
+    """Returns the largest row of the table; None where there is no table."""
     if not image.blocks:
         return None
     rows = np.concatenate([block.rows for block in image.blocks])
@@ -84,7 +84,7 @@ def _grid(image: Image, bank: Bank) -> Array:
 
 
 def _of_model(bank: Bank, positions: Array, added: Array) -> tuple[Largest, float]:
-    """The largest of −E + added, and the largest jump of −E where one axis turns round."""
+    """Returns the largest of −E + added, and the largest jump of −E where one axis turns round."""
     best, jump, by_way = None, 0.0, {}
     spans = np.array([(s.low - s.reference, s.high - s.reference) for s in bank.signals]).reshape(-1, 2)
     for way in _ways(bank):
@@ -109,7 +109,7 @@ def _ways(bank: Bank) -> Iterator[tuple[float, ...]]:
 
 
 def _parts(bank: Bank, positions: Array, way: Array) -> Array:
-    """E at the references and what one unit of each signal adds to it, (1 + signals, n, 3)."""
+    """Returns E at the references and what one unit of each signal adds to it, (1 + signals, n, 3)."""
     travel, tool = np.tile(way, (len(positions), 1)), np.array(bank.tool_mm)
     found = []
     for signal in range(len(bank.signals) + 1):
@@ -123,7 +123,7 @@ def _parts(bank: Bank, positions: Array, way: Array) -> Array:
 
 
 def _largest(bank: Bank, positions: Array, parts: Array, spans: Array) -> Largest:
-    """Over all places and the corners of the signals' ranges: each signal at the end that makes it larger."""
+    """Returns the largest over all places, each signal at that end of its range which makes it larger."""
     ends = parts[1:, :, :, None] * spans[:, None, None, :]
     high, low = parts[0] + ends.max(axis=-1).sum(axis=0), parts[0] + ends.min(axis=-1).sum(axis=0)
     sizes = np.maximum(high, -low)

@@ -1,6 +1,6 @@
-"""What was recorded of every servo period of a run: commands, what was added to them by cause, signals, state, times.
+"""The record of every servo period of a run: commands, what was added to them by cause, signals, state, times.
 
-A row holds one period: drive = command + correction in each, and all else is what the corrector had and said in it.
+A row is one period: drive = command + correction in each; all else is the corrector's input, state and output in it.
 docs/realtime-samples.md describes each column.
 """
 
@@ -30,13 +30,13 @@ COUNTS: Final = (
 )
 TIMES_NS: Final = ("write_ns", "thread_ns")
 UNITS: Final = {unit: suffix for suffix, unit in SIGNALS.items()} | {"degC": "_degC", "rpm": "_rpm"}
-"""How a signal's column ends, by its unit."""
+"""Endings of a signal's column name, by its unit."""
 
 
 @by_content
 @dataclass(frozen=True)
 class Samples:
-    """Periods in order, by column: lengths as the column's name says, x a radius, counts as whole numbers.
+    """Periods in order, by column: lengths in the unit of the column's name, x a radius, counts as whole numbers.
 
     `period_s`: length of a servo period. `axes`: those the columns are of, "xz". `signals`: the names of their columns.
     """
@@ -51,11 +51,11 @@ class Samples:
 
     @property
     def time_s(self) -> Array:
-        """Since the beginning of the record."""
+        """Returns the times of the periods since the beginning of the record."""
         return self.columns["time_s"]
 
     def mm(self, what: str) -> Array:
-        """One of PLACES_MM or PLACES_UM, (n, 3) in mm for X, Y, Z; zero for axes that were not recorded."""
+        """Returns one of PLACES_MM or PLACES_UM, (n, 3) in mm for X, Y, Z; zero for axes that were not recorded."""
         found = np.zeros((len(self), 3))
         for axis in self.axes:
             micrometres = what in PLACES_UM
@@ -64,7 +64,7 @@ class Samples:
         return found
 
     def count(self, what: str) -> Integers:
-        """One of COUNTS, (n,)."""
+        """Returns one of COUNTS, (n,)."""
         return self.columns[what].astype(np.int64)
 
     @property
@@ -74,14 +74,14 @@ class Samples:
         return whole - len(self)
 
     def rows(self, chosen: slice | Integers) -> "Samples":
-        """Some of the periods."""
+        """Returns the chosen periods."""
         return Samples(
             self.period_s, self.axes, self.signals, {name: column[chosen] for name, column in self.columns.items()}
         )
 
 
 def column_names(axes: str, signals: Sequence[str]) -> tuple[str, ...]:
-    """All columns in their order."""
+    """Returns the names of all columns in their order."""
     of_axes = {
         unit: [f"{what}_{axis}_{unit}" for what in places for axis in axes]
         for unit, places in (("mm", PLACES_MM), ("um", PLACES_UM))

@@ -1,4 +1,4 @@
-"""How often each value came: exact quantiles of a run of any length, in the room of its different values."""
+"""Counts of each value: exact quantiles of a run of any length, in the memory that its different values take."""
 
 from dataclasses import dataclass
 
@@ -17,11 +17,11 @@ class Tally:
 
     @property
     def total(self) -> int:
-        """How many there were."""
+        """Returns the number of values counted."""
         return int(self.counts.sum())
 
     def quantile(self, share: float) -> float:
-        """The least value that this share of all does not exceed; NaN of none."""
+        """Returns the least value that this share of all does not exceed; NaN where there are no values."""
         if not len(self.values):
             return float("nan")
         place = np.searchsorted(np.cumsum(self.counts), share * self.total)
@@ -32,7 +32,7 @@ NONE = Tally(np.empty(0), np.empty(0, np.int64))
 
 
 def counted(so_far: Tally, values: Array) -> Tally:
-    """With further values."""
+    """Returns the tally with further values counted."""
     new, times = np.unique(values, return_counts=True)
     both, place = np.unique(np.concatenate([so_far.values, new]), return_inverse=True)
     counts = np.zeros(len(both), np.int64)

@@ -38,12 +38,12 @@ class WarmUp:
     hall: Array
 
     def at(self, time_s: Array) -> "WarmUp":
-        """At other times, straight between the known ones, the ends holding beyond."""
+        """Returns the state at other times: linear between the known ones, constant beyond the ends."""
         known = (self.bearing, self.casting, self.nut, self.screw, self.hall)
         return WarmUp(time_s, *(np.interp(time_s, self.time_s, values) for values in known))
 
     def sensors(self, rng: np.random.Generator | None = None) -> dict[str, Array]:
-        """What is measured, °C: T1 at the bearing, T2 on the casting's skin near it, T3 at the nut."""
+        """Returns the readings, °C: T1 at the bearing, T2 on the casting's skin near it, T3 at the nut."""
         skin = (1 - SURFACE_SHARE) * self.casting + SURFACE_SHARE * self.bearing
         true = {"T1": self.bearing, "T2": skin, "T3": self.nut}
         noise = rng.normal(0.0, SENSOR_NOISE_K, (3, len(self.time_s))) if rng else np.zeros((3, len(self.time_s)))
@@ -51,7 +51,7 @@ class WarmUp:
 
 
 def warm_up(until_s: float, spindle: Spans, axes: Spans) -> WarmUp:
-    """From a cold machine at 0 s, with the spindle turning and the axes moving within the spans."""
+    """Simulates a machine cold at 0 s, with the spindle turning and the axes moving within the spans."""
     time_s = np.arange(0.0, until_s + STEP_S, STEP_S)
     turning, moving = (_within(time_s, spans) for spans in (spindle, axes))
     bearing = _follows(BEARING_K * turning, BEARING_S)
@@ -79,7 +79,7 @@ Z_TRAVEL_MM: Final = (-300.0, 110.0)
 SQUARE_RAD, PARALLEL_RAD = 35e-6, -22e-6
 SCREW_PER_K: Final = 11.5e-6
 FIXED_Z_MM: Final = 110.0
-"""Where the screw is held: it grows from there."""
+"""The z at which the screw is held: it grows from there."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class WarmLathe:
         return WarmLathe(0.0, Backlash())
 
     def tool_mm(self, drives_mm: Array, tool_mm: Array, warm: WarmUp) -> Array:
-        """Positions of the tool point in work coordinates, (n, 2), while the drives stand at (n, 2), in order.
+        """Returns positions of the tool point in work coordinates, (n, 2), for the drives at (n, 2), in order.
 
         `tool_mm` (2,) leads from the cross slide's frame to the tool point; `warm` holds the moment of each position.
         """
@@ -102,7 +102,7 @@ class WarmLathe:
         return slides + tool_mm + self.error_mm(slides, tool_mm, warm)
 
     def error_mm(self, slides_mm: Array, tool_mm: Array, warm: WarmUp) -> Array:
-        """Actual less intended position of the tool point as seen from the work, (n, 2), lost motion apart."""
+        """Returns actual less intended position of the tool point as seen from the work, (n, 2), lost motion apart."""
         (x, z), share = slides_mm.T, self.share
         point = _turned(np.broadcast_to(tool_mm, slides_mm.shape), share * _cross_slide_yaw(x))
         point = point + share * _cross_slide(x) + x[:, None] * _direction(share * SQUARE_RAD)
@@ -112,7 +112,7 @@ class WarmLathe:
         return np.asarray(seen - slides_mm - tool_mm)
 
     def turned_rad(self, slides_mm: Array, warm: WarmUp) -> Array:
-        """By how much the tool is turned about Y as seen from the work, (n,)."""
+        """Returns the angle by which the tool is turned about Y as seen from the work, (n,)."""
         (x, z), tilt = slides_mm.T, _headstock_tilt(warm)
         return np.asarray(self.share * (_cross_slide_yaw(x) + _carriage_yaw(z) - tilt))
 
@@ -206,7 +206,7 @@ class _Run:
 
 
 def measured_day(lathe: WarmLathe, seed: int = 0) -> tuple[WarmUp, tuple[Reading, ...]]:
-    """The machine's temperatures over the day, and all readings."""
+    """Returns the machine's temperatures over the day, and all readings."""
     day, rng = warm_up(UNTIL_S, SPINDLE, AXES), np.random.default_rng(seed)
     return day, tuple(reading for run in _runs() for reading in _read(lathe, day, run, rng))
 

@@ -35,7 +35,7 @@ class MachineError:
     terms: tuple[ErrorTerm, ...] = ()
 
     def error_mm(self, position_mm: Array, temperature_c: float) -> Array:
-        """E at positions (n, 2), (n, 2)."""
+        """Returns E at positions (n, 2), (n, 2)."""
         error = np.zeros_like(position_mm)
         x, z, warmer = position_mm[:, 0] * PER_MM, position_mm[:, 1] * PER_MM, temperature_c - REFERENCE_C
         for term in self.terms:
@@ -70,7 +70,7 @@ class VirtualMachine:
         temperature_c: float = REFERENCE_C,
         transfer: Transfer = SAME,
     ) -> Stock:
-        """The stock after the nose was commanded along these paths: one cut of the process.
+        """Returns the stock after the nose was commanded along these paths: one cut of the process.
 
         The actual path is the commanded one with play, machine error, wrong setting, what gives way under the force,
         what this cut does otherwise (`transfer`), and what does not repeat; the surface is the envelope of the nose

@@ -24,7 +24,7 @@ Displacement: TypeAlias = Callable[[Array], Array]
 
 REACH_MM = 2.0
 TURN_MM = 1e-5
-"""How far the edge of a cutter that turns may leave its way between two places: a hundredth of a micrometre."""
+"""The distance by which the edge of a turning cutter may leave its way between two places: 0.01 µm."""
 
 
 @dataclass(frozen=True)
@@ -38,16 +38,16 @@ class EndMill:
     radius_error_mm: float = 0.0
 
     def centres_mm(self, contact_mm: Array, normal: Array) -> Array:
-        """Programmed middles of the ring for contacts and surface normals out of the material, (…, 3) → (…, 3)."""
+        """Returns programmed middles of the ring for contacts and normals out of the material, (…, 3) → (…, 3)."""
         across = normal - np.sum(normal * self.axis, axis=-1, keepdims=True) * np.asarray(self.axis)
         length = np.linalg.norm(across, axis=-1, keepdims=True)
         lean = np.where(length > 1e-9, across / np.maximum(length, 1e-300), 0.0)
         return np.asarray(contact_mm + self.cutter.corner_mm * normal + self.cutter.ring_mm * lean)
 
     def swept(self, centres_mm: Array, axes: Array | None = None) -> CutterSweep:
-        """What the cutter as it is passes over with the middle of its ring at (n, 3); axes (n, 3) where it turns.
+        """Returns the sweep of the actual cutter with the middle of its ring at (n, 3); axes (n, 3) where it turns.
 
-        Between two places the axis takes the shortest way; by how much it may turn there `turn_rad` tells.
+        Between two places the axis takes the shortest way; `turn_rad` is the most it may turn there.
         """
         ring, corner = self.cutter.ring_mm, self.cutter.corner_mm
         if corner > 0.0:
@@ -59,7 +59,7 @@ class EndMill:
 
 
 def ball_end(radius_mm: float, radius_error_mm: float = 0.0) -> EndMill:
-    """A ball end, whose axis is of no matter."""
+    """Returns a ball end, whose axis does not matter."""
     return EndMill(Cutter(radius_mm, radius_mm), radius_error_mm=radius_error_mm)
 
 
@@ -76,7 +76,7 @@ class MilledStock:
         displacement: Displacement | None = None,
         axes: Iterable[Array | None] = repeat(None),
     ) -> "MilledStock":
-        """The stock after passes of programmed centres, (n, 3) each, at which the cutter really stands displaced.
+        """Returns the stock after passes of programmed centres, (n, 3) each, from which the cutter is displaced.
 
         axes: its axis at every centre, for every pass; the cutter's own where they are left out.
         """
@@ -84,7 +84,7 @@ class MilledStock:
         return MilledStock((*self.passes, *map(cutter.swept, actual, axes)))
 
     def height_mm(self, points_mm: Array, normal: Array, reach_mm: float = REACH_MM) -> Array:
-        """Where a line through each nominal point (n, 3) along its normal (n, 3) leaves the material, (n,).
+        """Returns where a line through each nominal point (n, 3) along its normal (n, 3) leaves the material, (n,).
 
         Positive = material left on; +reach where nothing was cut within reach.
         """
@@ -96,12 +96,12 @@ class MilledStock:
 
 
 def turn_rad(cutter: Cutter) -> float:
-    """By how much a cutter's axis may turn between two places: on a circle of its radius R a chord is R δ²/8 off."""
+    """Returns the angle that a cutter's axis may turn between two places: a chord of its radius R is R δ²/8 off."""
     return float(np.sqrt(8 * TURN_MM / cutter.radius_mm))
 
 
 def raster(contact_mm: Array, normal: Array, cutter: EndMill) -> Sequence[Array]:
-    """Passes along the rows of a grid of contacts (rows, n, 3) with normals alike, every other one backwards."""
+    """Returns passes along the rows of a grid of contacts and normals, (rows, n, 3) each, every other one backwards."""
     centres = cutter.centres_mm(contact_mm, normal)
     return [row if k % 2 == 0 else row[::-1] for k, row in enumerate(centres)]
 
@@ -110,7 +110,7 @@ def raster(contact_mm: Array, normal: Array, cutter: EndMill) -> Sequence[Array]
 class VirtualCmm:
     """A measuring machine with its own errors.
 
-    `frame_mm` is the standard deviation by which it finds the part's origin on each axis, `tilt_rad` that of the turned
+    `frame_mm` is the standard deviation of its part origin on each axis, `tilt_rad` that of the turned
     part's axis, or of the milled part's turn about each axis.
     Its length error is at most `mpe_mm` + L · `mpe_per_mm` at distance L from the origin (maximum permissible error,
     ISO 10360-2), uniform.
@@ -122,7 +122,7 @@ class VirtualCmm:
     mpe_per_mm: float = 0.0
 
     def measure(self, stock: Stock | MilledStock, points_mm: Array, normal: Array, rng: np.random.Generator) -> Array:
-        """Part errors along the nominal normals, (n,), positive = material left on, as this machine finds them.
+        """Returns measured part errors along the nominal normals, (n,), positive = material left on.
 
         Points and normals are (n, 2) in the plane of a turned part, (n, 3) on a milled one.
         """
@@ -135,7 +135,7 @@ class VirtualCmm:
 
     @property
     def standard_u_mm(self) -> float:
-        """Standard uncertainty of one point near the origin: frame and length error together."""
+        """Returns the standard uncertainty of one point near the origin: frame and length error together."""
         return math.hypot(self.frame_mm, self.mpe_mm / math.sqrt(3.0))
 
 

@@ -36,18 +36,18 @@ class Nose:
 
     @property
     def step_rad(self) -> float:
-        """Width of the pieces: as many of one width as the wear table holds."""
+        """Returns the width of the pieces, all alike over the range of the wear table; `MOST_STEP_RAD` without one."""
         if not len(self.pieces):
             return MOST_STEP_RAD
         return (self.wear_angle_rad[-1] - self.wear_angle_rad[0]) / len(self.pieces)
 
     @property
     def first_rad(self) -> float:
-        """Contact angle at which the wear table begins."""
+        """Returns the contact angle at which the wear table begins."""
         return self.wear_angle_rad[0] if self.wear_angle_rad else 0.0
 
     def wear_at_mm(self, contact_angle_rad: Array) -> Array:
-        """W at contact angles of any shape."""
+        """Returns W at contact angles of any shape."""
         if not len(self.pieces):
             return np.zeros_like(contact_angle_rad)
         at = np.clip((contact_angle_rad - self.first_rad) / self.step_rad, 0.0, len(self.pieces) - 1e-12)

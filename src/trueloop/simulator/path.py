@@ -1,4 +1,4 @@
-"""From lines and arcs of a tool path to closely spaced positions of the nose centre."""
+"""Closely spaced positions of the nose centre along the lines and arcs of a tool path."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from trueloop.nc.program.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
 
 LINE_STEP_MM: Final = 0.05
 CHORD_MM: Final = 2.5e-7
-"""How far a chord may deviate from an arc: a quarter of a nanometre."""
+"""The largest deviation of a chord from its arc: a quarter of a nanometre."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class CentrePath:
     """Positions of the nose centre in cutting order without a break, arrays of shape (n,) and (n, 2).
 
     `normal` is the unit normal of the path on the side away from the material; `feed_mm_per_rev` NaN where the program
-    does not say.
+    does not state it.
     """
 
     centre_mm: Array
@@ -35,7 +35,7 @@ class CentrePath:
 
 
 def paths_of_program(tool_path: ToolPath, side: Side = Side.OUTSIDE, *, driven: bool = False) -> tuple[CentrePath, ...]:
-    """The uninterrupted chains of feed moves of a program. Rapid moves cut nothing here.
+    """Returns the uninterrupted chains of feed moves of a program. Rapid moves cut nothing here.
 
     `driven`: the path is that of the nose's centre also under G41 and G42, run with the tool's nose.
     """
@@ -50,7 +50,7 @@ def paths_of_program(tool_path: ToolPath, side: Side = Side.OUTSIDE, *, driven: 
 def path_along(
     features: Sequence[Feature], feed_mm_per_rev: Sequence[float] | None = None, side: Side = Side.OUTSIDE
 ) -> CentrePath:
-    """The path along consecutive lines and arcs: at most 0.05 mm a step, chords within 0.25 nm of their arcs."""
+    """Returns the path along consecutive lines and arcs: steps of at most 0.05 mm, chords within 0.25 nm of arcs."""
     feeds = [math.nan] * len(features) if feed_mm_per_rev is None else feed_mm_per_rev
     steps = [np.linspace(0.0, feature.length_mm, _steps(feature) + 1) for feature in features]
     centre = np.concatenate([feature.point_mm(s) for feature, s in zip(features, steps, strict=True)])
@@ -60,7 +60,7 @@ def path_along(
 
 
 def path_of_positions(centre_mm: Array, side: Side = Side.OUTSIDE) -> CentrePath:
-    """The path through recorded positions (n, 2); those that repeat the one before are left out."""
+    """Returns the path through recorded positions (n, 2); those that repeat the one before are left out."""
     moved = np.concatenate([[True], np.any(np.diff(centre_mm, axis=0) != 0.0, axis=1)])
     centre = np.ascontiguousarray(centre_mm[moved])
     tangent = np.gradient(centre, axis=0) if len(centre) > 1 else np.array([[0.0, 1.0]])
@@ -119,7 +119,7 @@ class Transfer:
             )
 
     def displacement_mm(self, path: CentrePath) -> Array:
-        """Displacement of the nose centre, (n, 2)."""
+        """Returns the displacement of the nose centre, (n, 2)."""
         if not self.angle_rad:
             return np.zeros_like(path.centre_mm)
         error = np.interp(contact_angle_rad(path.normal), self.angle_rad, self.error_mm)

@@ -37,7 +37,7 @@ one convex nose."""
 TRANSFER_AT_DEG: Final = (7.0, 22.0, 37.0, 52.0, 67.0, 85.0)
 TRANSFER_UM: Final = (-3.2, -4.5, -3.4, -4.1, -1.9, -1.3)
 NIST_TRANSFER: Final = Transfer(tuple(map(math.radians, TRANSFER_AT_DEG)), tuple(t / UM_PER_MM for t in TRANSFER_UM))
-"""What the finish cuts of [6811] did otherwise than the semi-finish cuts: they took more. Means over the domes and
+"""The error of the finish cuts of [6811] less that of the semi-finish cuts: they took more. Means over the domes and
 knobs of both families within 15 degrees: Tables 9 and 11, the published correction put back, less the curves of Tables
 8 and 10 (`scripts/nist_bands.py` has the same errors). Single parts differ from it by 2 to 3 µm."""
 
@@ -46,10 +46,10 @@ TOOL_MM_PER_N: Final = 2e-5
 
 
 def nist(repeatability: Repeatability | None = None, transfer: Transfer = NIST_TRANSFER) -> Workshop:
-    """The turning centre of [6811]: worn nose of 0.794 mm, 0.127 mm a revolution, probe ranges of 1.5 and 0.5 µm.
+    """Models the turning centre of [6811]: worn nose of 0.794 mm, 0.127 mm a revolution, probe ranges 1.5 and 0.5 µm.
 
     The process repeats to 1.2 µm along the cut: about what is left of Tables 8 and 10 when each part's own offsets are
-    taken out. Its finish cut does otherwise what `transfer` says. Forces are those of light cuts in aluminium; the
+    taken out. Its finish cut differs by `transfer`. Forces are those of light cuts in aluminium; the
     stiffness of tool and chuck is an assumption (50 and 100 N/µm).
     """
     nose = Nose(NOSE_RADIUS_MM, tuple(map(math.radians, WORN_AT_DEG)), tuple(w / UM_PER_MM for w in WORN_BY_UM))

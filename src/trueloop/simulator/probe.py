@@ -16,7 +16,7 @@ ROUNDS: Final = 4
 
 
 def ball_contact_mm(stock: Stock, points_mm: Array, normal: Array, ball_radius_mm: float) -> Array:
-    """Position of the ball's centre on each approach line at first contact, from the point along its normal, (n,).
+    """Returns the ball centre's position on each approach line at first contact, from the point along its normal, (n,).
 
     The ball meets the part where height(y) + √(r² − y²) is largest over the lines beside the approach line, y from −r
     to r: searched on a spread of lines, then closer around the best, to a tenth of a nanometre on smooth surfaces. An
@@ -61,7 +61,7 @@ class VirtualProbe:
     calibrated_rad: tuple[float, float] | None = None
 
     def trip_mm(self, normal: Array) -> Array:
-        """How far the ball goes on after contact before the probe trips, for approaches against `normal`, (n,)."""
+        """Returns the travel after contact before the probe trips, for approaches against `normal`, (n,)."""
         turned = self.lobes * (contact_angle_rad(normal) - self.lobing_phase_rad)
         trip: Array = self.pre_travel_mm + self.lobing_mm * np.cos(turned)
         return trip
@@ -75,7 +75,7 @@ class VirtualProbe:
         error: MachineError | None = None,
         temperature_c: float = REFERENCE_C,
     ) -> Array:
-        """Ball centres as the control reports them, (n, 2), of touches against the normals at the points.
+        """Returns ball centres as the control reports them, (n, 2), of touches against the normals at the points.
 
         The machine errs while probing as well: the ball is at commanded + E, the control reports the commanded position
         [6876 §3.3, Fig. 9].
@@ -92,7 +92,7 @@ class VirtualProbe:
     def touch_sphere(
         self, centre_mm: tuple[float, float], radius_mm: float, angle_rad: Array, rng: np.random.Generator
     ) -> Array:
-        """Reported ball centres on a calibration sphere (or ring gauge from inside: negative radius), (n, 2)."""
+        """Returns reported ball centres on a calibration sphere (or in a ring gauge: negative radius), (n, 2)."""
         outward = np.column_stack([np.sin(angle_rad), np.cos(angle_rad)])
         normal = math.copysign(1.0, radius_mm) * outward
         at = np.asarray(centre_mm) + abs(radius_mm) * outward + self.ball_radius_mm * normal

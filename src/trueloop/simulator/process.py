@@ -1,4 +1,4 @@
-"""What the cutting process does to the nose: it springs away, and it does not repeat."""
+"""The cutting process: deflection of tool and part, random errors, lost motion, and the surface that cuts leave."""
 
 import math
 from collections.abc import Iterable
@@ -14,11 +14,11 @@ from trueloop.simulator.path import CentrePath
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 REACH_MM: Final = 1.0
-"""How far from a nominal point the surface is looked for, either way: less than a wall, more than any error."""
+"""The distance from a nominal point within which the surface is sought, either way: below a wall, above any error."""
 
 
 def sweep(centre_mm: Array, nose: Nose) -> NoseSweep:
-    """What a nose passes over along positions of its centre (n, 2)."""
+    """Returns the sweep of a nose along positions of its centre (n, 2)."""
     return NoseSweep(np.ascontiguousarray(centre_mm), nose.radius_mm, nose.first_rad, nose.step_rad, nose.pieces)
 
 
@@ -29,11 +29,11 @@ class Stock:
     sweeps: tuple[NoseSweep, ...] = ()
 
     def cut_by(self, sweeps: Iterable[NoseSweep]) -> "Stock":
-        """The stock after further cuts."""
+        """Returns the stock after further cuts."""
         return Stock((*self.sweeps, *sweeps))
 
     def height_mm(self, points_mm: Array, direction: Array, reach_mm: float = REACH_MM) -> Array:
-        """Where a line through each point (n, 2) along its unit direction (n, 2) leaves the material, (n,).
+        """Returns where a line through each point (n, 2) along its unit direction (n, 2) leaves the material, (n,).
 
         Measured from the point, positive outside; +reach where nothing was cut away within reach. It is the true
         surface: no error terms are added up, no curvature is neglected.
@@ -54,7 +54,7 @@ EXTREME_MM: Final = 0.0065
 """Published limits [MPM §8]: of the variability between parts, and of the random part."""
 
 FREQUENCIES: Final = (1.0, 2.5, 4.0)
-"""Of the waves by which parts differ, in radians over a side."""
+"""Frequencies of the waves by which parts differ, in radians over a side."""
 WAVES: Final = 2 * len(FREQUENCIES)
 
 
@@ -70,11 +70,11 @@ class SurfaceProcess:
     noise_mm: float
 
     def variation(self, rng: np.random.Generator) -> "Variation":
-        """How one part differs from the pattern: a normal weight for every wave along u times every one along v."""
+        """Draws a part's difference from the pattern: normal weights for every wave along u times every one along v."""
         return Variation(self.least_mm, self.most_mm, rng.normal(size=(WAVES, WAVES)))
 
     def part_mm(self, rng: np.random.Generator, u: Array, v: Array, correction_mm: Array | float = 0.0) -> Array:
-        """Measured deviations of one new part, machined with a correction taken off the surface."""
+        """Returns measured deviations of one new part, machined with a correction taken off the surface."""
         noise = rng.normal(0.0, self.noise_mm, (len(u), len(v)))
         return self.pattern.grid_mm(u, v) + self.variation(rng).grid_mm(u, v) + noise - correction_mm
 
@@ -105,7 +105,7 @@ class Variation:
 
 
 def published_process(rng: np.random.Generator, pattern_mm: float = 0.008, controls: int = 9) -> SurfaceProcess:
-    """A process of the size of [MPM §8]: variability between parts ±2.4 to ±4.3 µm, random part within ±6.5 µm.
+    """Returns a process of the size of [MPM §8]: variability between parts ±2.4 to ±4.3 µm, random part within ±6.5 µm.
 
     The extremes are read as three standard deviations for the few parts' models, and as the largest of 625 values for
     the random part. The pattern itself is drawn, its control values with the given standard deviation.
@@ -140,7 +140,7 @@ class Repeatability:
     cut_to_cut_mm: float = 0.0
 
     def displacement_mm(self, path: CentrePath, cut_mm: Array, rng: np.random.Generator) -> Array:
-        """One cut's displacement of the nose centre, (n, 2); `cut_mm` (2,) is what moves the whole cut."""
+        """Draws one cut's displacement of the nose centre, (n, 2); `cut_mm` (2,) is that of the whole cut."""
         moved: Array = np.broadcast_to(cut_mm, path.centre_mm.shape)
         if self.along_mm > 0.0:
             moved = (
@@ -150,13 +150,13 @@ class Repeatability:
         return moved
 
     def draw_cut_mm(self, rng: np.random.Generator) -> Array:
-        """What moves one whole cut, (2,)."""
+        """Draws the displacement of one whole cut, (2,)."""
         return self.cut_to_cut_mm * rng.standard_normal(2)
 
 
 @dataclass(frozen=True)
 class Deflection:
-    """How tool and part give way.
+    """The deflection of tool and part under the cutting force.
 
     The force normal to the contour is `specific_force_n_per_mm2` × depth of cut × feed (the radial part of the specific
     cutting force). It moves the tool by `tool_mm_per_n` along the normal, and the part by its compliance along x:
@@ -173,11 +173,11 @@ class Deflection:
 
     @property
     def rigid(self) -> bool:
-        """Whether nothing gives way."""
+        """Returns whether nothing gives way."""
         return self.specific_force_n_per_mm2 == 0.0
 
     def displacement_mm(self, path: CentrePath, contact_mm: Array, stock: Stock) -> Array:
-        """Displacement of the nose relative to the part, (n, 2), cutting what `stock` has above the contact line.
+        """Returns the displacement of the nose relative to the part, (n, 2), cutting the stock above the contact line.
 
         `contact_mm` (n, 2) is where the nose would cut if nothing gave way.
         """
@@ -205,7 +205,7 @@ class Backlash:
     z_mm: float = 0.0
 
     def follow(self, commanded_mm: Array) -> Array:
-        """Where the slide is, (n, 2), when it is driven through these positions from the first on."""
+        """Returns the slide's positions, (n, 2), when it is driven through these positions from the first on."""
         actual = np.array(commanded_mm, dtype=np.float64)
         for axis, play in enumerate((self.x_mm, self.z_mm)):
             if play > 0.0:

@@ -1,11 +1,11 @@
 """A simulated series: parts turned one after the other by an edge that wears on a machine that warms up.
 
-What it makes is not what the memory of `trueloop.memory` believes: forms of the edge are those of worn tools (a flat, a
+It does not follow the model that `trueloop.memory` assumes: forms of the edge are those of worn tools (a flat, a
 notch, a radius that is not the nominal one), with kinks; wear grows as tools wear, warming follows a time constant with
 pauses, a probe reads in steps. Only in size is it like the turning of [6811] Tables 8–11.
 
     semi-finish error = edge + setting + warming + clamping + the part's own form + noise
-    finish error      = the same without that noise + what the finish cut does differently − gain · correction + noise
+    finish error      = that without its noise + what the finish cut does differently − gain · correction + noise
 """
 
 from collections.abc import Sequence
@@ -18,11 +18,11 @@ import numpy as np
 from trueloop.arrays import Array, by_content
 
 FLAT_DEG, NOTCH_DEG, NOTCH_WIDTH_DEG = (15.0, 75.0), (5.0, 85.0), (8.0, 16.0)
-"""Where on the nose wear is drawn from, uniformly, and how wide a notch is."""
+"""Ranges, °, of the uniformly drawn angles of a flat and of a notch, and of a notch's width."""
 
 
 def flat(angle_rad: Array, at_rad: float, depth_mm: float, nose_mm: float = 0.8) -> Array:
-    """A flat worn into a nose, perpendicular to the normal at an angle: what the nose no longer reaches, it leaves on.
+    """Returns the error of a flat worn into a nose, perpendicular to the normal at an angle: material is left on.
 
     Beside its middle the flat's corner cuts, at arccos(1 − depth/R) from it: a roof with its ridge at the middle.
     """
@@ -31,12 +31,12 @@ def flat(angle_rad: Array, at_rad: float, depth_mm: float, nose_mm: float = 0.8)
 
 
 def notch(angle_rad: Array, at_rad: float, depth_mm: float, width_rad: float) -> Array:
-    """A notch at the depth of cut: a groove with straight flanks."""
+    """Returns the error of a notch at the depth of cut: a groove with straight flanks."""
     return np.asarray(depth_mm * np.maximum(1 - np.abs(angle_rad - at_rad) / width_rad, 0.0))
 
 
 def other_radius(angle_rad: Array, smaller_mm: float) -> Array:
-    """A nose whose radius is smaller than the nominal one, touched off along X and Z: it cuts too deep between.
+    """Returns the error of a nose radius below the nominal one, touched off along X and Z: it cuts too deep between.
 
     The centre lies nearer to the work by the difference in both directions, the nose less far before it.
     """
@@ -44,13 +44,13 @@ def other_radius(angle_rad: Array, smaller_mm: float) -> Array:
 
 
 def drawn_place(rng: np.random.Generator) -> tuple[float, float, float]:
-    """Angles of a flat and of a notch, and the notch's width, rad."""
+    """Draws the angles of a flat and of a notch, and the notch's width, rad."""
     flat_deg, notch_deg, width_deg = (rng.uniform(*span) for span in (FLAT_DEG, NOTCH_DEG, NOTCH_WIDTH_DEG))
     return float(np.radians(flat_deg)), float(np.radians(notch_deg)), float(np.radians(width_deg))
 
 
 def other_form(angle_rad: Array, rng: np.random.Generator, size_mm: float) -> Array:
-    """By which another edge differs: flats and notches of either sign and another radius, of that RMS, (n,)."""
+    """Draws another edge's difference: flats and notches of either sign and another radius, RMS `size_mm`, (n,)."""
     drawn = other_radius(angle_rad, rng.normal())
     for _ in range(2):
         at, notched, width = drawn_place(rng)
@@ -60,11 +60,11 @@ def other_form(angle_rad: Array, rng: np.random.Generator, size_mm: float) -> Ar
 
 
 ANGLES: Final = np.radians(np.linspace(4.0, 88.0, 20))
-"""Of twenty touches of an arc, as NIST's parts had them."""
+"""Contact angles of twenty touches on an arc, as on NIST's parts."""
 
 
 class What(StrEnum):
-    """What may happen to a part of a series."""
+    """Kinds of events in a series."""
 
     EDGE = "edge"  # another edge from here on, with another form; `size_mm` is the RMS by which it differs
     OFFSET = "offset"  # both cuts of this part and all later ones moved along X
@@ -83,7 +83,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Shop:
-    """What series are like; lengths in mm, times in minutes.
+    """Parameters of the series of a shop; lengths in mm, times in minutes.
 
     `flat_mm`, `notch_mm` and `radius_mm` are standard deviations of the edge's form when the series begins. Wear adds
     to flat, notch and setting: by `break_in_mm` with `break_in_min`, then by `wear_mm` per hour, and faster towards
@@ -141,16 +141,16 @@ class Series:
     edge: Array
 
     def left_mm(self, part: int, correction_mm: Array | float) -> Array:
-        """The true finish error of a part that was cut with that correction, (n,)."""
+        """Returns the true finish error of a part that was cut with that correction, (n,)."""
         return np.asarray(self.uncorrected_mm[part] - self.gain[part] * correction_mm)
 
     def inspected_mm(self, part: int, correction_mm: Array | float) -> Array:
-        """What an inspection finds of it, (n,)."""
+        """Returns the finish error as an inspection measures it, (n,)."""
         return np.asarray(self.left_mm(part, correction_mm) + self.noise_mm[part])
 
 
 def draw(shop: Shop, rng: np.random.Generator, events: Sequence[Event] = ()) -> Series:
-    """One series of a shop, with what happens to it."""
+    """Draws one series of a shop, with its events."""
     angle, k = shop.angle_rad, np.arange(shop.parts)
     k = k if shop.stands_from is None else np.minimum(k, shop.stands_from)
     edges = np.zeros(shop.parts, int) if shop.changed_at is None else (k >= shop.changed_at).astype(int)
@@ -171,14 +171,14 @@ def draw(shop: Shop, rng: np.random.Generator, events: Sequence[Event] = ()) -> 
 
 
 def wear(shop: Shop, minutes: Array) -> Array:
-    """Growth of wear over minutes in cut: breaking in, evenly, and faster as the edge's life ends, mm."""
+    """Returns the wear grown over minutes in cut: breaking in, evenly, and faster as the edge's life ends, mm."""
     broken_in = shop.break_in_mm * (1 - np.exp(-minutes / shop.break_in_min))
     even = shop.wear_mm * minutes / 60
     return np.asarray(broken_in + even + shop.wear_mm * (minutes / shop.life_min) ** 4)
 
 
 def warming(shop: Shop, part: Array) -> Array:
-    """Shift along X of a machine that is cold when a shift begins, mm."""
+    """Returns the displacement along X of a machine that is cold when a shift begins, mm."""
     minutes = shop.minutes * (part % shop.shift_parts)
     return np.asarray(-shop.warming_mm * (1 - np.exp(-minutes / shop.warming_min)))
 

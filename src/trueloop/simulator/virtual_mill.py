@@ -42,7 +42,7 @@ class VirtualMill:
     grid: tuple[int, int] = (25, 25)
 
     def cut(self, passes: Passes, cutter: EndMill, variation: Variation | None) -> MilledStock:
-        """One part, cut by a cutter as programmed; without variation it is what all parts have alike."""
+        """Returns one part, cut along the programmed passes; without variation with the errors common to all parts."""
         off = self.process.pattern.value_mm(passes.u, passes.v)
         if variation is not None:
             off = off + variation.value_mm(passes.u, passes.v)

@@ -52,7 +52,7 @@ def _named(table: Table, columns: list[Column[Any]]) -> str:
 
 
 def rows_of(connection: Connection, table: Table, inspections: Iterable[int]) -> Iterator[Row]:
-    """The rows of inspections' values, each with its inspection first, in order."""
+    """Yields the rows of inspections' values, each with its inspection first, in order."""
     names = ", ".join(column.name for column in table.columns)
     which = ", ".join(str(int(one)) for one in inspections)
     raw: Any = connection.connection.dbapi_connection

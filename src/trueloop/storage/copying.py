@@ -12,9 +12,9 @@ AT_ONCE: Final = 1000
 
 
 def copy_rows(source: Store, target: Store, said: Callable[[int], None]) -> int:
-    """Copies every row of every table, as `source` is at one moment, and says how many there were; all or none.
+    """Copies every row of every table, as `source` is at one moment, and returns their number; all or none.
 
-    `target` has tables of this version and no rows. `said` hears how many rows are copied so far. Raises STO-FILE,
+    `target` has tables of this version and no rows. `said` is called with the rows copied so far. Raises STO-FILE,
     STO-BUSY, STO-WRITE.
     """
     count = 0

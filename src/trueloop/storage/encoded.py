@@ -17,7 +17,7 @@ T = TypeVar("T")
 class Kept(Generic[T]):
     """A value in the store: its row, when it was kept, and whether this call kept it. `superseded_by`: another row.
 
-    `supersedes` is the row in whose stead it stands, `by` who kept it and `why` it supersedes that row. Rows are
+    `supersedes` is the row that it replaces, `by` who kept it and `why` it supersedes that row. Rows are
     numbered in the order in which they were kept, whatever the clock said; `clock_back`: when this one was kept, the
     clock stood before the time of the row before.
     """
@@ -42,7 +42,7 @@ class Encoded:
 
 
 def encoded(codec: Codec, kind: Kind, value: Any) -> Encoded:
-    """A value of this kind. Raises TypeError for what the codec does not know."""
+    """Encodes a value of this kind. Raises TypeError for what the codec does not know."""
     apart = {kind.aside: getattr(value, kind.aside)} if kind.aside else {}
     rows = {form.table: list(form.pieces(apart["values"])) for form in FORMS} if "values" in apart else {}
     document = storable(codec.to_json(_without(value, kind)))
@@ -63,7 +63,7 @@ def encoded(codec: Codec, kind: Kind, value: Any) -> Encoded:
 
 
 def digest(texts: Iterable[str], pieces: Iterable[bytes]) -> str:
-    """The hash of a value's texts and then of its rows, table by table (`RowForm.hashed`)."""
+    """Returns the hash of a value's texts and then of its rows, table by table (`RowForm.hashed`)."""
     sha = hashlib.sha256()
     for text in texts:
         sha.update(text.encode())

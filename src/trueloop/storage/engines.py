@@ -97,7 +97,7 @@ _REACHED_S: Final = 10
 
 
 def url_of(where: str | Path) -> URL:
-    """The URL of a store: of a file, of SQLite, or of PostgreSQL. Raises STO-FILE for another."""
+    """Returns the URL of a store: of a file, of SQLite, or of PostgreSQL. Raises STO-FILE for another."""
     text = str(where)
     if "://" not in text:
         return URL.create("sqlite", database=text)
@@ -116,9 +116,9 @@ def url_of(where: str | Path) -> URL:
 
 
 def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool, held_open: int = 0) -> Engine:
-    """The engine; connects to nothing yet. Raises STO-FILE where there is no such file, STO-DRIVER without psycopg.
+    """Creates the engine, not yet connected. Raises STO-FILE where there is no such file, STO-DRIVER without psycopg.
 
-    `held_open`: how many connections to a file stay open between two transactions, for who has many of them.
+    `held_open`: the number of connections to a file that stay open between transactions, for programs with many.
     """
     if url.get_backend_name() == "postgresql":
         return _postgresql(url, wait_s, read_only)

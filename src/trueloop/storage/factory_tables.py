@@ -1,4 +1,4 @@
-"""Tables of the factory beside those of values: how far orders and parts have come, what happened, who may do what.
+"""Tables of the factory beside those of values: progress of orders and parts, logs of events, accounts and rights.
 
 Those of `LOGS` are append-only, as values are; those of `STATES` change, each row with a `version` where two could
 change it at once. Times are text, ISO 8601 in UTC to the microsecond (`stamp`), so that they sort as they follow each
@@ -14,7 +14,7 @@ from trueloop.storage.metadata import METADATA
 
 
 def stamp(at: datetime) -> str:
-    """A time as the tables hold it. Raises ValueError for one without a zone: nobody knows when it was."""
+    """Returns a time in the form of the tables. Raises ValueError for one without a zone, which is ambiguous."""
     if at.tzinfo is None:
         raise ValueError(f"{at} has no zone")
     return at.astimezone(UTC).isoformat(timespec="microseconds")
@@ -88,7 +88,7 @@ RUN_TOUCHES: Final = _table(
 CALIBRATION: Final = _table(
     "calibration", _id(), *_text("machine", "at", "who", "document"), indexed=(("machine", "at"),)
 )
-"""Of a machine's probe."""
+"""The table of calibrations of a machine's probe."""
 
 ORDER_STATE: Final = _table(
     "order_state",
@@ -142,7 +142,7 @@ API_KEY: Final = _table(
 )
 BEGUN: Final = 0
 DONE: Final = 1
-"""Of a request in place of its answer's status: it was begun; it has changed something and is not answered yet."""
+"""States of a request in place of its answer's status: begun; has changed something and is not answered yet."""
 IDEMPOTENCY: Final = _table(
     "idempotency",
     *(Column("account", Text, primary_key=True), Column("key", Text, primary_key=True)),

@@ -1,4 +1,4 @@
-"""Whether a store holds what was written into it: `damage` reads all of it and compares with the hashes."""
+"""The check that a store still has what was written into it: `damage` reads all of it and compares with the hashes."""
 
 import sqlite3
 from collections.abc import Callable, Iterator
@@ -30,9 +30,9 @@ class Damage:
 
 
 def damage(store: Store, after: int = 0) -> list[Damage]:
-    """What is damaged; `after`: rows up to this number are taken as good. Raises STO-FILE, STO-BUSY.
+    """Returns the damage; `after`: rows up to this number are taken as good. Raises STO-FILE, STO-BUSY.
 
-    SQLite is asked for the order of its pages, indices and references; PostgreSQL's own are `pg_amcheck`'s. Then every
+    SQLite checks its pages, indices and references itself; in PostgreSQL that is left to `pg_amcheck`. Then every
     row is hashed anew: document, payload, and the values of an inspection. A table whose pages SQLite cannot read is
     damaged as a whole.
     """

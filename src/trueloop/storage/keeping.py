@@ -31,7 +31,7 @@ class Keeping:
     there: set[tuple[str, str]] = field(default_factory=set)
 
     def keep(self, value: Any, supersedes: int | None = None, kept_at: datetime | None = None) -> Kept[Any]:
-        """The value's row, found or made; `kept_at`: of a row of another store, which is to be here as it is there."""
+        """Returns the value's row, existing or inserted; `kept_at`: the time of a row copied from another store."""
         kind = kind_of(type(value))
         self._keep_named(kind, value)
         content = encoded(self.codec, kind, value)

@@ -1,4 +1,4 @@
-"""What the store keeps: each type of value, its table, the columns by which it is found, and what it refers to.
+"""Kinds of values that a store keeps: type, table, the columns by which it is searched, and what it refers to.
 
 A row holds the value as a JSON document (`domain.codec`), so that nothing is lost and every type is stored alike;
 columns repeat what it is searched by. A new type of value is one line in `KINDS` and in
@@ -30,7 +30,7 @@ LONGEST: Final = 500
 """Characters of a column's text: an index of PostgreSQL takes 2,700 bytes. A longer one is known by its hash."""
 
 HALVES: Final = re.compile("[\ud800-\udfff]")
-"""What no text of a database may hold, besides U+0000."""
+"""Characters that no text of a database may have, besides U+0000."""
 
 
 @dataclass(frozen=True)
@@ -54,19 +54,19 @@ class Kind:
 
 
 def joined(identity: tuple[str, ...]) -> str:
-    """An identity as one text: different identities are different texts."""
+    """Returns an identity as one text: different identities are different texts."""
     return "\x1f".join(str(one).replace("\\", "\\\\").replace("\x1f", "\\u001f") for one in identity)
 
 
 def searchable(text: str | None) -> str | None:
-    """A text as a column holds it: one that is too long for an index, or no text of a database, by its hash."""
+    """Returns a text in the form of a column: its hash where it is too long for an index or no text of a database."""
     if text is None or (len(text) <= LONGEST and "\x00" not in text and not HALVES.search(text)):
         return text
     return "sha256:" + hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def storable(document: str) -> str:
-    """A JSON document as a database takes it: half a character of UTF-16, which file names may hold, escaped."""
+    """Returns a JSON document as a database takes it: half a character of UTF-16, as in file names, is escaped."""
     return HALVES.sub(lambda half: f"\\u{ord(half[0]):04x}", document)
 
 
@@ -189,7 +189,7 @@ KINDS: Final[tuple[Kind, ...]] = (
 
 
 def kind_of(type_: type) -> Kind:
-    """The kind of a type of value. Raises TypeError for one that no store keeps."""
+    """Returns the kind of a type of value. Raises TypeError for one that no store keeps."""
     for kind in KINDS:
         if kind.type is type_:
             return kind

@@ -37,14 +37,14 @@ class Life:
     corrections: tuple[Kept[Record], ...]
 
     def cut_of(self, inspection: Inspection) -> Cut | None:
-        """The cut that an inspection shows; None where no link says so."""
+        """Returns the cut that an inspection shows; None where no link names it."""
         shown: dict[Identity, Identity] = {link.value.inspection: link.value.cut for link in self.links}
         wanted = shown.get(inspection.identity)
         return next((cut.value for cut in self.cuts if cut.value.identity == wanted), None)
 
 
 def life(store: Store, part: Part) -> Life:
-    """Everything about one part; empty where the store knows nothing of it."""
+    """Returns everything about one part; empty where the store has nothing about it."""
     with store.reading() as connection:
         return life_in(connection, store.codec, part)
 

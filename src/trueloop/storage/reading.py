@@ -26,7 +26,7 @@ _IN_QUERY: Final = re.compile(r"([?&][^=&]*(?:pass|secret|%)[^=&]*=)[^&]*", re.I
 
 
 def shown(place: str) -> str:
-    """A store's file or URL without its passwords, whether they stand before the host or in the query.
+    """Returns a store's file or URL with passwords masked, whether before the host or in the query.
 
     >>> shown("postgresql://ana:secret@plant/parts")
     'postgresql://ana:***@plant/parts'
@@ -44,7 +44,7 @@ AT_ONCE = 500
 
 @dataclass(frozen=True)
 class Query:
-    """What to look for: a kind, by columns or by row, with or without those that are superseded."""
+    """A search: a kind, by columns or by row, with or without superseded values."""
 
     kind: Kind
     columns: Mapping[str, str | None] = field(default_factory=dict)
@@ -52,13 +52,13 @@ class Query:
     row: int | None = None
 
     def select(self) -> Select[Any]:
-        """All columns, and the row by which it is superseded; to be given `parameters`."""
+        """Returns the statement for all columns and the superseding row; it takes `parameters`."""
         columns = tuple((name, value is None) for name, value in self.columns.items())
         return _asked(self.kind.table, self.superseded, columns, self.row is not None)
 
     @property
     def parameters(self) -> dict[str, str | int | None]:
-        """What is looked for."""
+        """Returns the values searched for."""
         wanted: dict[str, str | int | None] = {
             f"the_{name}": searchable(value) for name, value in self.columns.items() if value is not None
         }
@@ -85,7 +85,7 @@ def _all_of(name: str, superseded: bool) -> Select[Any]:
 
 
 def found(connection: Connection, codec: Codec, query: Query) -> Iterator[Kept[Any]]:
-    """The values, oldest first."""
+    """Yields the values, oldest first."""
     for piece in connection.execute(query.select(), query.parameters).partitions(AT_ONCE):
         apart = values_of(connection, [row.id for row in piece]) if query.kind.aside == "values" else {}
         for row in piece:
@@ -93,13 +93,13 @@ def found(connection: Connection, codec: Codec, query: Query) -> Iterator[Kept[A
 
 
 def kept(row: Result[Any], value: Any) -> Kept[Any]:
-    """A row with its value."""
+    """Returns a row with its value."""
     at = datetime.fromisoformat(row.kept_at)
     return Kept(row.id, value, at, False, row.superseded_by, row.supersedes, row.kept_by, row.reason)
 
 
 def decoded(codec: Codec, kind: Kind, row: Result[Any], values: tuple[Any, ...] = ()) -> Any:
-    """The value of a row. Raises VAL-FORM for what the codec does not know."""
+    """Decodes the value of a row. Raises VAL-FORM for what the codec does not know."""
     if kind.aside == "payload":
         whole = json.loads(row.document) | {"payload": json.loads(row.payload)}
         return codec.value(whole, kind.type)
@@ -108,7 +108,7 @@ def decoded(codec: Codec, kind: Kind, row: Result[Any], values: tuple[Any, ...] 
 
 
 def values_of(connection: Connection, inspections: list[int]) -> dict[int, tuple[Any, ...]]:
-    """The values of inspections, each in its order."""
+    """Returns the values of inspections by row number, each in its order."""
     numbered: dict[Any, list[tuple[Any, Any]]] = {}
     for form in FORMS:
         for row in rows_of(connection, ROWS[form.table], inspections):

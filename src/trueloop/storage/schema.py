@@ -1,4 +1,4 @@
-"""Which schema a store has, and bringing it to today's: `checked`, `brought_up_to_date`."""
+"""The schema of a store and its migration to today's: `check_schema`, `bring_up_to_date`."""
 
 from pathlib import Path
 from typing import Final
@@ -14,7 +14,7 @@ _SCRIPTS: Final = Path(__file__).with_name("migrations")
 
 
 def schema_of(connection: Connection) -> str | None:
-    """The schema's number as text; None: the database holds nothing of trueloop's."""
+    """Returns the schema's number as text; None: the database has nothing of trueloop's."""
     if not inspect(connection).has_table(_VERSION_TABLE):
         return None
     found = connection.scalar(text(f"SELECT version_num FROM {_VERSION_TABLE}"))
@@ -40,7 +40,7 @@ def check_schema(connection: Connection, where: str) -> bool:
 
 
 def older(connection: Connection, where: str) -> TrueloopError:
-    """The refusal of an older schema where it is not to be migrated by the way."""
+    """Returns the refusal STO-SCHEMA of an older schema that is not migrated on opening."""
     return TrueloopError(
         Code.STO_SCHEMA,
         f"the store {where!r} has schema {schema_of(connection)}, this version of trueloop writes schema {TODAY}",

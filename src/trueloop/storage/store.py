@@ -33,7 +33,7 @@ __all__ = ["Kept", "Store", "find", "keep", "open_store"]
 T = TypeVar("T")
 
 WAIT_S = 10.0
-"""How long to wait for another program that writes."""
+"""The time to wait, s, for another program that writes."""
 
 
 @dataclass(frozen=True)
@@ -49,13 +49,13 @@ class Store:
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
-        """A transaction that reads. Raises STO-FILE, STO-BUSY."""
+        """Opens a transaction that reads. Raises STO-FILE, STO-BUSY."""
         with understood(self.where), self.engine.connect() as connection, connection.begin():
             yield connection
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
-        """A transaction that writes: all that is done in it is kept, or nothing. Raises STO-BUSY, STO-WRITE."""
+        """Opens a transaction that writes: all that is done in it is kept, or nothing. Raises STO-BUSY, STO-WRITE."""
         with understood(self.where), self.engine.connect() as plain:
             connection = plain.execution_options(**{WRITING: True})
             with connection.begin():
@@ -75,11 +75,11 @@ def open_store(
     wait_s: float = WAIT_S,
     held_open: int = 0,
 ) -> Store:
-    """The store in a SQLite file, or at the URL of a PostgreSQL database.
+    """Opens the store in a SQLite file, or at the URL of a PostgreSQL database.
 
     `create` makes one in a new file or an empty database. A file of an older schema is migrated, in one transaction;
     a database that others share only with `create`. `wait_s`: how long a call waits for another program that writes;
-    `held_open`: how many connections to a file stay open, for a program that asks often.
+    `held_open`: how many connections to a file stay open, for a program with frequent requests.
     Raises STO-FILE, STO-SCHEMA, STO-BUSY, STO-WRITE, STO-DRIVER.
     """
     url = url_of(where)
@@ -98,10 +98,10 @@ def open_store(
 def keep(
     store: Store, kept: Iterable[Any], supersedes: int | None = None, *, by: str = "", why: str = ""
 ) -> list[Kept[Any]]:
-    """Keeps values in one transaction: all or none. One that is there already is found, not kept again.
+    """Keeps values in one transaction: all or none. One that is there already is returned, not kept again.
 
     What they name (part types, parts, machines, tools, edges, settings) is kept with them where it is not there yet.
-    `supersedes`: the row in whose stead the value stands from now on, `by` whom and `why`. Raises STO-DIFFERS where
+    `supersedes`: the row that the value replaces from now on, `by` whom and `why`. Raises STO-DIFFERS where
     a stored value of the same identity has another content and is not superseded, STO-UNKNOWN where there is no row to
     supersede, STO-BUSY and STO-WRITE.
     """
@@ -112,7 +112,7 @@ def keep(
 
 
 def find(store: Store, kind: type[T], *, superseded: bool = False, **columns: str | None) -> list[Kept[T]]:
-    """Values of a type, oldest first, by the columns of `kinds`; without those superseded, unless asked for.
+    """Finds values of a type, oldest first, by the columns of `kinds`; superseded ones only with `superseded`.
 
     `identity`, too, is a column: `find(store, Part, identity=joined(part.identity))`. Raises VAL-FORM for a correction
     whose product's codec the store was not opened with.

@@ -1,7 +1,7 @@
 """The store's tables as they are today; how they came to be so: `migrations/`.
 
-Every kind of value has a table: `identity` says which thing a row is of, `version` counts what was stored of it, and
-`supersedes` names the row that an error stands in. `sha256` is of the document with all that is stored apart from it.
+Every kind of value has a table: `identity` is that of the value, `version` counts the rows of one identity, and
+`supersedes` names the row that this one corrects. `sha256` is of the document with all that is stored apart from it.
 """
 
 from typing import Any, Final

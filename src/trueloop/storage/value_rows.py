@@ -48,7 +48,7 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True)
 class RowForm:
-    """How values of one type are written as rows, and a value made of the cells of one."""
+    """The conversion of values of one type into rows, and of the cells of a row into a value."""
 
     table: str
     of: type
@@ -57,22 +57,22 @@ class RowForm:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the columns as they are stored: `position` counts an inspection's values of all types from 0."""
+        """Returns the stored columns' names: `position` counts an inspection's values of all types from 0."""
         return "position", *(cell.name for cell in self.cells), "exact"
 
     def pieces(self, values: Values) -> Iterator[Piece]:
-        """The rows of the values of this type."""
+        """Yields the rows of the values of this type."""
         numbered = _numbered(values, self.of)
         for start in range(0, len(numbered), PIECE):
             yield self._piece(numbered[start : start + PIECE], values)
 
     def hashed(self, columns: Sequence[Sequence[Cell]]) -> bytes:
-        """The bytes by which rows are hashed, given by columns as they are stored: numbers by their bits."""
+        """Returns the bytes by which rows are hashed, given by columns as they are stored: numbers by their bits."""
         types = (int, *(cell.of for cell in self.cells), str)
         return b"".join(_hashed(column, of) for column, of in zip(columns, types, strict=True))
 
     def read(self, stored: Row) -> Any:
-        """The value of a row without its position."""
+        """Returns the value of a row without its position."""
         return self.value(*stored[:-1]) if stored[-1] is None else CODEC.from_json(str(stored[-1]), self.of)
 
     def _piece(self, positions: list[int], values: Values) -> Piece:
@@ -88,7 +88,7 @@ class RowForm:
 
 
 def nothing_in(column: Sequence[Cell]) -> bool:
-    """Whether no cell of a column is stated."""
+    """Returns whether no cell of a column is stated."""
     return column.count(None) == len(column)
 
 

@@ -1,1 +1,1 @@
-"""How the store's tables came to be what they are: one script a schema, none of them ever changed."""
+"""Migrations of the store's tables: one script a schema, none of them ever changed."""

@@ -1,4 +1,4 @@
-"""What Alembic runs: the migrations, on the connection that `storage.schema` gives it."""
+"""The script that Alembic runs: the migrations, on the connection that `storage.schema` gives it."""
 
 from alembic import context
 

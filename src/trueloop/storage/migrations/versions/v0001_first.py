@@ -56,7 +56,7 @@ def upgrade() -> None:
 
 
 def make_kind(table: str, columns: Sequence[str]) -> None:
-    """The table of a kind of value, with an index for each column it is found by."""
+    """Creates the table of a kind of value, with an index for each column that it is searched by."""
     op.create_table(
         table,
         sa.Column("id", sa.Integer, primary_key=True),
