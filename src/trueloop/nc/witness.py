@@ -23,9 +23,9 @@ _KEY: Final = re.compile(r"[\w.-]{1,80}")
 
 
 def witnessed(text: bytes, key: str) -> bytes:
-    """The program with its witness, all its own lines as they are. `key` names the run.
+    """Returns the program with its witness, all its own lines as they are. `key` names the run.
 
-    Raises CEL-WITNESS for a program that does not say in a block of its own, M2, M30 or a closing %, where it ends.
+    Raises CEL-WITNESS for a program that does not end in a block of its own: M2, M30 or a closing %.
     """
     assert _KEY.fullmatch(key), key
     lines = text.splitlines(keepends=True)
@@ -41,7 +41,7 @@ def witnessed(text: bytes, key: str) -> bytes:
 
 
 def log_lines(key: str) -> tuple[list[bytes], list[bytes]]:
-    """What stands at the beginning of the program, and before each of its ends."""
+    """Returns the lines to insert at the beginning of the program, and before each of its ends."""
     mark, name = f"#<_trueloop_{sha256(key.encode()).hexdigest()[:16]}>", f"o<trueloop-{key}>"
     head = [
         *(f"{name} if [[#<_task> EQ 1] AND EXISTS[{mark}]]", f"(ABORT,run {key} was begun before: it runs once)"),

@@ -1,1 +1,1 @@
-"""What is wrong with a program before it cuts."""
+"""Checks of a program before it cuts."""

@@ -14,7 +14,7 @@ _COLUMNS: Final = (
 
 
 def picked(path: ToolPath, moves: Integers) -> ToolPath:
-    """Some moves (k,) of a path with their states, copied, without dwells and findings."""
+    """Returns some moves (k,) of a path with their states, copied, without dwells and findings."""
     columns: dict[str, Any] = {name: getattr(path, name)[moves] for name in _COLUMNS}
     used, columns["state"] = np.unique(columns["state"], return_inverse=True)
     states = {name: values[used] for name, values in path.states.items()}
@@ -25,7 +25,7 @@ def picked(path: ToolPath, moves: Integers) -> ToolPath:
 
 
 def chained(before: ToolPath | None, path: ToolPath) -> ToolPath:
-    """The moves of both, one after the other, without dwells and findings; neither is made in a call."""
+    """Returns the moves of both, one after the other, without dwells and findings; neither is made in a call."""
     if before is None or not len(before):
         return path
     both: dict[str, Any] = {name: np.concatenate([getattr(before, name), getattr(path, name)]) for name in _COLUMNS}

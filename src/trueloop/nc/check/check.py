@@ -1,4 +1,4 @@
-"""What is odd about a program: read as text, run, and looked at as geometry. Nothing here refuses the program."""
+"""Findings about a program: in its text, in its run, and in its geometry. Nothing here refuses the program."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ def check(
     arc_tolerance_mm: float | None = None,
     block_limit: int = BLOCK_LIMIT,
 ) -> list[Finding]:
-    """Every finding, in order of place.
+    """Returns every finding, in order of place.
 
     Text: NC-WORD, NC-CODE, NC-DUPLICATE, NC-NUMBER. Run: NC-DUPLICATE and NC-FEED (two codes of one group, a feed or
     speed below zero), NC-PARAMETER (every parameter without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT, NC-UNIT,
@@ -69,7 +69,7 @@ def check_in_parts(
     skipped_blocks: bool = False,
     size: int = PART,
 ) -> Checked | None:
-    """The same of a long program, without tools, in parts of `size` bytes; None where only the whole program tells."""
+    """Checks a long program in parts of `size` bytes, without tools; None where it must be run as a whole."""
     of_text: list[Finding] = []
     of_run: list[Finding] = []
     of_moves, count = Geometry(source), 0

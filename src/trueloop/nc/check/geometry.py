@@ -1,4 +1,4 @@
-"""What is odd about the moves of a program, looked at as geometry: of all at once, or of one part after the other."""
+"""Findings in the geometry of a program's moves: of all at once, or of one part after the other."""
 
 import math
 from collections.abc import Iterator
@@ -71,9 +71,9 @@ class _Rapids:
 
 @dataclass(frozen=True)
 class Geometry:
-    """What was found in the moves so far, and what of them the next ones are judged by.
+    """Findings in the moves so far, and the state by which the next ones are judged.
 
-    `source` is the whole program, which says in what steps it is written; `step_mm` None before the first move.
+    `source` is the whole program, which shows in what steps it is written; `step_mm` None before the first move.
     """
 
     source: bytes
@@ -87,7 +87,7 @@ class Geometry:
     mode: PathMode = field(default_factory=PathMode)
 
     def and_then(self, path: ToolPath, lines: Lines) -> "Geometry":
-        """With these moves after its own."""
+        """Returns the state with these moves after its own."""
         mode = self.mode.and_then(path, lines)
         if not len(path):
             return replace(self, mode=mode)
@@ -107,7 +107,7 @@ class Geometry:
         )
 
     def findings(self) -> Iterator[Finding]:
-        """All of them, after the last moves."""
+        """Yields all findings, after the last moves."""
         for found in (self.arcs, self.tangents, self.feeds.findings(), self.rapids.findings(), self.mode.findings()):
             yield from found
 
@@ -130,7 +130,7 @@ def _in_plane(path: ToolPath, points: Array, moves: Integers) -> Array:
 
 
 def arc_misfit_mm(path: ToolPath) -> Array:
-    """Distance of the end of each arc from its circle, (n,), NaN for other moves.
+    """Returns the distance of the end of each arc from its circle, (n,), NaN for other moves.
 
     Distance of the end from the centre minus that of the start; with R, half the chord minus R where the chord is too
     long (else the circle fits).

@@ -19,9 +19,9 @@ _X, _Y, _Z = 0, 1, 2
 
 
 def cutting_rapids(path: ToolPath, *, goes_on: bool = False) -> Iterator[tuple[int, float]]:
-    """Rapid moves that cut: index and greatest depth in mm on the radius, 0 for one that takes the place of a cut.
+    """Yields rapid moves that cut: index and greatest depth in mm on the radius, 0 for one in the place of a cut.
 
-    Each run of moves with one tool in one frame is looked at by itself. A single rapid move between two cuts, where no
+    Each run of moves with one tool in one frame is judged by itself. A single rapid move between two cuts, where no
     other move cuts, takes the place of a cut, unless it leads straight outwards or back along the cut before it. After
     a cut has reached the spindle axis all in front of it is free; behind it a rapid move must not go deeper, at any z,
     than the cuts before it, or, where none was made yet, than any cut ever made. Runs that bore (their cuts retract
@@ -45,7 +45,7 @@ def open_run(path: ToolPath) -> Integers:
 
 
 def sides_of_cuts(path: ToolPath) -> SidesOfCuts:
-    """On which side the tool is, as far as each run's rapid moves show it."""
+    """Returns on which side the tool is, as far as each run's rapid moves show it."""
     boring: set[int] = set()
     turning: set[int] = set()
     for run in _runs(path):

@@ -1,4 +1,4 @@
-"""What was changed in a program, as a record lists it, and the refusal of a change that did not come out as meant."""
+"""Changes of a program as a record lists them, and the refusal of a change that did not come out as intended."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:
 
 
 def not_as_intended(message: str) -> TrueloopError:
-    """What to raise where a written program does not do what was meant."""
+    """Returns the error CMP-READ-BACK of a written program that does not do what was intended."""
     return TrueloopError(
         Code.CMP_READ_BACK,
         message,

@@ -19,7 +19,7 @@ _Change = _Written | Edit
 
 
 def composed(source: bytes, first: Sequence[Edit], second: Sequence[Edit]) -> list[Edit]:
-    """The edits of `source` that do what `first` does and then `second` does to what that makes.
+    """Returns the edits of `source` that do what `first` does and then `second` to the result.
 
     Edits of both that touch each other become one. Insertions at one place keep their order.
     """

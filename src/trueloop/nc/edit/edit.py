@@ -31,7 +31,7 @@ class Edit:
 
 
 def apply_edits(program: Program, edits: Iterable[Edit]) -> bytes:
-    """The source with the edits made. Insertions at one place keep the order given.
+    """Returns the source with the edits made. Insertions at one place keep the order given.
 
     Raises NC-EDIT when two edits overlap or one lies outside the source.
     """
@@ -109,7 +109,7 @@ def _as_positions(program: Program, word: Word) -> str:
 
 
 def coordinate_text(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> str:
-    """A word that sets that coordinate, with as many decimals as the control resolves: `X2.98422`."""
+    """Returns a word that sets that coordinate, with as many decimals as the control resolves: `X2.98422`."""
     value = rounded(value_mm / state.unit_mm(letter), resolution_of(dialect, state))
     address = dialect.radius_address if letter == "R" else letter
     return address + number_text(dialect, value, state)
@@ -222,6 +222,6 @@ def _new_lines(program: Program, block: int, texts: Sequence[str]) -> str:
 
 
 def line_ending(program: Program) -> str:
-    """How the program's lines end."""
+    """Returns the line ending of the program."""
     at = program.source.find(b"\n")
     return "\r\n" if at > 0 and program.source[at - 1 : at] == b"\r" else "\n"

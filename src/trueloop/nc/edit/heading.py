@@ -1,4 +1,4 @@
-"""Where a comment about the whole program stands: behind the lines that a control wants to see first."""
+"""The place of a comment about the whole program: after the lines that a control requires first."""
 
 import re
 from collections.abc import Sequence

@@ -17,12 +17,12 @@ _MOST_STEPS: Final = 10**15
 
 
 def resolution_of(dialect: Dialect, state: CoordinateState) -> Decimal:
-    """The smallest programmable step, in the unit of the program."""
+    """Returns the smallest programmable step, in the unit of the program."""
     return Decimal(str(dialect.step(state.inch)))
 
 
 def rounded(value: float | Decimal, resolution: Decimal) -> Decimal:
-    """To the control's resolution, in plain notation, never minus zero."""
+    """Rounds to the control's resolution, in plain notation, never minus zero."""
     return Decimal(value).quantize(resolution, rounding=ROUND_HALF_EVEN) + 0
 
 
@@ -38,43 +38,43 @@ def _steps(value: Decimal, step: Decimal) -> int:
 
 
 def digits_of(text: str) -> str:
-    """A number without spaces and with a decimal point."""
+    """Returns a number without spaces and with a decimal point."""
     return "".join(text.split()).replace(",", ".")
 
 
 def number_text(dialect: Dialect, value: Decimal, state: CoordinateState) -> str:
-    """A rounded number as one that is new, with as many decimals as the dialect's step has."""
+    """Returns the text of a rounded number that is new, with as many decimals as the dialect's step has."""
     step = resolution_of(dialect, state)
     return nc_number(_steps(value, step), float(step), dialect.name, dialect.decimal_comma)
 
 
 def restyled(dialect: Dialect, old: str, value: Decimal, state: CoordinateState) -> str:
-    """The same in the style of the old one: its sign habit, leading zeros, and at least as many decimals."""
+    """Returns a rounded number in the style of the old one: sign habit, leading zeros, at least as many decimals."""
     step = resolution_of(dialect, state)
     return nc_restyled(old.encode("latin-1"), _steps(value, step), float(step), dialect.name, dialect.decimal_comma)
 
 
 def with_term(program: Program, word: Word, delta: Decimal, state: CoordinateState) -> str | None:
-    """The expression of a word plus a rounded term; None where it takes no sum."""
+    """Returns the expression of a word plus a rounded term; None where it takes no sum."""
     step = resolution_of(program.dialect, state)
     return nc_with_term(program.core, word.index, _steps(delta, step), float(step))
 
 
 def rounded_mm(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> float:
-    """Where a word written with that value is taken to be."""
+    """Returns the coordinate, mm, of a word that is written with that value."""
     unit_mm = state.unit_mm(letter)
     return float(rounded(value_mm / unit_mm, resolution_of(dialect, state))) * unit_mm
 
 
 def word_with(word: Word, value_mm: float, dialect: Dialect, state: CoordinateState) -> str:
-    """The text of a word that is a number, with another value: it is restyled, its address stays."""
+    """Returns the text of a word that is a number, with another value: it is restyled, its address stays."""
     value = rounded(value_mm / state.unit_mm(word.letter), resolution_of(dialect, state))
     head, old = word.text[: word.value_start - word.start], word.text[word.value_start - word.start :]
     return head + restyled(dialect, old, value, state)
 
 
 def number_said(word: Word) -> float:
-    """The number that a word says, be it as `AC(5)`; NaN of a formula."""
+    """Returns the number in a word, be it as `AC(5)`; NaN of a formula."""
     if word.kind == "number":
         return word.value
     found = _NUMBER.fullmatch(word.text[word.value_start - word.start :])

@@ -1,4 +1,4 @@
-"""Which moves keep their shape when their ends are displaced, and which would be bent by words that stay behind.
+"""Moves that keep their shape when their ends are displaced, and those that words left unchanged would distort.
 
 An arc may be given by its angle (`AR=`), a point on it (CIP), the direction of the move before (CT) or a pole; a line
 by its angle (`ANG=`) or about a pole; a corner by its size. Displacing coordinates and leaving those words would write
@@ -19,7 +19,7 @@ TURNS: Final = "t"
 CORNER: Final = frozenset("rcw")
 """Letters of the words that ask for a corner: a rounding, a chamfer by its leg or its length."""
 EVERY_CORNER: Final = "s"
-"""Letter of the word that asks for one at the end of every block (RNDM)."""
+"""The letter of the word that makes a corner at the end of every block (RNDM)."""
 ANGLES: Final = frozenset("Aan")
 """Letters of the words that give a line's angle."""
 ENDS: Final = frozenset("XYZUVW")
@@ -45,7 +45,7 @@ def require_own_shape(program: Program, path: ToolPath, moves: Iterable[int], *,
 
 
 def shaping_words(program: Program, path: ToolPath, move: int) -> list[Word]:
-    """The words of a move's block that shape it beside its end and its centre, full turns left out."""
+    """Returns the words of a move's block that shape it beside its end and its centre, full turns left out."""
     words = _values(program, path, move)
     setting = {int(word) for word in path.word[move] if word >= 0}
     shapes = SHAPE - {TURNS} | ({"A"} if program.dialect.line_angle else set())
@@ -53,7 +53,7 @@ def shaping_words(program: Program, path: ToolPath, move: int) -> list[Word]:
 
 
 def is_shaped(program: Program, path: ToolPath, move: int) -> bool:
-    """Whether a move is given by other words than those of its end and, of an arc, its radius, its centre or a CC."""
+    """Returns whether a move is given by other words than those of its end and, of an arc, radius, centre or a CC."""
     if shaping_words(program, path, move) or is_made(path, move):
         return True
     centre = any(word.letter in CENTRE for word in _values(program, path, move))
@@ -61,25 +61,25 @@ def is_shaped(program: Program, path: ToolPath, move: int) -> bool:
 
 
 def is_made(path: ToolPath, move: int) -> bool:
-    """Whether a cut is set by no word: a corner or a cycle makes it."""
+    """Returns whether a cut is set by no word: a corner or a cycle makes it."""
     return is_wordless(path, move) and bool((path.start_mm[move] != path.end_mm[move]).any())
 
 
 def is_wordless(path: ToolPath, move: int) -> bool:
-    """Whether a cut is set by no word, be it that it leads nowhere."""
+    """Returns whether a cut is set by no word, including one of length 0."""
     cuts = path.motion[move] in (Motion.LINE, Motion.ARC)
     return bool(cuts and (path.word[move] < 0).all())
 
 
 def asks_corner(program: Program, path: ToolPath, move: int) -> bool:
-    """Whether a made move is the corner that its block, or RNDM, asks for."""
+    """Returns whether a move that no word sets is the corner that its block, or RNDM, requests."""
     letters = {word.letter for word in _values(program, path, move)}
     after_own = move > 0 and path.block[move - 1] == path.block[move]
     return is_made(path, move) and bool(letters & CORNER or (after_own and program.dialect.rounds_every_corner))
 
 
 def asks_every_corner(program: Program, path: ToolPath, move: int) -> bool:
-    """Whether a move is a corner that RNDM asks for, or stands in the block of that."""
+    """Returns whether a move is a corner that RNDM requests, or is in the block of RNDM."""
     letters = {word.letter for word in _values(program, path, move)}
     return EVERY_CORNER in letters or (asks_corner(program, path, move) and not letters & CORNER)
 

@@ -10,13 +10,13 @@ from trueloop.nc.program.program import Block, Program, Word
 
 COORDINATES: Final = frozenset("XYZUVW")
 OUT: Final = ""
-"""What becomes of a word that is left out."""
+"""The text of a word that is left out."""
 
 
 def rewritten(
     program: Program, block: Block, changed: Mapping[int, str], new: Sequence[str], more: Sequence[str]
 ) -> list[Edit]:
-    """Edits of a block: the texts of `changed` words by index, `new` words, and `more` blocks after it.
+    """Returns edits of a block: the texts of `changed` words by index, `new` words, and `more` blocks after it.
 
     New words take the place of the first one left out, else they come after the coordinates. M codes that act after a
     move go to the last block. Raises NC-EDIT where it is not known which a code is, and in an optional block.

@@ -1,4 +1,4 @@
-"""Contours drawn with less than every point, written out: what a control works out itself, as blocks that say it.
+"""Contours programmed with less than every point, written out: what a control computes itself, as explicit blocks.
 
 A corner (`,R` `,C`, RND, CHF …) becomes a line or an arc of its own, after a block that ends where it begins; a line by
 its angle or about a pole gets its end; an arc by an angle, a point, a pole or the move before its radius or its centre;
@@ -30,7 +30,7 @@ SLACK_MM = 1e-6
 """Runner and program may differ by this beside rounding."""
 _STATES = ("feed", "feed_mode", "compensation", "plane", "tool", "work_offset", "spindle_mode", "spindle_speed")
 ARC_STEPS = 2.0
-"""How many steps of the control's resolution the middle of an arc may move: half a step an axis at either end."""
+"""The steps of the control's resolution that the middle of an arc may move: half a step an axis at either end."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class WrittenOut:
             ) from error
 
     def source_line(self, source: Program, line: int) -> int:
-        """The line of the source that a line of the written-out program comes from."""
+        """Returns the line of the source that a line of the written-out program comes from."""
         added = 0
         for edit in sorted(self.edits, key=lambda edit: edit.start):
             new = edit.text.count("\n")
@@ -71,7 +71,7 @@ class WrittenOut:
 def written_out(
     program: Program, path: ToolPath, moves: Iterable[int], run: Callable[[Program], ToolPath]
 ) -> WrittenOut:
-    """The program with those of the moves that other words shape, and those that hang on them, written out.
+    """Writes out those of the moves that other words shape, and those that depend on them.
 
     path: what `run` makes of the program. Raises NC-EDIT where that cannot be done: beside formulas, in a block
     that is optional or runs several times to different places, and where the result would

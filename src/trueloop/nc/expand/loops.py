@@ -47,12 +47,12 @@ class Loop:
     last: int
 
     def has(self, block: int) -> bool:
-        """Whether a block is one of them."""
+        """Returns whether a block is one of the loop's."""
         return self.first <= block <= self.last
 
 
 def loops_written_out(program: Program, path: ToolPath, moves: set[int]) -> list[Edit]:
-    """The edits that write out every loop of which one block makes several of the moves. Raises NC-EDIT."""
+    """Returns the edits that write out every loop in which one block makes several of the moves. Raises NC-EDIT."""
     blocks, counts = np.unique(path.block[sorted(k for k in moves if 0 <= k < len(path))], return_counts=True)
     again = [int(block) for block in blocks[counts > 1]]
     if not again:
@@ -62,7 +62,7 @@ def loops_written_out(program: Program, path: ToolPath, moves: set[int]) -> list
 
 
 def loops_of(program: Program) -> Iterator[Loop]:
-    """The loops of a program, those inside others left out."""
+    """Yields the loops of a program, those inside others left out."""
     open_loops: list[tuple[int, re.Pattern[str]]] = []
     for block in program.blocks:
         for word in block.data:

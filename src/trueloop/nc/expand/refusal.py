@@ -1,4 +1,4 @@
-"""Which moves cannot be written by their ends, and why."""
+"""Refusal of moves that cannot be written by their ends, with the reason."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -48,7 +48,7 @@ def _setting(program: Program, path: ToolPath, move: int) -> Iterable[Word]:
 
 
 def refusal(program: Program, block: Block, why: str, hint: str) -> TrueloopError:
-    """NC-EDIT at a block."""
+    """Returns the error NC-EDIT at a block."""
     text = program.source[block.start : block.end].decode("latin-1").strip()
     return TrueloopError(
         Code.NC_EDIT,

@@ -21,19 +21,19 @@ _WORDS: Final = frozenset("XYIJPQL")
 
 
 def makes_spline(program: Program, path: ToolPath, move: int) -> bool:
-    """Whether a move is a chord of a spline; where that turns back on itself, one may lead nowhere."""
+    """Returns whether a move is a chord of a spline; where that turns back on itself, a chord may have length 0."""
     if not program.dialect.splines or not is_wordless(path, move):
         return False
     return _codes_in_force(program)[int(path.block[move])] in (*_ONE_BLOCK, _ENDS)
 
 
 def chords_of_one(program: Program, block: int) -> int | None:
-    """How many chords a spline has that is given in this block alone; None for any other block."""
+    """Returns the number of chords of a spline that is given in this block alone; None for any other block."""
     return _CHORDS.get(_codes_in_force(program)[block]) if program.dialect.splines else None
 
 
 def spline_blocks(program: Program, block: Block) -> list[Block]:
-    """The blocks that give the spline which is cut in one: itself, or all from G5.2 to its G5.3.
+    """Returns the blocks that give the spline cut in this block: itself, or all from G5.2 to its G5.3.
 
     Raises NC-EDIT where something else may be run among them.
     """
@@ -54,12 +54,12 @@ def spline_blocks(program: Program, block: Block) -> list[Block]:
 
 
 def gives_spline(program: Program, block: Block) -> bool:
-    """Whether a block begins, ends or is a spline."""
+    """Returns whether a block begins, ends or is a spline."""
     return not {_BEGINS, _ENDS, *_ONE_BLOCK}.isdisjoint(_codes(program, block))
 
 
 def without_spline(program: Program, block: Block) -> dict[int, str]:
-    """The words of a block that give a spline, each to be left out."""
+    """Returns the words of a block that give a spline, each to be left out."""
     return {word.index: OUT for word in block.data if _gives_spline(program, word)}
 
 

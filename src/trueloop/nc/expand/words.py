@@ -19,7 +19,7 @@ _CODES: Final = {Motion.RAPID: 0, Motion.LINE: 1}
 
 
 def g_digits(program: Program) -> int:
-    """How many digits the program's motion codes have: 2 of `G01`, 1 of `G1`."""
+    """Returns the number of digits of the program's motion codes: 2 of `G01`, 1 of `G1`; 2 without any."""
     for block in program.blocks:
         word = motion_word(program, block)
         if word is not None and word.kind == "number" and word.value in range(4):
@@ -28,7 +28,7 @@ def g_digits(program: Program) -> int:
 
 
 def g_code(path: ToolPath, move: int, digits: int) -> str:
-    """The code of a rapid, a line or an arc; empty for other moves."""
+    """Returns the code of a rapid, a line or an arc; empty for other moves."""
     kind = Motion(path.motion[move])
     if kind == Motion.ARC:
         return f"G{2 if path.sweep_rad[move] > 0 else 3:0{digits}d}"
@@ -36,20 +36,20 @@ def g_code(path: ToolPath, move: int, digits: int) -> str:
 
 
 def motion_word(program: Program, block: Block) -> Word | None:
-    """The first word of a block that says how it moves; DR of Klartext comes after it."""
+    """Returns the first word of a block that sets its motion; DR of Klartext comes after it."""
     meanings = ((word, program.core.meaning(word.index) or "") for word in block.data)
     return next((word for word, meaning in meanings if meaning.startswith("Motion(")), None)
 
 
 def klartext_name(path: ToolPath, move: int, block: Block, new: Sequence[str]) -> str:
-    """What the block of a Klartext move is called: an arc CR where it has a radius, C about its pole."""
+    """Returns the name of a Klartext move: L of a line; of an arc CR where it has a radius, C about its pole."""
     if path.motion[move] != Motion.ARC:
         return "L"
     return "CR" if any(text.startswith("R") for text in [*new, *(w.text for w in block.data)]) else "C"
 
 
 def circle_words(program: Program, path: ToolPath, move: int, start: Array, end: Array) -> list[str]:
-    """Radius, or for a wide arc its centre from its start, moved to be equally far from both rounded ends."""
+    """Returns the radius, or of a wide arc its centre from the start, moved to be equally far from both rounded ends."""
     state, dialect = path.coordinate_state(move), program.dialect
     axes = list(PLANE_AXES[int(path.plane[move])])
     centre = path.centre_mm[move][axes]
@@ -65,17 +65,17 @@ def circle_words(program: Program, path: ToolPath, move: int, start: Array, end:
 
 
 def is_wide(path: ToolPath, move: int) -> bool:
-    """Whether an arc is to be written by its centre."""
+    """Returns whether an arc is to be written by its centre."""
     return bool(abs(path.sweep_rad[move]) > WIDE_RAD)
 
 
 def klartext_turn(path: ToolPath, move: int) -> str:
-    """Which way an arc of Klartext turns: DR- clockwise."""
+    """Returns the word of an arc's direction in Klartext: DR- clockwise."""
     return f"DR{'-' if path.sweep_rad[move] > 0 else '+'}"
 
 
 def pole_block(program: Program, path: ToolPath, move: int) -> str:
-    """The CC of an arc of Klartext."""
+    """Returns the CC block of an arc of Klartext."""
     state = path.coordinate_state(move)
     axes = sorted(PLANE_AXES[int(path.plane[move])])
     words = [coordinate_text(program.dialect, "XYZ"[axis], float(path.centre_mm[move, axis]), state) for axis in axes]
@@ -83,7 +83,7 @@ def pole_block(program: Program, path: ToolPath, move: int) -> str:
 
 
 def feed_word(program: Program, path: ToolPath, move: int) -> str:
-    """The F word of a move's feed."""
+    """Returns the F word of a move's feed."""
     feed = float(path.feed[move]) / (MM_PER_INCH if path.inch[move] else 1.0)
     text = f"F{feed:.6f}".rstrip("0")
     return text.rstrip(".") if program.dialect.klartext else text

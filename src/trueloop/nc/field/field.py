@@ -15,7 +15,7 @@ Displace = Callable[[Array], Array]
 
 
 DisplaceInMachine = Callable[[Array, Integers, Integers, Array, Array], Array]
-"""The same of a machine: it gets, beside positions, the work offset and tool in force (n,), which way each axis goes
+"""`Displace` of a machine: it gets, beside positions, the work offset and tool in force (n,), which way each axis goes
 there or went last, (n, 3): +1, −1, or 0 before its first move, and what the tool's offset adds, (n, 3) mm: NaN where
 that is not known."""
 
@@ -38,7 +38,7 @@ class Field:
     work_mm: Mapping[int, tuple[float, float, float]] = field(default_factory=dict)
 
     def displacement_mm(self, points_mm: Array) -> Array:
-        """At (n, 3) positions. Raises NC-FIELD for one outside of where the field is known."""
+        """Returns displacements at (n, 3) positions. Raises NC-FIELD for one outside of where the field is known."""
         points = np.ascontiguousarray(points_mm, dtype=np.float64)
         try:
             return self.core.displacements(points)
@@ -53,7 +53,7 @@ class Field:
 
 
 def function_field(displace: Displace, name: str) -> Field:
-    """Any function of position, asked for many positions at once; what it raises ends the mapping.
+    """Makes a field of any function of position, called for many positions at once; what it raises ends the mapping.
 
     >>> tapered = trueloop.function_field(lambda at_mm: at_mm * [0.0, 0.0, 1e-5], "10 µm/m along Z")
     >>> tapered.displacement_mm(np.array([[0.0, 0.0, 100.0]]))
@@ -71,7 +71,7 @@ def machine_field(
     tools: Sequence[CutterTool] | None = None,
     work_mm: Mapping[int, tuple[float, float, float]] | None = None,
 ) -> Field:
-    """A machine's: with `knows_travel` arcs are cut where an axis turns round, and a start that jumped is gone to."""
+    """Makes a machine's field; with `knows_travel` arcs are cut where an axis reverses, and a jumped start is approached."""
     core = NcField.function(displace, knows_travel)
     return Field(
         identity,
@@ -98,7 +98,7 @@ def similarity_field(
     scale: float = 1.0,
     about_mm: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Field:
-    """Scaled and turned about an axis through a point, then shifted.
+    """Makes a field that scales and turns about an axis through a point, then shifts.
 
     The rotation is right-handed: about +Z it turns +X to +Y, about +Y it turns +Z to +X.
 
@@ -117,7 +117,7 @@ def similarity_field(
 
 
 def table_field(x_mm: Array, y_mm: Array, z_mm: Array, displacement_mm: Array) -> Field:
-    """Linear between the nodes of a grid, unknown outside.
+    """Makes a field that is linear between the nodes of a grid, and unknown outside.
 
     Node positions rise along each axis; an axis with one value stands for all: nothing depends on it. Displacements
     (nx·ny·nz, 3), z fastest, then y. Raises NC-FIELD where they do not fit together.

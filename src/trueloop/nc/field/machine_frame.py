@@ -17,11 +17,10 @@ HINT: Final = "give every work offset and tool that the program uses in the file
 def field_in_machine(
     field: Field, tools: Sequence[CutterTool], work_mm: Mapping[int, tuple[float, float, float]]
 ) -> Field:
-    """A field of machine coordinates, for `map_program`: from the tools, and where the zeros of work offsets are, by
-    their number.
+    """Makes a field of machine coordinates, for `map_program`, from the tools and the zeros of work offsets by number.
 
-    It is asked at the machine's positions, and its displacement is added along the program's axes, which are the
-    machine's. Asked for a point it raises MCH-FRAME where a work offset or the tool's is not known.
+    It is evaluated at the machine's positions, and its displacement is added along the program's axes, which are the
+    machine's. Its evaluation raises MCH-FRAME where a work offset or the tool's is not known.
     """
 
     def displace(points_mm: Array, work: Integers, tool: Integers, _: Array, offset_mm: Array) -> Array:

@@ -43,14 +43,14 @@ def contour_of_program(
     shown: SidesOfCuts = SidesOfCuts(),  # noqa: B008 - a frozen value
     tip: int = 0,
 ) -> ProgramContour:
-    """The contour that a finish pass leaves, read from the path of the nose's centre or, under G41 and G42, of itself.
+    """Reads the contour that a finish pass leaves from the path of the nose's centre or, under G41 and G42, of itself.
 
     Features are named cylinder-1, cone-1, arc-1… from chuck end to free end, of a bore (`side`) from free end to chuck.
     Without `lines` (from–to, both included) the pass is the uninterrupted chain of feed moves with the most moves, the
     last one of equals; straight moves at its ends that come in from outside or leave outwards, by a concave corner of
     more than 45°, are taken for the ways in and out; of a bore those that come from the axis and go back to it. With
-    `lines` all feed moves of that range count. What lies beyond the spindle axis is always cut off. The notes say what
-    was left out.
+    `lines` all feed moves of that range count. What lies beyond the spindle axis is always cut off. The notes state
+    what was left out.
     `tip`: the orientation of the tip whose path the program states, 0 for the nose's centre; `moves` are the centre's.
     `shown` is what the rapid moves show of the side (`rapid.sides_of_cuts`). Raises NC-NO-CONTOUR where no feed moves
     are left, NC-BORE where G41, G42 or `shown` contradict the side, and the GEO errors of a contour that cannot be.

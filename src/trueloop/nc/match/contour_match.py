@@ -1,4 +1,4 @@
-"""What a program cuts of a profile: the moves of each feature, and how far the commanded contour deviates."""
+"""The match of a program with a profile: the moves of each feature, and the deviation of the commanded contour."""
 
 from dataclasses import dataclass
 
@@ -34,7 +34,7 @@ class FeatureMatch:
     offset_mm: float
 
     def deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """How far the commanded contour deviates from the nominal one (plus allowance) along its normal, (...) → (...).
+        """Returns the commanded contour's deviation from nominal (plus allowance) along the normal, (...) → (...).
 
         Measured from the nominal centre path to the commanded one along the nominal normal, which equals the distance
         of the contours up to R·slope²/2. Exact and linear for a line on a line. Beyond the first and last move these
@@ -57,7 +57,7 @@ class ContourMatch:
     """All features of a profile with the moves that cut them.
 
     Of the other moves in the same uninterrupted chains of feed moves, `lead` come before or after (approach, pull-out),
-    `run_out` only lengthen the profile's first or last feature beyond its end, and `between` stand between two features
+    `run_out` only lengthen the profile's first or last feature beyond its end, and `between` lie between two features
     (an arc about an edge, say). Sorted by their place in the program.
     """
 
@@ -69,11 +69,11 @@ class ContourMatch:
 
     @property
     def on_contour(self) -> bool:
-        """Whether the moves are those of the contour, under G41 or G42, and not of the nose's centre."""
+        """Returns whether the moves are those of the contour, under G41 or G42, and not of the nose's centre."""
         return self.features[0].moves[0].move.on_contour
 
     def largest_deviation_mm(self) -> float:
-        """The largest |deviation| over all features, sampled at 65 points each."""
+        """Returns the largest |deviation| over all features, sampled at 65 points each."""
         shares = np.linspace(0.0, 1.0, 65)
         return max(float(np.abs(f.deviation_mm(shares * f.feature.length_mm)).max()) for f in self.features)
 

@@ -1,8 +1,8 @@
-"""Which of several edges cuts which feature of a profile, found from the moves that each of them makes.
+"""The assignment of several edges to the features of a profile that they cut, from the moves of each edge.
 
 A move cuts a feature where it runs along it, at the edge's own nose radius from it. Where several edges do, the one
-that goes deeper by more than edges err has the last word, whenever it runs; where none does nobody can say which of
-them left the surface that was measured, and it has to be said. What is to be left alone (a thread, raw stock, a
+that goes deeper by more than edges err left the surface, whenever it runs; where none is that much deeper, the edge
+that left the measured surface is not known, and has to be stated. What is to be left alone (a thread, raw stock, a
 groove's floor in a cycle that is not followed) is no edge's.
 """
 
@@ -33,7 +33,7 @@ _SOME: Final = 0.1
 
 @dataclass(frozen=True)
 class Cover:
-    """What one edge does along one feature: `depth_mm` (n,) its contour's height over the nominal at even places, NaN
+    """The cut of one edge along one feature: `depth_mm` (n,) its contour's height over the nominal at even places, NaN
     where it does not run; `moves` are the indices of its moves there, `line` is that of the first.
     """
 
@@ -43,14 +43,14 @@ class Cover:
 
     @property
     def share(self) -> float:
-        """Of the feature's length."""
+        """Returns the share of the feature's length along which the edge runs."""
         return float(np.mean(np.isfinite(self.depth_mm)))
 
 
 @dataclass(frozen=True)
 class Cutters:
-    """By feature: the edge that cuts it, None where it is to be left alone, or why none is known. `covers[e][f]`: what
-    edge e does along feature f.
+    """Edges by feature: the one that cuts it, None where it is to be left alone, or why none is known. `covers[e][f]`:
+    the cut of edge e along feature f.
     """
 
     edges: tuple[CuttingEdge, ...]
@@ -59,7 +59,7 @@ class Cutters:
 
     @property
     def edge_of(self) -> tuple[CuttingEdge | None, ...]:
-        """By feature; None: left alone. Raises the first refusal."""
+        """Returns the edge of each feature; None: left alone. Raises the first refusal."""
         known = []
         for one in self.found:
             if isinstance(one, TrueloopError):
@@ -68,11 +68,11 @@ class Cutters:
         return tuple(known)
 
     def cuts(self, feature: int) -> bool:
-        """Whether some edge runs along enough of a feature to have cut it."""
+        """Returns whether some edge runs along enough of a feature to have cut it."""
         return self.share(feature) >= _SOME
 
     def share(self, feature: int) -> float:
-        """Of a feature's length, the most that one edge runs along."""
+        """Returns the largest share of a feature's length that one edge runs along."""
         return max((cover.share for of in self.covers if (cover := of[feature]) is not None), default=0.0)
 
     def moves(self, edge: CuttingEdge, feature: int) -> tuple[int, ...]:
@@ -88,9 +88,9 @@ def cutters(
     decided: Mapping[str, Called | None] | None = None,
     tolerance_mm: float = TOLERANCE_MM,
 ) -> Cutters:
-    """Finds them. `of_edge`: each edge's feed moves; `decided`: by feature what the job decides, None: leave it alone.
+    """Finds the edges. `of_edge`: each edge's feed moves; `decided`: the job's decision by feature, None: left alone.
 
-    Of a feature the refusal is NC-TOOLS where several edges cut it and none is deeper, NC-NO-MATCH where none does,
+    The refusal of a feature is NC-TOOLS where several edges cut it and none is deeper, NC-NO-MATCH where none does,
     NC-EDGE for a corner of a groove tool that cannot touch it.
     """
     covers = tuple(

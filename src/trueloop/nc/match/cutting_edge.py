@@ -18,7 +18,7 @@ FACING: Final[dict[Corner, tuple[float, float]]] = {
     "outer": (-1.0, 0.0),
     "inner": (1.0, 0.0),
 }
-"""(x, z): what the wall looks towards that a corner of a plunge or groove tool cuts. The left corner is the one at
+"""The direction (x, z) that the wall cut by a corner of a plunge or groove tool faces. The left corner is the one at
 lower Z of the program, at the chuck; the wall that it cuts looks towards the free end. The outer corner of a face
 groover cuts the outer wall, which looks towards the axis."""
 
@@ -36,7 +36,7 @@ RELIEF_RAD: Final = math.radians(2.0)
 
 @dataclass(frozen=True)
 class CuttingEdge:
-    """One edge of a job: what calls it, its nose radius, and which `corner` of a groove insert it is; None: none.
+    """One edge of a job: its call, its nose radius, and which `corner` of a groove insert it is; None: none.
 
     `tip`: the orientation of the tip that the program moves without G41 or G42, 0 for the nose's centre.
     """
@@ -49,7 +49,7 @@ class CuttingEdge:
 
     @property
     def words(self) -> str:
-        """`T3`; `T13 (left corner)`."""
+        """Returns `T3`; `T13 (left corner)`."""
         return self.called.words if self.corner is None else f"{self.called.words} ({self.corner} corner)"
 
     def require_reaches(self, feature: Feature, line: int | None = None) -> None:

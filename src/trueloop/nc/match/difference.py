@@ -1,4 +1,4 @@
-"""How far two tool paths lie apart: the largest distance from a point of one to the nearest point of the other.
+"""The distance of two tool paths: the largest distance from a point of one to the nearest point of the other.
 
 That is the Hausdorff distance of the two curves: order, direction, feed and how the cuts are split into blocks play no
 part. Points are taken at the ends of moves and between them no further apart than `spacing_mm`; arcs are chords whose
@@ -33,7 +33,7 @@ _ROUNDING: Final = 1e-9
 class PathDifference:
     """The place where two paths lie furthest apart.
 
-    `first` says whether the point at `position_mm` (x a radius, y, z) is of the first path; `move` is the index of its
+    `first` is whether the point at `position_mm` (x a radius, y, z) is of the first path; `move` is the index of its
     move there. `nearest_mm` and `nearest_move` are of the other path.
     """
 
@@ -56,7 +56,7 @@ class _Pieces:
 
 
 def path_difference(first: ToolPath, second: ToolPath, *, rapids: bool = False) -> PathDifference:
-    """The largest distance between the cuts of two paths; with `rapids` between all their moves.
+    """Returns the largest distance between the cuts of two paths; with `rapids` between all their moves.
 
     Raises NC-NO-CONTOUR where a path has none, NC-EXPRESSION where a position is not known.
 
@@ -76,7 +76,7 @@ def path_difference(first: ToolPath, second: ToolPath, *, rapids: bool = False) 
 
 
 def compared_moves(path: ToolPath, rapids: bool) -> NDArray[np.intp]:
-    """The cuts of a path, with `rapids` all its moves. Raises as `path_difference`."""
+    """Returns the cuts of a path, with `rapids` all its moves. Raises as `path_difference`."""
     moves = np.flatnonzero(np.ones(len(path), dtype=np.bool_) if rapids else ~path.rapid)
     if not moves.size:
         raise TrueloopError(

@@ -54,7 +54,7 @@ class Passes:
     tolerance_mm: float
 
     def match(self, index: int) -> FeatureMatch:
-        """The one whole pass over feature `index`; a pass over less than a tenth of it does not count."""
+        """Returns the one whole pass over feature `index`; a pass over less than a tenth of it does not count."""
         passes = [p for p in self._passes(index) if p.missing_mm < 0.9 * p.length_mm]
         if not any(self._whole(p) for p in passes):
             raise self._no_match(index, passes)
@@ -66,7 +66,7 @@ class Passes:
         return FeatureMatch(feature, moves[::-1] if backwards else moves, backwards, offset_mm)
 
     def whole_passes(self, index: int) -> list[Pass]:
-        """Those that cut all of feature `index`."""
+        """Returns the passes that cut all of feature `index`."""
         return [over for over in self._passes(index) if self._whole(over)]
 
     def _whole(self, over: Pass) -> bool:
@@ -148,7 +148,7 @@ class Passes:
         return min(found, default=(math.inf, None))
 
     def ambiguous(self, index: int, passes: Sequence[Sequence[MatchedMove]]) -> TrueloopError:
-        """NC-AMBIGUOUS: several passes cut feature `index`."""
+        """Returns the error NC-AMBIGUOUS: several passes cut feature `index`."""
         ordered = sorted(passes, key=lambda moves: moves[0].move.index)
         spans = [_span(moves) for moves in ordered]
         return TrueloopError(

@@ -1,4 +1,4 @@
-"""Finds which moves of a program cut which feature."""
+"""The search for the moves of a program that cut each feature."""
 
 import math
 from collections.abc import Sequence
@@ -15,8 +15,8 @@ from trueloop.nc.match.feature_passes import Passes
 from trueloop.nc.program.feed_moves import FeedMove, moves_of_one_kind
 
 TOLERANCE_MM: Final = 0.125
-"""How far a commanded contour may be from the nominal one: half the usual step of 0.25 mm between passes, so that a
-mock error or a slip of 0.1 mm is still the same contour and the pass before the last is another."""
+"""The distance, mm, of a commanded contour from the nominal one: at most half the usual 0.25 mm between passes, so that a
+mock error or a slip of 0.1 mm is still that contour and the pass before the last is another."""
 
 
 def match_contour(
@@ -28,7 +28,7 @@ def match_contour(
     tolerance_mm: float = TOLERANCE_MM,
     lines: tuple[int, int] | None = None,
 ) -> ContourMatch:
-    """Find the one pass over each feature among the feed moves of a program.
+    """Finds the one pass over each feature among the feed moves of a program.
 
     The moves of the nose's centre must lie within `tolerance_mm` of the profile's offset by nose radius +
     `allowance_mm`; moves under G41 or G42 must lie so near to the profile's offset by `allowance_mm` alone, and are the
@@ -55,7 +55,7 @@ def match_each(
     tolerance_mm: float = TOLERANCE_MM,
     lines: tuple[int, int] | None = None,
 ) -> tuple[FeatureMatch | TrueloopError, ...]:
-    """For each feature the pass that cuts it, or the refusal that `match_contour` would raise for it."""
+    """Returns for each feature the pass that cuts it, or the refusal that `match_contour` would raise for it."""
     return _searched(_in_lines(moves, lines), profile, nose_radius_mm, allowance_mm, tolerance_mm)[1]
 
 

@@ -1,4 +1,4 @@
-"""What one of several edges cuts of a part, as a contour of its own.
+"""The part of a contour that one of several edges cuts, as a contour of its own.
 
 Its features stay in the part's order. Where the edge passes over what another one cuts afterwards, its own contour goes
 on: one line over a groove is one feature, and two cuts that follow each other meet where their lines or circles cross.
@@ -32,12 +32,12 @@ class OwnContour:
     parts: tuple[tuple[int, ...], ...]
 
     def index_of(self, feature: int) -> int:
-        """Where one of the part's features is found here."""
+        """Returns the index here of one of the part's features."""
         return next(own for own, parts in enumerate(self.parts) if feature in parts)
 
 
 def own_contour(profile: Profile, found: Cutters, edge: CuttingEdge) -> OwnContour:
-    """The contour of an edge that cuts some of the profile.
+    """Returns the contour of an edge that cuts some of the profile.
 
     At a concave corner with another edge's feature its own ends where the nose stops.
     """

@@ -1,4 +1,4 @@
-"""Passes that the same blocks make several times: a subprogram or a finishing cycle called by two tools, a bar loop."""
+"""Passes that some blocks make several times: a subprogram or a finishing cycle called by two tools, a bar loop."""
 
 from collections.abc import Callable, Sequence
 from itertools import groupby
@@ -12,9 +12,9 @@ SAME_PLACE_MM: Final = 1e-6
 def of_one_run(
     moves: Sequence[FeedMove], stated: Callable[[FeedMove], bool]
 ) -> tuple[tuple[FeedMove, ...], tuple[FeedMove, ...]]:
-    """The feed moves without the chains that the same lines make again at the same places, and those left out.
+    """Returns the feed moves without the chains that their lines repeat at equal places, and the moves left out.
 
-    Of such chains the last counts that the job's tool makes (`stated`), else the last of all: it leaves the surface.
+    Of repeated chains the last by the job's tool (`stated`) counts, else the last of all: it leaves the surface.
     The way to the first end may differ.
     """
     chains = [list(members) for _, members in groupby(moves, key=lambda move: move.chain)]

@@ -1,4 +1,4 @@
-"""A matched pass on the side that its profile says: a bore taken for an outside turns the sign of every error."""
+"""A matched pass on its profile's side: a bore taken for an outside turns the sign of every error."""
 
 from dataclasses import dataclass
 from typing import Final

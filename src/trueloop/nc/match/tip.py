@@ -14,13 +14,13 @@ ORIENTATIONS = range(1, 9)
 
 
 def tip_mm(dialect: Dialect, orientation: int, nose_radius_mm: float) -> Point:
-    """Where the tip of that orientation, by the control's number, lies from the nose's centre, (x, z)."""
+    """Returns the position of the tip of that orientation, by the control's number, from the nose's centre, (x, z)."""
     x, z = dialect.tips[orientation]
     return x * nose_radius_mm, z * nose_radius_mm
 
 
 def of_centre(path: ToolPath, tip: Point) -> ToolPath:
-    """The path of the nose's centre, of a program that moves the point `tip` (x, z) off it.
+    """Returns the path of the nose's centre, of a program that moves the point `tip` (x, z) off it.
 
     Moves under G41 and G42 stay: theirs is the contour.
     """

@@ -1,4 +1,4 @@
-"""Places along the moves of a tool path, and where the program itself says that the tool stands."""
+"""Places along the moves of a tool path, and the positions that the program itself states."""
 
 from typing import Final
 
@@ -36,7 +36,7 @@ def points_along(path: ToolPath, move: Integers | np.intp, share: Array) -> Arra
 
 
 def lengths_mm(path: ToolPath, move: Integers | None = None) -> Array:
-    """Length of moves (n,), all by default: of an arc along it, of a helix the root of the squares of arc and rise."""
+    """Returns lengths of moves (n,), all by default: of an arc along it, of a helix √(arc² + rise²)."""
     move = np.arange(len(path)) if move is None else move
     way, arm = path.end_mm[move] - path.start_mm[move], path.start_mm[move] - path.centre_mm[move]
     length: Array = np.linalg.norm(way, axis=1)
@@ -48,7 +48,7 @@ def lengths_mm(path: ToolPath, move: Integers | None = None) -> Array:
 
 
 def said_ends(program: Program, path: ToolPath) -> tuple[Flags, Flags]:
-    """Whether each of X, Y, Z is at a position that the program says, at the start and end of each move, (n, 3) each.
+    """Returns whether X, Y, Z are at positions that the program states, at start and end of each move, (n, 3) each.
 
     Before an axis is first named, after a way to a place of the machine (G28, G53) and after a change of tool or
     offset a run only assumes where it is. An increment from such a place leads to another.

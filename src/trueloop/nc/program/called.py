@@ -22,12 +22,12 @@ class Called:
 
     @property
     def words(self) -> str:
-        """`T3`, and `T3 D2` of a second edge."""
+        """Returns `T3`, and `T3 D2` of a second edge."""
         return f"T{self.number}" if self.edge == 1 else f"T{self.number} D{self.edge}"
 
 
 def called(dialect: Dialect, path: ToolPath, move: int) -> Called | None:
-    """What is called when that move is made; None before any T word."""
+    """Returns the tool offset called when that move is made; None before any T word."""
     word, offset = int(path.tool[move]), int(path.tool_offset[move])
     if word <= 0:
         return None

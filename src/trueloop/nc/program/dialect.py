@@ -12,7 +12,7 @@ from trueloop.units import MM_PER_INCH
 
 @dataclass(frozen=True)
 class Dialect:
-    """How one control writes numbers, comments and expressions.
+    """The way one control writes numbers, comments and expressions.
 
     `resolution_inch` and `resolution_mm` are the smallest programmable steps of an inch and of a metric program.
     `radius_address` is what stands before the radius of an arc: `R`, `CR=`. `lead_along_thread`: the lead of a tapered
@@ -61,21 +61,21 @@ class Dialect:
     offset_x: Literal["set-up", "radius", "words"] = "set-up"
 
     def step(self, inch: bool) -> float:
-        """The smallest programmable step, in the unit of the program."""
+        """Returns the smallest programmable step, in the unit of the program."""
         return self.resolution_inch if inch else self.resolution_mm
 
     def step_mm(self, inch: bool) -> float:
-        """The same in mm."""
+        """Returns the smallest programmable step in mm."""
         return self.step(inch) * (MM_PER_INCH if inch else 1.0)
 
     def with_decimals(self, decimals: int) -> "Dialect":
-        """The same, with steps of that many decimals where its own are coarser."""
+        """Returns the dialect with steps of that many decimals where its own are coarser."""
         finest = float(f"1e-{decimals}")
         inch, metric = min(self.resolution_inch, finest), min(self.resolution_mm, finest)
         return replace(self, resolution_inch=inch, resolution_mm=metric)
 
     def comment(self, text: str) -> str:
-        """The text as a comment on one line."""
+        """Returns the text as a comment on one line."""
         kept = " ".join(text.split())
         if self.comment_close:
             kept = kept.replace(self.comment_open, "[").replace(self.comment_close, "]")
@@ -111,7 +111,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType({r[0]: Dialect(*r, **_WRITTEN
 
 
 def dialect_named(name: str) -> Dialect:
-    """The dialect of that name. Raises NC-DIALECT when there is none."""
+    """Returns the dialect of that name. Raises NC-DIALECT when there is none."""
     if name not in DIALECTS:
         raise TrueloopError(
             Code.NC_DIALECT, f"unknown NC dialect {name!r}", hint=f"choose one of: {', '.join(DIALECTS)}"

@@ -33,7 +33,7 @@ class FeedMove:
 
     @property
     def on_contour(self) -> bool:
-        """Whether the move is one of the contour, not of the nose's centre."""
+        """Returns whether the move is one of the contour, not of the nose's centre."""
         return self.compensation != NO_COMPENSATION
 
 
@@ -75,7 +75,7 @@ def _point(position_mm: Array) -> Point:
 
 
 def moves_of_one_kind(moves: Sequence[FeedMove], nose_radius_mm: float) -> tuple[list[FeedMove], float]:
-    """Those of the contour where the program has any, else all; and by how much they keep off the contour.
+    """Returns the moves of the contour where the program has any, else all; and their distance from the contour.
 
     That is the nose radius for moves of the nose's centre, 0 for moves of the contour.
     """
@@ -84,7 +84,7 @@ def moves_of_one_kind(moves: Sequence[FeedMove], nose_radius_mm: float) -> tuple
 
 
 def nose_centre_moves(tool_path: ToolPath) -> tuple[FeedMove, ...]:
-    """`feed_moves` of a program without nose compensation. Raises NC-COMPENSATED for one with it."""
+    """Returns `feed_moves` of a program without nose compensation. Raises NC-COMPENSATED for one with it."""
     moves = feed_moves(tool_path)
     for move in moves:
         if move.on_contour:

@@ -33,7 +33,7 @@ MARKS: Final[tuple[tuple[str, int, tuple[str, ...], str], ...]] = (
     (r"\bG98\b.*\bF|\bG99\b.*\bF\.?0?\.\d", 2, ("fanuc-lathe", "haas-lathe"), "G98 or G99 beside a feed"),
     (r"\bY-?\d*\.?\d|\bG43\s*H|\bT\d+\s*M0?6\b|\bG8[1-9]\b.*\bR", 5, MILLS, "Y, G43 H or T1 M6"),
 )  # fmt: skip
-"""What stands in programs of some dialects alone: a pattern of a line, its points, the dialects, its name."""
+"""Marks of programs of some dialects alone: a pattern of a line, its points, the dialects, its name."""
 ENDINGS: Final = {".mpf": "siemens", ".spf": "siemens", ".h": "heidenhain", ".ngc": "linuxcnc", ".min": "okuma-lathe"}
 OF_ENDING: Final = 12
 SURE: Final = 5
@@ -43,7 +43,7 @@ LOOKED_AT: Final = 1 << 17
 
 @dataclass(frozen=True)
 class Score:
-    """How much speaks for a dialect: the sum of the marks found, what they are, and words it does not know."""
+    """The evidence for a dialect: the sum of the marks' points, their names, and the number of words unknown to it."""
 
     points: int
     reasons: tuple[str, ...]
@@ -66,10 +66,10 @@ def _score(source: bytes, dialect: str, found: list[tuple[int, tuple[str, ...], 
 
 
 def guess_dialect(source: bytes, file: str | None = None, option: str = "--dialect {}") -> str:
-    """Returns the only dialect in which every word makes sense; of several the one for which most speaks.
+    """Returns the only dialect that knows every word; of several the one with the most points.
 
-    Where it makes sense in none, the one is taken for which most speaks, if it knows nearly as many words as any.
-    `option` is how a user says which. Raises NC-DIALECT, with the scores and their reasons, where that is in doubt.
+    Where none knows every word, the one with the most points is taken, if it knows nearly as many words as any.
+    `option` is how a user states it. Raises NC-DIALECT, with the scores and their reasons, where that is in doubt.
     """
     all_of = scores(source, file)
     least = min(score.strange for score in all_of.values())

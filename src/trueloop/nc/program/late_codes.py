@@ -14,7 +14,7 @@ AFTER_MOVE: Final = frozenset({0, 1, 2, 5, 9, 30, 60, 98, 99})
 
 
 def late_codes(words: Sequence[Word], block: Block) -> list[Word]:
-    """The M codes that act after the move. Raises NC-EDIT where it is not known which a code is."""
+    """Returns the M codes that act after the move. Raises NC-EDIT for a code of which that is not known."""
     codes = [word for word in words if word.letter == "M" and word.kind != "assignment"]
     for word in codes:
         if word.value not in BEFORE_MOVE | AFTER_MOVE:

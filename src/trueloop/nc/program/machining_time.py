@@ -1,4 +1,4 @@
-"""How long a program takes, from its tool path: cuts at the programmed feed, rapid moves at a stated rate, dwells.
+"""The time of a program, from its tool path: cuts at the programmed feed, rapid moves at a stated rate, dwells.
 
 Accelerations, overrides, tool changes are left out, so that a machine takes longer.
 """
@@ -29,12 +29,12 @@ class MachiningTime:
 
     @property
     def cutting_s(self) -> float:
-        """All moves at feed."""
+        """Returns the time of all moves at feed, s."""
         return float(self.move_s[~self.rapid].sum())
 
     @property
     def rapid_s(self) -> float:
-        """All moves not at feed."""
+        """Returns the time of all moves not at feed, s."""
         return float(self.move_s[self.rapid].sum())
 
     @property
@@ -46,7 +46,7 @@ class MachiningTime:
 def machining_time(
     path: ToolPath, rapid_mm_min: float, max_rpm: float | None = None, *, lead_along_thread: bool = False
 ) -> MachiningTime:
-    """The time of each move of a path.
+    """Computes the time of each move of a path.
 
     A cut of length s takes s / F at a feed a minute, 1 / F at an inverse time, and at a feed a revolution the integral
     of ds / (F n), where n is the spindle's speed: S, or under constant surface speed v / (2 pi x) at the radius x, in

@@ -13,7 +13,7 @@ from trueloop.nc.program.tool_path import ToolPath
 from trueloop.nc.program.understood import require_unit
 
 PART: Final = 1 << 21
-"""Bytes of a part, to which the rest of their last line comes."""
+"""The size of a part in bytes; the rest of its last line is added."""
 _MOST_FINDINGS: Final = 1000
 """So many or more are not all kept by a run of the whole program."""
 
@@ -29,7 +29,7 @@ class Lines:
     first: int
 
     def located(self, findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
-        """The findings before `until`, with the lines of the whole program."""
+        """Returns the findings up to line `until`, with the lines of the whole program."""
         return tuple(
             replace(found, place=replace(found.place, line=self.first + found.place.line))
             for found in findings
@@ -59,9 +59,9 @@ def parts(
     work_offsets_mm: Mapping[int, tuple[float, float, float]] | None = None,
     size: int = PART,
 ) -> Iterator[Part | None]:
-    """The program's parts as `Program.run` has them, without tools. None, and nothing after it, where only the whole
-    program tells: it is one part, has a block that sends the run elsewhere, is larger than a run's limit, or has what a
-    run refuses.
+    """Yields the program's parts as `Program.run` has them, without tools. None, and nothing after it, where it must be
+    run as a whole: it is one part, has a block that sends the run elsewhere, is larger than a run's limit, or has
+    what a run refuses.
     """
     if len(source) <= size:
         yield None
@@ -102,7 +102,7 @@ class Stretch:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Both."""
+        """Returns the findings of the text, then those of the run."""
         return (*self.of_text, *self.of_run)
 
 
@@ -118,8 +118,8 @@ def stretches(
     work_offsets_mm: Mapping[int, tuple[float, float, float]] | None = None,
     size: int = PART,
 ) -> Iterator[Stretch]:
-    """The path as `Program.run` has it when it is not strict, its moves stretch by stretch: a part each, or, from where
-    only the whole program tells, the rest. Raises what `read_program` and `require_unit` do.
+    """Yields the path as `Program.run` has it when it is not strict, stretch by stretch: a part each, or, from
+    where it must be run as a whole, the rest. Raises what `read_program` and `require_unit` do.
     """
     done = 0
     of_text: tuple[Finding, ...] = ()

@@ -1,4 +1,4 @@
-"""Whether the control keeps to the programmed path through corners.
+"""The path mode: how far the control keeps to the programmed path through corners.
 
 LinuxCNC starts in G64 without a tolerance unless its set-up says otherwise: it keeps up speed and rounds corners as far
 as its accelerations ask, tenths of a millimetre at finishing feeds. A contour corrected by micrometres needs G61, or
@@ -28,7 +28,7 @@ class PathMode:
     named: Block | None = None
 
     def and_then(self, path: ToolPath, lines: Lines) -> "PathMode":
-        """After these lines and their moves; of a control that does not blend corners nothing is known."""
+        """Returns the state after these lines and their moves; unchanged for a control that does not blend corners."""
         if self.cut is not None or not lines.program.dialect.blends_corners:
             return self
         cuts = path.line[np.isin(path.motion, [Motion.LINE, Motion.ARC])]
@@ -39,8 +39,8 @@ class PathMode:
         return PathMode(lines.program.file, cut, last)
 
     def findings(self) -> Iterator[Finding]:
-        """NC-BLEND where the first cut runs without a bound on the rounding of corners: a note where the program names
-        no path mode, a warning where it names one without a bound. Blocks count in the order they are written.
+        """Yields NC-BLEND where the first cut runs without a bound on the rounding of corners: a note where the program
+        names no path mode, a warning where it names one without a bound. Blocks count in the order they are written.
         """
         if self.cut is None:
             return
@@ -53,12 +53,12 @@ class PathMode:
 
 
 def path_mode_findings(program: Program, path: ToolPath) -> Iterator[Finding]:
-    """What `PathMode.findings` has of a whole program."""
+    """Yields `PathMode.findings` of a whole program."""
     return PathMode().and_then(path, Lines(program, program.block_count, 0)).findings()
 
 
 def mode_of(block: Block) -> float | None:
-    """The path mode that a block names: `BLENDED`, or one of `EXACT`; None: it names none, or is skipped."""
+    """Returns the path mode that a block names: `BLENDED`, or one of `EXACT`; None: it names none, or is skipped."""
     codes = [word.value for word in block.words if word.letter == "G" and not block.skipped]
     return next((code for code in codes if code in (*EXACT, BLENDED)), None)
 

@@ -7,7 +7,7 @@ _WHOLE = frozenset({"line", "column", "tool"})
 
 
 def rows_of(path: ToolPath) -> list[dict[str, object]]:
-    """The rows of `csv_text` as objects: numbers as numbers, empty cells as None."""
+    """Returns the rows of `csv_text` as objects: numbers as numbers, empty cells as None."""
     return [
         {name: _value(name, cell) for name, cell in zip(CSV_HEADER, row.split(","), strict=True)}
         for text in csv_text(path)

@@ -16,10 +16,10 @@ from trueloop.nc.program.dialect import Dialect, dialect_named
 from trueloop.nc.program.tool_path import ToolPath
 
 BLOCK_LIMIT = 10_000_000
-"""Most blocks a run executes, every turn of a loop counted."""
+"""The most blocks that a run executes, every turn of a loop counted."""
 
 Unit: TypeAlias = Literal["mm", "inch"]
-"""What a length of a program counts."""
+"""The unit of a program's lengths."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Word:
     """A word of a block. `start`, `end`, `value_start` are byte offsets; line and column count from 1, in bytes.
 
     `kind` is number, expression, assignment, statement, flow, name, label, call or unknown; `value` the number of a
-    number word, otherwise NaN. `increment` is whether the word itself says that it is an increment or a position, as U
+    number word, otherwise NaN. `increment` is whether the word itself states an increment (True) or a position, as U
     or `X=IC(5)` do, whatever mode is in force; None where it does not.
     """
 
@@ -46,7 +46,7 @@ class Word:
 
     @property
     def is_expression(self) -> bool:
-        """Whether the value is computed when the program runs."""
+        """Returns whether the value is computed when the program runs."""
         return self.kind == "expression"
 
 
@@ -86,7 +86,7 @@ class OffsetStatement:
 class Program:
     """A program as read. Made by `read_program`.
 
-    `unit`: what is in force when it starts, where whoever runs it says so; `decimals`: how many are written at least.
+    `unit`: the one in force when it starts, where the caller states it; `decimals`: how many are written at least.
     """
 
     source: bytes
@@ -101,22 +101,22 @@ class Program:
         return read_program, (self.source, self.dialect.name, self.file, self.unit, self.decimals)
 
     def rewritten(self, source: bytes) -> "Program":
-        """Another text of the same program, read under the same terms, and never written coarser than this one."""
+        """Reads another text of this program with its dialect, file and unit, never written coarser than this one."""
         decimals = max(self.decimals, nc_written_decimals(self.core))
         return read_program(source, self.dialect.name, self.file, self.unit, decimals)
 
     @property
     def file_name(self) -> str:
-        """That of the file without its folder; `program.nc` where it comes from no file."""
+        """Returns the file's name without its folder; `program.nc` where it comes from no file."""
         return PurePath(self.file or "program.nc").name
 
     @property
     def block_count(self) -> int:
-        """Number of blocks: block i is line i + 1."""
+        """Returns the number of blocks: block i is line i + 1."""
         return self.core.block_count
 
     def block(self, index: int) -> Block:
-        """The block of that index, from 0."""
+        """Returns the block of that index, from 0."""
         start, end, first, after, skipped, _ = self.core.block(index)
         words = tuple(self.word(word) for word in range(first, after))
         number = next((int(word.value) for word in words if word.letter == "N" and word.kind == "number"), None)
@@ -124,11 +124,11 @@ class Program:
 
     @property
     def blocks(self) -> Iterator[Block]:
-        """All blocks in order."""
+        """Yields all blocks in order."""
         return (self.block(index) for index in range(self.block_count))
 
     def word(self, index: int) -> Word:
-        """The word of that index, from 0 through the whole program."""
+        """Returns the word of that index, from 0 through the whole program."""
         letter, start, end, value_start, kind, value, block, increment = self.core.word(index)
         column = start - self.core.block(block)[0] + 1
         text = self.source[start:end].decode("latin-1")
@@ -136,19 +136,19 @@ class Program:
         return Word(index, block, name, kind, start, end, value_start, block + 1, column, text, value, increment)
 
     def place(self, offset: int) -> Place:
-        """Line and column of a byte."""
+        """Returns line and column of a byte."""
         block = self.core.block_at(offset)
         start = self.core.block(block)[0] if self.block_count else 0
         return Place(self.file, block + 1, offset - start + 1)
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """What can be said without running it: unknown words and codes, words twice in a block, odd numbers."""
+        """Returns the findings that need no run: unknown words and codes, words twice in a block, odd numbers."""
         return self.found(self.core.findings())
 
     @cached_property
     def offset_statements(self) -> tuple[OffsetStatement, ...]:
-        """The tool offset updates whose value is a number, in order."""
+        """Returns the tool offset updates whose value is a number, in order."""
         rows = self.core.offset_statements()
         return tuple(
             OffsetStatement(tool, axis, value, start, end, self.core.block_at(start) + 1)
@@ -175,7 +175,7 @@ class Program:
         trace: bool = False,
         roughing: bool = True,
     ) -> ToolPath:
-        """Runs it and gives the tool path.
+        """Runs the program and returns the tool path.
 
         parameters: values by name (`P46`, `#1`, `#<depth>`). skipped_blocks: run the blocks that start with a slash.
         position_mm: where the tool stands at the start, X a radius. inch, diameter, plane (17, 18, 19): the state at
@@ -184,7 +184,7 @@ class Program:
         offsets.
         work_offsets_mm: where the zeros of work offsets are in machine coordinates, X a radius, by number from 1 (G54);
         `offset_number` knows their names. trace: note the blocks executed and the state after each. roughing: take
-        roughing cycles (G71 to G73) apart; without it their passes, which follow the contour and say nothing of it, are
+        roughing cycles (G71 to G73) apart; without it their passes, which only follow the contour, are
         not in the path. strict: raise the first of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW,
         NC-LIMIT, NC-UNIT (a length before the unit is stated, or one stated against the one given), NC-DUPLICATE (two
         codes of one group), NC-FEED (one below zero) and, with tools, NC-TOOL (one that is
@@ -214,7 +214,7 @@ class Program:
 
 
 def contradicted(given: Unit | None, stated: tuple[int, bool] | None, file: str | None) -> tuple[Finding, ...]:
-    """NC-UNIT where the block `stated` (from 0) states before any length another unit than the one given."""
+    """Returns NC-UNIT where the block `stated` (from 0) states before any length another unit than the one given."""
     if given is None or stated is None or stated[1] is (given == "inch"):
         return ()
     message = f"line {stated[0] + 1} states {'inch' if stated[1] else 'mm'}, and the unit was given as {given}"
@@ -223,7 +223,7 @@ def contradicted(given: Unit | None, stated: tuple[int, bool] | None, file: str 
 
 
 def no_parameter(name: str, dialect: str) -> TrueloopError:
-    """A name that is none of a parameter."""
+    """Returns the error NC-PARAMETER of a name that is no parameter's."""
     return TrueloopError(
         Code.NC_PARAMETER,
         f"{name} names no parameter of the dialect {dialect}",
@@ -250,8 +250,8 @@ def read_program(
 ) -> Program:
     """Reads a program: any bytes can be read. Raises NC-DIALECT (no such dialect), NC-LIMIT (2 GiB or more).
 
-    unit: what is in force at its start. Coordinates are written with as many decimals as the control resolves, the
-    program's own have, or `decimals` says, whichever is most.
+    unit: the one in force at its start. Coordinates are written with as many decimals as the control resolves, the
+    program's own have, or `decimals` requests, whichever is most.
     """
     known = dialect_named(dialect)
     try:

@@ -1,4 +1,4 @@
-"""How long a program takes, as a whole and by tool; a long one is run in parts."""
+"""The time of a program, as a whole and by tool; a long one is run in parts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -36,7 +36,7 @@ class ProgramTime:
         max_rpm: float | None,
         lead_along_thread: bool,
     ) -> "ProgramTime":
-        """With these moves after its own. Raises what `machining_time` does."""
+        """Returns the time with these moves added. Raises what `machining_time` does."""
         time = machining_time(path, rapid_mm_min, max_rpm, lead_along_thread=lead_along_thread)
         by_tool_s = dict(self.by_tool_s)
         for tool, move_s in zip(path.tool[~time.rapid].tolist(), time.move_s[~time.rapid].tolist(), strict=True):
@@ -51,7 +51,7 @@ class ProgramTime:
 
 
 def program_time(program: Program, path: ToolPath, rapid_mm_min: float, max_rpm: float | None = None) -> ProgramTime:
-    """The time of a program that was run. Raises what `machining_time` does.
+    """Returns the time of a program that was run. Raises what `machining_time` does.
 
     >>> program = trueloop.read_program(trueloop.example("linuxcnc/finish.ngc"))
     >>> time = trueloop.program_time(program, program.run(), rapid_mm_min=10_000, max_rpm=3000)
@@ -75,7 +75,7 @@ def time_in_parts(
     work_offsets_mm: Mapping[int, tuple[float, float, float]] | None = None,
     size: int = PART,
 ) -> ProgramTime | None:
-    """The same of a long program, without tools, in parts of `size` bytes; None where only the whole program tells."""
+    """Returns the time of a long program in parts of `size` bytes, without tools; None where it must be run whole."""
     time, along = ProgramTime(), dialect_named(dialect).lead_along_thread
     every = parts(
         source, dialect, file, unit, parameters,

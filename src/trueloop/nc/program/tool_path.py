@@ -25,7 +25,7 @@ INVERSE_TIME, PER_MINUTE, PER_REVOLUTION = 93, 94, 95
 
 
 class Motion(IntEnum):
-    """What a move is. A probing move ends at its programmed point here, on the machine at the touch."""
+    """The kind of a move. A probing move ends at its programmed point here, on the machine at the touch."""
 
     RAPID = 0
     LINE = 1
@@ -36,7 +36,7 @@ class Motion(IntEnum):
 
 @dataclass(frozen=True)
 class CoordinateState:
-    """How coordinates of a block are written: program unit, X as a diameter, increments instead of positions."""
+    """The form of a block's coordinates: program unit, X as a diameter, increments instead of positions."""
 
     inch: bool
     diameter: bool
@@ -92,99 +92,99 @@ class ToolPath:
 
     @cached_property
     def line(self) -> Integers:
-        """Line of each move, from 1."""
+        """Returns the line of each move, from 1."""
         return self.block + 1
 
     @cached_property
     def rapid(self) -> Flags:
-        """Whether a move is not at feed."""
+        """Returns whether each move is a rapid move."""
         return np.equal(self.motion, Motion.RAPID)
 
     @cached_property
     def plane(self) -> Integers:
-        """Plane of arcs: 17 (XY), 18 (ZX), 19 (YZ)."""
+        """Returns the plane of arcs: 17 (XY), 18 (ZX), 19 (YZ)."""
         return self._of_state("plane")
 
     @cached_property
     def inch(self) -> Flags:
-        """Whether the program unit is the inch."""
+        """Returns whether the program unit is the inch."""
         return self._of_state("inch")
 
     @cached_property
     def diameter(self) -> Flags:
-        """Whether X words are diameters."""
+        """Returns whether X words are diameters."""
         return self._of_state("diameter")
 
     @cached_property
     def incremental(self) -> Flags:
-        """Whether coordinates are increments."""
+        """Returns whether coordinates are increments."""
         return self._of_state("incremental")
 
     @cached_property
     def feed(self) -> Array:
-        """Feed, in the unit of `feed_mode`: mm/min (94), mm/rev (95), 1/min (93). NaN before the first F word."""
+        """Returns the feed in the unit of `feed_mode`: mm/min (94), mm/rev (95), 1/min (93); NaN before the first F."""
         return self._of_state("feed")
 
     @cached_property
     def feed_mode(self) -> Integers:
-        """93 inverse time, 94 mm/min, 95 mm/rev."""
+        """Returns the feed mode: 93 inverse time, 94 mm/min, 95 mm/rev."""
         return self._of_state("feed_mode")
 
     @cached_property
     def spindle_mode(self) -> Integers:
-        """96 constant surface speed, 97 revolutions per minute."""
+        """Returns the spindle mode: 96 constant surface speed, 97 revolutions per minute."""
         return self._of_state("spindle_mode")
 
     @cached_property
     def spindle_speed(self) -> Array:
-        """The S word as programmed, NaN before the first."""
+        """Returns the S word as programmed, NaN before the first."""
         return self._of_state("spindle_speed")
 
     @cached_property
     def spindle_limit(self) -> Array:
-        """Greatest speed under constant surface speed, 1/min, where the program says it (G50 S, G92 S); else NaN."""
+        """Returns the greatest speed under constant surface speed, 1/min, where programmed (G50 S, G92 S); else NaN."""
         return self._of_state("spindle_limit")
 
     @cached_property
     def tool(self) -> Integers:
-        """The T word as programmed, −1 before the first."""
+        """Returns the T word as programmed, −1 before the first."""
         return self._of_state("tool")
 
     @cached_property
     def tool_offset(self) -> Integers:
-        """The number by which the tool offset in force was called: 13 of T0313, that of H, that of the tool; of a
-        Sinumerik's T3 D2 3002. 0 for none, −1 where the block gave the offset itself.
+        """Returns the number by which the tool offset in force was called: 13 of T0313, that of H, that of the tool; of
+        a Sinumerik's T3 D2 3002. 0 for none, −1 where the block gave the offset itself.
         """
         return self._of_state("tool_offset")
 
     @cached_property
     def compensation(self) -> Integers:
-        """Cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
+        """Returns the cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
         return self._of_state("compensation")
 
     @cached_property
     def work_offset(self) -> Integers:
-        """Work offset in force, from 1 (G54)."""
+        """Returns the work offset in force, from 1 (G54)."""
         return self._of_state("work_offset")
 
     @cached_property
     def origin_mm(self) -> Array:
-        """What a position has added to it on the machine (n, 3): work offset, G52, G92 or TRANS, and tool offset."""
+        """Returns machine less program position, (n, 3): work offset, G52, G92 or TRANS, and tool offset."""
         return self._of_state("origin_mm")
 
     @cached_property
     def register_mm(self) -> Array:
-        """The part of `origin_mm` that G52, G92 or TRANS made, (n, 3)."""
+        """Returns the part of `origin_mm` that G52, G92 or TRANS made, (n, 3)."""
         return self._of_state("register_mm")
 
     @cached_property
     def renamed(self) -> Integers:
-        """How often another tool, tool offset or work offset came into force that X, Y or Z hang on, (n, 3)."""
+        """Returns how often another tool, tool offset or work offset came into force for X, Y, Z, (n, 3)."""
         return self._of_state("renamed")
 
     @cached_property
     def turned(self) -> Integers:
-        """Letter (as its code, 0 for none) of a rotary axis that stands or moves away from 0, or where is not known."""
+        """Returns the letter (as its code, 0 for none) of a rotary axis away from 0 or at an unknown position."""
         return self._of_state("turned")
 
     def call_stack(self, move: int) -> tuple[int, ...]:
@@ -197,7 +197,7 @@ class ToolPath:
         return tuple(lines)
 
     def coordinate_state(self, move: int) -> CoordinateState:
-        """How the coordinates of that move are written."""
+        """Returns the form in which the coordinates of that move are written."""
         state = int(self.state[move])
         columns = self.states
         return CoordinateState(
@@ -220,8 +220,8 @@ _ROWS_AT_ONCE: Final = 20_000
 
 
 def csv_text(path: ToolPath, first: int = 0) -> Iterator[str]:
-    """The moves from `first` on in the order of `CSV_HEADER`, a line each, some lines at a time; lengths to 1e-9 mm,
-    angles to 1e-12 rad, trailing zeros left out, unknown values empty. No cell holds a comma or a quote.
+    """Yields the moves from `first` on in the order of `CSV_HEADER`, a line each, some lines at a time; lengths to
+    1e-9 mm, angles to 1e-12 rad, trailing zeros left out, unknown values empty. No cell has a comma or a quote.
     """
     for start in range(first, len(path), _ROWS_AT_ONCE):
         rows = slice(start, min(start + _ROWS_AT_ONCE, len(path)))

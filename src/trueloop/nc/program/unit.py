@@ -1,4 +1,4 @@
-"""Which unit a program's lengths are in, and what says so, for records and for people."""
+"""The unit of a program's lengths and its source, for records and for people."""
 
 from pathlib import Path
 
@@ -8,8 +8,8 @@ from trueloop.nc.program.tool_path import ToolPath
 
 
 def unit_told(given: Unit | None, stated: tuple[int, bool] | None) -> dict[str, str]:
-    """The unit in force at the first length, and its source. stated: the line (from 1) that states it before any
-    length, and whether it is the inch. Without either the program has no length that needs one.
+    """Returns the unit in force at the first length, and its source. stated: the line (from 1) that states it before
+    any length, and whether it is the inch. Without either the program has no length that needs one.
     """
     if stated is not None:
         line, inch = stated
@@ -20,12 +20,12 @@ def unit_told(given: Unit | None, stated: tuple[int, bool] | None) -> dict[str, 
 
 
 def unit_of_path(given: Unit | None, path: ToolPath) -> dict[str, str]:
-    """The same of a program that was run."""
+    """Returns the unit at the first length, and its source, of a program that was run."""
     stated = path.unit_stated
     return unit_told(given, None if stated is None else (stated[0] + 1, stated[1]))
 
 
 def recorded_program(file: str, dialect: str, sha256: str, unit: dict[str, str]) -> Program:
-    """A program as a record names it; `unit` as `unit_told` gives it."""
+    """Returns a program as a record names it; `unit` as `unit_told` returns it."""
     known: tuple[Unit, ...] = ("mm", "inch")
     return Program(Path(file).name, dialect, sha256, next((one for one in known if one == unit["unit"]), None))
