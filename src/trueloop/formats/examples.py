@@ -9,7 +9,7 @@ EXAMPLES: Final = Path(__file__).parents[1] / "examples"
 
 
 def example(name: str) -> Path:
-    """The path of an example: `name` is that of a file below `examples/`. What reads it refuses one that is not there.
+    """Returns the path of an example: `name` is that of a file below `examples/`. Readers refuse one that is not there.
 
     >>> trueloop.example("modbas2/job.toml").name
     'job.toml'
@@ -18,7 +18,7 @@ def example(name: str) -> Path:
 
 
 def titles() -> dict[str, str]:
-    """The folders of examples, each with the first line of its README."""
+    """Returns the folders of examples, each with the first line of its README."""
     return {folder.name: _title(folder / "README.md") for folder in sorted(EXAMPLES.iterdir()) if folder.is_dir()}
 
 

@@ -46,7 +46,7 @@ SIGNATURES: Final = (
 
 
 def read_input(path: Path, code: Code, *, hint: str) -> bytes:
-    """The file's bytes. Raises `code` when it cannot be read, with the nearest name in its folder, else with `hint`."""
+    """Returns the file's bytes. Raises `code` if it cannot be read, with the nearest name in its folder or `hint`."""
     with readable(path, code, hint=hint):
         content = path.read_bytes()
     require_text(content, path, code)
@@ -72,7 +72,7 @@ def _utf_16(beginning: bytes) -> tuple[str, str] | None:
 
 @contextmanager
 def readable(path: Path, code: Code, *, hint: str) -> Iterator[None]:
-    """What is read of the file in here raises `code` where it cannot be, as `read_input` does."""
+    """Makes reading the file in its context raise `code` where that fails, as `read_input` does."""
     try:
         yield
     except FileNotFoundError as error:
@@ -102,7 +102,7 @@ def read_text(path: Path, code: Code, *, hint: str) -> str:
 
 
 def nearest_name(path: Path) -> str | None:
-    """The name in the path's folder most like the one asked for; None where none is like it."""
+    """Returns the name in the path's folder most like its own; None where none is like it."""
     try:
         names = [entry.name for entry in path.parent.iterdir() if entry.exists()]  # no links that lead nowhere
     except OSError:
@@ -112,7 +112,7 @@ def nearest_name(path: Path) -> str | None:
 
 
 def read_program(path: FilePath, dialect: str | None = None, unit: Unit | None = None, decimals: int = 0) -> Program:
-    """The program of a file; its dialect is guessed where none is named, `unit` and `decimals` as for its bytes.
+    """Reads the program of a file; its dialect is guessed where none is named, `unit` and `decimals` as for its bytes.
 
     Raises NC-FILE, NC-DIALECT and NC-LIMIT.
 
@@ -129,6 +129,6 @@ def read_program(path: FilePath, dialect: str | None = None, unit: Unit | None =
 
 
 def read_source(path: Path, dialect: str | None) -> tuple[bytes, str]:
-    """The bytes of a program and its dialect, guessed where none is named. Raises NC-FILE and NC-DIALECT."""
+    """Returns the bytes of a program and its dialect, guessed where none is named. Raises NC-FILE and NC-DIALECT."""
     source = read_input(path, Code.NC_FILE, hint="name an NC program")
     return source, dialect_named(guess_dialect(source, str(path)) if dialect is None else dialect).name

@@ -37,7 +37,7 @@ def with_options(table: str, *options: object) -> Callable[[type[T]], type[T]]:
 
 
 def options_from(kind: type[D], file: Table, **others: object) -> D:
-    """The dataclass of options as a file gives them, in mm, radians and shares; `others` are set by no key alone."""
+    """Returns the dataclass of a file's options, in mm, radians and shares; `others` are set by no key alone."""
     keys = {name: choice.option.key for name, choice in choices_of(kind).items()}
     return kind(**{name: inside(key, attrgetter(key)(file)) for name, key in keys.items()}, **others)
 

@@ -64,9 +64,9 @@ class Output:
 
 @contextmanager
 def written_as_it_comes(path: Path, inputs: Iterable[Path] = ()) -> Iterator[Output]:
-    """A file for what is too large to be held: written beside `path`, synced and renamed to it at the end.
+    """Opens a file for output too large for memory: written beside `path`, synced and renamed to it at the end.
 
-    After any error there is what was there before. Raises OUT-INPUT and OUT-FOLDER as `write_all`.
+    After any error `path` is as before. Raises OUT-INPUT and OUT-FOLDER as `write_all`.
     """
     folder = path.parent
     _require_different(folder, [path.name], inputs)

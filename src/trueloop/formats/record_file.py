@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 
 def read_json(path: Path, name: str, made: Callable[[dict[str, Any]], T], *, hint: str) -> T:
-    """What `made` makes of the file's content. Raises MCH-FILE where its "format" is not `name`, or `made` fails."""
+    """Returns `made` of the file's content. Raises MCH-FILE where its "format" is not `name`, or `made` fails."""
     text = read_text(path, Code.MCH_FILE, hint=hint)
     try:
         with in_file(path):
@@ -37,7 +37,7 @@ def read_json(path: Path, name: str, made: Callable[[dict[str, Any]], T], *, hin
 
 SCHEMA: Final[int] = get_args(Record.__annotations__["schema"])[0]
 PRODUCTS: Final = {"curves": Product.TURNED, "control_um": Product.SURFACE, "terms": Product.MACHINE}
-"""What a record without a schema is of, by a key of its model."""
+"""The product of a record without a schema, by a key of its model."""
 HINT: Final = "name the record.json or STEM.record.json that stands beside a corrected program"
 WHOLE: Final = "restore the file as trueloop wrote it"
 
@@ -53,7 +53,7 @@ def read_record(path: Path) -> Record:
 
 
 def record_beside(target: Path, record: Record) -> Named:
-    """The record of a written program, as a file beside it."""
+    """Returns the record of a written program, as a file beside it."""
     return f"{target.stem}.record.json", record.to_json().encode()
 
 

@@ -34,7 +34,7 @@ SYMBOLS: Final = (
     (re.compile(r"distance", re.I), Quantity.LENGTH),
     (re.compile(r"^[xyz]_?(value|pos|nominal)?$", re.I), Quantity.POSITION),
 )
-"""What `idsymbol` says; `type` says it in the language of the person who measured."""
+"""Quantities by `idsymbol`; `type` has them in the language of the person who measured."""
 USED: Final = frozenset(
     [
         *(*NEEDED, "planid", "partnb", "type", "idsymbol", "uppertol", "lowertol", "deviation", "featureid"),
@@ -45,14 +45,14 @@ Row = Mapping[str, str]
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """By the first line: names of columns that no other program writes."""
+    """Returns whether the first line has names of columns that no other program writes."""
     names = beginning(head).split("\n", 1)[0].lower().strip().split("\t")
     return {"planid", "partnb"} <= set(names) or {*NEEDED, "uppertol", "lowertol"} <= set(names)
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """The parts of a table of characteristics. Raises MSR-UNIT, as the table names no unit, MSR-NUMBER, MSR-EXCHANGED,
-    and MSR-MEANING for the header or the features alone.
+    """Reads the parts of a table of characteristics. Raises MSR-UNIT, as the table names no unit, MSR-NUMBER,
+    MSR-EXCHANGED, and MSR-MEANING for the header or the features alone.
     """
     text, encoding = read_decoded(path)
     rows = list(_rows(text, USED))

@@ -9,7 +9,7 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.units import MM_PER_INCH
 
 STATED: Final = ("serial", "instrument", "expanded_uncertainty_um", "operator", "measured_at", "temperature_c")
-"""What may be stated once for all rows, as comments."""
+"""Columns that may be stated once for all rows, as comments."""
 DECIMALS: Final = {"mm": 4, "inch": 5}
 
 

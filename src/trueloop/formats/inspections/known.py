@@ -24,7 +24,7 @@ NOMINAL: Final = tuple(f"nominal_{suffix}" for suffix in X_SUFFIXES)
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """A CSV whose header has a point and its nominal x."""
+    """Returns whether the file is a CSV whose header has a point and its nominal x."""
     try:
         text, _ = decoded(head, path)
     except TrueloopError:
@@ -36,7 +36,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """One inspection of a part that the file does not name. Raises TCH errors."""
+    """Reads one inspection of a part that the file does not name. Raises TCH errors."""
     del stated  # every column says its unit
     with in_file(path):
         touches = tuple(read_touches(path))
@@ -63,13 +63,13 @@ KNOWN: Final[tuple[Format, ...]] = (
     FORMAT,
     tables.FORMAT,  # last: any CSV is one
 )
-"""In the order in which they are asked: the first that recognises a file reads it."""
+"""The formats in the order in which they are tried: the first that recognises a file reads it."""
 HEAD: Final = 65_536
 
 
 @put_off()
 def read_measured_file(path: Path, stated: Stated) -> MeasuredFile:
-    """A file's inspections. Raises MSR errors with their places; MSR-FORMAT where no format is recognised."""
+    """Reads a file's inspections. Raises MSR errors with their places; MSR-FORMAT where no format is recognised."""
     with readable(path, Code.MSR_FILE, hint=HINT), path.open("rb") as file:
         head = file.read(HEAD)
     if not head.strip():

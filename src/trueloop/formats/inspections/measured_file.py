@@ -1,4 +1,4 @@
-"""What a reader of an inspection file gives: the inspections, and what had to be said about the file."""
+"""The result of reading an inspection file: the inspections, and remarks about the file."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -38,10 +38,10 @@ class MeasuredFile:
 
 @dataclass(frozen=True)
 class Stated:
-    """What a user says of a file that it does not say itself. None: nothing.
+    """The user's statements about a file that it lacks. None: not stated.
 
-    `unit` is that of its lengths, `mapping` the file that says what its columns mean, `variables` what a control's
-    variables hold.
+    `unit` is that of its lengths, `mapping` the file with the meanings of its columns, `variables` those of a control's
+    variables.
     """
 
     unit: Unit | None = None

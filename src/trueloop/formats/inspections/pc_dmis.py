@@ -44,11 +44,11 @@ COLUMNS: Final = {
     "OUTTOL": "outside",
     "OUT-TOL": "outside",
 }
-"""By the words of the heading; which there are, and in which order, is a setting."""
+"""Columns by the words of the heading; which there are, and in which order, is a setting."""
 HEADING: Final = re.compile(r"\s*AX(?:IS)?\s+(?=.*(?:MEAS|ACTUAL|DEV))", re.IGNORECASE)
 BLOCK: Final = re.compile(r"\s*DIM(?:ENSION)?\s+(\S+?)\s*=\s*(.+)", re.IGNORECASE)
 LABEL: Final = re.compile(r"\W*(MM|IN|INCH|DEG)\b\s+(\S+)(?:\s+-\s+(.+))?\s*", re.IGNORECASE)
-"""How a printed report names a dimension: `MM   LOC1 - CIR1`."""
+"""The line of a dimension's name in a printed report: `MM   LOC1 - CIR1`."""
 ENDED: Final = re.compile(
     r"\s*END\s+OF\s+DIMENSION|\s*DIM(?:ENSION)?\s|\s*(?:PART NAME|SER NUMBER|REV NUMBER)\b", re.IGNORECASE
 )
@@ -83,13 +83,13 @@ class Block:
 
     @property
     def feature(self) -> str:
-        """The feature that it is a size of."""
+        """Returns the feature that the block is a size of."""
         found = FEATURE.search(self.what)
         return found[2] if found else "" if " " in self.what else self.what
 
     @property
     def other(self) -> str:
-        """The one from which a distance counts."""
+        """Returns the feature from which a distance counts; empty for other sizes."""
         found = OTHER.search(self.what)
         return found[2] if found and "DISTANCE" in self.what.upper() else ""
 
@@ -104,7 +104,7 @@ class Run:
 
 
 def runs_in(text: str) -> list[Run]:
-    """The runs of a report in their order: each begins with the name of its part."""
+    """Returns the runs of a report in their order: each begins with the name of its part."""
     runs = [Run()]
     lines = _joined(text)
     for at, (line, content) in enumerate(lines):
@@ -209,13 +209,13 @@ class _Value:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """By a heading of columns that begins with AX."""
+    """Returns whether the file has a heading of columns that begins with AX."""
     return any(HEADING.match(line) and len(line.split()) > 2 for line in beginning(head).splitlines())
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """The runs of a report. Raises MSR-UNIT where a dimension names none, MSR-NUMBER, MSR-EXCHANGED, and MSR-VALUE
-    where the report holds no value.
+    """Reads the runs of a report. Raises MSR-UNIT where a dimension names no unit, MSR-NUMBER, MSR-EXCHANGED, and
+    MSR-VALUE where the report has no value.
     """
     text, encoding = read_decoded(path)
     runs = runs_in(text)

@@ -29,12 +29,12 @@ TITLE: Final = re.compile(r"\s*([A-Za-z ]+?)\s*:\s*(\S.*?)\s*")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """By the line of headings."""
+    """Returns whether the file has the line of headings."""
     return any(_is_heading(line) for line in beginning(head).splitlines())
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """The plate as one part, four readings a hole. Raises MSR-UNIT without a unit, MSR-NUMBER, MSR-VALUE, MSR-TIME."""
+    """Reads the plate as one part, four readings a hole. Raises MSR-UNIT, MSR-NUMBER, MSR-VALUE, MSR-TIME."""
     text, encoding = read_decoded(path)
     lines = list(enumerate(text.splitlines(), 1))
     at = next(k for k, (_, line) in enumerate(lines) if _is_heading(line))

@@ -1,8 +1,8 @@
-"""What a Mitutoyo gauge or multiplexer sends over a serial line, kept in a file: `01A+00012.345`, a line a value.
+"""Output of a Mitutoyo gauge or multiplexer on a serial line, kept in a file: `01A+00012.345`, a line a value.
 
 Two digits name the channel, a letter the kind (A: a value as measured; others, such as the largest or the mean, are
-left out with a remark). `911` after the channel says that no gauge is connected or that it sends nothing, `912` that
-its data are wrong. A line names neither unit, nor part, nor characteristic: the unit is asked for, and channels are the
+left out with a remark). `911` after the channel means that no gauge is connected or that it sends nothing, `912` that
+its data are wrong. A line names neither unit, nor part, nor characteristic: the unit is required, and channels are the
 characteristics. Known from the formats that loggers of it read, not from its manual.
 """
 
@@ -27,7 +27,7 @@ FAULTS: Final = {"911": "no gauge is connected, or it sends nothing", "912": "it
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """By its first lines, all of which are values or faults."""
+    """Returns whether the first lines are all values or faults, one at least a value."""
     lines = [line.strip() for line in beginning(head).splitlines()[:20] if line.strip()]
     lines = lines[:-1] if len(lines) > 1 and len(head) >= 65_536 else lines
     known = [LINE.fullmatch(line) or FAULT.fullmatch(line) for line in lines]
@@ -35,7 +35,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """The values of each channel, in the order sent. Raises MSR-UNIT, MSR-NUMBER, and MSR-VALUE where none is left."""
+    """Reads the values of each channel, in order. Raises MSR-UNIT, MSR-NUMBER, MSR-VALUE where none is left."""
     text, encoding = read_decoded(path)
     lines = [(line, content.strip()) for line, content in enumerate(text.splitlines(), 1) if content.strip()]
     values = [(line, found) for line, content in lines if (found := LINE.fullmatch(content))]

@@ -1,4 +1,4 @@
-"""What the numbers of an image may be: `crates/rtec` bounds them alike, so that nothing overflows in a servo period."""
+"""Bounds of the numbers of an image, alike in `crates/rtec`, so that nothing overflows in a servo period."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -25,7 +25,7 @@ class NoImageError(Exception):
 
 
 def check_numbers(limits: RealTimeLimits, bank: Bank, blocks: tuple[Block, ...]) -> None:
-    """Whether the numbers make limits, functions and a table. Raises NoImageError: limits, body, order."""
+    """Raises NoImageError (limits, body, order) where the numbers do not make limits, functions and a table."""
     _require("limits", [*_of_limits(limits), *_of_bank(bank)])
     for number, body in enumerate(bank.bodies):
         _require("body", _of_body(f"body {number}", body, spans(bank.signals)))
@@ -42,7 +42,7 @@ def _require(refusal: str, conditions: "list[tuple[str, bool]] | Iterator[tuple[
 
 
 def spans(signals: tuple[Signal, ...]) -> Array:
-    """What each signal may differ from its reference, at most."""
+    """Returns the largest difference of each signal from its reference within its range."""
     return np.array([max(abs(s.low - s.reference), abs(s.high - s.reference)) for s in signals])
 
 

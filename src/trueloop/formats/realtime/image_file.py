@@ -30,7 +30,7 @@ LINE: Final = (1 << 31) - 1
 
 
 def image_words(image: Image) -> Array:
-    """The words of an image, in their order."""
+    """Returns the words of an image, in their order."""
     limits, bank = image.limits, image.bank or Bank((), (), np.zeros((1, AXES, AXES)))
     signals = [(s.reference, s.low, s.high, s.most_step) for s in bank.signals]
     parts = [
@@ -63,7 +63,7 @@ def _block_words(blocks: tuple[Block, ...]) -> Iterator[Array | Sequence[float]]
 
 
 def read_words(words: Array, named: Sequence[tuple[str, str]]) -> tuple[RealTimeLimits, Bank, tuple[Block, ...]]:
-    """What the words say; `named` holds name and unit of the signals. A model that is none is a bank of nothing.
+    """Returns the content of the words; `named`: name and unit of the signals. Without a model the bank is empty.
 
     Raises NoImageError: not finite, count.
     """
@@ -93,18 +93,18 @@ class _Words:
 
     @property
     def left(self) -> int:
-        """How many there still are."""
+        """Returns the number of words left."""
         return len(self.words) - self.at
 
     def take(self, count: int) -> Array:
-        """The next so many. Raises NoImageError where there are fewer."""
+        """Returns the next `count` words. Raises NoImageError where there are fewer."""
         if count > self.left:
             raise NoImageError("count", f"{count} words are needed from word {self.at} on, {self.left} are there")
         self.at += count
         return self.words[self.at - count : self.at].astype(np.float64)
 
     def count(self, what: str, low: int, high: int) -> int:
-        """A whole number within bounds."""
+        """Returns the next word as a whole number. Raises NoImageError where it is none or outside `low` to `high`."""
         value = float(self.take(1)[0])
         if value != round(value) or not low <= value <= high:
             raise NoImageError("count", f"{what}: {value:g}, from {low} to {high}")
@@ -164,7 +164,7 @@ HINT: Final = "make one with `trueloop realtime image`"
 
 
 def image_to_bytes(image: Image) -> bytes:
-    """The file. Raises RTC-IMAGE for what `read_image` would refuse, texts that are too long among it."""
+    """Returns the file's bytes. Raises RTC-IMAGE for what `read_image` would refuse, such as too long texts."""
     try:
         content = _content(image)
         _read(content, None, None)

@@ -20,7 +20,7 @@ BLOCK: Final = 1000
 """Rows that are made into text at once."""
 WHOLE: Final = (*COUNTS, *TIMES_NS)
 OFF: Final = 1e-6
-"""By how much of a period a time may be off a whole number of them, with nine decimals of a second."""
+"""The share of a period by which a time may be off a whole number of them, with nine decimals of a second."""
 DECIMALS_S: Final = 1e-9
 HINT: Final = "name a samples.csv as `trueloop realtime watch` writes it; docs/realtime-samples.md has the columns"
 
@@ -31,7 +31,7 @@ def header(axes: str, signals: Sequence[str]) -> bytes:
 
 
 def lines(samples: Samples) -> Iterator[bytes]:
-    """The rows as whole lines, many at once."""
+    """Yields the rows as whole lines, many at once."""
     names = column_names(samples.axes, samples.signals)
     table = np.column_stack([samples.columns[name] for name in names])
     line = ",".join(map(_form, names)) + "\n"
@@ -41,7 +41,7 @@ def lines(samples: Samples) -> Iterator[bytes]:
 
 
 def samples_csv(samples: Samples) -> bytes:
-    """The whole file.
+    """Returns the whole file.
 
     >>> from trueloop.realtime.samples import Samples, column_names
     >>> names = column_names("x", ["T1_degC"])

@@ -34,8 +34,8 @@ class SignalLog:
     last_s: float = -np.inf
 
     def recorded(self, now_s: float) -> History | None:
-        """What was recorded before; None where there is nothing to go on with: no log, one of other signals, one from
-        the future, one that cannot be read.
+        """Returns the readings recorded before; None where they cannot be continued: no log, one of other signals, one
+        from the future, one that cannot be read.
         """
         with suppress(OSError, TrueloopError):
             with self.path.open("rb") as file:
@@ -60,7 +60,7 @@ class SignalLog:
         return None
 
     def append(self, time_s: float, values: Sequence[float]) -> None:
-        """One row more. A time that is not later is left out. Raises `OSError`."""
+        """Appends a row. A time that is not later is left out. Raises `OSError`."""
         if time_s <= self.last_s:
             return
         if self.rows >= self.most_rows:

@@ -26,7 +26,7 @@ DRIFT_FILE_HINT: Final = "make one with `trueloop machine drift-fit`"
 
 
 def drift_to_json(models: Mapping[str, DriftModel], made_from: dict[str, str]) -> str:
-    """The models as text; `made_from` names the log they were found from, with its sha256."""
+    """Returns the models as text; `made_from` names the log they were fitted to, with its sha256."""
     channels = {name: _channel(model) for name, model in models.items()}
     content = {"format": DRIFT_FILE_FORMAT, "made_from": made_from, "channels": channels}
     return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
@@ -76,7 +76,7 @@ HINT: Final = "make one with `trueloop machine fit`; a model of format 1 has to 
 
 
 def model_to_json(model: MachineModel, made_from: Mapping[str, str] | None = None) -> str:
-    """The model as text; `made_from` names the files it was found from, with their sha256.
+    """Returns the model as text; `made_from` names the files it was fitted to, with their sha256.
 
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
@@ -132,7 +132,7 @@ def read_model(path: FilePath, *, offered: bool = False) -> MachineModel:
 
 
 def accepted_text(path: Path, acceptance: Acceptance) -> str:
-    """An offered model file with who accepted it, all else as it was. Raises MCH-FILE for what is not offered."""
+    """Returns an offered model file with its acceptance, all else as it was. Raises MCH-FILE for any other."""
 
     def accepted(content: dict[str, Any]) -> str:
         version = _model(content).version

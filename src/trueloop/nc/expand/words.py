@@ -49,7 +49,7 @@ def klartext_name(path: ToolPath, move: int, block: Block, new: Sequence[str]) -
 
 
 def circle_words(program: Program, path: ToolPath, move: int, start: Array, end: Array) -> list[str]:
-    """Returns the radius, or of a wide arc its centre from the start, moved to be equally far from both rounded ends."""
+    """Returns the radius, or of a wide arc its centre from the start, moved to be as far from both rounded ends."""
     state, dialect = path.coordinate_state(move), program.dialect
     axes = list(PLANE_AXES[int(path.plane[move])])
     centre = path.centre_mm[move][axes]

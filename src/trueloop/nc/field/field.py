@@ -71,7 +71,7 @@ def machine_field(
     tools: Sequence[CutterTool] | None = None,
     work_mm: Mapping[int, tuple[float, float, float]] | None = None,
 ) -> Field:
-    """Makes a machine's field; with `knows_travel` arcs are cut where an axis reverses, and a jumped start is approached."""
+    """Makes a machine's field; `knows_travel` cuts arcs where an axis reverses, and approaches a start that jumped."""
     core = NcField.function(displace, knows_travel)
     return Field(
         identity,

@@ -15,8 +15,8 @@ from trueloop.nc.match.feature_passes import Passes
 from trueloop.nc.program.feed_moves import FeedMove, moves_of_one_kind
 
 TOLERANCE_MM: Final = 0.125
-"""The distance, mm, of a commanded contour from the nominal one: at most half the usual 0.25 mm between passes, so that a
-mock error or a slip of 0.1 mm is still that contour and the pass before the last is another."""
+"""The most that a commanded contour may be from the nominal one: half the usual 0.25 mm between passes, so that a mock
+error or a slip of 0.1 mm is still that contour and the pass before the last is another."""
 
 
 def match_contour(

@@ -41,7 +41,7 @@ class Column:
         self.serials.append("")
 
     def of(self, key: str) -> list[str]:
-        """What a field of a value is said of."""
+        """Returns the column's list for a field of a value: attributes, times or serial numbers."""
         return {ATTRIBUTE: self.attributes, TIME: self.times, SERIAL: self.serials}[key]
 
 
@@ -62,16 +62,16 @@ class Fields:
     again: list[tuple[str, int]] = field(default_factory=list)
 
     def of_part(self, part: int, key: str) -> str:
-        """A field K1xxx; empty where it is not stated."""
+        """Returns a field K1xxx; empty where it is not stated."""
         return self.parts[part].get(key) or self.parts[0].get(key, "")
 
     def of(self, characteristic: int, key: str) -> str:
-        """A field K2xxx; empty where it is not stated."""
+        """Returns a field K2xxx; empty where it is not stated."""
         return self.characteristics[characteristic].get(key) or self.characteristics[0].get(key, "")
 
 
 def fields_of(texts: Iterator[tuple[Path, str]]) -> Fields:
-    """The fields of one file, or of plan and values one after the other. Raises MSR-FILE for a line that is neither."""
+    """Reads the fields of one file, or of plan and then values. Raises MSR-FILE for a line that is neither."""
     found, part = Fields(), 0
     for path, text in texts:
         for number, raw in enumerate(text.split("\n"), 1):

@@ -55,7 +55,7 @@ class Size:
 
 
 def sizes_of(fields: Fields, path: Path, stated: Stated) -> tuple[Mapping[int, Size], list[Remark]]:
-    """The variable characteristics by their numbers. Raises MSR-COUNTED where there are none, MSR-UNIT, MSR-NUMBER."""
+    """Returns the variable characteristics by number. Raises MSR-COUNTED where there are none, MSR-UNIT, MSR-NUMBER."""
     sizes, remarks, counted = {}, list[Remark](), []
     for index in sorted(fields.part_of):
         line = fields.lines.get(("2002", index), fields.lines.get(("2001", index)))
@@ -149,9 +149,9 @@ TIMES: Final = ("%d.%m.%Y/%H:%M:%S", "%d.%m.%y/%H:%M:%S", "%d.%m.%Y/%H:%M", "%d.
 
 
 def read_qdas(path: Path, stated: Stated) -> MeasuredFile:
-    """A `.dfq`, or the pair that a `.dfd` or `.dfx` belongs to, in mm and degrees, one inspection for each piece.
+    """Reads a `.dfq`, or the pair of a `.dfd` or `.dfx`, in mm and degrees, one inspection for each piece.
 
-    Raises MSR-COUNTED for what is counted and not measured, MSR-UNIT for a length without a unit that nobody states,
+    Raises MSR-COUNTED for what is counted and not measured, MSR-UNIT for a length whose unit is not stated,
     MSR-FILE, MSR-VALUE and MSR-NUMBER, each with the line.
     """
     files = _pair(path)

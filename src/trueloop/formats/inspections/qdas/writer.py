@@ -16,10 +16,10 @@ Numbers: TypeAlias = dict[tuple[PartType, str, str], dict[Asked, int]]
 
 
 def dfq_of(inspections: Sequence[Inspection]) -> bytes:
-    """A `.dfq` of the readings of inspections, UTF-8, in mm and degrees.
+    """Returns a `.dfq` of the readings of inspections, UTF-8, in mm and degrees.
 
     A characteristic is one of its part type, device and operator, with its nominal and limits; K2003 has its quantity
-    in a word. Times are kept to the second. What the format does not hold is not written: points, names of features,
+    in a word. Times are kept to the second. What the format lacks is not written: points, names of features,
     places, uncertainties. Readings repeated within an inspection are pieces of their own, with its serial number.
     """
     numbers = _numbered(inspections)

@@ -1,1 +1,1 @@
-"""What the readers of inspection files share: text, numbers, times, names, and checks of what is said twice."""
+"""Functions shared by the readers of inspection files: text, numbers, times, names, and checks of repeated values."""

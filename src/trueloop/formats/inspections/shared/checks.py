@@ -1,6 +1,6 @@
-"""What an inspection file says twice is compared, and values that nobody measured are found: for all readers.
+"""Checks for all readers: values that an inspection file states twice agree, and every value was measured.
 
-Each check gives one remark for all that it found, with the count and the line of the first.
+Each check gives one remark for all its cases, with the count and the line of the first.
 """
 
 from collections import Counter, defaultdict
@@ -19,7 +19,7 @@ ENOUGH: Final = 2
 
 
 class Said:
-    """What is said of a file once for all that it applies to: how often each text applies, and where first."""
+    """Remarks on a file, each once for all that it applies to: how often each text applies, and where first."""
 
     def __init__(self) -> None:
         """Starts without remarks."""
@@ -36,7 +36,7 @@ class Said:
 
 
 def half_digits(*numbers: str) -> float:
-    """By how much a sum of printed numbers may deviate because each was rounded: half of the last digit of each.
+    """Returns the deviation that rounding gives a sum of printed numbers at most: half of the last digit of each.
 
     >>> half_digits("4.530", "4,5")
     0.0505
@@ -104,7 +104,7 @@ def stated_verdicts(stated: Iterable[tuple[Reading, bool]]) -> tuple[Remark, ...
 
 
 def within(reading: Reading) -> bool | None:
-    """Whether a reading is within its limits, both of which are still good; None where it has none."""
+    """Returns whether a reading is within its limits, both included; None where it has none."""
     if reading.lower_limit is None and reading.upper_limit is None:
         return None
     above = reading.lower_limit is None or reading.actual >= reading.lower_limit - SLACK
@@ -117,7 +117,7 @@ def _limits(reading: Reading) -> str:
 
 
 def numbered(readings: Iterable[Reading]) -> tuple[Reading, ...]:
-    """The readings of one part, those of one characteristic, feature and axis numbered by `repeat` from 1."""
+    """Returns the readings of one part, those of one characteristic, feature and axis numbered by `repeat` from 1."""
     seen: Counter[tuple[str, str, str]] = Counter()
     out = []
     for reading in readings:

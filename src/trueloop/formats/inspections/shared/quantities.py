@@ -18,7 +18,7 @@ SLACK = 1e-9
 
 
 def characteristics_of(readings: Iterable[Reading]) -> tuple[Characteristic, ...]:
-    """What the file asks for, each once: those with a nominal value."""
+    """Returns the file's characteristics, each once: those with a nominal value."""
     found: dict[tuple[str, str, str], Characteristic] = {}
     for one in readings:
         key = one.characteristic, one.feature, one.axis
@@ -37,7 +37,7 @@ def require_order(reading: Reading, path: Path) -> None:
 
 
 def limits_refusal(lower: float, upper: float, place: Place) -> TrueloopError:
-    """The refusal of limits in the wrong order, in mm or degrees."""
+    """Returns the refusal MSR-EXCHANGED of limits in the wrong order, in mm or degrees."""
     return TrueloopError(
         Code.MSR_EXCHANGED,
         f"the lower limit {lower:.6g} is above the upper one, {upper:.6g}",
@@ -54,9 +54,9 @@ MOST_OF: Final = 0.9
 
 
 def deviation_sign(actual: Array, nominal: Array, deviation: Array, rounding: Array | float) -> Deviation | None:
-    """How deviations are counted, from rows that state all three, (n,) each, nan where they do not; None: unknown.
+    """Returns the sign convention of deviations from rows that state all three, (n,) each, nan if not; None: unknown.
 
-    Rows that agree with both signs, such as deviations of 0, say nothing.
+    Rows that agree with both signs, such as deviations of 0, do not count.
     """
     computed = actual - nominal
     same, opposite = np.abs(deviation - computed) <= rounding, np.abs(deviation + computed) <= rounding
@@ -71,11 +71,11 @@ def deviation_sign(actual: Array, nominal: Array, deviation: Array, rounding: Ar
 def lower_tolerance_sign(
     upper: Array, lower: Array, deviation: Array | None = None, good: Array | None = None
 ) -> LowerTolerance | None:
-    """Whether lower tolerances are printed with their sign, (n,) each, nan where not stated; None: cannot be known.
+    """Returns whether lower tolerances are printed with their sign; all (n,), nan where not stated; None: unknown.
 
     Where one is negative, signs are printed. A zone has a width: of `0.05 0.05` the second is without its sign. Of
     `0.05 0.02`, which may be either, deviations of parts whose verdict `good` (1 or 0, nan where not stated) is known
-    tell.
+    decide.
     """
     stated = ~(np.isnan(upper) | np.isnan(lower)) & (lower != 0)
     if not np.any(stated):
@@ -111,7 +111,7 @@ WORDS: Final = (
         re.compile("length|laenge|distan|abstand|width|breite|height|hoehe|depth|tiefe|thickness|dicke"),
     ),
 )
-"""In this order: the roundness of a diameter is a form."""
+"""Words of quantities in order of precedence: the roundness of a diameter is a form."""
 SYMBOLS: Final = {
     **dict.fromkeys("⌀Øø∅φ", Quantity.DIAMETER),
     **dict.fromkeys("⏤⏥○⌭⌒⌓⟂⊥∥⫽⌖⌯◎", Quantity.FORM),
@@ -141,7 +141,7 @@ AXES: Final[dict[str, Literal["x", "y", "z"]]] = {"x": "x", "y": "y", "z": "z"}
 
 @lru_cache(maxsize=4096)
 def quantity_of(text: str) -> Quantity | None:
-    """What a word, symbol or letter in a column of quantities says; None where it is not known.
+    """Returns the quantity of a word, symbol or letter in a column of quantities; None where it is not known.
 
     >>> quantity_of("Durchmesser").value, quantity_of("⌀").value, quantity_of("Rundheit").value, quantity_of("X").value
     ('diameter', 'diameter', 'form', 'position')
@@ -154,13 +154,13 @@ def quantity_of(text: str) -> Quantity | None:
 
 @lru_cache(maxsize=4096)
 def quantity_in(name: str) -> Quantity | None:
-    """What the name of a characteristic or feature says of its quantity: `Ø25 h6`, `Diameter 7`; None: nothing."""
+    """Returns the quantity in the name of a characteristic or feature: `Ø25 h6`, `Diameter 7`; None: without one."""
     lowered = _lower(name)
     return next((quantity for quantity, words in WORDS if words.search(lowered)), None)
 
 
 def is_font(texts: frozenset[str]) -> bool:
-    """Whether a column of quantities holds letters that only a GD&T font explains."""
+    """Returns whether a column of quantities has letters that only a GD&T font explains."""
     letters = {text for text in texts if len(text) == 1 and text.isalpha() and text.isascii()}
     return bool(letters & ONLY_FONT) and all(letter in FONT for letter in letters)
 

@@ -16,7 +16,7 @@ NAMES_HINT = 'a table [features] with lines such as "DIAMETER 7" = "journal"'
 
 
 def feature_names(mapping: Path | None) -> Mapping[str, str]:
-    """The names of a mapping of any kind of file; none without a mapping or table. Raises MSR-MAPPING."""
+    """Reads the feature names of a mapping of any kind of file; none without a mapping or table. Raises MSR-MAPPING."""
     if mapping is None:
         return {}
     try:
@@ -38,7 +38,7 @@ MARKS: Final = (
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 OTHERS: Final = ["cp1252", "cp1250", "gb18030", "cp932"]
-"""What such files are written in where it is not UTF-8."""
+"""Encodings of such files where they are not UTF-8."""
 NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
 PAIR: Final = re.compile(rb"[\x80-\xff]{2}")
 UNUSED: Final = re.compile(rb"[\x81\x8d\x8f\x90\x9d]")
@@ -51,7 +51,7 @@ HINT: Final = "docs/measurements.md lists the formats that are read; other text:
 
 
 def read_decoded(path: Path) -> tuple[str, str]:
-    """A file's text and the encoding it was taken to be in. Raises MSR-FILE where it is not there or no text."""
+    """Returns a file's text and its assumed encoding. Raises MSR-FILE where it is not there or no text."""
     with readable(path, Code.MSR_FILE, hint=HINT):
         content = path.read_bytes()
     return decoded(content, path)
@@ -89,7 +89,7 @@ def _likeliest(content: bytes) -> str | None:
 
 
 def beginning(head: bytes) -> str:
-    """A file's first bytes as text, for recognising it: what is no letter of the encoding stays there as another."""
+    """Returns a file's first bytes as text, for recognising it: bytes that are no letter of it are replaced."""
     marked = next((name for mark, name in MARKS if head.startswith(mark)), "latin-1")
     return head.decode(marked, errors="replace")
 
@@ -101,10 +101,9 @@ def _only_diameter_signs(content: bytes) -> bool:
 
 
 def number_in(text: str, path: Path, line: int, column: int | None = None) -> float:
-    """A number with a decimal point or a decimal comma: which of the two may differ from number to number in a file.
+    """Reads a number with a decimal point or comma; the two may differ from number to number in a file.
 
-    Raises MSR-NUMBER for what is none, for `1,234.5`, of which it is not known whether its comma groups digits, and
-    beyond `MOST`.
+    Raises MSR-NUMBER for what is no number, for `1,234.5`, whose comma may group digits, and beyond `MOST`.
     """
     value = float(text.strip().replace(",", ".")) if NUMBER.fullmatch(text.strip()) else None
     if value is None or abs(value) > MOST:
@@ -119,7 +118,7 @@ def number_in(text: str, path: Path, line: int, column: int | None = None) -> fl
 
 
 def numbers_in(text: str, path: Path, line: int) -> list[float]:
-    """The numbers of a long text, apart by blanks: millions at once, where none needs a closer look. As `number_in`."""
+    """Reads the numbers of a long text, separated by blanks, as `number_in` does: millions at once if all are plain."""
     words = text.split()
     if PLAIN.issuperset(text):
         try:

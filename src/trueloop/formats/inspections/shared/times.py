@@ -21,9 +21,9 @@ HINT: Final = 'say it in the mapping: dates = "day first" or "month first" (true
 
 
 def order_of(texts: Sequence[str], place: Place) -> Order | None:
-    """The order of day and month that all local dates of a file have in common; None where none is local.
+    """Returns the order of day and month that all local dates of a file have in common; None where none is local.
 
-    A date with dots has the day first. Raises MSR-TIME where the dates do not tell, or contradict each other.
+    A date with dots has the day first. Raises MSR-TIME where the order does not follow, or dates contradict each other.
     """
     found = [match for text in set(texts) if (match := LOCAL.fullmatch(text))]
     if not found:
@@ -41,7 +41,7 @@ def order_of(texts: Sequence[str], place: Place) -> Order | None:
 
 
 def moment(text: str, order: Order | None, place: Place) -> datetime | None:
-    """A date with or without a time, in the zone of this computer where it names none; None for an empty text.
+    """Reads a date with or without a time, in this computer's zone where it names none; None for an empty text.
 
     Raises MSR-TIME for what is no date.
     """

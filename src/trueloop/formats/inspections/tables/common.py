@@ -1,4 +1,4 @@
-"""What the values of a table have in common: part, time, device, stated in columns or in lines above the headings."""
+"""Data common to the values of a table: part, time, device, stated in columns or in lines above the headings."""
 
 import itertools
 from collections import defaultdict
@@ -20,19 +20,19 @@ from trueloop.formats.inspections.tables.roles import LENGTH_MM, Role, unit_stat
 from trueloop.units import MM_PER_INCH
 
 TITLES: Final = (Role.PART, Role.SERIAL, Role.DATE, Role.TIME, Role.OPERATOR, Role.DEVICE)
-"""What lines above the headings may say of the whole file."""
+"""Roles that lines above the headings may state for the whole file."""
 
 
 @dataclass(frozen=True)
 class Common:
-    """What readings and points of a table have in common: part, time, place, device."""
+    """Data common to readings and points of a table: part, time, place, device."""
 
     long: Long
     title: Mapping[Role, str]
     mapping: TableMapping
 
     def texts(self, role: Role) -> Sequence[str]:
-        """A column's texts, or for all rows what the title says."""
+        """Returns a column's texts, or for all rows the title's."""
         if role in self.long.texts:
             return self.long.texts[role]
         return [self.title.get(role, "")] * len(self.long)
@@ -42,14 +42,14 @@ class Common:
         return self.long.texts[role][row] if role in self.long.texts else self.title.get(role, "")
 
     def groups(self) -> dict[tuple[str, str], list[int]]:
-        """The rows of each part, in the file's order."""
+        """Returns the rows of each part, in the file's order."""
         found: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
         for row, key in enumerate(zip(self.texts(Role.PART), self.texts(Role.SERIAL), strict=True)):
             found[key].append(row)
         return dict(found)
 
     def moments(self) -> Sequence[datetime | None]:
-        """When each was measured. Raises MSR-TIME."""
+        """Returns the time of measurement of each row. Raises MSR-TIME."""
         dates, times = self.texts(Role.DATE), self.texts(Role.TIME)
         if any(dates) and any(times) and not _has_date(times):
             texts = [f"{_day(date)} {time}" if date and time else date for date, time in zip(dates, times, strict=True)]
@@ -89,7 +89,7 @@ def _day(date: str) -> str:
 
 
 def title_of(grid: Grid, header: Header) -> dict[Role, str]:
-    """`Operator: Meier` above the headings, in one cell or in two."""
+    """Reads `Operator: Meier` above the headings, in one cell or in two."""
     found: dict[Role, str] = {}
     for row in grid.rows[: header.title]:
         cells = [cell for cell in row if not is_empty(cell)]
@@ -102,13 +102,13 @@ def title_of(grid: Grid, header: Header) -> dict[Role, str]:
 
 
 def unit_of_headings(long: Long) -> Unit | None:
-    """Millimetre or inch where headings name one of them, for the columns whose headings name none."""
+    """Returns millimetre or inch where headings name one of them, for the columns whose headings name none."""
     named = {factor for unit in long.units.values() if (factor := LENGTH_MM.get(unit)) in (1.0, MM_PER_INCH)}
     return None if len(named) != 1 else "mm" if named == {1.0} else "inch"
 
 
 def unit_of_title(grid: Grid, header: Header) -> Unit | None:
-    """What the lines above the headings say of all lengths."""
+    """Returns the unit that the lines above the headings state for all lengths; None: none."""
     for row in grid.rows[: header.title]:
         if unit := unit_stated_in(" ".join(row)):
             return unit

@@ -12,7 +12,7 @@ from trueloop.formats.inspections.shared.text import HINT
 
 Row: TypeAlias = Sequence[str]
 SEPARATORS: Final = ("\t", ";", "|", ",")
-"""In the order of trust: a comma may be a decimal mark."""
+"""Separators in the order of trust: a comma may be a decimal mark."""
 SAMPLE: Final = 60
 """Rows that are looked at to find the separator and the headings."""
 EMPTY: Final = frozenset(("", "-", "--", "---", "n/a", "na", "nan", "null", "none", "*", "***", "...", "?"))
@@ -31,19 +31,19 @@ class Grid:
     sheet: str = ""
 
     def at(self, row: int, column: int | None = None) -> Place:
-        """The place of a cell, both counted from 0."""
+        """Returns the place of a cell, row and column counted from 0."""
         return Place(str(self.path), self.lines[row], None if column is None else column + 1)
 
 
 def is_empty(cell: str) -> bool:
-    """Whether a cell states nothing."""
+    """Returns whether a cell states nothing."""
     return cell.lower() in EMPTY or (cell.startswith("#") and cell.rstrip("!?").isupper())
 
 
 def grid_of_text(
     text: str, path: Path, encoding: str, separator: str, scored: Callable[[Sequence[Row]], float]
 ) -> Grid:
-    """The cells of a text. Without a separator that is stated, the one whose rows have the best score is taken.
+    """Splits a text into cells. Without a stated separator, the one whose rows have the best score is taken.
 
     Raises MSR-FILE where it is no CSV.
     """

@@ -1,4 +1,4 @@
-"""Which row of a table names its columns: the one whose cells are known headings with numbers under them."""
+"""The row of a table that names its columns: the one whose cells are known headings with numbers under them."""
 
 import itertools
 import re
@@ -31,25 +31,25 @@ class Header:
 
     @property
     def title(self) -> int:
-        """How many rows stand above it."""
+        """Returns the number of rows above it."""
         return self.row - self.rows + 1
 
 
 def find_header(rows: Sequence[Row]) -> Header | None:
-    """The row with the best score, the first of equal ones; None where none is a heading."""
+    """Returns the row with the best score, the first of equal ones; None where none is a heading."""
     found = [header for row in range(min(len(rows), SAMPLE)) for header in _candidates(rows, row)]
     best = max(found, key=lambda header: header.score, default=None)
     return best if best is not None and best.score >= LEAST else None
 
 
 def score(rows: Sequence[Row]) -> float:
-    """How much the best row looks like headings."""
+    """Returns the best row's score as headings; 0 without one."""
     header = find_header(rows)
     return 0.0 if header is None else header.score
 
 
 def header_at(rows: Sequence[Row], row: int, count: int) -> Header:
-    """The headings in that row and, of two rows of them, the one above."""
+    """Returns the headings in that row and, of two rows of them, the one above."""
     below = list(rows[row])
     above = list(rows[row - 1]) if count == 2 and row else []
     above += [""] * (len(below) - len(above))
@@ -60,17 +60,17 @@ def header_at(rows: Sequence[Row], row: int, count: int) -> Header:
 
 
 def number_like(cell: str) -> bool:
-    """Whether a cell is a number, with a symbol before it or a unit after it."""
+    """Returns whether a cell is a number, with or without a symbol before it or a unit after it."""
     return PREFIXED.fullmatch(cell.replace("−", "-")) is not None
 
 
 def begins_as_number(cell: str) -> bool:
-    """Whether it is meant as a number: also one that cannot be read."""
+    """Returns whether a cell is meant as a number: also one that cannot be read."""
     return BEGINS.match(cell) is not None
 
 
 def known(name: str) -> bool:
-    """Whether a plain heading has a meaning."""
+    """Returns whether a plain heading has a meaning."""
     return name in KNOWN or name in ENDS or name in IN_DOUBT or name in PARTNERS
 
 
@@ -125,7 +125,7 @@ def _score(below: Sequence[Row], texts: Sequence[str], plains: Sequence[str]) ->
 
 
 def is_unit_row(row: Row) -> bool:
-    """Whether a row under the headings holds units, two or more, and nothing else."""
+    """Returns whether a row under the headings has units, two or more, and nothing else."""
     cells = [cell for cell in row if not is_empty(cell)]
     return len(cells) > 1 and all(unit_named(cell) for cell in cells)
 
@@ -134,13 +134,13 @@ NUMBERED: Final = re.compile(r"(.*?)\s*(\d+)")
 
 
 def numbered(name: str) -> str | None:
-    """The plain heading without the number it ends with; None where it ends with none."""
+    """Returns the plain heading without the number it ends with; None where it ends with none."""
     found = NUMBERED.fullmatch(name)
     return found[1] if found else None
 
 
 def role_of(name: str, names: Sequence[str]) -> tuple[Role, int] | None:
-    """The role of a plain heading among all of a table, and its rank; None: unknown, or an end that values decide."""
+    """Returns role and rank of a plain heading among all of a table; None: unknown, or an end that values decide."""
     if name in IN_DOUBT:
         found = {role for partner, role in IN_DOUBT[name].items() if partner in names}
         return (found.pop(), 0) if len(found) == 1 else None

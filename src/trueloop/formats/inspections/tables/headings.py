@@ -106,7 +106,7 @@ BRACKETS: Final = re.compile(r"[\[(<{].*?[\])>}]")
 
 
 def plain(heading: str) -> str:
-    """A heading as it is compared: lower case, no brackets, no punctuation, umlauts as two letters, signs as words.
+    """Normalises a heading: lower case, no brackets, no punctuation, umlauts as two letters, signs as words.
 
     >>> plain("Nennmaß [mm]"), plain("+TOL"), plain("Tol. -"), plain("Meas_X")
     ('nennmass', 'plus tol', 'tol minus', 'meas x')
@@ -119,7 +119,7 @@ def plain(heading: str) -> str:
 
 
 def names_in(text: str) -> list[str]:
-    """The names of a list with commas, over several lines.
+    """Returns the names of a list with commas, over several lines.
 
     >>> names_in('''a, b c,
     ... d''')

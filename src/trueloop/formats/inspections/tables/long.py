@@ -18,7 +18,7 @@ SUMMARIES: Final = frozenset(
         median, n, end, total"""
     )
 )
-"""What the first cell of a row of statistics says."""
+"""Texts of the first cell of a row of statistics."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Long:
     left_out: Sequence[int] = ()
 
     def place(self, role: Role, row: int) -> Place:
-        """Where a value's text stands."""
+        """Returns the place of a value's text."""
         columns = self.columns.get(role, ())
         column = columns[row % len(columns)] + 1 if columns else None
         return Place(str(self.grid.path), self.lines[row], column)
@@ -68,7 +68,7 @@ class _Body:
 
 
 def long_of(grid: Grid, header: Header, mapping: TableMapping) -> Long:
-    """The table's values under their roles."""
+    """Returns the table's values under their roles."""
     first = header.row + 1
     unit_row = grid.rows[first] if first < len(grid.rows) and is_unit_row(grid.rows[first]) else ()
     body, left_out = _body(grid, header, mapping, first + bool(unit_row))

@@ -28,7 +28,7 @@ from trueloop.units import MM_PER_INCH
 
 
 def with_points(common: Common, unit: Unit | None, sha256: str, said: Sequence[Remark]) -> MeasuredFile:
-    """The inspections of a table of points. Raises MSR-UNIT, MSR-NUMBER and MSR-TIME."""
+    """Returns the inspections of a table of points. Raises MSR-UNIT, MSR-NUMBER and MSR-TIME."""
     long = common.long
     points, base = points_of(long, unit)
     moments = common.moments()
@@ -50,7 +50,7 @@ def with_points(common: Common, unit: Unit | None, sha256: str, said: Sequence[R
 
 
 def points_of(long: Long, unit: Unit | None) -> tuple[list[CmmPoint | None], Unit]:
-    """The points in mm, None for rows without one, and the file's unit."""
+    """Returns the points in mm, None for rows without one, and the file's unit."""
     measured, base = _vectors(long, POINT, unit), _unit_of(long, unit)
     nominal = _vectors(long, NOMINAL_POINT, unit) if all(role in long.texts for role in NOMINAL_POINT) else None
     normal = _normals(long) if all(role in long.texts for role in NORMAL) else None
@@ -86,11 +86,11 @@ def _rows(vectors: Array) -> list[Vector | None]:
 
 NAMES: Final = frozenset((".csv", ".tsv", ".tab"))
 TITLES: Final = (Role.PART, Role.SERIAL, Role.DATE, Role.TIME, Role.OPERATOR, Role.DEVICE)
-"""What lines above the headings may say of the whole file."""
+"""Roles that lines above the headings may state for the whole file."""
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """A workbook, a file named as CSV, or a text with a row of known headings."""
+    """Returns whether the file is a workbook, named as CSV, or a text with a row of known headings."""
     if is_workbook(path, head) or path.suffix.lower() in NAMES:
         return True
     if b"\0" in head[:64] and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -99,10 +99,10 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """The file's inspections, by the mapping that is stated or by the headings.
+    """Reads the file's inspections, by the stated mapping or by the headings.
 
     Raises MSR-MAPPING where the mapping is not of this file, MSR-MEANING where headings leave a choice, MSR-UNIT,
-    MSR-NUMBER, MSR-EXCHANGED and MSR-TIME for what stands in the cells, MSR-FILE for a file that cannot be read.
+    MSR-NUMBER, MSR-EXCHANGED and MSR-TIME for the cells' content, MSR-FILE for a file that cannot be read.
     """
     if stated.mapping is None:
         grid = grid_of(path)
@@ -114,7 +114,7 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
 
 
 def grid_of(path: Path, sheet: str = "", separator: str = "") -> Grid:
-    """A file's cells; of a workbook those of the sheet of that name, or of the only one with headings.
+    """Returns a file's cells; of a workbook those of the sheet of that name, or of the only one with headings.
 
     Raises MSR-FILE, and MSR-MEANING where several sheets have headings or none has that name.
     """
@@ -139,7 +139,7 @@ def grid_of(path: Path, sheet: str = "", separator: str = "") -> Grid:
 
 
 def described(mapping: TableMapping) -> str:
-    """The mapping in one line."""
+    """Describes the mapping in one line."""
     parts = [f"{role} {name!r}" for role, name in mapping.columns.named().items()]
     for key in ("parts", "repeats", "characteristics", "ignored"):
         if names := getattr(mapping.columns, key):

@@ -34,7 +34,7 @@ LEAST: Final[dict[Unit, int]] = {"mm": 3, "inch": 4}
 
 
 def recognises(path: Path, source: bytes) -> bool:
-    """By a block of G10 with P."""
+    """Returns whether the file has a block of G10 with P."""
     return re.search(rb"^[^(\n]*G10\s*(?:L\s*1[0-3]\s*)?P\s*\d", source, re.MULTILINE) is not None
 
 

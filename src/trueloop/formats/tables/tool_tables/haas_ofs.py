@@ -35,7 +35,7 @@ NAMES: Final[dict[tuple[Kind, str], tuple[str, ...]]] = {
 
 
 def recognises(path: Path, source: bytes) -> bool:
-    """By an element TOOL with its number."""
+    """Returns whether the file has an element TOOL with its number."""
     return re.search(rb"<TOOL\d+>", source) is not None
 
 

@@ -31,11 +31,11 @@ TURNED: Final[dict[Kind, tuple[str, str]]] = {"geometry": ("XL", "ZL"), "wear": 
 SHOWN: Final[dict[Kind, tuple[str, ...]]] = {"geometry": ("L", "R", "R2"), "wear": ("DL", "DR", "DR2")}
 
 Columns = dict[str, tuple[int, int]]
-"""By name, where a column begins and ends."""
+"""Beginning and end of each column, by name."""
 
 
 def recognises(path: Path, source: bytes) -> bool:
-    """By its first line."""
+    """Returns whether the file begins with a BEGIN line and has headings `T NAME`."""
     return BEGIN.match(source) is not None and re.search(rb"^T\s+NAME\s", source, re.MULTILINE) is not None
 
 

@@ -31,7 +31,7 @@ ROW: Final = re.compile(rb"^\s*[Tt]\d+\s+[A-Za-z]", re.MULTILINE)
 
 
 def recognises(path: Path, source: bytes) -> bool:
-    """By its ending and a row that begins with T."""
+    """Returns whether the file ends in `.tbl` and has a row that begins with T."""
     return path.suffix.lower() == ".tbl" and ROW.search(source) is not None
 
 

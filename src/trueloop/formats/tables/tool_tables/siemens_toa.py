@@ -29,16 +29,16 @@ SIEMENS: Final = Convention("Sinumerik tool data", "radius", "radius", (4, 5))
 VALUE: Final = re.compile(r"\s*\$TC_DP(\d+)\s*\[\s*(\d+)\s*,\s*(\d+)\s*\]\s*=\s*([^;\s]+)", re.IGNORECASE)
 NAME: Final = re.compile(r'\s*\$TC_TP2\s*\[\s*(\d+)\s*\]\s*=\s*"([^"]*)"', re.IGNORECASE)
 PLACES: Final[dict[Kind, tuple[int, int, int]]] = {"geometry": (3, 4, 6), "wear": (12, 13, 15)}
-"""Of x, z and nose."""
+"""Parameter numbers of x, z and nose."""
 SHOWN: Final[dict[Kind, tuple[int, ...]]] = {"geometry": (1, 3, 4, 5, 6), "wear": (12, 13, 14, 15)}
 TURNING: Final = range(500, 600)
 
 Found = dict[int, tuple[int, Number]]
-"""By the number of the variable: the line and the number."""
+"""Line and number of each variable, by the variable's number."""
 
 
 def recognises(path: Path, source: bytes) -> bool:
-    """By an assignment to $TC_DP."""
+    """Returns whether the file has an assignment to $TC_DP."""
     return re.search(rb"^\s*\$TC_DP\d+\s*\[", source, re.MULTILINE | re.IGNORECASE) is not None
 
 
