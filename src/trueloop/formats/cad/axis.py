@@ -32,7 +32,7 @@ class Axis:
     rival: float = 0.0
 
     def flat(self, point: Any) -> Point:
-        """(x, z) of a point of the kernel: its distance from the axis, and its place along it."""
+        """Returns (x, z) of a point of the kernel: its distance from the axis, and its place along it."""
         return self.flattened([point])[0]
 
     def flattened(self, points: Sequence[Any]) -> list[Point]:
@@ -43,20 +43,20 @@ class Axis:
         return list(zip(x.tolist(), z.tolist(), strict=True))
 
     def aside(self, point: Any) -> Array:
-        """From the axis to a point of the kernel, square to it."""
+        """Returns the vector from the axis to a point of the kernel, perpendicular to the axis."""
         away: Array = xyz(point) - self.origin
         return away - (away @ self.direction) * self.direction
 
     def is_parallel(self, direction: Any) -> bool:
-        """Whether the kernel's direction is along the axis, either way."""
+        """Returns whether the kernel's direction is along the axis, either way."""
         return float(np.linalg.norm(np.cross(xyz(direction), self.direction))) < PARALLEL
 
     def is_of(self, place: Any, direction: Any) -> bool:
-        """Whether a line through the place in the direction is this axis."""
+        """Returns whether a line through the place in the direction is this axis."""
         return self.is_parallel(direction) and self.flat(place)[0] < WITHIN_MM
 
     def at(self, point: Point, turn_rad: float) -> Array:
-        """Where (x, z) lies in space when turned about the axis."""
+        """Returns the place of (x, z) in space when turned about the axis."""
         first, second = self._square
         return self.origin + point[1] * self.direction + point[0] * (math.cos(turn_rad) * first
                                                                     + math.sin(turn_rad) * second)  # fmt: skip
@@ -69,7 +69,7 @@ class Axis:
 
 
 def axis_of(faces: Sequence[CadFace]) -> Axis | None:
-    """The line about which most of the area is turned; None where no face is."""
+    """Returns the line about which most of the area is turned; None where no face is."""
     groups: list[tuple[Array, Array, float]] = []
     for face in faces:
         if face.kind not in HAS_AXIS:

@@ -47,7 +47,7 @@ class Solids:
 
 
 def read_solids(path: Path) -> Solids:
-    """The bodies in the file's order; loose faces, as IGES has them, are sewn together.
+    """Reads the bodies in the file's order; loose faces, as IGES has them, are sewn together.
 
     Raises SRF-CAD for a file that cannot be read, SRF-CAD-KERNEL without the kernel, GEO-STEP where its faces close no
     solid.

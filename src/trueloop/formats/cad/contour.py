@@ -41,13 +41,13 @@ class Contour:
 
     @property
     def ends(self) -> tuple[Point, Point]:
-        """Where it begins and ends."""
+        """Returns its first and last point."""
         return self.pieces[0].feature.start_mm, self.pieces[-1].feature.end_mm
 
 
 def chained(pieces: Sequence[Piece], body: str, within_mm: float = WITHIN_MM) -> list[Contour]:
-    """The contours of pieces in any order, whose ends meet where they lie as close; an end between the ends of the part
-    and off the axis is open.
+    """Chains pieces in any order into contours; ends within `within_mm` meet; an end between the ends of the part and
+    off the axis is open.
     """
     if not pieces:
         return []
@@ -79,7 +79,7 @@ def _poles(feature: Feature, within_mm: float) -> Iterator[Point]:
 
 
 def crossing(contours: Sequence[Contour], within_mm: float = WITHIN_MM) -> Point | None:
-    """Where two pieces of a section cross between their ends, as those of a solid never do."""
+    """Returns where two pieces of a section cross between their ends, as those of a solid never do; else None."""
     features = [piece.feature for one in contours for piece in one.pieces]
     for a, b in combinations(features, 2):
         for point in intersections(a, b):

@@ -63,7 +63,7 @@ class DxfSheet:
     def chosen(
         self, outline: int | None = None, *, x_is: Literal["radius", "diameter"] = "radius", zero: Zero = "drawing"
     ) -> DxfProfile:
-        """The only contour, or that of the number from 1; z counted as `read_dxf` says. Raises GEO-DXF-CHOICE."""
+        """Returns the only contour, or that of the number from 1; z counted as in `read_dxf`. Raises GEO-DXF-CHOICE."""
         if outline is None and len(self.contours) == 1:
             outline = 1
         if outline is None or not 1 <= outline <= len(self.contours):
@@ -103,7 +103,7 @@ def read_dxf(
     outline: int | None = None,
     zero: Zero = "drawing",
 ) -> DxfProfile:
-    """The outside or the bore in the drawing's model space (on `layer`, if given, capital or not).
+    """Reads the outside or the bore in the drawing's model space (on `layer`, if given, capital or not).
 
     z is counted from the drawing's x = 0 (y = 0 of a vertical axis), or from an end of the part in its view (`zero`).
     `outline` is its number, from 1 from the left, where that side has several. `unit` is needed only where the drawing
@@ -126,7 +126,7 @@ def read_dxf_sheet(
     unit: Literal["mm", "inch"] | None = None,
     side: Literal["outside", "inside"] | Side = "outside",
 ) -> DxfSheet:
-    """All contours of one side that a drawing shows, as `read_dxf` finds them. Raises as that, but for the choice."""
+    """Reads all contours of one side of a drawing, as `read_dxf` does. Raises as that, but for the choice."""
     path, side = Path(path), Side(side)
     with _refusing_damage(path):
         drawing = _open(path)

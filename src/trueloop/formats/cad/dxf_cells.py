@@ -1,4 +1,4 @@
-"""Where the material is in a half view: the cells between its lines, less those that are the bore of a section."""
+"""The material in a half view: the cells between its lines, less those that are the bore of a section."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from trueloop.formats.cad.dxf_outline import Graph, cut_where_met, heading, turn
 from trueloop.geometry.feature import Feature, Line, Point
 
 Hatched: TypeAlias = Callable[[Point], bool]
-"""Whether a place of the half view, (x, z), is hatched."""
+"""Maps a place of the half view, (x, z), to whether it is hatched."""
 
 ASIDE_MM: Final = 0.02
-"""How far inside its edges a cell is looked at; less where an edge is short."""
+"""The distance inside its edges at which a cell is sampled; less where an edge is short."""
 AXIS: Final = "axis"
 
 
@@ -35,7 +35,7 @@ class Walled:
 
 
 def walled(segments: Sequence[Segment], hatched: Hatched, within_mm: float) -> list[Walled]:
-    """Every connected part of a half view that closes cells, with the axis or without it."""
+    """Returns every connected part of a half view that closes cells, with the axis or without it."""
     graph = Graph(cut_where_met(segments, within_mm), within_mm)
     found = []
     for component in graph.components():
@@ -71,12 +71,12 @@ class _Cells:
         self.extremes = (min(z), max(z)) if z else (0.0, 0.0)
 
     def hatched(self, hatched: Hatched) -> set[int]:
-        """The cells that are."""
+        """Returns the cells that are hatched."""
         return {number for number, walk in enumerate(self.bounded) if self._is_hatched(walk, hatched)}
 
     def bore(self, full: set[int]) -> set[int]:
-        """The cells that are air: they lie on the axis, are not hatched, meet the outside at end faces alone, and are
-        open there, themselves or by way of others.
+        """Returns the cells that are air: they lie on the axis, are not hatched, meet the outside at end faces alone,
+        and are open there, themselves or by way of others.
         """
         inner = {
             number
@@ -89,7 +89,7 @@ class _Cells:
         return found if len(found) < len(self.bounded) else set()
 
     def contours(self, bore: set[int]) -> Iterator[Contour]:
-        """The contours of what is material."""
+        """Returns the contours of what is material."""
         material = set(range(len(self.bounded))) - bore
         pieces = []
         for number in material:

@@ -30,7 +30,7 @@ class Segment:
 
     @property
     def ends(self) -> tuple[Point, Point]:
-        """Where it starts and ends."""
+        """Returns its start and end."""
         return self.feature.start_mm, self.feature.end_mm
 
 

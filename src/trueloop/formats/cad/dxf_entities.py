@@ -22,7 +22,7 @@ DEEPEST: Final = 8
 
 
 def unfolded(entities: Sequence[Any], deep: int = 0) -> Iterator[Any]:
-    """The entities, those of blocks in place of the block, on its layer where theirs is 0."""
+    """Yields the entities, those of blocks in place of the block, on its layer where theirs is 0."""
     for entity in entities:
         if entity.dxftype() != "INSERT" or deep >= DEEPEST:
             yield entity
@@ -35,7 +35,7 @@ def unfolded(entities: Sequence[Any], deep: int = 0) -> Iterator[Any]:
 
 
 def segments_of(entities: Sequence[Any], mm_per_unit: float) -> Iterator[Segment]:
-    """Lines, arcs, polylines with bulges, ellipses and splines, each on its layer; circles and the rest are none."""
+    """Yields lines, arcs, polylines with bulges, ellipses, splines, each on its layer; no circles and no others."""
     for entity in entities:
         kind, layer = entity.dxftype(), layer_of(entity)
         if kind in ("LWPOLYLINE", "POLYLINE"):

@@ -1,4 +1,4 @@
-"""What the lines of a drawing mean by their type and layer: edges of the part, hidden ones, or axes (ISO 128)."""
+"""Meanings of a drawing's lines by type and layer: edges of the part, hidden ones, or axes (ISO 128)."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 NOT_PLOTTED: Final = "defpoints"
 """The layer on which CAD systems keep what belongs to dimensions."""
 CENTRE: Final = ("center", "centre", "dashdot", "chain", "iso10", "iso04", "acad_iso10", "acad_iso04", "mitte", "achse")
-"""How the names of the line types, and of layers, begin on which axes are drawn."""
+"""Beginnings of the names of line types, and of layers, of axes."""
 HIDDEN: Final = ("hidden", "dashed", "verdeckt", "iso02", "acad_iso02")
-"""How the names of the line types begin in which hidden edges are drawn."""
+"""Beginnings of the names of line types of hidden edges."""
 ONE_MM: Final = 1e-3
 """Axes whose places differ by less are one."""
 
@@ -37,11 +37,11 @@ class CentreLine:
 
     @property
     def length_mm(self) -> float:
-        """From end to end."""
+        """Returns the length from end to end."""
         return self.high_mm - self.low_mm
 
     def distance_mm(self, place: Array) -> float:
-        """Of a place of the sheet, (x, z) up and right, from the line, beyond its ends from the nearer one."""
+        """Returns the distance of a place of the sheet, (x, z) up and right, from the line or its nearer end."""
         across, along = (place[1], place[0]) if self.vertical else (place[0], place[1])
         beyond = max(self.low_mm - along, along - self.high_mm, 0.0)
         return math.hypot(across - self.at_mm, beyond)
@@ -53,30 +53,30 @@ class CentreLine:
 
 
 def is_shown(drawing: "Drawing", entity: Any) -> bool:
-    """Whether it is on a layer that is shown and plotted."""
+    """Returns whether it is on a layer that is shown and plotted."""
     layer = _layer_of(drawing, entity)
     shown = layer is None or not (layer.is_off() or layer.is_frozen())
     return shown and layer_of(entity).casefold() != NOT_PLOTTED
 
 
 def is_edge(drawing: "Drawing", entity: Any) -> bool:
-    """Whether it is drawn as visible edges are: in a continuous line, and not on a layer of axes."""
+    """Returns whether it is drawn as visible edges are: in a continuous line, and not on a layer of axes."""
     plain = _line_type(drawing, entity) in ("continuous", "byblock", "")
     return is_shown(drawing, entity) and plain and not is_centre(drawing, entity)
 
 
 def is_hidden_edge(drawing: "Drawing", entity: Any) -> bool:
-    """Whether it is drawn as hidden edges are: dashed."""
+    """Returns whether it is drawn as hidden edges are: dashed."""
     return is_shown(drawing, entity) and _line_type(drawing, entity).startswith(HIDDEN)
 
 
 def is_centre(drawing: "Drawing", entity: Any) -> bool:
-    """Whether it is drawn as axes are, by its line type or its layer's name."""
+    """Returns whether it is drawn as axes are, by its line type or its layer's name."""
     return _line_type(drawing, entity).startswith(CENTRE) or layer_of(entity).casefold().startswith(CENTRE)
 
 
 def centre_lines(segments: Sequence[Segment]) -> list[CentreLine]:
-    """The horizontal and vertical ones among segments drawn as axes; those in one line with a gap between are one."""
+    """Returns horizontal and vertical lines of segments drawn as axes; those in one line with a gap between are one."""
     found: list[CentreLine] = []
     for one in _level(segments):
         for k, known in enumerate(found):
@@ -90,7 +90,7 @@ def centre_lines(segments: Sequence[Segment]) -> list[CentreLine]:
 
 
 def layer_of(entity: Any) -> str:
-    """The layer it is on; 0, as the format has it, where it names none."""
+    """Returns the layer it is on; 0, as the format has it, where it names none."""
     return str(entity.dxf.get("layer", "0"))
 
 

@@ -37,11 +37,11 @@ class Half:
 
     @property
     def mirrored(self) -> int:
-        """How many pieces are drawn on both sides."""
+        """Returns the number of pieces drawn on both sides."""
         return len(self.twins)
 
     def is_mirrored(self, place: Point, within_mm: float) -> bool:
-        """Whether a piece at the place is drawn on the other side too."""
+        """Returns whether a piece at the place is drawn on the other side too."""
         for twin in self.twins:
             along, aside = (float(value) for value in twin.locate(place))
             if abs(aside) <= within_mm and -within_mm <= along <= twin.length_mm + within_mm:
@@ -50,7 +50,7 @@ class Half:
 
 
 def halves(segments: Sequence[Segment], within_mm: float) -> list[Half]:
-    """What is drawn above the axis, cut where it crosses it, and what is drawn below, turned up, if that is unlike."""
+    """Returns the drawing above the axis, cut where it crosses it, and that below, turned up, if it differs."""
     pieces = [piece for segment in segments for piece in _cut(segment, _crossings(segment.feature), within_mm)]
     upper, lower = list[Segment](), list[Segment]()
     for piece in pieces:
@@ -195,11 +195,11 @@ class Graph:
         return len(self.points) - 1
 
     def on_axis(self, node: int) -> bool:
-        """Whether a point of the graph is on the axis."""
+        """Returns whether a point of the graph is on the axis."""
         return abs(self.points[node][0]) <= self.within_mm
 
     def components(self) -> Iterator[set[int]]:
-        """The pieces that hang together."""
+        """Yields the connected components, as sets of pieces."""
         seen = set[int]()
         for first in range(len(self.pieces)):
             if first in seen:
@@ -212,7 +212,7 @@ class Graph:
             yield found
 
     def leading_on(self, component: set[int]) -> set[int]:
-        """Without the pieces that end in the open, one after the other."""
+        """Returns the component without pieces that end in the open, removed one after the other."""
         edges = set(component)
         left = list(component)
         while left:
@@ -227,8 +227,8 @@ class Graph:
 
 
 def heading(feature: Feature, *, first: bool) -> float:
-    """Direction of travel at the beginning or the end, by a chord short enough: tangents cannot tell a line from an arc
-    that leaves it.
+    """Returns the direction of travel at the beginning or the end, by a short chord: tangents do not distinguish a line
+    from an arc that leaves it.
     """
     short = min(0.1, feature.length_mm / 4)
     s = (0.0, short) if first else (feature.length_mm - short, feature.length_mm)
@@ -237,7 +237,7 @@ def heading(feature: Feature, *, first: bool) -> float:
 
 
 def turn_rad(before: float, after: float) -> float:
-    """How far one turns to the left, from −π (back, right about) to π."""
+    """Returns the turn to the left, from −π (back, right about) to π."""
     return (after - before + math.pi) % (2 * math.pi) - math.pi
 
 
@@ -279,12 +279,12 @@ def _part(feature: Feature, low: float, high: float) -> Feature:
 
 
 def cut_at(feature: Feature, points: Sequence[Point], within_mm: float) -> list[Feature]:
-    """The feature in pieces, cut at points that lie on it."""
+    """Returns the feature in pieces, cut at points that lie on it."""
     return [piece.feature for piece in _cut(Segment(feature, ""), points, within_mm)]
 
 
 def mapped_feature(feature: Feature, matrix: Array, offset_mm: Array) -> Feature:
-    """The feature turned, mirrored and moved: points p to `matrix` p + offset, the matrix orthogonal."""
+    """Returns the feature turned, mirrored and moved: points p to `matrix` p + offset, the matrix orthogonal."""
     if isinstance(feature, Curve):
         return mapped(feature, matrix, offset_mm)
 
@@ -299,7 +299,7 @@ def mapped_feature(feature: Feature, matrix: Array, offset_mm: Array) -> Feature
 
 
 def alike(a: Feature, b: Feature, within_mm: float) -> bool:
-    """Whether two features run through the same places, in either direction."""
+    """Returns whether two features coincide, in either direction."""
     middle = math.dist(a.point_mm(a.length_mm / 2), b.point_mm(b.length_mm / 2))
     same = math.dist(a.start_mm, b.start_mm) + math.dist(a.end_mm, b.end_mm)
     turned = math.dist(a.start_mm, b.end_mm) + math.dist(a.end_mm, b.start_mm)

@@ -44,7 +44,7 @@ class Sheet:
 
 
 def read_sheet(drawing: "Drawing", mm_per_unit: float, layer: str | None = None, *, hidden: bool = False) -> Sheet:
-    """What the model space shows, on one layer or on all; with its hidden edges as if they were seen."""
+    """Reads the model space, on one layer or on all; with `hidden` its hidden edges as if they were visible."""
     wanted = None if layer is None else layer.casefold()
     everything = list(unfolded(list(drawing.modelspace())))
     entities = [one for one in everything if wanted in (None, layer_of(one).casefold())]

@@ -21,7 +21,7 @@ LIKE: Final = 0.5
 
 @dataclass(frozen=True)
 class View:
-    """What is drawn about one axis, x counted from it; of a vertical axis z grows upwards."""
+    """The drawing about one axis, x counted from it; of a vertical axis z grows upwards."""
 
     axis: CentreLine
     halves: tuple[Half, ...]
@@ -30,12 +30,12 @@ class View:
     """Lines that lie on the axis."""
 
     def on_sheet(self, point: Point) -> Point:
-        """Where (x, z) of the view is drawn: to the right and up."""
+        """Returns the place of the view's (x, z) on the sheet: to the right and up."""
         return (self.axis.at_mm - point[0], point[1]) if self.axis.vertical else (point[1], self.axis.at_mm + point[0])
 
     @property
     def likeness(self) -> float:
-        """The share of the pieces that are drawn on both sides; 1 where one side is empty."""
+        """Returns the share of the pieces that are drawn on both sides; 1 where one side is empty."""
         half = self.halves[0]
         return 1.0 if not half.unlike and not half.mirrored else half.mirrored / max(half.mirrored + half.unlike, 1)
 
@@ -52,18 +52,18 @@ class Candidate:
 
     @property
     def from_section(self) -> bool:
-        """Whether its ends are away from the axis, as those of a hollow part in section."""
+        """Returns whether its ends are away from the axis, as those of a hollow part in section."""
         return self.features[0].start_mm[0] > 0 and self.features[-1].end_mm[0] > 0
 
     @property
     def described(self) -> str:
-        """How many features from where, and on which layers."""
+        """Describes the number of features, where they begin, and their layers."""
         x, z = self.features[0].start_mm
         return f"{len(self.features)} features from x = {x:.3f} mm, z = {z:.3f} mm on {', '.join(self.layers)}"
 
 
 def view_about(axis: CentreLine, segments: Sequence[Segment], hatched: Callable[[Point], bool], within: float) -> View:
-    """The view of an axis: all that lies beside it."""
+    """Returns the view of an axis: all that lies beside it."""
     placed = [replace(one, feature=_placed(one.feature, axis)) for one in segments]
     beside = [one for one in placed if _overlaps(one.feature, axis) and not _on_axis(one.feature, within)]
     on_axis = sum(_on_axis(one.feature, within) for one in placed)
@@ -72,7 +72,7 @@ def view_about(axis: CentreLine, segments: Sequence[Segment], hatched: Callable[
 
 
 def candidates_of(view: View, within: float, *, alone: bool) -> list[Candidate]:
-    """The contours of a view: of the upper half, and those bores that only the lower one shows.
+    """Returns the contours of a view: of the upper half, and those bores that only the lower one shows.
 
     What does not meet the axis is a part's if it is drawn on both sides of it or, where nothing meets it, if it is
     hatched or `alone` on the sheet.
@@ -88,7 +88,7 @@ def candidates_of(view: View, within: float, *, alone: bool) -> list[Candidate]:
 
 
 def chosen_views(views: Sequence[View], within: float) -> tuple[list[View], list[str]]:
-    """The views that stand by themselves: not those about centre lines of holes within another one."""
+    """Returns the independent views, not those about centre lines of holes within another one, and notes."""
     kept: list[View] = []
     parts: list[list[Candidate]] = []
     notes: list[str] = []
@@ -105,8 +105,8 @@ def chosen_views(views: Sequence[View], within: float) -> tuple[list[View], list
 
 
 def same_shape(a: Candidate, b: Candidate, within: float) -> bool:
-    """Whether two contours differ by nothing but where along z they are drawn, and how far in their end faces reach:
-    those of a section end at its bore.
+    """Returns whether two contours differ by nothing but where along z they are drawn, and how far in their end faces
+    reach: those of a section end at its bore.
     """
     if a.side is not b.side or len(a.features) != len(b.features):
         return False
@@ -149,7 +149,7 @@ def _without_frames(found: Sequence[Candidate]) -> list[Candidate]:
 
 
 def is_box(one: Candidate) -> bool:
-    """Whether it is a rectangle, or a part of one."""
+    """Returns whether it is a rectangle, or a part of one."""
     return len(one.features) <= 3 and all(isinstance(feature, Line) for feature in one.features)
 
 

@@ -1,4 +1,4 @@
-"""What is needed of the CAD kernel Open CASCADE, under short names. It is loaded when first asked for: that is slow."""
+"""The parts of the CAD kernel Open CASCADE in use, under short names. It is loaded on first use: that is slow."""
 
 from functools import cache
 from types import SimpleNamespace
@@ -10,7 +10,7 @@ from trueloop.extras import install_command
 
 @cache
 def kernel() -> Any:
-    """The kernel's classes and functions. It prints nothing. Raises SRF-CAD-KERNEL where it is not installed."""
+    """Returns the kernel's classes and functions. It prints nothing. Raises SRF-CAD-KERNEL if it is not installed."""
     try:
         found = _loaded()
     except ImportError as missing:

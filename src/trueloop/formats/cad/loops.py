@@ -24,7 +24,7 @@ AT_EDGE: Final = 1e-9
 
 
 def loops_of(surface: Surface, face: Any) -> tuple[Loop, ...]:
-    """The loops of a face of the kernel whose surface is given as B-spline patch; none where it is the whole patch."""
+    """Returns the loops of a kernel face whose surface is given as B-spline patch; none where it is the whole patch."""
     occ = kernel()
     forward = occ.as_face(face.Oriented(occ.FORWARD))
     wires = occ.Explorer(forward, occ.WIRE)
@@ -39,12 +39,12 @@ def loops_of(surface: Surface, face: Any) -> tuple[Loop, ...]:
 
 
 def exchanged(loops: Sequence[Loop]) -> tuple[Loop, ...]:
-    """The loops with u and v exchanged, which turns them round: the face is on the left again."""
+    """Returns the loops with u and v exchanged and their direction reversed: the face is on the left again."""
     return tuple(tuple(piece[::-1, ::-1] for piece in loop[::-1]) for loop in loops)
 
 
 def trimmed_face(patch: Any, surface: Surface, loops: Sequence[Loop]) -> Any:
-    """A face of the kernel: a patch, which is the surface, bounded by loops. None where the kernel finds fault."""
+    """Makes a face of the kernel: a patch, which is the surface, bounded by loops. None where the kernel rejects it."""
     occ = kernel()
     outer, *holes = (_wire(occ, patch, surface, loop) for loop in sorted(loops, key=_area, reverse=True))
     made = occ.MakeFace(patch, outer.Wire(), True)

@@ -28,17 +28,17 @@ class HalfPlane:
         self.holds_curve = max(map(float, away)) < WITHIN_MM
 
     def flat(self, point: Any) -> Point:
-        """(x, z) of a point; x is negative beyond the axis."""
+        """Returns (x, z) of a point; x is negative beyond the axis."""
         place = xyz(point) - self.axis.origin
         return float(place @ self.out), float(place @ self.axis.direction)
 
     def at(self, parameter: float) -> Point:
-        """(x, z) of a place of the curve."""
+        """Returns (x, z) of a place of the curve."""
         return self.flat(self.curve.Value(parameter))
 
 
 def flat_feature(curve: Any, axis: Axis) -> Feature | None:
-    """The curve as a feature; None where it does not lie in one half plane, or is no longer than a point."""
+    """Returns the curve as a feature; None where it does not lie in one half plane, or is no longer than a point."""
     occ, plane = kernel(), HalfPlane(curve, axis)
     if not plane.holds_curve:
         return None

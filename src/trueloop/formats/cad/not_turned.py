@@ -13,7 +13,7 @@ from trueloop.geometry.feature import Feature
 
 
 def not_turned(body: Body, axis: Axis, section: Sequence[Feature]) -> Iterator[str]:
-    """A note of every kind of face that leaves nothing in the section, with how many there are and where."""
+    """Yields a note on every kind of face that leaves nothing in the section, with their number and place."""
     groups: dict[str, list[tuple[float, float]]] = {}
     for face in body.faces:
         if run_on(meridians(face, axis), section):

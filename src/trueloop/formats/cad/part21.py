@@ -47,12 +47,12 @@ class Record:
     types: Mapping[str, list[Value]]
 
     def value(self, kind: str, place: int) -> Value:
-        """The parameter of a type at a place, from 0 or from the end; None where there is none."""
+        """Returns the parameter of a type at a place, from 0 or from the end; None where there is none."""
         values = self.types.get(kind, [])
         return values[place] if -len(values) <= place < len(values) else None
 
     def refs(self) -> Iterator[int]:
-        """The numbers of all records that it refers to."""
+        """Yields the numbers of all records that it refers to."""
         for values in self.types.values():
             yield from _refs(values)
 
@@ -65,23 +65,23 @@ class Records:
 
     @cached_property
     def numbers(self) -> tuple[int, ...]:
-        """Their numbers, in the file's order."""
+        """Returns the records' numbers, in the file's order."""
         return tuple(self.of)
 
     def typed(self, *kinds: str) -> Iterator[tuple[Record, list[Value]]]:
-        """The records of one of the types, with their parameters of it."""
+        """Yields the records of one of the types, with their parameters of it."""
         for record in self.of.values():
             for kind in kinds:
                 if kind in record.types:
                     yield record, record.types[kind]
 
     def at(self, value: Value) -> Record | None:
-        """The record that a value refers to."""
+        """Returns the record that a value refers to; None where it refers to none."""
         return self.of.get(value.number) if isinstance(value, Ref) else None
 
 
 def read_records(text: str) -> Records:
-    """The records of the data sections. What cannot be read ends its record; nothing is raised."""
+    """Reads the records of the data sections. What cannot be read ends its record; nothing is raised."""
     found: dict[int, Record] = {}
     for start in re.finditer(r"(?<![A-Za-z0-9_])DATA\s*(?:\([^;]*\))?;", text):
         tokens = _tokens(text, start.end())

@@ -33,7 +33,7 @@ MOST: Final = 0.5
 
 
 def contours_of(body: Body, axis: Axis) -> list[Contour]:
-    """All contours of a body, those of the outside first, each side from the chuck."""
+    """Returns all contours of a body, those of the outside first, each side from the chuck."""
     bounding = list(_bounding(body, axis))
     found = chained(_pieces(bounding, ANY), body.name)
     if _is_open(found):

@@ -41,7 +41,7 @@ class CadFace:
 
     @cached_property
     def surface(self) -> Surface:
-        """The face's surface as a B-spline patch, exact, restricted to the face's extent; normals out of the material.
+        """Returns the face's surface as an exact B-spline patch over the face's extent; normals out of the material.
 
         Raises SRF-CAD where the kernel cannot make one of it.
         """
@@ -49,12 +49,12 @@ class CadFace:
 
     @property
     def kind(self) -> str:
-        """The kernel's name of the surface, such as CylindricalSurface."""
+        """Returns the kernel's name of the surface, such as CylindricalSurface."""
         return type(kernel().surface_of(self.handle)).__name__.removeprefix("Geom_")
 
     @property
     def area_mm2(self) -> float:
-        """The area inside the face's edges."""
+        """Returns the area inside the face's edges."""
         occ = kernel()
         properties = occ.Properties()
         occ.measure(self.handle, properties)
@@ -64,14 +64,14 @@ class CadFace:
         return f"{self.number}: {self.kind}, {self.area_mm2:.1f} mm²"
 
     def trimmed_away(self, u: Array, v: Array) -> np.ndarray:
-        """Which places (n,) of the surface lie beyond the face's trimming curves, in a hole or outside, by more than
-        a touch may.
+        """Returns which places (n,) of the surface lie beyond the face's trimming curves, in a hole or outside, by more
+        than a touch may.
         """
         return self._outline.cut_away(u, v)
 
     @cached_property
     def loops(self) -> tuple[Loop, ...]:
-        """What bounds the face on its surface; nothing where it is the whole patch."""
+        """Returns the loops that bound the face on its surface; none where it is the whole patch."""
         return loops_of(self.surface, self.handle)
 
     @cached_property
@@ -80,7 +80,7 @@ class CadFace:
 
 
 def read_faces(path: Path) -> list[CadFace]:
-    """Every face of a STEP or IGES file.
+    """Reads every face of a STEP or IGES file.
 
     Raises SRF-CAD for a file that cannot be read or holds no face, SRF-CAD-KERNEL without the kernel.
     """
@@ -101,7 +101,7 @@ def read_faces(path: Path) -> list[CadFace]:
 
 
 def read_face(path: Path, number: int | None = None) -> CadFace:
-    """One face, by its number from 1; the only one when not said. Raises SRF-CAD-CHOICE with a list when it is open."""
+    """Reads one face, by its number from 1; without one the only face. Raises SRF-CAD-CHOICE with a list if several."""
     faces = read_faces(path)
     if number is None and len(faces) == 1:
         return faces[0]
@@ -152,8 +152,8 @@ def write_surface(surface: Surface, path: Path, loops: Sequence[Loop] = ()) -> N
 
 
 def surface_to_bytes(surface: Surface, ending: str, description: str, loops: Sequence[Loop] = ()) -> bytes:
-    """What `write_surface` writes, for files that are written together or not at all, described where the format has
-    a place for that: STEP's FILE_DESCRIPTION, the start section of IGES.
+    """Returns what `write_surface` writes, for files that are written together or not at all, described where the
+    format has a place for that: STEP's FILE_DESCRIPTION, the start section of IGES.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"surface.{ending}"
@@ -165,7 +165,7 @@ def surface_to_bytes(surface: Surface, ending: str, description: str, loops: Seq
 
 
 def read_shape(path: Path) -> Any:
-    """All that a STEP or IGES file holds, as one shape of the kernel. Raises as `read_faces`."""
+    """Reads all of a STEP or IGES file as one shape of the kernel. Raises as `read_faces`."""
     occ, ending = kernel(), _checked_ending(path)
     reader = occ.StepReader() if ending in STEP else occ.IgesReader()
     if reader.ReadFile(str(path)) != occ.DONE or not reader.TransferRoots() or reader.OneShape().IsNull():
@@ -174,7 +174,7 @@ def read_shape(path: Path) -> Any:
 
 
 def read_document(path: Path) -> tuple[Any, Any]:
-    """A STEP file as the kernel's document, shapes with names, and the reader of it. Raises as `read_faces`."""
+    """Reads a STEP file: the kernel's document, shapes with names, and the reader of it. Raises as `read_faces`."""
     occ = kernel()
     _checked_ending(path)
     document, reader = occ.Document(occ.Text("XCAF")), occ.DocumentReader()
@@ -264,7 +264,7 @@ def _repeated(knots: Iterator[tuple[float, int]]) -> Array:
 
 
 def to_kernel(occ: Any, surface: Surface) -> Any:
-    """A surface as the kernel holds it."""
+    """Returns a surface as the kernel's B-spline."""
     n, m = surface.control_mm.shape[:2]
     poles, weights = occ.Points(1, n, 1, m), occ.Reals2(1, n, 1, m)
     for i in range(n):

@@ -32,7 +32,7 @@ class Stated:
 
 
 def stated_in(records: Records) -> Iterator[Stated]:
-    """All of a file: dimensions with the limits that they have, then geometric tolerances."""
+    """Yields all of a file: dimensions with the limits that they have, then geometric tolerances."""
     pmi = _Pmi(records)
     for record, values in records.typed(*SIZES, *LOCATIONS):
         yield pmi.dimension(record, values)
@@ -66,7 +66,7 @@ class _Pmi:
         return Stated(kind, tuple(self.faces(one) for one in of), nominal, *limits, fit)
 
     def geometric(self, record: Record, kind: str) -> Stated:
-        """The width of its zone is its upper limit."""
+        """Returns a geometric tolerance; the width of its zone is its upper limit."""
         values = record.types.get("GEOMETRIC_TOLERANCE") or record.types[kind]
         width = self.measure(self.records.at(values[2])) if len(values) > 2 else None
         words = kind.removesuffix(FORM).replace("_", " ").lower()
@@ -92,7 +92,7 @@ class _Pmi:
         return None if low is None or high is None else (nominal + low, nominal + high)
 
     def measure(self, record: Record | None, deep: int = 0) -> float | None:
-        """A value with its unit, in mm or degrees; None of one whose unit rests on another and so on for ever."""
+        """Returns a value with its unit, in mm or degrees; None of one whose unit rests on others without end."""
         for values in record.types.values() if record and deep < DEEPEST else ():
             if len(values) >= 2 and isinstance(values[-2], Typed | float):
                 value = next(iter(values[-2].values), None) if isinstance(values[-2], Typed) else values[-2]
@@ -115,7 +115,7 @@ class _Pmi:
         return None
 
     def faces(self, aspect: Value, known: frozenset[int] = frozenset()) -> tuple[int, ...]:
-        """The faces that a feature of the shape is made of, also by way of features that it is put together from."""
+        """Returns the faces of a feature of the shape, also by way of the features that it is composed of."""
         record = self.records.at(aspect)
         if record is None or record.number in known:
             return ()

@@ -32,7 +32,7 @@ AS_MUCH: Final = 0.9
 
 HAS_TOLERANCES: Final = re.compile(r"DIMENSIONAL_(SIZE|LOCATION)|ANGULAR_(SIZE|LOCATION)|[A-Z]+_TOLERANCE\s*\(")
 FEW: Final = 0.5
-"""What stands at a lesser share of the turn is told."""
+"""The share of the turn below which a feature is noted."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class StepProfile:
     features: tuple[Feature, ...]
     notes: tuple[str, ...]
     characteristics: tuple[Characteristic, ...] = ()
-    """What the file's tolerances limit of these features (AP242)."""
+    """Characteristics of these features that the file's tolerances limit (AP242)."""
 
 
 def read_step_profile(
@@ -57,7 +57,7 @@ def read_step_profile(
     from_z_mm: float | None = None,
     to_z_mm: float | None = None,
 ) -> StepProfile:
-    """The outside or the bore of a turned solid, exact, in mm; z runs along its axis from the file's origin.
+    """Reads the outside or the bore of a turned solid, exact, in mm; z runs along its axis from the file's origin.
 
     The axis is that about which most of the area is turned; z grows along it towards the file's +z, or the largest of
     its components, and the other way when `turned_round`. What is not turned (cross holes, flats, keyways) is left out
@@ -75,7 +75,7 @@ def read_step_profile(
 
 
 def read_step_solid(path: FilePath, *, turned_round: bool = False) -> "StepSolid":
-    """All contours of a solid, as `read_step_profile` finds them. Raises as that, but for the choice."""
+    """Reads all contours of a solid, as `read_step_profile` does. Raises as that, but for the choice."""
     path = Path(path)
     solids = read_solids(path)
     bodies = solids.bodies
@@ -100,7 +100,7 @@ class StepSolid:
         from_z_mm: float | None = None,
         to_z_mm: float | None = None,
     ) -> StepProfile:
-        """The profile of the contour that `read_step_profile` is asked for. Raises GEO-STEP."""
+        """Returns the profile of the contour chosen as in `read_step_profile`. Raises GEO-STEP."""
         low_mm, high_mm = -math.inf if from_z_mm is None else from_z_mm, math.inf if to_z_mm is None else to_z_mm
         chosen = _chosen(self.found, Side(side), outline, (low_mm, high_mm), self.file)
         clipped = _clipped(chosen.contour, low_mm, high_mm, self.file)

@@ -29,7 +29,7 @@ class Proposals:
 
 
 def proposals(stated: Sequence[Stated], of_faces: Callable[[Sequence[int]], Sequence[Feature]]) -> Proposals:
-    """`of_faces`: the features of the profile that faces, by the numbers of their records, leave on it."""
+    """Proposes characteristics. `of_faces`: the profile's features that faces leave, by their records' numbers."""
     found: list[Characteristic] = []
     notes: list[str] = []
     for one in stated:
@@ -47,7 +47,7 @@ def proposals(stated: Sequence[Stated], of_faces: Callable[[Sequence[int]], Sequ
 
 
 def fitting(proposed: Sequence[Characteristic], profile: Profile) -> Proposals:
-    """Those that a job with this profile takes; of the others, why it would not."""
+    """Returns the characteristics that a job with this profile accepts; of the others, why not."""
     found: list[Characteristic] = []
     notes: list[str] = []
     for one in proposed:

@@ -1,6 +1,6 @@
-"""Which points of a face's surface its trimming curves cut away, for a million points in seconds.
+"""Points of a face's surface that its trimming curves cut away, for a million points in seconds.
 
-The kernel's classifier takes up to a millisecond a point. It is asked only near the face's edges, found on a raster of
+The kernel's classifier takes up to a millisecond a point. It is used only near the face's edges, found on a raster of
 the parameters, and once for each stretch of the raster that no edge runs through.
 """
 
@@ -38,7 +38,7 @@ class Outline:
     raster: np.ndarray
 
     def cut_away(self, u: Array, v: Array) -> np.ndarray:
-        """Which places (n,) lie in a hole or outside by more than a touch may."""
+        """Returns which places (n,) lie in a hole or outside by more than a touch may."""
         found = self.raster[_cells(self.surface, u, v)]
         near = np.flatnonzero(found < 0)
         points = self.surface.point_mm(u[near], v[near])
@@ -47,7 +47,7 @@ class Outline:
 
 
 def outline_of(surface: Surface, face: Any) -> Outline:
-    """The raster of a face of the kernel whose surface is given as B-spline surface, in its own parameters."""
+    """Returns the raster of a face of the kernel whose surface is given as B-spline surface, in its own parameters."""
     from scipy.ndimage import binary_dilation, label  # slow to import
 
     edges = np.zeros((CELLS, CELLS), bool)
@@ -66,7 +66,7 @@ def outline_of(surface: Surface, face: Any) -> Outline:
 
 
 def classified(face: Any, points_mm: Array) -> np.ndarray:
-    """The kernel's own word on each point (n, 3) of a face: whether it lies outside, by however little."""
+    """Returns whether each point (n, 3) of a face lies outside, by however little, as the kernel classifies it."""
     occ = kernel()
     classifier = occ.FaceClassifier()
     outside = np.zeros(len(points_mm), bool)

@@ -1,4 +1,4 @@
-"""What each turned face of a solid leaves in a half plane through the axis."""
+"""Curves of each turned face of a solid in a half plane through the axis."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -23,25 +23,25 @@ SAMPLES: Final = 65
 
 @dataclass(frozen=True, eq=False)
 class Meridian:
-    """What turned about the axis makes a face, or a part of it; its material is on the right."""
+    """The curve that turned about the axis makes a face, or a part of it; its material is on the right."""
 
     face: CadFace
     feature: Feature
 
     @property
     def middle_mm(self) -> Point:
-        """The place half way along it."""
+        """Returns the place half way along it."""
         x, z = self.feature.point_mm(self.feature.length_mm / 2)
         return float(x), float(z)
 
 
 def meridians(face: CadFace, axis: Axis) -> list[Meridian]:
-    """The face's curve in a half plane through the axis, as far as the face reaches; none where it is not turned."""
+    """Returns the face's curves in a half plane through the axis, as far as the face reaches; none if not turned."""
     return [_with_material_right(one, axis) for one in _curves(face, axis)]
 
 
 def has_place(face: CadFace, place: Array) -> bool:
-    """Whether a place of its surface lies on the face, within its edges."""
+    """Returns whether a place of its surface lies on the face, within its edges."""
     occ, surface = kernel(), kernel().surface_of(face.handle)
     found = occ.SurfacePlaces(surface).ValueOfUV(occ.Pnt(*place.tolist()), WITHIN_MM)
     u0, _, v0, _ = occ.uv_bounds(face.handle)
@@ -82,7 +82,7 @@ def _curves(face: CadFace, axis: Axis) -> list[Meridian]:
 
 
 def run_on(curves: Sequence[Meridian], features: Sequence[Feature]) -> list[int]:
-    """Which lines and arcs of a section run along one of these curves, or along a part of one."""
+    """Returns which lines and arcs of a section run along one of these curves, or along a part of one."""
     found = []
     for k, feature in enumerate(features):
         for one in curves:
@@ -95,7 +95,7 @@ def run_on(curves: Sequence[Meridian], features: Sequence[Feature]) -> list[int]
 
 
 def rings(face: CadFace, axis: Axis) -> Iterator[Point]:
-    """(x, z) of the edges that are circles about the axis, whole or in part."""
+    """Yields (x, z) of the edges that are circles about the axis, whole or in part."""
     for curve in _edges(face):
         if curve.GetType() == kernel().CIRCLE:
             circle = curve.Circle()
@@ -104,7 +104,7 @@ def rings(face: CadFace, axis: Axis) -> Iterator[Point]:
 
 
 def edge_places(face: CadFace, axis: Axis) -> Iterator[Point]:
-    """(x, z) of places along the edges of a face."""
+    """Yields (x, z) of places along the edges of a face."""
     for curve in _edges(face):
         yield from _places(curve, axis)
 

@@ -1,1 +1,1 @@
-"""What measuring devices write: touches, points, readings, logs."""
+"""Files of measuring devices: touches, points, readings, logs."""

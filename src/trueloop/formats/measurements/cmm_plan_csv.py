@@ -11,7 +11,7 @@ COLUMNS: Final = ("point", "feature", "angle_deg", "x_mm", "y_mm", "z_mm", "norm
 
 
 def cmm_plan_to_csv(touches: Iterable[CmmTouch]) -> str:
-    """One row a point; lengths to 0.1 µm, normals to 1e-6."""
+    """Returns one row a point; lengths to 0.1 µm, normals to 1e-6."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(COLUMNS)

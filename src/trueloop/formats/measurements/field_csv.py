@@ -32,7 +32,7 @@ _KIND: Final = CsvKind(Code.NC_FIELD, Code.NC_FIELD, Code.NC_FIELD, _HINT, any_c
 
 
 def read_field(path: FilePath) -> Field:
-    """The field of a table. Raises NC-FIELD with the line where it is no grid, or not in a known unit.
+    """Reads the field of a table. Raises NC-FIELD with the line where it is no grid, or not in a known unit.
 
     >>> field = trueloop.read_field(trueloop.example("machine/field.csv"))
     >>> field.displacement_mm(np.array([[125.0, 0.0, 0.0]]))
@@ -70,7 +70,7 @@ def plane_csv(x_mm: Array, y_mm: Array, displacement_mm: Array, left: Sequence[L
 
 
 def read_left_out(path: Path) -> list[LeftOut] | None:
-    """What the plates left out of a table say of it; None for a table that `plane_csv` did not write."""
+    """Reads the RMS of plates left out of a table, before and after it; None if `plane_csv` did not write the table."""
     comments = [text for _, text in read_csv(path, _KIND).comments]
     if _OF_PLATES not in comments:
         return None

@@ -40,7 +40,7 @@ def read_history(path: FilePath) -> History:
 
 
 def read_drift(path: Path, *, displacements: bool = True) -> DriftTest:
-    """A drift test: temperatures, speeds and, unless they may be missing, displacements. Raises as `read_history`."""
+    """Reads a drift test: temperatures, speeds, displacements (needed if `displacements`). Raises as `read_history`."""
     file, rows = _read(path)
     displacement_mm = {name: values / UM_PER_MM for name, values in named_by(DISPLACEMENT, rows).items()}
     if displacements and not displacement_mm:

@@ -84,7 +84,7 @@ def read_inspections(path: Path) -> tuple[tuple[str, ...], Inspections]:
 
 
 def components_csv(points: tuple[str, ...], parts: Components) -> str:
-    """One row a point, µm along the outward normal."""
+    """Returns one row a point, µm along the outward normal."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["point", *(f"{name}_um" for name in COLUMNS)])

@@ -1,4 +1,4 @@
-"""What a control wrote while probing: one position a touch.
+"""The log of a control while probing: one position a touch.
 
 LinuxCNC writes nine numbers a line, X a radius always. The others write lines with `X…` and `Z…` as the probing program
 has them, X in the program's mode; blanks within a number's field are Fanuc's leading zeros.
@@ -30,7 +30,7 @@ class LoggedTouch:
 
 
 def read_probe_log(path: Path, control: str, *, inch: bool = False, diameter: bool = True) -> list[LoggedTouch]:
-    """The touches of a log in its order. Raises PRB-LOG for lines that hold none, and for a log without any."""
+    """Reads the touches of a log in its order. Raises PRB-LOG for lines that are none, and for a log without any."""
     text = read_text(path, Code.PRB_LOG, hint="name the file that the probing program wrote")
     return parse_probe_log(text, str(path), control, inch=inch, diameter=diameter)
 

@@ -88,7 +88,7 @@ TOOL: Final = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
 OTHERS: Final = ("along", *ALONG, *TOOL, "run", "time_s", "absolute")
 POSITION: Final = re.compile(r"[A-Z]_(mm|deg)")
 ABSOLUTE: Final = {"": (True, True), "no": (True, True), "slope": (True, False), "yes": (False, False)}
-"""Whether a reading's zero and its slope are its run's own."""
+"""Flags (zero, slope) by the text of `absolute`: True where it is the run's own."""
 
 WAYS: Final = {"+": 1.0, "-": -1.0, "−": -1.0, "1": 1.0, "-1": -1.0, "": 0.0, "0": 0.0, "+1": 1.0}
 

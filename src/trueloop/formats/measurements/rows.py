@@ -29,7 +29,7 @@ MOST = 1e15
 
 @dataclass(frozen=True)
 class CsvKind:
-    """What a kind of file is refused with: as a whole, for its columns, for its numbers; and how it should look."""
+    """Error codes of a kind of file, as a whole, for its columns, for its numbers; and a hint at how it should look."""
 
     file: Code
     column: Code
@@ -50,7 +50,7 @@ class CsvFile:
     comments: Sequence[tuple[int, str]]
 
     def rows(self, known: Collection[str], endings: tuple[str, ...] = ()) -> "Rows":
-        """The rows. Raises for a column that is neither known nor ends so: mistyped, it would be a column ignored."""
+        """Returns the rows. Raises for a column that is neither known nor ends so: mistyped, it would be ignored."""
         for place, name in enumerate(self.header, 1):
             if name in self.header[: place - 1]:
                 raise self.refusal(
@@ -62,7 +62,7 @@ class CsvFile:
         return Rows(self.path, self.kind, self.header, self.separator, [line for line, _ in self.lines[1:]], cells)
 
     def refusal(self, why: str, column: int | None = None, hint: str | None = None) -> TrueloopError:
-        """The refusal of the header."""
+        """Returns the refusal of the header."""
         place = Place(str(self.path), self.lines[0][0], column)
         return TrueloopError(self.kind.column, why, hint=hint or self.kind.hint, place=place)
 
@@ -95,14 +95,14 @@ class Rows:
         return len(self.cells)
 
     def texts(self, name: str) -> list[str]:
-        """A column as it stands, empty where the file lacks it."""
+        """Returns a column's texts, empty where the file lacks it."""
         if name not in self.header:
             return [""] * len(self)
         place = self.header.index(name)
         return [cells[place] for cells in self.cells]
 
     def numbers(self, name: str, otherwise: float | None = None) -> Array:
-        """A column of finite numbers, (n,); `otherwise` for all where the file lacks it. Raises with the line."""
+        """Returns a column of finite numbers, (n,); all `otherwise` where the file lacks it. Raises with the line."""
         if name not in self.header:
             if otherwise is not None:
                 return np.full(len(self), otherwise)
@@ -121,14 +121,14 @@ class Rows:
         return values
 
     def refusal(self, row: int, why: str, column: str | None = None, hint: str | None = None) -> TrueloopError:
-        """The refusal of a row, counted from 0."""
+        """Returns the refusal of a row, counted from 0."""
         at = None if column is None else self.header.index(column) + 1
         place = Place(str(self.path), self.lines[row], at)
         return TrueloopError(self.kind.number, why, hint=hint or self.kind.hint, place=place)
 
 
 def read_csv(path: Path, kind: CsvKind) -> CsvFile:
-    """A file's header, and its lines. Raises `kind.file` for one that is no CSV, and where there is no row."""
+    """Reads a file's header and lines. Raises `kind.file` for one that is no CSV, and where there is no row."""
     return csv_of(read_text(path, kind.file, hint=kind.hint), path, kind)
 
 
@@ -157,7 +157,7 @@ def _split(path: Path, kind: CsvKind, line: int, text: str, separator: str) -> l
 
 
 def number_of(text: str) -> float:
-    """The number that a text is; nan for one that is none."""
+    """Returns a text as a number; nan for one that is none."""
     try:
         return float(text)
     except ValueError:
@@ -178,7 +178,7 @@ KIND: Final = CsvKind(Code.MCH_FILE, Code.MCH_FILE, Code.MCH_FILE, HINT)
 
 
 def read_measured(path: Path) -> CsvFile:
-    """The file with its units checked. Raises MCH-FILE, and MCH-UNIT for a column in a unit that is not used here."""
+    """Reads the file and checks its units. Raises MCH-FILE, and MCH-UNIT for a column in a unit not used here."""
     file = read_csv(path, KIND)
     for name in file.header:
         if name.endswith(WRONG_UNITS) or name in BARE:
@@ -193,7 +193,7 @@ def signals_in(rows: Rows) -> dict[str, Array]:
 
 
 def units_in(rows: Rows) -> dict[str, str]:
-    """The units of those, by the same names."""
+    """Returns the units of the signals, by name."""
     return {name.removesuffix(end): unit for name in rows.header for end, unit in SIGNALS.items() if name.endswith(end)}
 
 
@@ -203,7 +203,7 @@ def named_by(unit: str, rows: Rows) -> dict[str, Array]:
 
 
 def vectors(rows: Rows, names: Iterable[str], otherwise: float | None = None) -> Array:
-    """Three columns as vectors, (n, 3)."""
+    """Returns three columns as vectors, (n, 3)."""
     return np.stack([rows.numbers(name, otherwise) for name in names], axis=-1)
 
 

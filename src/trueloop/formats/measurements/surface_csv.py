@@ -24,9 +24,9 @@ SHOWN: Final = (
 
 
 def deviations_to_csv(deviations: SurfaceDeviations) -> bytes:
-    """A row a point: nominal point, outward normal, error in µm, positive where material was left on.
+    """Returns a row a point: nominal point, outward normal, error in µm, positive where material was left on.
 
-    Row and column are empty for scattered points; holes are left out. The first line says the alignment, and
+    Row and column are empty for scattered points; holes are left out. The first line states the alignment, and
     which motions it left.
     """
     kind, there = deviations.alignment.kind, np.flatnonzero(deviations.measured)
@@ -41,13 +41,13 @@ def deviations_to_csv(deviations: SurfaceDeviations) -> bytes:
 
 
 def separation_to_csv(name: str, apart: Separation) -> bytes:
-    """A row a place of one part: parameters on [0, 1], nominal point, and the errors taken apart, in µm."""
+    """Returns a row a place of one part: parameters on [0, 1], nominal point, and the separated errors, in µm."""
     columns = {"measured_um": apart.measured_mm, "deterministic_um": apart.measured_mm - apart.random_mm}
     return _table(name, apart.places, [], columns | {"random_um": apart.random_mm})
 
 
 def maps_to_csv(maps: PartMaps, normal: Array) -> bytes:
-    """A row a place of one part: parameters on [0, 1], nominal point, outward normal (n, 3), and its maps, in µm."""
+    """Returns a row a place of one part: parameters on [0, 1], nominal point, outward normal (n, 3), maps in µm."""
     columns = {name: getattr(maps, name.replace("_um", "_mm")) for name in SHOWN}
     return _table(maps.name, maps.places, [normal], columns)
 
@@ -70,7 +70,7 @@ def _lines(head: list[str], form: str, rows: Array) -> bytes:
 
 
 def pattern_to_json(pattern: Pattern) -> bytes:
-    """The pattern with its control values in µm, row by row, and those of every part."""
+    """Returns the pattern with its control values in µm, row by row, and those of every part."""
     document = {
         "size": asdict(pattern.mean.size),
         "size_of_parts_splines": asdict(pattern.size),

@@ -27,7 +27,7 @@ COLUMNS: Final = (
 
 
 def readings_to_csv(inspections: Iterable[tuple[Inspection, Iterable[Reading]]]) -> str:
-    """The readings of inspections; mm, angles in degrees, x a radius. Limits are absolute."""
+    """Returns the readings of inspections; mm, angles in degrees, x a radius. Limits are absolute."""
     text = io.StringIO()
     out = csv.writer(text, lineterminator="\n")
     out.writerow(COLUMNS)

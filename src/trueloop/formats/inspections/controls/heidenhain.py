@@ -45,13 +45,13 @@ SECTIONS: Final = {
     "end of": "end",
     "ende": "end",
 }
-"""What a heading of a section begins with."""
+"""Beginnings of the headings of sections."""
 UPPER: Final = re.compile(r"(?:Max|Größt|Groesst)\S*\s+", re.I)
 LOWER: Final = re.compile(r"(?:Min|Kleinst)\S*\s+", re.I)
 AXES: Final[dict[str, Literal["x", "y"]]] = {"reference": "x", "haupt": "x", "minor": "y", "neben": "y"}
 ROW: Final = re.compile(rf"\s*([^:]+?)\s*:\s*({NUMBER.pattern})\s*(?:°|mm|inch)?\s*")
 LAST_DIGIT: Final = 1e-4
-"""Of the values in a log."""
+"""The last digit of the values in a log."""
 WHEN: Final = re.compile(r"\s*(?:Date|Datum)\s*:\s*(\d\d)[-.](\d\d)[-.](\d{4})\s*", re.I)
 AT: Final = re.compile(r"\s*(?:Time|Uhrzeit|Zeit)\s*:\s*(\d{1,2}):(\d\d):(\d\d)\s*", re.I)
 
@@ -67,12 +67,12 @@ class _Log:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Whether a line is the heading of such a log."""
+    """Returns whether a line is the heading of such a log."""
     return any(HEADING.fullmatch(line) for line in beginning(head).splitlines())
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """One inspection a log: a file may hold several. Raises MSR-UNIT, MSR-MAPPING."""
+    """Reads one inspection a log: a file may have several. Raises MSR-UNIT, MSR-MAPPING."""
     text, encoding = read_decoded(path)
     meaning = meaning_of(stated)
     unit = unit_of(stated, meaning, path)

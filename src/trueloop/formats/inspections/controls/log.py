@@ -45,12 +45,12 @@ class _Row:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Whether its first lines are positions and nothing else."""
+    """Returns whether its first lines are positions and nothing else."""
     return _kind(beginning(head).splitlines()[:100]) is not None
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """A log's touches as points, one inspection a run. Raises MSR-MEANING, MSR-UNIT, MSR-MAPPING and MSR-VALUE."""
+    """Reads a log's touches as points, one inspection a run. Raises MSR-MEANING, MSR-UNIT, MSR-MAPPING, MSR-VALUE."""
     text, encoding = read_decoded(path)
     lines = text.splitlines()
     meaning = meaning_of(stated)

@@ -20,7 +20,7 @@ def inspection_of(
     *,
     ball_radius_mm: float = 0.0,
 ) -> Inspection:
-    """The values as an inspection; part and serial number as far as the mapping says them."""
+    """Returns the values as an inspection; part and serial number as far as the mapping states them."""
     sizes, touched = numbered(readings), tuple(points)
     return Inspection(
         part=Part(PartType(meaning.part), meaning.serial),

@@ -53,13 +53,13 @@ class _Component:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Whether a line is a heading, a row or a point of such a print-out."""
+    """Returns whether a line is a heading, a row or a point of such a print-out."""
     lines = beginning(head).splitlines()
     return any(HEADING.fullmatch(line) or ROW.fullmatch(line) or POINT.fullmatch(line) for line in lines)
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """One inspection for each component number. Raises MSR-UNIT, MSR-VALUE for a point without its other half."""
+    """Reads one inspection for each component number. Raises MSR-UNIT, MSR-VALUE for a point without its other half."""
     text, encoding = read_decoded(path)
     meaning = meaning_of(stated)
     unit = unit_of(stated, meaning, path)

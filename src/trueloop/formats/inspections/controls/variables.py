@@ -32,7 +32,7 @@ DEEPEST: Final = 20
 
 
 def value_of(text: str) -> float | None:
-    """The value of an expression; None for what is none, divides by zero, or is beyond `MOST`."""
+    """Returns the value of an expression; None for what is none, divides by zero, or is beyond `MOST`."""
     if PLAIN.fullmatch(text):
         return float(text) if abs(float(text)) <= MOST else None
     tokens = _tokens(text)
@@ -109,23 +109,23 @@ class Variable:
 
 
 def bare(line: str) -> str:
-    """A line with blanks for its comments."""
+    """Returns a line with blanks for its comments."""
     return COMMENT.sub(lambda found: " " * len(found[0]), line) if "(" in line or ";" in line else line
 
 
 def is_skipped(line: str) -> bool:
-    """Whether a bare line has nothing to read."""
+    """Returns whether a bare line has nothing to read."""
     return SKIPPED.fullmatch(line) is not None
 
 
 def is_assignment(line: str) -> bool:
-    """Whether a bare line begins with an assignment."""
+    """Returns whether a bare line begins with an assignment."""
     at = NUMBERED.match(line)
     return START.match(line, at.end() if at else 0) is not None
 
 
 def variables_in(text: str, path: Path) -> tuple[list[Variable], list[Remark]]:
-    """All assignments in order, and the lines that are none. Raises MSR-NUMBER for a value that is no number."""
+    """Returns all assignments in order, and other lines as remarks. Raises MSR-NUMBER for a value that is no number."""
     found: list[Variable] = []
     remarks: list[Remark] = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -138,7 +138,7 @@ def variables_in(text: str, path: Path) -> tuple[list[Variable], list[Remark]]:
 
 
 def key_of(name: str) -> str:
-    """A variable's name as a mapping may write it: `500` is `#500`, `R[1]` is `R1`."""
+    """Returns the key of a variable's name as a mapping may write it: `500` is `#500`, `R[1]` is `R1`."""
     plain = re.sub(r"\bR\[(\d+)\]", r"R\1", "".join(name.upper().split()))
     return f"#{plain}" if plain.isdigit() else plain
 
@@ -163,14 +163,14 @@ EXAMPLE: Final = ('unit = "mm"', "[variables.500]", 'feature = "journal"', 'quan
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Whether all but a few of its first lines assign a value to a variable."""
+    """Returns whether all but a few of its first lines assign a value to a variable."""
     lines = [bare(line) for line in beginning(head).splitlines()[:200]]
     spoken = [line for line in lines if not is_skipped(line)]
     return bool(spoken) and sum(map(is_assignment, spoken)) > 0.8 * len(spoken)
 
 
 def read(path: Path, stated: Stated) -> MeasuredFile:
-    """The variables that the mapping gives a meaning, as readings and points of one part.
+    """Reads the variables that the mapping gives a meaning, as readings and points of one part.
 
     Raises MSR-MEANING without a mapping, MSR-VALUE for a variable that it names and the dump has not, or with two
     values, MSR-NUMBER for a value that is no number, MSR-UNIT, MSR-MAPPING.
@@ -203,12 +203,12 @@ class _Dump:
     mm_per_unit: float
 
     def readings(self) -> list[Reading]:
-        """Of all variables that hold no coordinate of a point and are not empty."""
+        """Returns readings of all variables that are no coordinate of a point and not empty."""
         sizes = [(name, table, self._variable(name)) for name, table in self.tables.items() if not table.point]
         return [self._reading(name, table, one.value, one.line) for name, table, one in sizes if one.value is not None]
 
     def points(self) -> list[CmmPoint]:
-        """Those of which no coordinate is empty; without y they lie in the plane that a turned part is touched in."""
+        """Returns the points with no empty coordinate; without y they lie in the plane of a turned part's touches."""
         points = []
         for point in dict.fromkeys(table.point for table in self.tables.values() if table.point):
             at = self._coordinates(point)
@@ -218,7 +218,7 @@ class _Dump:
         return points
 
     def empty(self) -> list[Remark]:
-        """What was not measured."""
+        """Returns remarks on the variables that are empty: not measured."""
         named = [(name, table, self._variable(name)) for name, table in self.tables.items()]
         return [
             Remark(f"{one.name} is empty: {table.point or _called(name, table)!r} was not measured", one.line)
@@ -227,7 +227,7 @@ class _Dump:
         ]
 
     def others(self) -> list[Remark]:
-        """What the mapping does not name."""
+        """Returns a remark on the variables that the mapping does not name."""
         named = {key_of(name) for name in self.tables} | {key_of(table.nominal_in) for table in self.tables.values()}
         others = [one for one in self.found if key_of(one.name) not in named]
         said = f"{len(others)} of {len(self.found)} variables are not in the mapping"

@@ -15,11 +15,11 @@ TURNED_ABOUT: Final = {"XAXIS": 0, "YAXIS": 1, "ZAXIS": 2}
 def moved(
     statement: Words, settings: Settings, known: Mapping[str, Frame], datums: str, *, measured: bool
 ) -> tuple[str, Frame | None]:
-    """The datums and the frame in force behind a statement; the frame is None where it begins anew at other datums.
+    """Returns datums and frame in force after a statement; the frame is None where it begins anew at other datums.
 
     `D(…)=TRANS/XORIG,10` puts the origin at x = 10, `D(…)=ROTATE/ZAXIS,30` turns the axes by 30° from x to y (both from
     memory of DMIS 5.2). Before anything was measured every statement is taken as the set-up of the part. Raises
-    MSR-FRAME for a change behind measured features that the file alone does not say in numbers.
+    MSR-FRAME for a change after measured features that the file does not give in numbers.
     """
     if not measured:
         return datums or _text(statement), None

@@ -30,14 +30,14 @@ LAYOUTS: Final = {
     "GSURF": ("xyz", "ijk"),
     "LINE": ("xyz", "ijk", "pqr"),
 }
-"""What the numbers of a feature mean, in their order; `ijk` its direction or normal, `pqr` a second one."""
+"""Meanings of the numbers of a feature, in their order; `ijk` its direction or normal, `pqr` a second one."""
 TRIPLES: Final = ("xyz", "ijk", "pqr", "end")
 BOUNDED: Final = ("xyz", "end", "pqr")
 """A bounded line: its two ends, and the normal of its surface."""
 ANGLES: Final = ("cone", "from", "to")
 """Not read further: sources at hand do not say whether a cone's angle is the included one or half of it."""
 WORDS: Final = frozenset(("CART", "POL", "INNER", "OUTER", "IN", "OUT", "BND", "UNBND", "ROUND", "FLAT", "OPEN"))
-"""What may stand before the numbers of a feature; anything else there is no number."""
+"""Words allowed before the numbers of a feature; anything else there is no number."""
 POINTS: Final = ("POINT", "EDGEPT")
 WITH_AXIS: Final = ("LINE", "CYLNDR", "CONE")
 """Along their direction the place that is stated means nothing."""
@@ -73,7 +73,7 @@ class Feature:
 
     @property
     def known_axes(self) -> Iterator[int]:
-        """The axes along which its place is stated and means something."""
+        """Yields the axes along which its place is stated and means something."""
         for axis, value in enumerate(self.place_mm):
             along = 0.0 if self.direction is None else abs(self.direction[axis])
             if self.kind in WITH_AXIS and along > ALONG:
@@ -86,7 +86,7 @@ class Feature:
 
 @dataclass(frozen=True)
 class Slots:
-    """Where the numbers of a layout stand: a triple's first, or -1 where it has none."""
+    """Positions of the numbers of a layout: a triple's first, or -1 where it has none."""
 
     place: int
     direction: int
@@ -96,7 +96,7 @@ class Slots:
 
     @classmethod
     def of(cls, layout: tuple[str, ...]) -> "Slots":
-        """Of the names of a layout in their order."""
+        """Returns the slots of the names of a layout in their order."""
         begins, count = {}, 0
         for name in layout:
             begins[name] = count
@@ -110,7 +110,7 @@ SLOTS_BOUNDED: Final = Slots.of(BOUNDED)
 
 
 def feature_of(statement: Words, settings: Settings) -> Feature | str | None:
-    """The feature of a statement; words about why it cannot be one; None for a kind that is not known.
+    """Returns the feature of a statement; the reason, in words, why it cannot be one; None for an unknown kind.
 
     Raises MSR-NUMBER for what is no number, MSR-UNIT for lengths without a unit.
     """

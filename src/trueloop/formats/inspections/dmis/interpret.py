@@ -38,14 +38,14 @@ NAMES: Final = {
     "PARTID": "part", "PARTSN": "serial", "PARTRV": "revision", "DMEID": "device", "OPERID": "operator",
     "PN": "part", "PS": "serial", "PR": "revision", "DI": "device", "OP": "operator",
 }  # fmt: skip
-"""What labelled texts of the heading mean, by their word, else by the kind of their label."""
+"""Meanings of labelled texts of the heading, by their word, else by the kind of their label."""
 NEW_PART: Final = ("file", "part", "serial")
 OUTPUTS: Final = ("OUTPUT", "RPTOUT")
 
 
 @dataclass(frozen=True)
 class Announced:
-    """What the outputs of a file say: `lines` the features and the tolerances' labels of each, by its line.
+    """Announcements of a file's outputs: `lines` the features and the tolerances' labels of each, by its line.
 
     By the label of a tolerance, `features` all that it is output with, in their order, and `by` these output by output.
     `written`: how features' labels are written at first.
@@ -75,7 +75,7 @@ class Interpreter:
     last: str = ""
 
     def carry_out(self, statement: Words) -> None:
-        """One statement. Raises MSR errors with its line."""
+        """Carries out one statement. Raises MSR errors with its line."""
         by_kind = BY_KIND.get(statement.kind) if statement.word in ("FEAT", "TOL") else None
         if (do := by_kind or BY_WORD.get(statement.word)) is not None:
             do(self, statement)
@@ -85,7 +85,7 @@ class Interpreter:
             self.notes.count(f"{_title(statement)} is not understood and was left out", statement.line)
 
     def begin(self, *, sure: bool) -> None:
-        """A heading: where something was measured, a new run begins; unless it is `sure`, for the time being."""
+        """Begins a new run at a heading where something was measured; provisionally, unless it is `sure`."""
         if self.run.measured:
             self._join()
             self.held, self.run = self.run, self.run.next(self.heading)
@@ -95,7 +95,7 @@ class Interpreter:
         self.run.heading = self.heading
 
     def state(self, mark: str, feature: str) -> None:
-        """A feature's statement. Where the run that is held has the same, they are two runs."""
+        """Takes a feature's statement. Where the run that is held has it too, they are two runs."""
         if self.held is not None and mark in self.held.stated:
             self._part()
         self.run.stated.add(mark)
@@ -119,24 +119,24 @@ class Interpreter:
         self.run = self.run.next(self.heading)
 
     def finish(self) -> list[Run]:
-        """All runs in which something was measured, or else one without."""
+        """Returns all runs in which something was measured, or else one without."""
         self._join()
         runs = [*self.runs, self.run]
         return [run for run in runs if run.measured] or runs[-1:]
 
     def limited(self, label: str) -> tuple[str, ...]:
-        """The features that a tolerance is of: all that are output with its label, else those of this output."""
+        """Returns the features of a tolerance: all that are output with its label, else those of this output."""
         return tuple(self.announced.features.get(key_of(label), ())) or self.output
 
     def about(self, label: str) -> tuple[str, ...]:
-        """The features of a result: those of this output, unless its label is announced by one other alone."""
+        """Returns the features of a result: those of this output, unless its label is announced by one other alone."""
         key = key_of(label)
         outputs = self.announced.by.get(key, set())
         return next(iter(outputs)) if key not in self.names and len(outputs) == 1 else self.output
 
 
 def announced_in(statements: Iterable[Words]) -> Announced:
-    """What the outputs of a file announce."""
+    """Returns the announcements of a file's outputs."""
     lines = dict[int, tuple[tuple[str, ...], frozenset[str]]]()
     features, by, written = dict[str, dict[str, None]](), dict[str, set[tuple[str, ...]]](), dict[str, str]()
     for statement in statements:

@@ -14,7 +14,7 @@ FINEST: Final = 12
 
 
 def is_number(text: str) -> bool:
-    """Whether it is a number or an angle in degrees, minutes and seconds."""
+    """Returns whether it is a number or an angle in degrees, minutes and seconds."""
     return NUMBER.fullmatch(text) is not None or SEXAGESIMAL.fullmatch(text) is not None
 
 
@@ -38,7 +38,7 @@ def number_of(text: str, settings: Settings, line: int) -> float | None:
 
 
 def degrees_of(text: str, settings: Settings, line: int) -> float | None:
-    """An angle in degrees; `12:30:00` where the file says ANGDMS."""
+    """Returns an angle in degrees; of `12:30:00` where the file states ANGDMS."""
     found = SEXAGESIMAL.fullmatch(text) if settings.sexagesimal else None
     if found is None:
         value = number_of(text, settings, line)
@@ -48,7 +48,7 @@ def degrees_of(text: str, settings: Settings, line: int) -> float | None:
 
 
 def decimals_in(text: str) -> int:
-    """How many decimals a number is written with."""
+    """Returns the number of decimals that a number is written with."""
     if "e" in text or "E" in text:
         mantissa, _, exponent = text.lower().partition("e")
         return min(max(decimals_in(mantissa) - int(exponent), 0), FINEST)

@@ -28,7 +28,7 @@ class MeasuredCircle:
 def dmis_program(
     name: str, points: Sequence[CmmMove], circles: Sequence[MeasuredCircle], approach: CmmApproach, source: str
 ) -> str:
-    """The program, in mm. Every point and circle is measured and put out with its tolerance where it has one."""
+    """Returns the program, in mm. Every point and circle is measured and output, with its tolerance if it has one."""
     labels, lines = Labels(), _heading(name, approach, source)
     for move in points:
         lines += _point(labels.new(move.touch.name), move)

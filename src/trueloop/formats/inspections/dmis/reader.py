@@ -32,7 +32,7 @@ BLANKS: Final = " \t\f\v\x1a\0\ufeff"
 """No part of a statement at a line's ends; ^Z ends files of old systems, the last is a byte order mark."""
 STRIPPED: Final = BLANKS + "\r\n"
 BEGINS: Final = re.compile(r"\s*(?:[A-Za-z]+\s*\(.*?\)\s*=|[A-Za-z]+\s*/|(?:DATE|TIME)\s*=|[A-Za-z]{6}\s*$)", re.I)
-"""What a line that could continue another must not look like."""
+"""The pattern of a line that does not continue another."""
 QUOTE_OR_COMMENT: Final = re.compile(r"'|\$\$")
 
 
@@ -61,13 +61,13 @@ class DmisText:
 
 
 def read_dmis_text(content: bytes, path: Path) -> DmisText:
-    """The statements of a file's bytes. Raises MSR-FILE where they are no text."""
+    """Reads the statements of a file's bytes. Raises MSR-FILE where they are no text."""
     text, encoding = dmis_text(content, path)
     return DmisText(tuple(statements_of(text)), encoding)
 
 
 def dmis_text(content: bytes, path: Path) -> tuple[str, str]:
-    """A file's text and its encoding, in which it makes the same bytes again: Latin-1 where no likelier one does."""
+    """Returns a file's text and an encoding that gives its bytes again: Latin-1 where no likelier one does."""
     _, encoding = decoded(content, path)
     encoding = {"utf-8-sig": "utf-8", "utf-16": "utf-16-be" if content[:1] == b"\xfe" else "utf-16-le"}.get(
         encoding, encoding
@@ -82,7 +82,7 @@ def dmis_text(content: bytes, path: Path) -> tuple[str, str]:
 
 
 def statements_of(text: str) -> Iterator[Statement]:
-    """The statements of a text, in its order; their `raw` put together is the text."""
+    """Yields the statements of a text, in its order; their `raw` put together is the text."""
     pieces: list[str] = []
     raws: list[str] = []
     first, state = 1, _CLOSED
@@ -164,7 +164,7 @@ def _comment_at(text: str, quoted: bool) -> int:
 
 
 SHOWN: Final = 5
-"""How many names a remark repeats."""
+"""The number of names that a remark repeats."""
 LOOKED_AT: Final = 500
 """Statements of a file by which it is recognised."""
 
@@ -186,7 +186,7 @@ def _is_of_dmis(words: Words) -> bool:
 
 
 def read_dmis(path: Path, stated: Stated) -> MeasuredFile:
-    """The inspections of a file. Raises MSR errors with the lines of what cannot be read."""
+    """Reads the inspections of a file. Raises MSR errors with the lines of what cannot be read."""
     with readable(path, Code.MSR_FILE, hint=HINT):
         content = path.read_bytes()
     return _read(content, path, stated)

@@ -14,14 +14,14 @@ from trueloop.formats.inspections.dmis.features import NOWHERE, Some
 from trueloop.formats.inspections.dmis.writing import comment, number, numbers, quoted, statements_text
 
 DECIMALS: Final = 7
-"""Of lengths in mm, so that inches come back to the last of theirs."""
+"""Decimals of lengths in mm, enough that inches come back to their last decimal."""
 AXES: Final = ("x", "y", "z")
 SIDES: Final = {"": "", "inner": "INNER,", "outer": "OUTER,"}
 NOT_IN_LABELS: Final = str.maketrans("()=,'$/\r\n\t", "__________")
 
 
 def dmis_results(inspections: Sequence[Inspection], file: str) -> str:
-    """The file's text, in mm; one run for each inspection, read again as they are, except what DMIS has no words for.
+    """Returns the file's text, in mm; a run for each inspection, read back unchanged, except what DMIS cannot state.
 
     These are standard uncertainty, temperature and the time of a single reading. Raises MSR-FORMAT for centres of a
     ball and for touches: DMIS has points of the surface.

@@ -1,4 +1,4 @@
-"""What the statements of a DMIS file say, sorted by run and part: nominals, actuals, tolerances, results."""
+"""Content of the statements of a DMIS file, by run and part: nominals, actuals, tolerances, results."""
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,7 @@ from trueloop.formats.inspections.measured_file import Remark
 
 @dataclass(frozen=True)
 class Heading:
-    """What a file says of a run before its results; empty: nothing."""
+    """Statements of a file about a run before its results; empty: not stated."""
 
     file: str = ""
     part: str = ""
@@ -27,11 +27,11 @@ class Heading:
 
     @property
     def moment(self) -> datetime | None:
-        """Date and time as the measuring machine's clock showed them; their zone is not stated."""
+        """Returns date and time as the measuring machine's clock showed them; their zone is not stated."""
         return None if self.date is None else datetime(*self.date, *self.time)
 
     def named(self, what: str, text: str) -> "Heading":
-        """With a text for one of its names."""
+        """Returns the heading with a text for one of its names."""
         return Heading(**{**vars(self), what: text})
 
 
@@ -71,15 +71,15 @@ class Run:
 
     @property
     def measured(self) -> bool:
-        """Whether anything was measured in it."""
+        """Returns whether anything was measured in it."""
         return bool(self.actuals or self.found or self.loose)
 
     def next(self, heading: Heading) -> "Run":
-        """A new one in which the nominals and tolerances stated so far hold on."""
+        """Returns a new run in which the nominals and tolerances stated so far remain in force."""
         return Run(heading, self.frame, dict(self.nominals), [], _copied(self.tolerances), dict(self.by_label))
 
     def joined(self, other: "Run") -> "Run":
-        """With what a later run adds to it."""
+        """Returns the run with what a later run adds to it."""
         return Run(
             self.heading,
             self.frame,
@@ -95,7 +95,7 @@ class Run:
 
 @dataclass
 class Notes:
-    """What has to be said about a file: some with their line, others counted by kind, with the first line of each."""
+    """Remarks about a file: some with their line, others counted by kind, with the first line of each."""
 
     remarks: list[Remark] = field(default_factory=list)
     counted: Counter[str] = field(default_factory=Counter)
@@ -106,12 +106,12 @@ class Notes:
         self.remarks.append(Remark(text, line))
 
     def count(self, kind: str, line: int) -> None:
-        """One more of a kind, in words that a number fits behind."""
+        """Counts one more of a kind, in words that a number can follow."""
         self.counted[kind] += 1
         self.first.setdefault(kind, line)
 
     def all(self) -> tuple[Remark, ...]:
-        """In the order of their lines."""
+        """Returns all remarks in the order of their lines."""
         counted = [
             Remark(kind if number == 1 else f"{kind}: {number} times, first here", self.first[kind])
             for kind, number in self.counted.items()
@@ -131,13 +131,13 @@ def _copied(tolerances: dict[str, dict[str, Tolerance]]) -> dict[str, dict[str, 
 
 
 def with_time(heading: Heading, numbers: tuple[int, ...]) -> Heading:
-    """The heading at another time of its day. Raises ValueError for what is no time."""
+    """Returns the heading at another time of its day. Raises ValueError for what is no time."""
     hour, minute, second = (*numbers, 0)[:3]
     datetime(2000, 1, 1, hour, minute, second)
     return replace(heading, time=(hour, minute, second))
 
 
 def with_date(heading: Heading, year: int, month: int, day: int) -> Heading:
-    """The heading on another day, whose time is not known yet. Raises ValueError for what is no date."""
+    """Returns the heading on another day, whose time is not known yet. Raises ValueError for what is no date."""
     datetime(year, month, day)
     return replace(heading, date=(year, month, day), time=(0, 0, 0))

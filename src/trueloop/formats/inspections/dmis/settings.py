@@ -1,4 +1,4 @@
-"""What is in force in a DMIS file where a statement stands: units, the plane of polar coordinates, the frame."""
+"""Settings in force at a statement of a DMIS file: units, the plane of polar coordinates, the frame."""
 
 import math
 from dataclasses import dataclass, replace
@@ -27,23 +27,23 @@ class Frame:
     shift_mm: Vector = (0.0, 0.0, 0.0)
 
     def vector(self, q: Vector) -> Vector:
-        """A direction of this frame in the first one."""
+        """Returns a direction of this frame in the first one."""
         a, b, c = self.rotation
         return _dot(a, q), _dot(b, q), _dot(c, q)
 
     def point(self, q: Vector) -> Vector:
-        """A point of this frame in the first one."""
+        """Returns a point of this frame in the first one."""
         if self is FIRST:
             return q
         (x, y, z), (dx, dy, dz) = self.vector(q), self.shift_mm
         return x + dx, y + dy, z + dz
 
     def shifted(self, shift_mm: Vector) -> "Frame":
-        """A frame whose origin lies there in this one."""
+        """Returns a frame whose origin lies there in this one."""
         return replace(self, shift_mm=self.point(shift_mm))
 
     def turned(self, axis: int, angle_deg: float) -> "Frame":
-        """A frame turned about an axis of this one, right-handed: from x to y about z."""
+        """Returns a frame turned about an axis of this one, right-handed: from x to y about z."""
         cosine, sine = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
         first, second = (axis + 1) % 3, (axis + 2) % 3
         columns = [self.vector(unit) for unit in UNTURNED]
@@ -69,7 +69,7 @@ class Settings:
     frame: Frame = FIRST
 
     def length_factor(self, line: int) -> float:
-        """To mm. Raises MSR-UNIT where neither file nor user has stated a unit."""
+        """Returns the factor to mm. Raises MSR-UNIT where neither file nor user has stated a unit."""
         if self.mm is None:
             raise TrueloopError(
                 Code.MSR_UNIT,
@@ -81,7 +81,7 @@ class Settings:
         return self.mm
 
     def place(self, polar: bool, q: Vector) -> Vector:
-        """Cartesian coordinates in the first frame; polar ones are radius, angle in degrees and height."""
+        """Returns Cartesian coordinates in the first frame; polar ones are radius, angle in degrees and height."""
         if polar:
             first, second, third = PLANES[self.plane]
             radius, angle_deg, height = q
@@ -91,12 +91,12 @@ class Settings:
 
 
 def settings_from(path: Path, stated: Stated) -> Settings:
-    """Those at a file's begin."""
+    """Returns the settings at a file's beginning."""
     return Settings(path, None if stated.unit is None else LENGTHS_MM[stated.unit.upper()])
 
 
 def with_units(settings: Settings, statement: Words) -> Settings:
-    """`UNITS/MM,ANGDEC`; words that are none of a length or an angle (temperatures) change nothing."""
+    """Returns the settings after `UNITS/MM,ANGDEC`; words of other quantities (temperatures) change nothing."""
     for field in statement.fields:
         word = field.upper()
         if word in LENGTHS_MM:

@@ -12,7 +12,7 @@ Verdict = Literal["", "in", "out"]
 
 AXES: Final = {"XAXIS": 0, "YAXIS": 1, "ZAXIS": 2}
 COORDINATES: Final = {**dict.fromkeys(AXES), "DIAMETER": "DIAM", "DIAM": "DIAM", "RADIUS": "RAD", "RAD": "RAD"}
-"""What `CORTOL` is the tolerance of; sizes have a tolerance of their own that means the same."""
+"""Quantities of which `CORTOL` is the tolerance; sizes also have an equivalent tolerance of their own."""
 QUANTITIES: Final = {
     "DIAM": Quantity.DIAMETER,
     "RAD": Quantity.RADIUS,
@@ -26,11 +26,11 @@ QUANTITIES: Final = {
     **dict.fromkeys(("POS", "CONCEN", "COAX", "SYM", "PERP", "PARLEL", "ANGLR", "COMPOS"), Quantity.OTHER),
     **dict.fromkeys(("PROFP", "PROFS", "PROFL"), Quantity.OTHER),
 }
-"""By the word of the tolerance, of those that are read. A profile's deviations have a sign."""
+"""Quantities by the word of the tolerance, of those that are read. A profile's deviations have a sign."""
 PROFILES: Final = ("PROFP", "PROFS", "PROFL")
 DISTANCES: Final = ("DISTB", "DISTWRT")
 BETWEEN: Final = (*DISTANCES, "LENGTH")
-"""What is between two features; a length is one that our own files state by `USETOL`."""
+"""Quantities between two features; a length is one that our own files state by `USETOL`."""
 ZONES: Final = tuple(
     word
     for word, quantity in QUANTITIES.items()
@@ -38,7 +38,7 @@ ZONES: Final = tuple(
 )
 """Those with one limit, the width of a zone: what is found is never negative."""
 STATED: Final = {quantity.name: quantity for quantity in Quantity}
-"""What `USETOL` names in our own files: the quantity, behind it the nominal value and the absolute limits."""
+"""Names after `USETOL` in our own files: the quantity, followed by the nominal value and the absolute limits."""
 WORDS: Final = ("2D", "3D", "NOMINL", "LIMIT")
 VERDICTS: Final[dict[str, Verdict]] = {"INTOL": "in", "OUTOL": "out", "OUTTOL": "out"}
 
@@ -59,7 +59,7 @@ class Tolerance:
     absolute: bool = False
 
     def limits(self, nominal: float | None) -> tuple[float | None, float | None]:
-        """The absolute ones of a characteristic with that nominal value."""
+        """Returns the absolute limits of a characteristic with that nominal value."""
         if self.absolute:
             return self.lower, self.upper
         if nominal is None:
@@ -69,7 +69,7 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a file says was found of a tolerance: values in mm, as deviations or as they are, and its verdict.
+    """The result that a file states for a tolerance: values in mm, as deviations or as they are, and its verdict.
 
     `decimals_mm` is what one step of the last decimal is worth.
     """
@@ -83,7 +83,7 @@ class Result:
 
 
 def what_of(statement: Words) -> tuple[str, tuple[str, ...]] | None:
-    """What a tolerance is of, and the fields behind that; None for words that are not read."""
+    """Returns the quantity of a tolerance, and the fields after it; None for words that are not read."""
     fields = statement.fields
     word = fields[0].upper() if fields else ""
     if word == "CORTOL" and len(fields) > 1:
@@ -96,7 +96,7 @@ def what_of(statement: Words) -> tuple[str, tuple[str, ...]] | None:
 
 
 def tolerance_of(statement: Words, settings: Settings) -> Tolerance | str | None:
-    """The tolerance of a statement; words about what is wrong with it; None for one that is not read."""
+    """Returns the tolerance of a statement; words about what is wrong with it; None for one that is not read."""
     found = what_of(statement)
     if found is None:
         return None
@@ -127,7 +127,7 @@ def tolerance_of(statement: Words, settings: Settings) -> Tolerance | str | None
 
 
 def result_of(statement: Words, settings: Settings) -> Result | str | None:
-    """The result of a statement; words about what is wrong with it; None for one that is not read.
+    """Returns the result of a statement; words about what is wrong with it; None for one that is not read.
 
     Raises MSR-NUMBER where text stands in place of the value.
     """

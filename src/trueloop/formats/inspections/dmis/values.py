@@ -47,7 +47,7 @@ class Values:
 
 
 def values_of(run: Run, notes: Notes, written: Mapping[str, str]) -> tuple[Reading | CmmPoint, ...]:
-    """What was measured in a run, in its order; what contradicts itself is remarked."""
+    """Returns the values measured in a run, in its order; contradictions are remarked."""
     values = Values(run, notes, written)
     latest: dict[str, Actual] = {}
     for actual in run.actuals:
@@ -61,7 +61,7 @@ def values_of(run: Run, notes: Notes, written: Mapping[str, str]) -> tuple[Readi
 
 
 def size_of(feature: Feature | None, what: str) -> float | None:
-    """A diameter, radius, width or coordinate of a feature by what DMIS calls its tolerance; None: not stated."""
+    """Returns a diameter, radius, width or coordinate of a feature by its tolerance's DMIS word; None: not stated."""
     if feature is None:
         return None
     if what in AXES:
@@ -123,9 +123,9 @@ def _reading(values: Values, actual: Actual, what: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a value stands: its features by their labels, and the actual one where that is stated, when, on which line.
+    """The source of a value: its features by their labels, and the actual one where that is stated, its time and line.
 
-    `other` is that from which a distance counts.
+    `other` is the feature from which a distance counts.
     """
 
     feature: str
@@ -322,7 +322,7 @@ def _judge(
 
 
 def characteristics_of(run: Run) -> Iterator[Characteristic]:
-    """What a run asks for, measured or not, of the features whose nominal value it states."""
+    """Yields the characteristics of a run, measured or not, of the features whose nominal value it states."""
     each = [(feature, *pair) for feature, tolerances in run.tolerances.items() for pair in tolerances.items()]
     for feature, what, limits in each:
         nominal = limits.nominal if limits.nominal is not None else size_of(run.nominals.get(feature), what)
@@ -334,5 +334,5 @@ def characteristics_of(run: Run) -> Iterator[Characteristic]:
 
 
 def quantity_is_size(quantity: Quantity) -> bool:
-    """Whether a value of exactly the nominal size is noteworthy."""
+    """Returns whether a value of exactly the nominal size is noteworthy."""
     return quantity in (Quantity.DIAMETER, Quantity.RADIUS)

@@ -24,7 +24,7 @@ class Words:
 
 
 def words_of(text: str, line: int) -> Words | None:
-    """The parts of a statement's text; None where it is built otherwise."""
+    """Returns the parts of a statement's text; None where it is built otherwise."""
     head, slash, rest = text.partition("/")
     name, equals, word = head.rpartition("=")
     if slash and word.isalpha() and (not equals or (name.endswith(")") and name.count("(") == 1)):  # nearly all are
@@ -42,7 +42,7 @@ def words_of(text: str, line: int) -> Words | None:
 
 
 def fields_of(text: str) -> tuple[str, ...]:
-    """What stands between commas, outside of quoted texts."""
+    """Returns the fields between commas, outside of quoted texts."""
     if not text:
         return ()
     if "'" not in text:
@@ -63,14 +63,14 @@ def _quoted_fields(text: str) -> list[str]:
 
 
 def unquoted(field: str) -> str:
-    """A quoted text as it is meant; others as they are."""
+    """Returns a quoted text without its quotes; others as they are."""
     if len(field) > 1 and field[0] == field[-1] == "'":
         return field[1:-1].replace("''", "'").strip()
     return field
 
 
 def label_in(field: str) -> tuple[str, str] | None:
-    """`FA(D1)` as ("FA", "D1"); None for what is no label."""
+    """Returns `FA(D1)` as ("FA", "D1"); None for what is no label."""
     kind, opened, label = field.partition("(")
     if not opened or not label.endswith(")") or not kind.strip().isalpha():
         return None
@@ -78,5 +78,5 @@ def label_in(field: str) -> tuple[str, str] | None:
 
 
 def key_of(label: str) -> str:
-    """A label as it is compared: DMIS knows no small letters, and a cut line may have lost a blank."""
+    """Returns a label as it is compared: DMIS has no small letters, and a cut line may have lost a blank."""
     return label.upper() if label.isalnum() else "".join(label.split()).upper()

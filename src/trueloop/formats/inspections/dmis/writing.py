@@ -14,17 +14,17 @@ def statements_text(statements: Iterable[str]) -> str:
 
 
 def comment(text: str) -> str:
-    """A comment line; what would continue it or end it is left out."""
+    """Returns a comment line; what would continue it or end it is left out."""
     return "$$ " + " ".join(text.replace("$", " ").split())
 
 
 def quoted(text: str) -> str:
-    """A text in quotes, on one line."""
+    """Returns a text in quotes, on one line."""
     return "'" + " ".join(text.splitlines()).replace("'", "''") + "'"
 
 
 def number(value: float, decimals: int = 4) -> str:
-    """A number with at most so many decimals, never `-0`."""
+    """Returns a number with at most so many decimals, never `-0`."""
     text = f"{round(value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
@@ -41,7 +41,7 @@ class Labels:
         self._taken: dict[str, int] = {}
 
     def new(self, name: str, prefix: str = "P") -> str:
-        """A label like the name."""
+        """Returns an unused label like the name."""
         label = re.sub(r"[^A-Za-z0-9_-]", "_", name) or prefix
         label = label if label[0].isalpha() else prefix + label
         count = self._taken[label.upper()] = self._taken.get(label.upper(), 0) + 1

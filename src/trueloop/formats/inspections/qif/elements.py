@@ -69,19 +69,19 @@ class Element:
     cut: bool = False
 
     def first(self, *names: str) -> "Element | None":
-        """The first part of the first name, of that the first of the second name, and so on."""
+        """Returns the first part of the first name, of that the first of the second name, and so on; None: missing."""
         found: Element | None = self
         for name in names:
             found = next((part for part in found.parts if part.name == name), None) if found else None
         return found
 
     def words(self, *names: str) -> str:
-        """The text of that part; empty where there is none."""
+        """Returns the text of that part; empty where there is none."""
         found = self.first(*names)
         return "" if found is None else found.text
 
     def every(self, name: str) -> Iterator["Element"]:
-        """All parts of this name, at any depth."""
+        """Yields all parts of this name, at any depth."""
         for part in self.parts:
             if part.name == name:
                 yield part
@@ -89,17 +89,16 @@ class Element:
 
 
 def records(path: Path) -> Iterator[tuple[str, Element]]:
-    """What stands in `ALWAYS` or in a list of `WITHIN`, with the name of the element around it, in the file's order.
+    """Yields elements of `ALWAYS` or in a list of `WITHIN`, with the name of the element around, in the file's order.
 
-    Raises MSR-FILE for what is no XML, MSR-SIZE for what
-    passes a bound.
+    Raises MSR-FILE for what is no XML, MSR-SIZE for what passes a bound.
     """
     reader = _Reader(path)
     yield from reader.read()
 
 
 def encoding_of(head: bytes) -> str:
-    """The encoding that a document's first bytes mark or declare; UTF-8 where they do neither."""
+    """Returns the encoding that a document's first bytes mark or declare; UTF-8 where they do neither."""
     marked = next((name for mark, name in MARKS if head.startswith(mark)), None)
     for start, name in ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be")):
         marked = marked or (name if head.startswith(start) else None)
@@ -222,7 +221,7 @@ class _Reader:
 
 
 KEPT: Final = "trueloop."
-"""How the names of these attributes begin."""
+"""The beginning of the names of these attributes."""
 KINDS: Final = {
     Quantity.DIAMETER: "Diameter",
     Quantity.RADIUS: "Radius",
@@ -232,7 +231,7 @@ KINDS: Final = {
 
 
 def written_kind(reading: Reading) -> str:
-    """The kind of characteristic a reading is written as; that of others is stated in words by its definition."""
+    """Returns the kind of characteristic a reading is written as; the definition states that of others in words."""
     if reading.quantity is Quantity.POSITION and reading.axis:
         return "LinearCoordinate"
     return KINDS.get(reading.quantity, "UserDefinedLinear")
@@ -255,6 +254,6 @@ def kept_in(item: Element) -> Mapping[str, str]:
 
 
 def place_in(text: str) -> tuple[float, ...]:
-    """A place as it is kept; empty for none."""
+    """Returns a place from its text; empty for none."""
     words = text.split()
     return tuple(map(float, words)) if all(NUMBER.fullmatch(word) and "," not in word for word in words) else ()

@@ -1,4 +1,4 @@
-"""What a QIF document asks for: its items, with nominal and limits from what each refers to."""
+"""The plan of a QIF document: its items, with nominal and limits from the elements that each refers to."""
 
 import re
 from collections import Counter
@@ -30,7 +30,7 @@ KINDS: Final = {name: quantity for quantity, names in NAMES.items() for name in 
 """Kinds of characteristic whose values are lengths or angles."""
 KIND: Final = re.compile(r"(\w+?)Characteristic(?:Definition|Nominal|Item|Actual|Measurement)")
 POINTS: Final = ("PointFeature", "EdgePointFeature")
-"""How the names of features begin that are single points."""
+"""Beginnings of the names of features that are single points."""
 AXES: Final[Mapping[str, Literal["x", "y", "z"]]] = {
     "XAXIS": "x",
     "YAXIS": "y",
@@ -66,13 +66,13 @@ class Item:
     set_only: bool = False
 
     def features_in(self, plan: "Plan", measured: tuple[str, ...] = ()) -> tuple[str, str]:
-        """The names of its feature and of the one that it counts from: kept, of its features, or of measured ones."""
+        """Returns the names of its feature and of the one it counts from: kept, of its features, or measured ones."""
         features = self.features or measured
         feature, other = plan.feature(features[:1]), plan.feature(features[1:])
         return self.kept.get("feature", feature), self.kept.get("other", other)
 
     def characteristic(self, feature: str, other: str) -> Characteristic | None:
-        """As the drawing asks for it; None where a size has no nominal. The ideal of a form or a zone is 0."""
+        """Returns the drawing's characteristic; None where a size has no nominal. That of a form or a zone is 0."""
         zone = self.quantity in {Quantity.FORM, Quantity.RUNOUT, Quantity.OTHER}
         nominal = 0.0 if self.nominal is None and zone else self.nominal
         limits = self.lower_limit, self.upper_limit
@@ -83,16 +83,16 @@ class Item:
 
 @dataclass
 class Parts:
-    """What a document's lists hold, by identifier."""
+    """The members of a document's lists, by identifier."""
 
     lists: dict[str, dict[str, Element]] = field(default_factory=dict)
 
     def add(self, around: str, element: Element) -> None:
-        """A member of the list of that name."""
+        """Adds a member to the list of that name."""
         self.lists.setdefault(around, {})[element.attributes.get("id", "")] = element
 
     def of(self, around: str, reference: Element | None) -> Element | None:
-        """The member that an element refers to; None: it is missing, or in another document."""
+        """Returns the member that an element refers to; None: it is missing, or in another document."""
         if reference is None or "xId" in reference.attributes:
             return None
         return self.lists.get(around, {}).get(reference.text)
@@ -109,7 +109,7 @@ class Plan:
     remarks: tuple[Remark, ...]
 
     def feature(self, identifiers: tuple[str, ...]) -> str:
-        """The names of features, joined."""
+        """Returns the names of features, joined."""
         return " - ".join(name for one in identifiers if (name := self.feature_names.get(one, "")))
 
 
@@ -135,7 +135,7 @@ def plan_of(parts: Parts, units: Units) -> Plan:
 
 
 def kind_of(element: Element) -> str:
-    """Of which kind a characteristic is: `Diameter` of `DiameterCharacteristicItem`."""
+    """Returns the kind of a characteristic: `Diameter` of `DiameterCharacteristicItem`."""
     found = KIND.fullmatch(element.name)
     return found[1] if found else ""
 

@@ -23,7 +23,7 @@ NO_PLAN = "results refer to characteristics that are not in this file: no nomina
 
 @dataclass(frozen=True)
 class Document:
-    """What all results of a document have in common, and where remarks and wrong verdicts are gathered."""
+    """Data common to all results of a document, and its gathered remarks and wrong verdicts."""
 
     sha256: str
     part_types: Mapping[str, PartType]
@@ -35,7 +35,7 @@ class Document:
 
 
 def inspections_of(one: ResultSet, document: Document) -> Iterator[Inspection]:
-    """One for each part of a result set: of those that its results name, else of the one that the set names."""
+    """Yields an inspection for each part of a result set: those that its results name, else the one of the set."""
     by_component: defaultdict[str, list[Result]] = defaultdict(list)
     default = one.components[0] if len(one.components) == 1 else ""
     if len(one.components) > 1 and any(not result.component for result in one.results):
@@ -199,9 +199,10 @@ OF_RESULTS: Final = {
 
 
 def read_qif(path: Path, stated: Stated) -> MeasuredFile:
-    """A QIF document's results, in mm and degrees; remarks for what refers to nothing, is no size or was not measured.
+    """Reads a QIF document's results, in mm and degrees, with remarks on references to nothing, on what is no size and
+    on what was not measured.
 
-    Raises MSR-FILE for what is no XML or has a DOCTYPE, MSR-UNIT for lengths without a unit that nobody states,
+    Raises MSR-FILE for what is no XML or has a DOCTYPE, MSR-UNIT for lengths whose unit is not stated,
     MSR-NUMBER and MSR-SIZE, each with the line.
     """
     read = _Read(path, stated)

@@ -69,7 +69,7 @@ def take(one: ResultSet, around: str, element: Element, units: Units, said: Said
 
 
 def traced(element: Element) -> tuple[str, datetime | None]:
-    """Operator and time of an inspection; the time of its report is not that of its measurement."""
+    """Returns operator and time of an inspection; the time of its report is not that of its measurement."""
     times = (_time(element.words(name)) for name in ("InspectionStart", "InspectionEnd"))
     return element.words("InspectionOperator", "Name"), next((one for one in times if one is not None), None)
 

@@ -45,11 +45,11 @@ class Units:
 
     @property
     def unit(self) -> Unit | None:
-        """The document's unit of length where it is mm or inch."""
+        """Returns the document's unit of length where it is mm or inch."""
         return "mm" if self.mm == MM["mm"] else "inch" if self.mm == MM["inch"] else None
 
     def factor(self, element: Element, quantity: Quantity) -> float | None:
-        """What a value is multiplied by; None for an angle whose unit nobody states. Raises MSR-UNIT for a length."""
+        """Returns the factor of a value; None for an angle whose unit is not stated. Raises MSR-UNIT for a length."""
         angle = quantity is Quantity.ANGLE
         name = element.attributes.get("angularUnit" if angle else "linearUnit")
         known, own = (self.angles, self.degrees) if angle else (self.lengths, self.mm)
@@ -60,14 +60,14 @@ class Units:
         return found
 
     def value(self, element: Element | None, quantity: Quantity) -> float | None:
-        """An element's number in mm or degrees; None where there is none, or its unit is not known."""
+        """Returns an element's number in mm or degrees; None where there is none, or its unit is not known."""
         if element is None or not element.text:
             return None
         factor = self.factor(element, quantity)
         return None if factor is None else factor * number_in(element.text, self.path, element.line)
 
     def place(self, element: Element | None) -> tuple[float, float, float] | None:
-        """Three coordinates in mm; None where there are not three."""
+        """Returns three coordinates in mm; None where there are not three."""
         if element is None or len(words := element.text.split()) != 3:
             return None
         factor = self.factor(element, Quantity.POSITION) or 1.0
@@ -76,7 +76,7 @@ class Units:
 
 
 def units_of(element: Element | None, path: Path, stated: Stated) -> Units:
-    """The units that `FileUnits` states, None: that is missing; then the user's. Raises MSR-UNIT where both differ."""
+    """Returns the units that `FileUnits` (None: missing) states, else the user's. Raises MSR-UNIT where both differ."""
     lengths, angles = dict(MM), dict(DEGREES)
     own_mm = own_degrees = None
     for part in () if element is None else (*element.every("LinearUnit"), *element.every("AngularUnit")):

@@ -51,9 +51,9 @@ class _Writing:
 
 
 def qif_of(inspections: Sequence[Inspection]) -> bytes:
-    """A QIF 3.0 document of inspections, UTF-8: values, limits, parts, devices, times, operators and points.
+    """Returns a QIF 3.0 document of inspections, UTF-8: values, limits, parts, devices, times, operators and points.
 
-    Temperatures and the frame of points are not written. The same inspections give the same bytes.
+    Temperatures and the frame of points are not written. Equal inspections give equal bytes.
     """
     writing = _Writing()
     standard = writing.new()

@@ -150,7 +150,7 @@ def described(mapping: TableMapping) -> str:
 def read_mapped(
     grid: Grid, mapping: TableMapping, stated: Stated, source: Path | None, said: Sequence[Remark] = ()
 ) -> MeasuredFile:
-    """The inspections of a table by its mapping, which `source` holds. Raises as `read`."""
+    """Returns the inspections of a table by its mapping from the file `source`. Raises as `read`."""
     header = _header(grid, mapping, source)
     title = title_of(grid, header)
     long = long_of(grid, header, mapping)
@@ -170,7 +170,7 @@ def read_mapped(
 
 
 def settled(grid: Grid, mapping: TableMapping, stated: Stated) -> TableMapping:
-    """A proposed mapping with the unit and the signs that the file's values tell. Raises as `read`."""
+    """Completes a proposed mapping with the unit and the signs that follow from the file. Raises as `read`."""
     header = _header(grid, mapping, None)
     long = long_of(grid, header, mapping)
     unit = _unit(grid, header, long, mapping, stated)

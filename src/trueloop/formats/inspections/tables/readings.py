@@ -18,7 +18,7 @@ from trueloop.formats.inspections.tables.values import lengths_of, numbers_of
 
 
 def with_readings(common: Common, unit: Unit | None, sha256: str, said: Sequence[Remark]) -> MeasuredFile:
-    """The inspections of a table of readings. Raises MSR-UNIT, MSR-NUMBER, MSR-EXCHANGED, MSR-TIME and MSR-MEANING."""
+    """Returns a table's inspections of readings. Raises MSR-UNIT, MSR-NUMBER, MSR-EXCHANGED, MSR-TIME, MSR-MEANING."""
     long, mapping = common.long, common.mapping
     sizes = sizes_of(long, mapping, unit)
     readings = list(_readings(common, sizes))

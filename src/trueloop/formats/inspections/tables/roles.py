@@ -31,13 +31,13 @@ STATED: Final = re.compile(
 
 
 def unit_named(text: str) -> str:
-    """A cell that is a unit's name and nothing else, in the spelling of the tables above; else empty."""
+    """Returns a cell that is a unit's name and nothing else, in the spelling of the tables above; else empty."""
     name = unicodedata.normalize("NFKC", text).casefold().strip().strip("[](){}<> ")
     return name if name in KNOWN else ""
 
 
 def unit_in_heading(heading: str) -> str:
-    """The unit that a heading ends with or has in brackets; empty where it names none.
+    """Returns the unit that a heading ends with or has in brackets; empty where it names none.
 
     >>> unit_in_heading("Abw. [µm]"), unit_in_heading("Ist in mm"), unit_in_heading("Ist_inch"), unit_in_heading("Ist")
     ('μm', 'mm', 'inch', '')
@@ -51,13 +51,13 @@ def unit_in_heading(heading: str) -> str:
 
 
 def without_unit(heading: str) -> str:
-    """The heading without the unit it ends with."""
+    """Returns the heading without the unit it ends with."""
     last = TRAILING.search(heading)
     return heading[: last.start()] if last and unit_named(last[1]) else heading
 
 
 def unit_stated_in(text: str) -> Unit | None:
-    """What a title line says of all lengths: `Unit: mm`, `Maße in mm`."""
+    """Returns the unit of all lengths in a title line: `Unit: mm`, `Maße in mm`; None: none."""
     found = STATED.search(unicodedata.normalize("NFKC", text))
     if found is None or found[1].casefold() in ("μm", "um"):
         return None
@@ -65,7 +65,7 @@ def unit_stated_in(text: str) -> Unit | None:
 
 
 class Role(StrEnum):
-    """What a column holds. Limits are absolute, tolerances are counted from the nominal value."""
+    """The role of a column. Limits are absolute, tolerances are counted from the nominal value."""
 
     CHARACTERISTIC = "characteristic"
     FEATURE = "feature"
@@ -101,7 +101,7 @@ class Role(StrEnum):
 
     @property
     def is_number(self) -> bool:
-        """Whether its cells are numbers."""
+        """Returns whether its cells are numbers."""
         return self in NUMBERS
 
 
@@ -110,5 +110,5 @@ NOMINAL_POINT: Final = (Role.NOMINAL_X, Role.NOMINAL_Y, Role.NOMINAL_Z)
 NORMAL: Final = (Role.I, Role.J, Role.K)
 LIMITS: Final = (Role.UPPER_LIMIT, Role.LOWER_LIMIT, Role.UPPER_TOLERANCE, Role.LOWER_TOLERANCE)
 LENGTHS: Final = frozenset((Role.NOMINAL, Role.ACTUAL, Role.DEVIATION, *LIMITS, *POINT, *NOMINAL_POINT))
-"""What is in a unit of length, or of angle."""
+"""Roles of values in a unit of length, or of angle."""
 NUMBERS: Final = LENGTHS | {*NORMAL, Role.TEMPERATURE, Role.OUTSIDE}

@@ -50,7 +50,7 @@ SYMBOLS: Final = {"R": Quantity.RADIUS, **dict.fromkeys("Øø⌀∅n", Quantity.
 
 @dataclass(frozen=True)
 class Sizes:
-    """What a table says of each value, (n,) each, nan where it does not: mm, of angles degrees; limits are absolute.
+    """The numbers of a table's values, (n,) each, nan where not stated: mm, of angles degrees; limits are absolute.
 
     `rounding` is by how much a stated deviation may differ from actual − nominal because all three were rounded.
     """
@@ -69,7 +69,7 @@ class Sizes:
 
 
 def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
-    """The values. Raises MSR-UNIT, MSR-NUMBER, MSR-EXCHANGED, and MSR-MEANING where signs cannot be known."""
+    """Returns the sizes. Raises MSR-UNIT, MSR-NUMBER, MSR-EXCHANGED, and MSR-MEANING where signs cannot be known."""
     read = {role: numbers_of(texts, long.where(role)) for role, texts in long.texts.items() if role in LENGTHS}
     row_units = [unit_named(text) for text in long.texts.get(Role.UNIT, ())]
     quantities, unknown = quantities_of(long, read, row_units)
@@ -96,7 +96,7 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
 
 
 def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[str]) -> tuple[list[Quantity], int]:
-    """What each value is the size of: by its own column, symbol, name or unit; and of how many it is unknown."""
+    """Returns each value's quantity, by its own column, symbol, name or unit; and the number of unknown ones."""
     count = len(long)
     stated = long.texts.get(Role.QUANTITY, [""] * count)
     font = is_font(frozenset(stated))
@@ -227,7 +227,7 @@ def _of_tolerance(
 
 
 def numbers_or_none(text: str) -> float | None:
-    """A plain number; None for another text."""
+    """Returns a plain number; None for another text."""
     try:
         return float(text.replace(",", "."))
     except ValueError:

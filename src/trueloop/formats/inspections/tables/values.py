@@ -31,7 +31,7 @@ class Numbers:
 
 
 def numbers_of(texts: Sequence[str], where: Where) -> Numbers:
-    """A column of numbers, each with a decimal point or comma. Raises MSR-NUMBER for a text that is none."""
+    """Reads a column of numbers, each with a decimal point or comma. Raises MSR-NUMBER for a text that is none."""
     if set().union(*set(texts)) <= PLAIN:
         try:
             values = np.array([float(text.replace(",", ".")) if text else np.nan for text in texts])
@@ -66,7 +66,7 @@ def _parts(place: Place) -> tuple[Path, int, int | None]:
 
 
 def tolerances_of(texts: Sequence[str]) -> tuple[Array, Array, list[int]]:
-    """Lower and upper tolerance of cells such as `±0.02` and `+0.02/-0.01`, (n,) each, and the rows of others."""
+    """Returns lower and upper tolerance of cells such as `±0.02`, `+0.02/-0.01`, (n,) each, and other cells' rows."""
     lower, upper = np.full(len(texts), np.nan), np.full(len(texts), np.nan)
     other = []
     for row, text in enumerate(texts):
@@ -88,7 +88,7 @@ def _float(text: str) -> float:
 
 
 def factor_of(unit: str, is_angle: bool) -> float | None:
-    """What a number in that unit is multiplied by to be in mm, or of an angle in degrees; None: no unit of it."""
+    """Returns the factor from that unit to mm, or of an angle to degrees; None: no unit of it."""
     return ANGLE_DEG.get(unit, 1.0 if unit in LENGTH_MM else None) if is_angle else LENGTH_MM.get(unit)
 
 
@@ -104,7 +104,7 @@ def unit_refusal(file: str, why: str, place: Place) -> TrueloopError:
 
 
 def lengths_of(long: Long, role: Role, unit: Unit | None) -> Array:
-    """A column of lengths in mm, (n,), nan where not stated. Raises MSR-UNIT where its unit is stated nowhere."""
+    """Reads a column of lengths in mm, (n,), nan where not stated. Raises MSR-UNIT where its unit is stated nowhere."""
     numbers = numbers_of(long.texts[role], long.where(role))
     return numbers.values * length_factor(long, role, numbers, unit)
 
@@ -119,7 +119,7 @@ def length_factor(long: Long, role: Role, numbers: Numbers, unit: Unit | None) -
 
 
 def unit_of_cells(long: Long, role: Role, numbers: Numbers) -> str:
-    """The unit that stands in the cells of a column: one for all that name one."""
+    """Returns the unit in the cells of a column, empty without one. Raises MSR-UNIT for several."""
     found = sorted(set(numbers.units.values()))
     if len(found) > 1:
         row = next(iter(numbers.units))
@@ -129,7 +129,7 @@ def unit_of_cells(long: Long, role: Role, numbers: Numbers) -> str:
 
 
 def no_unit(long: Long, role: Role, row: int, own: str) -> TrueloopError:
-    """The refusal of a column whose unit is not known."""
+    """Returns the refusal MSR-UNIT of a column whose unit is not known."""
     name = long.grid.path.name
     why = f"{own!r} is no unit of length" if own else f"the unit of {role} is stated nowhere in {name!r}"
     return unit_refusal(name, why, long.place(role, row))

@@ -36,12 +36,12 @@ CELL: Final = re.compile(rb"""\sr=["']([A-Z]{1,3})(\d{1,7})["']""")
 
 
 def is_workbook(path: Path, head: bytes) -> bool:
-    """By its name and its first bytes together: other kinds of file are archives as well."""
+    """Returns whether name and first bytes are a workbook's: other kinds of file are archives as well."""
     return path.suffix.lower() in SUFFIXES and head.startswith((ZIP, OLE))
 
 
 def sheets_of(path: Path) -> dict[str, Grid]:
-    """The sheets by their names, those that are hidden and those without cells left out.
+    """Returns the sheets by their names, hidden ones and those without cells left out.
 
     Raises MSR-FILE for one that is damaged, locked by a password, or unpacks to more than is read.
     """
@@ -84,7 +84,7 @@ def _unmerged(sheet: "CalamineSheet") -> list[list[Cell]]:
 
 
 def text_of(cell: Cell) -> str:
-    """A cell as text: numbers as short as they are exact, dates as ISO 8601.
+    """Returns a cell as text: numbers as short as they are exact, dates as ISO 8601.
 
     >>> text_of(12.0), text_of(0.1), text_of(datetime.datetime(2026, 3, 5, 7, 30))
     ('12', '0.1', '2026-03-05 07:30:00')
