@@ -140,7 +140,7 @@ class _Grid:
         self._low, self._width = float(z.min()), max(float(np.ptp(z)), 1e-6) / (_CELLS - 3)
 
     def of(self, path: ToolPath, moves: Integers) -> Array:
-        """What some moves cut together."""
+        """Returns the radii that some moves cut together."""
         radius = self.empty()
         for move in moves:
             self.cut(radius, _points(path, int(move)))
@@ -150,7 +150,7 @@ class _Grid:
         return np.full(_CELLS, np.inf)
 
     def cell(self, z: Array) -> Integers:
-        """Cell of each z; those outside the cuts go to the last one, which stays empty."""
+        """Returns the cell of each z; those outside the cuts go to the last one, which stays empty."""
         cell = np.floor((z - self._low) / self._width).astype(np.int64) + 1
         return np.where((cell >= 0) & (cell < _CELLS - 1), cell, _CELLS - 1)
 
@@ -165,11 +165,11 @@ class _Grid:
         np.minimum.at(radii, cells, np.repeat(lowest, count))
 
     def between(self, radii: Array, points: Array) -> Array:
-        """The cells strictly between the ends of a move."""
+        """Returns the radii of the cells strictly between the ends of a move."""
         first, last = sorted(self.cell(points[[0, -1], 1]).tolist())
         return radii[first + 2 : last - 1]
 
     def depth(self, limit: Array, points: Array) -> float:
-        """How far a rapid move goes below the limit."""
+        """Returns the depth of a rapid move below the limit."""
         below = limit[self.cell(points[:, 1])] - points[:, 0]
         return float(below[np.isfinite(below)].max(initial=0.0))

@@ -30,7 +30,7 @@ class _Cut:
     to_mm: float
 
     def goes_on_as(self, after: "_Cut") -> bool:
-        """Whether `after` is the very next move, in the same direction."""
+        """Returns whether `after` is the very next move, in the same direction."""
         adjacent = after.ordinal == self.ordinal + 1 and after.matched.move.chain == self.matched.move.chain
         return adjacent and (after.to_mm - after.from_mm) * (self.to_mm - self.from_mm) > 0
 
