@@ -34,7 +34,7 @@ class Book:
         return {one.series.identity: one for one in self.tracked}
 
     def named(self, names: Sequence[str]) -> "Book":
-        """With the series of these characteristics alone; () all. Raises SER-UNKNOWN for a name that there is not."""
+        """Returns the book of these characteristics alone; () all. Raises SER-UNKNOWN for an unknown name."""
         known = {one.series.name for one in self.tracked}
         for name in names:
             if name not in known:
@@ -63,7 +63,7 @@ class Book:
         )
 
     def verdict(self, proposal: Proposal) -> ProposalDecision | None:
-        """What was decided of a proposal; None while nothing was."""
+        """Returns what was decided of a proposal; None while nothing was."""
         return next((one for one in self.decisions if one.proposal == proposal.id), None)
 
 
@@ -76,7 +76,7 @@ def part_types(store: Store) -> tuple[str, ...]:
 
 
 def only_type(store: Store) -> str:
-    """The part type of a store that has one alone. Raises SER-UNKNOWN where it has none, or several."""
+    """Returns the part type of a store that has one alone. Raises SER-UNKNOWN where it has none, or several."""
     found = part_types(store)
     if len(found) == 1:
         return found[0]
@@ -90,7 +90,7 @@ def only_type(store: Store) -> str:
 
 
 def read_book(store: Store, part_type: str, options: SeriesOptions) -> Book:
-    """The series of a part type. Raises SER-UNKNOWN where the store holds none of it."""
+    """Reads the series of a part type. Raises SER-UNKNOWN where the store holds none of it."""
     records = _read(store, part_type)
     if not records.inspections:
         raise TrueloopError(
@@ -123,7 +123,7 @@ def _latest(kept: Sequence[Kept[Inspection]]) -> tuple[list[Kept[Inspection]], l
 
 
 def inspected_again(inspection: Inspection, times: int) -> Finding:
-    """SER-AGAIN of a part inspected several times."""
+    """Makes the finding SER-AGAIN of a part inspected several times."""
     serial = inspection.part.serial
     message = f"part {serial!r} was inspected {times} times"
     return Finding(Severity.NOTE, Code.SER_AGAIN, message, AGAIN, values={"part": serial})
@@ -147,7 +147,7 @@ class _Records:
 
     @property
     def factors(self) -> Mapping[Identity, float]:
-        """The factor of each series by the weight that was accepted last."""
+        """Returns the factor of each series by the weight that was accepted last."""
         by_id, factors = {one.id: one for one in self.proposals}, dict[Identity, float]()
         for decision in sorted(self.accepted.values(), key=lambda one: one.at):
             proposal = by_id[decision.proposal]
@@ -157,7 +157,7 @@ class _Records:
 
     @property
     def in_force_mm(self) -> Mapping[Identity, float]:
-        """What all accepted proposals take off, by series."""
+        """Returns what all accepted proposals take off, mm, by series."""
         taken: dict[Identity, float] = {}
         for proposal in self.proposals:
             for effect in proposal.effects if proposal.id in self.accepted else ():
@@ -165,7 +165,7 @@ class _Records:
         return taken
 
     def in_order(self, kept: Sequence[Kept[Inspection]]) -> tuple[tuple[PartSeen, ...], tuple[Finding, ...]]:
-        """The parts as they were cut, each with what was in force, and what is in doubt of their order."""
+        """Returns the parts as they were cut, each with what was in force, and what is in doubt of their order."""
         order, findings = parts_in_order([self._when(one, k) for k, one in enumerate(kept)])
         seen: list[PartSeen] = []
         before: Cut | None = None
@@ -201,7 +201,7 @@ class _Records:
 
 
 def came_after(kept: Kept[Inspection], decision: ProposalDecision) -> bool:
-    """Of inspections for which nothing is stated: whether they were measured, or else kept, after the decision."""
+    """Returns whether an inspection for which nothing is stated was measured, or else kept, after the decision."""
     at = kept.value.measured_at
     return (kept.kept_at if at is None or at.tzinfo is None else at) > decision.at
 

@@ -44,9 +44,9 @@ class Done(NamedTuple):
 
 
 def carry_out(store: Store, request: ask.Request, by: By, now: datetime, expected: str | None = None) -> Done:
-    """Does what is asked, whole or not at all, in one transaction with its event and its task.
+    """Carries out a request, whole or not at all, in one transaction with its event and its task.
 
-    `expected`: the version (`etag`) that was read of the order; another one is refused. Two who ask at once are
+    `expected`: the version (`etag`) that was read of the order; another one is refused. Two requests at once are
     taken one after the other. Raises FAC-ROLE, FAC-STALE, what the decision refuses, and STO errors.
     """
     require_role(request, by)

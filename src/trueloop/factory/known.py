@@ -33,42 +33,42 @@ class PartNow:
 
     @property
     def reached(self) -> PartState:
-        """The state that its recorded steps have led to."""
+        """Returns the state that its recorded steps have led to."""
         done = [one.kind.leaves for one in self.steps if one.state is StepState.RECORDED]
         return done[-1] if done else PartState.PLANNED
 
     @property
     def next(self) -> StepNow | None:
-        """The first step that is not recorded."""
+        """Returns the first step that is not recorded."""
         return next((one for one in self.steps if one.state is not StepState.RECORDED), None)
 
     @property
     def rejected(self) -> bool:
-        """Whether nothing more is done to it."""
+        """Returns whether nothing more is done to it."""
         return self.state is PartState.REJECTED
 
     @property
     def on_machine(self) -> bool:
-        """Whether it is in the machine: a program has been offered for it, and it was not taken out."""
+        """Returns whether it is in the machine: a program has been offered for it, and it was not taken out."""
         if self.rejected or not any(one.kind.moves and one.attempts for one in self.steps):
             return False
         out = [one for one in self.steps if one.kind is BlockKind.REMOVE] or [s for s in self.steps if s.kind.moves]
         return any(one.state is not StepState.RECORDED for one in out)
 
     def gauged_by(self, step: int) -> str:
-        """The run by whose touches a step CORRECT corrects: that of the last gauging before it; empty: none."""
+        """Returns the run by whose touches a step CORRECT corrects: that of the last gauging before it; empty: none."""
         return next((one.run for one in reversed(self.steps[:step]) if one.kind is BlockKind.PROBE), "")
 
     def with_step(self, step: StepNow) -> "PartNow":
-        """With one step as it is now."""
+        """Returns the part with one step as it is now."""
         return replace(self, steps=tuple(step if one.no == step.no else one for one in self.steps))
 
     def held(self, code: Code, why: str) -> "PartNow":
-        """Held: nothing more happens to it before a person has decided."""
+        """Returns the part held: nothing more happens to it before a person has decided."""
         return replace(self, state=PartState.HELD, held_why=f"{code}: {why}")
 
     def freed(self) -> "PartNow":
-        """As far as its steps have led."""
+        """Returns the part in the state that its steps have led to."""
         return replace(self, state=self.reached, held_why="")
 
 
@@ -102,7 +102,7 @@ class OrderNow:
         return steps[no]
 
     def with_part(self, part: PartNow) -> "OrderNow":
-        """With one part as it is now, and the order's own state as follows from its parts."""
+        """Returns the order with one part as it is now, and the order's own state as follows from its parts."""
         parts = tuple(part if one.row == part.row else one for one in self.parts)
         held = part.state is PartState.HELD
         return replace(self, parts=parts, state=_state(parts), armed_parts=0 if held else self.armed_parts)

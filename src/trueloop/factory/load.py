@@ -45,11 +45,11 @@ class Known:
         return [one.value for one in found(self.connection, self.codec, Query(kind_of(kind), columns))]
 
     def first(self, kind: type, *identity: str) -> Any:
-        """The value of an identity; None: there is none."""
+        """Returns the value of an identity; None: there is none."""
         return next(iter(self.values(kind, identity=joined(identity))), None)
 
     def rows(self, query: Any, **wanted: Any) -> list[Any]:
-        """Of a query, with what its parameters are."""
+        """Returns the rows of a query with these parameters."""
         return list(self.connection.execute(query, wanted))
 
 
@@ -78,13 +78,13 @@ def order_of(known: Known, order_id: str) -> OrderNow:
 
 
 def step_now(row: Any) -> StepNow:
-    """A step of its row."""
+    """Makes a step from its row."""
     kind, state = BlockKind(row.kind), StepState(row.state)
     return StepNow(row.no, kind, state, row.run, row.program_sha256, row.attempts, row.version)
 
 
 def runs_of(known: Known, keys: Iterable[str]) -> RunsFacts:
-    """The runs that there are, with their orders; of others nothing."""
+    """Returns the runs that there are, with their orders; of others nothing."""
     runs: dict[str, RunKnown] = {}
     orders: dict[str, OrderNow] = {}
     for key in dict.fromkeys(keys):
@@ -100,7 +100,7 @@ def runs_of(known: Known, keys: Iterable[str]) -> RunsFacts:
 
 
 def next_of(known: Known, machine: str) -> NextFacts:
-    """What the machine could do next. Orders under way come first, then those planned, in the order of their making."""
+    """Returns what the machine could do next: orders under way first, then those planned, in the order of making."""
     chosen = None
     begun = [order_of(known, one) for one in _orders(known, machine, ("running", "held"))]
     inside = any(part.on_machine for order in begun for part in order.parts)
@@ -126,7 +126,7 @@ def _orders(known: Known, machine: str, states: tuple[str, ...]) -> list[str]:
 
 
 def program_text(known: Known, sha: str) -> bytes | None:
-    """The text of a program; None: the store has none."""
+    """Returns the text of a program; None: the store has none."""
     text: ProgramText | None = known.first(ProgramText, sha) if sha else None
     return None if text is None else text.content
 
@@ -134,7 +134,7 @@ def program_text(known: Known, sha: str) -> bytes | None:
 def correction_of(
     known: Known, order: OrderNow, part: PartNow, step: StepNow, text: bytes | None
 ) -> CorrectionFacts | None:
-    """The correction that the part's step CORRECT came to, and whether the program to run carries its mark."""
+    """Returns the correction that the part's step CORRECT led to, and whether the program to run carries its mark."""
     done = [one for one in part.steps[: step.no] if one.kind is BlockKind.CORRECT]
     made = record_of(known, done[-1].run) if done and done[-1].run else None
     if made is None:
@@ -155,7 +155,7 @@ def correction_of(
 
 
 def record_of(known: Known, correction: str) -> Correction[None] | None:
-    """A correction without its payload, which may be large; None: the store has none of that id."""
+    """Returns a correction without its payload, which may be large; None: the store has none of that id."""
     table = TABLES["correction"]
     query = select(table.c.document).where(table.c.identity == searchable(joined((correction,)))).order_by(table.c.id)
     documents = list(known.connection.scalars(query))
@@ -163,7 +163,7 @@ def record_of(known: Known, correction: str) -> Correction[None] | None:
 
 
 def machine_facts(known: Known, machine: str, part_type: str) -> MachineFacts:
-    """What was heard of a machine last."""
+    """Returns what was heard of a machine last."""
     at = select(CALIBRATION.c.at).where(CALIBRATION.c.machine == machine).order_by(CALIBRATION.c.at.desc()).limit(1)
     warm = select(TEMPERATURE.c.at).where(TEMPERATURE.c.machine == machine).order_by(TEMPERATURE.c.at.desc()).limit(1)
     heard = known.connection.scalar(select(MACHINE_HEARD.c.document).where(MACHINE_HEARD.c.machine == machine))
@@ -180,7 +180,7 @@ def machine_facts(known: Known, machine: str, part_type: str) -> MachineFacts:
 
 
 def last_word(connection: Connection, order: str, part: int, step: int) -> datetime | None:
-    """When the machine of a step was heard last: by a word of life, or by what changed the step."""
+    """Returns when the machine of a step was heard last: by a heartbeat, or by what changed the step."""
     own = (STEP.c.order == order, STEP.c.part == part, STEP.c.no == step)
     changed = connection.scalar(select(STEP.c.changed_at).where(*own))
     machine = select(ORDER_STATE.c.machine).where(ORDER_STATE.c.order == order).scalar_subquery()
@@ -189,7 +189,7 @@ def last_word(connection: Connection, order: str, part: int, step: int) -> datet
 
 
 def silence_of(known: Known, order_id: str, part: int, step: int) -> SilenceFacts:
-    """What is known of a step whose machine may be silent. Raises FAC-UNKNOWN."""
+    """Returns what is known of a step whose machine may be silent. Raises FAC-UNKNOWN."""
     order = order_of(known, order_id)
     run: Run | None = known.first(Run, order.step(part, step).run)
     return SilenceFacts(order, run, last_word(known.connection, order_id, part, step))

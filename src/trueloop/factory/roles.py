@@ -62,7 +62,7 @@ class By:
 
 
 def allowed(role: Role, request: type) -> bool:
-    """Whether a role may make requests of this type."""
+    """Returns whether a role may make requests of this type."""
     needed = NEEDED[request]
     if role is Role.SERVICE or needed in (Role.CELL, Role.SERVICE) or role is Role.CELL:
         return role is needed or (role is Role.CELL and request in ALSO_CELL)

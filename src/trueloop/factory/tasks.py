@@ -49,12 +49,12 @@ class Working:
     clock: Clock
 
     def say(self, progress: float, said: str) -> bool:
-        """How far it is."""
+        """Reports how far it is; returns whether the task is still this worker's."""
         now = self.clock()
         return self._set({"progress": progress, "said": said, "lease_until": _until(now)}, now)
 
     def end(self, state: str, **more: Any) -> bool:
-        """The end, if the task is still this worker's."""
+        """Ends the task, if it is still this worker's."""
         return self._set({"state": state, "lease_until": None, **more}, self.clock())
 
     def _set(self, values: dict[str, Any], now: datetime) -> bool:
@@ -69,7 +69,7 @@ Runner = Callable[[Store, Task, Working], Mapping[str, str]]
 
 
 def add_task(store: Store, kind: str, subject: str, values: Mapping[str, str], by: str, now: datetime) -> int:
-    """A task without a decision behind it, such as the import of a file. Returns its number."""
+    """Adds a task without a decision behind it, such as the import of a file. Returns its number."""
     at = stamp(now)
     row = {"kind": kind, "subject": subject, "document": json.dumps(dict(values)), "made_by": by, "state": "waiting"}
     more = {"said": "", "worker": "", "tries": 0, "progress": 0.0, "made_at": at, "changed_at": at}
@@ -88,7 +88,7 @@ def task_of(store: Store, number: int) -> Task:
 
 
 def lease(store: Store, worker: str, now: datetime) -> Task | None:
-    """The oldest task that waits, or whose worker is gone; None: there is none. One tried too often comes as failed."""
+    """Leases the oldest task that waits, or whose worker is gone; None: none. One tried too often comes as failed."""
     gone = and_(TASK.c.state == "running", TASK.c.lease_until < stamp(now))
     free = or_(TASK.c.state == "waiting", gone)
     query = select(TASK).where(free).order_by(TASK.c.id).limit(1).with_for_update(skip_locked=True)
@@ -136,7 +136,7 @@ def run_task(store: Store, runners: Mapping[str, Runner], worker: str, clock: Cl
 
 
 def problem_of(refused: TrueloopError) -> dict[str, Any]:
-    """A refusal as it is kept."""
+    """Converts a refusal to the form in which it is kept."""
     said = {"code": refused.code.value, "message": refused.message, "hint": refused.hint}
     return {**said, "values": dict(refused.values)}
 

@@ -38,7 +38,7 @@ Key: TypeAlias = tuple[int, int, str, int]
 
 
 def differing_rows(name: str, first: bytes, second: bytes, unit: Unit | None) -> list[Difference]:
-    """The rows whose numbers differ, or that one table alone has. Comments and the spelling of numbers do not count.
+    """Returns the rows whose numbers differ, or that one table alone has; comments and spelling do not count.
 
     Raises OFS errors for what is no tool table.
     """
@@ -99,7 +99,7 @@ class Opened:
     dialect: str = ""
 
     def differences(self, name: str, content: bytes, at_control: bytes) -> list[Difference]:
-        """The lines and words that differ, other than by what this control, or its line, changes in every program.
+        """Returns the lines and words that differ, other than by what this control, or its line, always changes.
 
         A tool table that a line or FOCAS carries is made of the numbers that the control took: these are compared.
         """
@@ -113,7 +113,7 @@ class Opened:
 
 
 def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Opened:
-    """The link. Connects to nothing yet. `tell` says what a person has to do at the control. Raises LNK-FILE."""
+    """Opens the link; connects to nothing yet. `tell` gets what a person has to do at the control. Raises LNK-FILE."""
     table = read_link(settings, name)
     passes = frozenset(Change(one) for one in table.passes)
     link, replaced = link_of(table, settings.parent, tell), settings.parent / table.replaced
@@ -121,7 +121,7 @@ def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Op
 
 
 def link_of(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | Line:
-    """The link of a table; relative names count from `beside`. Connects to nothing."""
+    """Makes the link of a table; relative names count from `beside`. Connects to nothing."""
     if isinstance(table, FolderTable):
         return Folder(beside / table.folder, named_in(beside / table.running_file) if table.running_file else None)
     if isinstance(table, LinuxCncTable):
@@ -198,7 +198,7 @@ def _unknown(which: str, name: str, opened: Opened) -> TrueloopError:
 
 
 def kept_first(opened: Opened, name: str, before: bytes) -> Path:
-    """One file for each program that was replaced, by time and hash."""
+    """Writes one file for each program that was replaced, by time and hash."""
     at = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
     (path,) = write_all(opened.replaced / opened.name, [(f"{name}.{at}.{sha256_of(before)[:8]}", before)])
     return path
@@ -383,7 +383,7 @@ class AtControl:
 
 
 def with_table(opened: Opened, table: str | None, unit: Unit | None) -> Opened:
-    """The link with another name of its tool table, or another unit, than its settings have. Raises LNK-NAME."""
+    """Returns the link with another name or unit of its tool table than its settings have. Raises LNK-NAME."""
     name = table or opened.tool_table
     if not name:
         raise TrueloopError(
@@ -396,7 +396,7 @@ def with_table(opened: Opened, table: str | None, unit: Unit | None) -> Opened:
 
 
 def fetched_table(opened: Opened) -> ToolTable:
-    """The control's tool table in force. Raises LNK and OFS errors."""
+    """Fetches the control's tool table in force. Raises LNK and OFS errors."""
     content = opened.link.read(opened.tool_table)
     return tool_table_of(Path(opened.tool_table), content, opened.table_unit)
 
@@ -424,12 +424,12 @@ class Recorder:
     control: str
 
     def fetched(self, name: str, content: bytes) -> None:
-        """A program came from the control."""
+        """Records that a program came from the control."""
         sha = sha256_of(content)
         self._keep(name, "from", sha, "", sha, "fetched")
 
     def compared(self, name: str, content: bytes, at_control: bytes, found: Sequence[Difference]) -> None:
-        """A program of the control was compared with a file."""
+        """Records that a program of the control was compared with a file."""
         outcome = f"differs: {'; '.join(map(_said, found))}" if found else "the same"
         self._keep(name, "from", sha256_of(content), "", sha256_of(at_control), outcome)
 

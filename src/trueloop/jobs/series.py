@@ -76,7 +76,7 @@ class Added:
 
 
 def add_files(store: Store, paths: Sequence[Path], adding: Adding) -> list[Added]:
-    """Each file in one transaction, whole or not at all, in the order given.
+    """Adds each file in one transaction, whole or not at all, in the order given.
 
     Raises MSR errors; SER-PART for parts without a name or a serial number, SER-NONE for a file without sizes, SER-UNIT
     for a part in another unit than those before, SER-PROPOSAL for a proposal that was not accepted; STO errors.
@@ -231,18 +231,18 @@ class WhatIf:
 
 
 def status_of(book: Book, options: SeriesOptions) -> SeriesShape:
-    """The series as they are."""
+    """Returns the series as they are."""
     return status_shape(book.part_type, book.tracked, len(book.parts), book.findings, options)
 
 
 def replay_of(book: Book) -> SeriesShape:
-    """The series as they would have been with memory."""
+    """Returns the series as they would have been with memory."""
     replays = [replay(one.series) for one in book.tracked]
     return replay_shape(book.part_type, replays, len(book.parts), book.findings)
 
 
 def simulated(given: WhatIf) -> SeriesShape:
-    """A simulated series, corrected as memory proposes."""
+    """Simulates a series, corrected as memory proposes."""
     events = [] if given.jump_at is None else [Event(What.OFFSET, given.jump_at - 1, given.jump_um / UM_PER_MM)]
     changed = None if given.tool_changed_at is None else given.tool_changed_at - 1
     shop = Shop(parts=given.parts, gain=given.gain, changed_at=changed)
@@ -253,7 +253,7 @@ def simulated(given: WhatIf) -> SeriesShape:
 def write_series(
     series: SeriesShape, name: str, folder: Path | None, language: Language, unit: LengthUnit
 ) -> list[str]:
-    """`name`.csv, `name`.json and `name`.html in a folder, all or none; nothing without one. Raises OUT errors."""
+    """Writes `name`.csv, .json and .html to a folder, all or none; nothing without one. Raises OUT errors."""
     if folder is None:
         return []
     contents = [
@@ -265,7 +265,7 @@ def write_series(
 
 
 def tools_of_job(path: Path, book: Book) -> tuple[JobTool, ...]:
-    """Each tool of a job, or its only one, with its contour, its moves and the series of sizes of it alone.
+    """Returns each tool of a job, or its only one, with its contour, its moves and the series of sizes of it alone.
 
     A size between features of two edges is of neither. Raises JOB, GEO and NC errors.
     """
@@ -321,7 +321,7 @@ class Proposed:
 
 
 def propose(store: Store, book: Book, options: SeriesOptions, job: Path | None = None) -> Proposed:
-    """What the series propose for the next part, kept; classes switched to automatic are accepted at once.
+    """Keeps what the series propose for the next part; classes switched to automatic are accepted at once.
 
     With a job the offsets are those of its tools. Raises JOB, NC and SER-TOOL errors.
     """
@@ -355,7 +355,7 @@ def decision_on(
     why: str = "",
     override: Collection[str] = (),
 ) -> ProposalDecision:
-    """The decision on a proposal as the book stands. Raises SER errors that `override` does not name.
+    """Decides on a proposal as the book stands. Raises SER errors that `override` does not name.
 
     Of two who decide at once the store takes the first: decisions have the proposal's identity.
     """
@@ -365,7 +365,7 @@ def decision_on(
 
 
 def proposal_named(store: Store, name: str) -> Proposal:
-    """The proposal whose id begins so. Raises SER-PROPOSAL where there is none, or several."""
+    """Returns the proposal whose id begins so. Raises SER-PROPOSAL where there is none, or several."""
     every = [one.value for one in find(store, Proposal)]
     found = [one for one in every if one.id.startswith(name)]
     if len(found) == 1 and name:

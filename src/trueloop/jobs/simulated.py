@@ -21,7 +21,7 @@ NOSE_WITHIN_MM: Final = 1e-3
 
 
 def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial]:
-    """A job and a machine file (None: the NIST machine), read. Raises JOB, NC, GEO, TCH, SIM and PRB errors."""
+    """Reads a job and a machine file (None: the NIST machine). Raises JOB, NC, GEO, TCH, SIM and PRB errors."""
     read, z_reference = read_job(job), options_from(Gauging, read_turned_job(job)).z_reference
     workshop = nist() if machine is None else read_virtual_machine(machine)
     if read.inputs.allowance_mm <= 0.0:
@@ -47,7 +47,7 @@ def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial
 
 
 def mill_and_trial(job: Path, machine: Path | None) -> tuple[VirtualMill, SurfaceTrial]:
-    """A surface's job and a mill's file (None: the published process), read. Raises JOB, NC, SRF and SIM errors."""
+    """Reads a surface's job and a mill's file (None: the published process). Raises JOB, NC, SRF and SIM errors."""
     mill = mill_of(VirtualMillFile()) if machine is None else read_virtual_mill(machine)
     read = read_surface(job, measured=False)
     with in_file(job):

@@ -18,21 +18,21 @@ class Sources:
     named: dict[str, Path] = field(default_factory=dict)
 
     def file(self, name: Path | str) -> Path:
-        """The path of a file, noted."""
+        """Returns the path of a file, and notes it."""
         path = self.folder / name
         self.named[str(self.prefix / name)] = path
         return path
 
     def beside(self, name: Path) -> "Sources":
-        """For the names in another file: they start from its folder, and are noted with the job's own."""
+        """Returns sources for the names in another file: they start from its folder, and are noted with these."""
         return replace(self, folder=(self.folder / name).parent, prefix=self.prefix / name.parent)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All that were noted."""
+        """Returns all files that were noted."""
         return tuple(self.named.values())
 
     @property
     def sha256(self) -> dict[str, str]:
-        """Their hashes by name."""
+        """Returns their hashes by name."""
         return {name: sha256_of(path.read_bytes()) for name, path in self.named.items()}

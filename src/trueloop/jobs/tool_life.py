@@ -23,7 +23,7 @@ BEYOND_DEG: Final = 20
 
 
 def shown_edge(store: Store, tool: str, corner: str | None = None, machine: Machine | None = None) -> ShownEdge:
-    """The edge of a tool that was mounted last, or its `corner`. Raises EDG-UNKNOWN with those that there are."""
+    """Returns the edge of a tool mounted last, or its `corner`. Raises EDG-UNKNOWN with those that there are."""
     life = latest(edges_of(lives_in(store), tool, corner, machine, lambda: edges_that_cut(store)))
     every = cuts_of(store, life.edge)
     cuts = tuple(cut for cut in every if (at := time_of(cut)) is None or life.holds(at))
@@ -34,25 +34,25 @@ def shown_edge(store: Store, tool: str, corner: str | None = None, machine: Mach
 
 
 def edges_that_cut(store: Store) -> list[Edge]:
-    """The edges that kept cuts are by, whether they were ever mounted or not."""
+    """Returns the edges that kept cuts are by, whether they were ever mounted or not."""
     settings = [kept.value.setting for kept in find(store, Cut)]
     return list(dict.fromkeys(setting.edge for setting in settings if setting is not None))
 
 
 def listed(store: Store, machine: Machine | None, *, every: bool) -> tuple[EdgeLife, ...]:
-    """The edges that are mounted, or all that ever were, by tool number."""
+    """Lists the edges that are mounted, or all that ever were, by tool number."""
     known = [life for life in lives_in(store) if machine is None or life.of_machine(machine)]
     chosen = known if every else [life for life in known if life.ended is None and life.until is None]
     return tuple(sorted(chosen, key=lambda life: (life.edge.tool.number or 0, life.began)))
 
 
 def latest(known: Sequence[EdgeLife]) -> EdgeLife:
-    """The life that something happened to last; of several at one time that which goes on."""
+    """Returns the life with the latest event; of several at one time that which goes on."""
     return max(known, key=lambda life: (life.events[-1].at, life.ended is None))
 
 
 def minutes_in_cut(life: EdgeLife, cuts: Sequence[Cut]) -> float | None:
-    """How long an edge has cut: as stated last with its wear, and by the cuts since; None where nothing says it."""
+    """Returns how long an edge has cut, min: as stated last with its wear, and by the cuts since; None: not stated."""
     stated = [event for event in life.events if "minutes_in_cut" in event.values]
     base, since = (stated[-1].values["minutes_in_cut"], stated[-1].at) if stated else (0.0, life.began)
     later = [cut for cut in cuts if (at := time_of(cut)) is None or at >= since]
@@ -62,7 +62,7 @@ def minutes_in_cut(life: EdgeLife, cuts: Sequence[Cut]) -> float | None:
 
 
 def angles_deg(history: Sequence[MadePart]) -> Array:
-    """Whole degrees about the angles seen."""
+    """Returns whole degrees about the angles seen."""
     errors = [part.semifinish for part in history] + [part.finish for part in history if part.finish is not None]
     seen = np.degrees(np.concatenate([one.contact_angle_rad for one in errors]))
     if len(seen) == 0:

@@ -32,7 +32,7 @@ STATED = ("holder", "insert", "corner")
 
 
 def lives_in(store: Store) -> tuple[EdgeLife, ...]:
-    """The lives of all edges that the store has events of."""
+    """Returns the lives of all edges that the store has events of."""
     return lives(kept.value for kept in find(store, EdgeEvent))
 
 
@@ -46,7 +46,7 @@ def edge_of(
     machine: Machine | None = None,
     groove_corner: str | None = None,
 ) -> Setting | None:
-    """The edge that cuts with tool `number` at that time, and when it was set.
+    """Returns the edge that cuts with tool `number` at that time, and when it was set.
 
     Where the tool is mounted in the store, a job may state its number alone; what it states besides has to agree.
     Where the store has no event of the tool, the job's word counts, `set_at` and `groove_corner` with it. None where
@@ -68,7 +68,7 @@ def edge_of(
 
 
 def apart(edge: Edge, groove_corner: str | None) -> Edge:
-    """An edge as a job states it, by its corner of a groove insert where it names none: the two corners are two edges,
+    """Names an edge, where a job states no corner, by its corner of a groove insert: the two corners are two edges,
     whose forms must not be taken for each other's.
     """
     return edge if edge.corner or groove_corner is None else replace(edge, corner=groove_corner)
@@ -86,7 +86,7 @@ def require_touches_since(setting: Setting, measured_at: datetime | None) -> Non
 
 
 def ended(life: EdgeLife, at: datetime) -> TrueloopError:
-    """The refusal of a cut by an edge that is not mounted any more."""
+    """Makes the refusal of a cut by an edge that is not mounted any more."""
     end = life.ended or life.events[-1]
     return TrueloopError(
         Code.EDG_ENDED,
@@ -112,7 +112,7 @@ def _mounted(
 
 
 def several(mounted: Sequence[EdgeLife]) -> TrueloopError:
-    """The refusal of a name that several mounted edges have."""
+    """Makes the refusal of a name that several mounted edges have."""
     name = tool_name(mounted[0].edge)
     return TrueloopError(
         Code.EDG_POCKET,
@@ -154,13 +154,13 @@ NUMBER: Final = re.compile(r"[Tt]?(\d{1,6})")
 
 
 def number_of(tool: str) -> int | None:
-    """The number of a tool that is called by it; None for a name."""
+    """Returns the number of a tool that is called by it; None for a name."""
     found = NUMBER.fullmatch(tool.strip())
     return int(found[1]) if found else None
 
 
 def mounted_as(known: Sequence[EdgeLife], tool: str, at: datetime, machine: Machine | None = None) -> EdgeLife:
-    """The edge of a tool that is mounted at that time. Raises EDG-UNKNOWN with those that are, EDG-POCKET."""
+    """Returns the edge of a tool that is mounted at that time. Raises EDG-UNKNOWN with those that are, EDG-POCKET."""
     mounted = in_pockets(known, at, machine)
     found = [life for life in mounted if _called(life.edge, tool)]
     if not found:
@@ -177,8 +177,8 @@ def edges_of(
     machine: Machine | None = None,
     cutting: Callable[[], Iterable[Edge]] = tuple,
 ) -> tuple[EdgeLife, ...]:
-    """All lives of a tool's edges, of one corner where it is named. `cutting` gives the edges that kept cuts are by:
-    of one that was never mounted the refusal says how its cuts are shown.
+    """Returns all lives of a tool's edges, of one corner where it is named. `cutting` gives the edges of kept cuts:
+    of one that was never mounted the refusal states how its cuts are shown.
 
     Raises EDG-UNKNOWN with those that there are, EDG-POCKET for a name by which several mounted tools go, as both
     corners of a groove insert.
@@ -253,7 +253,7 @@ class Happened:
     values: dict[str, float] = field(default_factory=dict)
 
     def to(self, edge: Edge, kind: EdgeEventKind, *, valued: bool = True) -> EdgeEvent:
-        """The event of an edge."""
+        """Makes the event of an edge."""
         return EdgeEvent(edge, kind, self.at, self.by, self.values if valued else {}, self.machine)
 
 
@@ -270,7 +270,7 @@ class Mounting:
 
 
 def mounting(known: Sequence[EdgeLife], wanted: Mounting, happened: Happened) -> tuple[EdgeEvent, ...]:
-    """A new insert mounted, or with `again` one that was removed: then its form is known, its setting is not.
+    """Mounts a new insert, or with `again` one that was removed: then its form is known, its setting is not.
 
     What the same holder had in that pocket is removed with it. Raises EDG-POCKET for a pocket that holds another
     holder, or an edge that is mounted elsewhere, EDG-VALUE without nose radius, EDG-UNKNOWN for `again` of what was
@@ -294,7 +294,7 @@ def mounting(known: Sequence[EdgeLife], wanted: Mounting, happened: Happened) ->
 def turning(
     known: Sequence[EdgeLife], tool: str, corner: str, happened: Happened, *, again: bool = False
 ) -> tuple[EdgeEvent, ...]:
-    """The insert indexed: `corner` cuts from now on, which nothing is known of unless it cut before (`again`).
+    """Indexes the insert: `corner` cuts from now on, of which nothing is known unless it cut before (`again`).
 
     Raises EDG-CORNER for the corner that cuts already, and without `again` for one of this insert that did before.
     """
@@ -308,7 +308,7 @@ def turning(
 
 
 def of_mounted(known: Sequence[EdgeLife], tool: str, kind: EdgeEventKind, happened: Happened) -> tuple[EdgeEvent, ...]:
-    """Set, wear measured, removed. Raises EDG-VALUE for wear without a value."""
+    """Returns the event of a mounted edge: set, wear measured, removed. Raises EDG-VALUE for wear without a value."""
     if kind is EdgeEventKind.WORN and not happened.values:
         raise TrueloopError(
             Code.EDG_VALUE,
@@ -431,12 +431,12 @@ def keep_events(store: Store, decide: Decide, now: datetime, *, late: bool = Fal
 
 
 def cuts_of(store: Store, edge: Edge) -> tuple[Cut, ...]:
-    """The cuts by all edges of these names, oldest first as they were kept."""
+    """Returns the cuts by all edges of these names, oldest first as they were kept."""
     return tuple(kept.value for kept in find(store, Cut, edge=joined(edge.identity)))
 
 
 def cuts_after_end(life: EdgeLife, cuts: Sequence[Cut]) -> Iterator[Finding]:
-    """EDG-ENDED for every cut that is said to be by an edge which was turned away or removed at that time."""
+    """Yields EDG-ENDED for every cut that is stated to be by an edge turned away or removed at that time."""
     for cut in cuts:
         at = time_of(cut)
         if at is None or not life.holds(at):
@@ -449,7 +449,7 @@ def cuts_after_end(life: EdgeLife, cuts: Sequence[Cut]) -> Iterator[Finding]:
 
 
 def part_name(cut: Cut) -> str:
-    """Part type and serial number, as far as they are stated."""
+    """Returns part type and serial number, as far as they are stated."""
     return " ".join(text for text in cut.part.identity if text)
 
 
@@ -502,7 +502,7 @@ def _require_apart(events: Sequence[EdgeEvent], new: Sequence[EdgeEvent]) -> Non
 
 
 def with_edge(store: Store, inputs: Inputs) -> Inputs:
-    """The job with its edge and setting as the store knows them; as it is where neither says which edge cuts.
+    """Returns the job with its edge and setting as the store knows them; unchanged where neither names the edge.
 
     The finish cut of touches after a semi-finish cut is still to be made: the edge is the one that is mounted as the
     correction is made. That of a finished part was made before its touches. Raises EDG errors, EDG-SETTING for touches

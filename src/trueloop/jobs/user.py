@@ -4,7 +4,7 @@ import getpass
 
 
 def user_name() -> str:
-    """Who runs this, as far as the system knows."""
+    """Returns the name of whoever runs this, as far as the system knows."""
     try:
         return getpass.getuser()
     except (KeyError, OSError):

@@ -106,7 +106,7 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
 
 
 def access_of(method: str, path: str) -> Access:
-    """Raises LookupError for an address without an entry: a fault of ours, found as the app is made."""
+    """Returns the entry of an address. Raises LookupError without one: a fault of ours, noticed as the app is made."""
     found = ACCESS.get((method, path))
     if found is None:
         raise LookupError(f"{method} {path} has no entry in ACCESS")

@@ -49,7 +49,7 @@ class BoundedConnection(AutoHTTPProtocol):  # type: ignore[misc,valid-type]
 
     @property
     def is_idle(self) -> bool:
-        """Whether no request is being answered."""
+        """Returns whether no request is being answered."""
         return self.cycle is None or bool(self.cycle.response_complete)
 
     def _of_address(self) -> list["BoundedConnection"]:
@@ -75,5 +75,5 @@ def _all(connections: Collection[Any]) -> Iterator[BoundedConnection]:
 
 
 def bounded(proxies: Collection[str]) -> type[BoundedConnection]:
-    """The protocol for a service behind these proxies."""
+    """Makes the protocol for a service behind these proxies."""
     return type("BoundedConnection", (BoundedConnection,), {"proxies": tuple(map(ip_network, proxies))})

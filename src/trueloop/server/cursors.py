@@ -17,13 +17,13 @@ _SIGNED: Final = 16
 
 
 def cursor_of(secret: bytes, of: str, after: Sequence[str | int]) -> str:
-    """Of the list `of` (its address and what was asked for), after the row with these values."""
+    """Makes the cursor of the list `of` (its address and the request), after the row with these values."""
     said = json.dumps(list(after)).encode()
     return urlsafe_b64encode(_signature(secret, of, said) + said).decode().rstrip("=")
 
 
 def place_of(secret: bytes, of: str, cursor: str) -> list[str | int]:
-    """What `cursor_of` was given. Raises SRV-CURSOR for anything else."""
+    """Returns the values that `cursor_of` was given. Raises SRV-CURSOR for anything else."""
     try:
         raw = urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4))
     except ValueError:

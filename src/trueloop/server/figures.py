@@ -16,7 +16,7 @@ class Figures:
         self.streams = 0
 
     def count(self, scope: MutableMapping[str, Any], status: int, took_s: float) -> None:
-        """One request, by the address's pattern: names of parts are no labels."""
+        """Counts one request, by the address's pattern: names of parts are no labels."""
         route = scope.get("route")
         path = str(getattr(route, "path", "")) or "other"
         with self._lock:
@@ -24,7 +24,7 @@ class Figures:
             self._seconds[scope["method"], path] += took_s  # type: ignore[assignment]  # a Counter adds floats too
 
     def text(self) -> str:
-        """In the text format of Prometheus."""
+        """Returns the figures in the text format of Prometheus."""
         return "".join(f"{line}\n" for line in self._lines())
 
     def _lines(self) -> Iterator[str]:

@@ -106,7 +106,7 @@ class _Bounded:
         self.whole = False
 
     async def receive(self) -> Message:
-        """The next piece. Raises SRV-LARGE."""
+        """Receives the next piece. Raises SRV-LARGE."""
         if self.whole:
             return await self.inner()
         try:
@@ -121,7 +121,7 @@ class _Bounded:
 
 
 def require_host(settings: Settings, host: str) -> None:
-    """A page of another site whose name was made to lead here still says its own name. Raises SRV-HOST."""
+    """Refuses another host's name, which a page of another site whose name leads here still sends. Raises SRV-HOST."""
     name = host if host.endswith("]") else host.rpartition(":")[0] or host
     if name.casefold() not in settings.names:
         raise TrueloopError(
@@ -133,7 +133,7 @@ def require_host(settings: Settings, host: str) -> None:
 
 
 def too_large(limit: int, why: str) -> TrueloopError:
-    """SRV-LARGE."""
+    """Makes the error SRV-LARGE."""
     return TrueloopError(
         Code.SRV_LARGE,
         f"the request is too large: {why}; {limit} bytes are taken at this address",

@@ -20,12 +20,12 @@ _TEXTS: Final = dict.fromkeys((".nc", ".ngc", ".toml", ".csv", ".md", ".py"), "t
 
 
 def folder() -> Path:
-    """Where the manual is in the package."""
+    """Returns the manual's folder in the package."""
     return Path(str(files("trueloop"))) / "manual"
 
 
 def require_built(place: Path) -> Path:
-    """The folder, which holds the manual. Raises SRV-MANUAL."""
+    """Returns the folder, which holds the manual. Raises SRV-MANUAL."""
     if not (place / "index.html").is_file():
         raise TrueloopError(
             Code.SRV_MANUAL,
@@ -36,7 +36,7 @@ def require_built(place: Path) -> Path:
 
 
 def listening(place: Path, port: int) -> ThreadingHTTPServer:
-    """A server of that folder that listens; 0 is any free port. Raises SRV-ADDRESS."""
+    """Opens a server of that folder; 0 is any free port. Raises SRV-ADDRESS."""
     try:
         return ThreadingHTTPServer((HOST, port), partial(_Manual, directory=str(place)))
     except OSError as wrong:
@@ -49,7 +49,7 @@ def listening(place: Path, port: int) -> ThreadingHTTPServer:
 
 
 def address(server: ThreadingHTTPServer, words: str) -> str:
-    """Where a browser finds the manual, or what the search finds for the words."""
+    """Returns the address of the manual, or of its search for the words."""
     start = f"http://{HOST}:{server.server_port}/"
     return f"{start}search.html?q={quote(words)}" if words else start
 
@@ -60,7 +60,7 @@ class _Manual(SimpleHTTPRequestHandler):
     extensions_map = SimpleHTTPRequestHandler.extensions_map | _TEXTS | {".html": "text/html; charset=utf-8"}
 
     def end_headers(self) -> None:
-        """What a page may load comes from here alone."""
+        """Adds the headers by which what a page may load comes from here alone."""
         picture = self.path.partition("?")[0].endswith(".svg")
         self.send_header("Content-Security-Policy", _PICTURE_POLICY if picture else POLICY)
         self.send_header("X-Content-Type-Options", "nosniff")
@@ -68,8 +68,8 @@ class _Manual(SimpleHTTPRequestHandler):
         super().end_headers()
 
     def list_directory(self, path: object) -> None:
-        """A folder is no page."""
+        """Answers 404: a folder is no page."""
         self.send_error(404)
 
     def log_message(self, format: str, *args: object) -> None:
-        """The command has said where the manual is; that is enough."""
+        """Logs nothing: the command has printed where the manual is."""

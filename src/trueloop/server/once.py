@@ -37,7 +37,7 @@ class Asked:
 
 
 def begin(store: Store, asked: Asked, now: datetime) -> Answer | None:
-    """The answer given before; None: it is to be done now, and `finish` or `give_up` follows. Raises SRV-REUSED."""
+    """Returns the answer given before; None: do it now, then `finish` or `give_up`. Raises SRV-REUSED."""
     mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key)
     with store.writing() as connection:
         connection.execute(delete(IDEMPOTENCY).where(IDEMPOTENCY.c.created_at < stamp(now - KEPT)))
@@ -73,7 +73,7 @@ def finish(store: Store, asked: Asked, answer: Answer) -> None:
 
 
 def give_up(store: Store, asked: Asked) -> None:
-    """It was refused, and nothing was changed: the key is free again."""
+    """Frees the key of a request that was refused and changed nothing."""
     mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key) & (IDEMPOTENCY.c.status == BEGUN)
     with store.writing() as connection:
         connection.execute(delete(IDEMPOTENCY).where(mine))

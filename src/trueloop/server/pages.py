@@ -31,7 +31,7 @@ The interface for programs is at <code>/api/v1</code>."""
 
 
 def policy_of(nonce: str) -> str:
-    """Of the pages: scripts from here alone, styles from here and those of this answer."""
+    """Returns the policy of the pages: scripts from here alone, styles from here and those of this answer."""
     return (
         "default-src 'none'; script-src 'self'; worker-src 'self'; connect-src 'self'; img-src 'self' data:; "
         f"font-src 'self'; manifest-src 'self'; frame-src 'self'; style-src 'self' 'nonce-{nonce}'; "
@@ -52,7 +52,7 @@ REPORT_POLICY: Final = (
 
 
 def report(content: str | bytes) -> Response:
-    """A report as an answer, in its own sandbox."""
+    """Answers with a report, in its own sandbox."""
     headers = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
     return HTMLResponse(content, headers=headers)
 
@@ -62,12 +62,12 @@ PICTURE_POLICY: Final = "sandbox; default-src 'none'; base-uri 'none'; form-acti
 
 
 def picture(svg: str) -> Response:
-    """A picture (SVG) as an answer."""
+    """Answers with a picture (SVG)."""
     return Response(svg, media_type="image/svg+xml", headers={"Content-Security-Policy": PICTURE_POLICY})
 
 
 def folder_of(settings: Settings) -> Path:
-    """Where the pages are."""
+    """Returns the folder of the pages."""
     return settings.pages or Path(str(files("trueloop"))) / "pages"
 
 
@@ -78,7 +78,7 @@ def install(app: FastAPI, settings: Settings) -> None:
 
     @app.get("/{path:path}", include_in_schema=False)
     def page(path: str, request: Request) -> Response:
-        """A file is found by its whole name among those there are: no name is put together to a path."""
+        """Answers with a file, by its whole name among those there are: no name is put together to a path."""
         if path.startswith("api/"):
             return answer_of(nothing("address", f"/{path}"))
         found = names.get(path)

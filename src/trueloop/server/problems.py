@@ -64,12 +64,12 @@ HUNG_UP: Final = 499
 
 
 def status_of(code: Code) -> int:
-    """The HTTP status of a refusal: 409 where the factory refuses, 422 where a file or value does not fit."""
+    """Returns the HTTP status of a refusal: 409 where the factory refuses, 422 where a file or value does not fit."""
     return _STATUS.get(code.value, 409 if code.startswith("FAC-") else 422)
 
 
 def answer_of(error: TrueloopError) -> Response:
-    """A refusal as an answer."""
+    """Converts a refusal to an answer."""
     status = status_of(error.code)
     headers = {}
     if error.code is Code.SRV_DELAY:
@@ -97,20 +97,20 @@ def refused_request(why: str, hint: str = "the shapes stand in /api/v1/openapi.j
 
 
 def nothing(what: str, name: str) -> TrueloopError:
-    """SRV-UNKNOWN."""
+    """Makes the error SRV-UNKNOWN."""
     return TrueloopError(
         Code.SRV_UNKNOWN, f"there is no {what} {name!r}", hint="look it up in the list", values={"name": name}
     )
 
 
 def of_status(status: int, name: str) -> TrueloopError:
-    """What the framework refuses, as ours; `name`: the method, or the address."""
+    """Converts what the framework refuses to an error of ours; `name`: the method, or the address."""
     code, said, hint = _OF_OTHERS.get(status, _OF_OTHERS[400])
     return TrueloopError(code, f"{said}: {name!r}", hint=hint, values=dict.fromkeys(code.values, name))
 
 
 def unexpected(error: Exception, number: str = "") -> TrueloopError:
-    """SRV-INTERNAL: what is told of a fault; the log has the rest, under the same number (a new one, if not given)."""
+    """Makes SRV-INTERNAL for a fault; the log has the rest, under that number (a new one, if not given)."""
     number = number or secrets.token_hex(4)
     log("fault", number=number, error=f"{type(error).__name__}: {error}", where=_where(error))
     return TrueloopError(

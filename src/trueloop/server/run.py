@@ -40,7 +40,7 @@ class Listening:
 
     @property
     def tls(self) -> bool:
-        """Whether browsers reach it over TLS: it answers so, or a proxy before it."""
+        """Returns whether browsers reach it over TLS: it answers so, or a proxy before it."""
         return self.certificate is not None or bool(self.proxies)
 
 
@@ -75,7 +75,7 @@ def serve(
 
 
 def config_of(app: FastAPI, where: Listening) -> uvicorn.Config:
-    """How uvicorn runs the service."""
+    """Returns how uvicorn runs the service."""
     return uvicorn.Config(
         app,
         http=bounded(where.proxies),
@@ -101,12 +101,12 @@ class _Server(uvicorn.Server):
         self._stop = stop
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """SIGINT or SIGTERM."""
+        """Stops at SIGINT or SIGTERM."""
         self._stop()
         super().handle_exit(sig, frame)
 
     def capture_signals(self) -> Any:
-        """As uvicorn does, but a SIGINT that was heeded is not raised once more: it ended as it should."""
+        """Captures as uvicorn does, but does not raise a heeded SIGINT once more: it ended as it should."""
         return _heeded(super().capture_signals(), self)
 
 
@@ -123,7 +123,7 @@ class _heeded:  # noqa: N801 -- a context manager, written where it is used
 
 
 def listen(where: Listening) -> socket.socket:
-    """A socket that listens. Raises SRV-ADDRESS."""
+    """Opens a socket that listens. Raises SRV-ADDRESS."""
     family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
     # asyncio sends at once only on sockets that say they are TCP; else each answer waits 40 ms for the client's ACK
     listening = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)

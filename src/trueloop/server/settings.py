@@ -10,12 +10,12 @@ LOOPBACK_NAMES: Final = ("localhost", "127.0.0.1", "[::1]")
 
 
 def now() -> datetime:
-    """The time: whatever reads the clock is given this, so that tests can turn it."""
+    """Returns the time: whatever reads the clock is given this, so that tests can set it."""
     return datetime.now(UTC)
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach what listens there."""
+    """Returns whether only this machine can reach what listens there."""
     if host == "localhost":
         return True
     try:
@@ -65,5 +65,5 @@ class Settings:
 
     @property
     def scheme(self) -> str:
-        """Of its own addresses."""
+        """Returns the scheme of its own addresses."""
         return "https" if self.tls else "http"

@@ -29,13 +29,13 @@ Read = Callable[[int], tuple[int, list[bytes]]]
 
 
 def last_event(store: Store) -> int:
-    """The number of the newest one, 0: there is none."""
+    """Returns the number of the newest event, 0: there is none."""
     with store.reading() as connection:
         return int(connection.execute(select(func.max(EVENT.c.id))).scalar_one() or 0)
 
 
 def event_bytes(one: EventView) -> bytes:
-    """As the stream has it."""
+    """Returns an event as the stream has it."""
     shown = {
         "id": one.id,
         "at": one.at.isoformat(),
@@ -48,7 +48,7 @@ def event_bytes(one: EventView) -> bytes:
 
 
 def trace_after(store: Store, machine: str, after: int) -> tuple[int, list[bytes]]:
-    """What the machine's cell said last, if it said it after that time (ms since 1970)."""
+    """Returns what the machine's cell reported last, if that was after that time (ms since 1970)."""
     with store.reading() as connection:
         row = connection.execute(select(MACHINE_HEARD).where(MACHINE_HEARD.c.machine == machine)).one_or_none()
     if row is None or (at := int(datetime.fromisoformat(row.at).timestamp() * 1000)) <= after:
@@ -61,7 +61,7 @@ def trace_after(store: Store, machine: str, after: int) -> tuple[int, list[bytes
 
 
 def stream(here: Service, who: Who, figures: Figures, stopping: Event, after: int, read: Read) -> StreamingResponse:
-    """What `read` finds after a number, again and again. Raises SRV-DELAY where too many are open."""
+    """Streams what `read` returns after a number, again and again. Raises SRV-DELAY where too many are open."""
     if figures.streams >= here.settings.limits.streams:
         raise too_early(here.settings.heartbeat_s)
     return StreamingResponse(

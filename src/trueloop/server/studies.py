@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 def newest_facts(store: Store) -> tuple[int, ...]:
-    """Of each kind of fact the number of the newest: facts are added and never changed."""
+    """Returns the number of the newest fact of each kind: facts are added and never changed."""
     numbers = [select(func.max(table.c.id)).scalar_subquery() for name, table in TABLES.items() if name not in _OF_RUNS]
     with store.reading() as connection:
         return tuple(number or 0 for number in connection.execute(select(*numbers)).one())
@@ -40,7 +40,7 @@ class Studies:
         self._lock = Lock()
 
     def of(self, store: Store, asked: object, work_out: Callable[[], T]) -> T:
-        """The answer as of the newest facts. What is refused is asked anew each time."""
+        """Returns the answer as of the newest facts. A refusal is not kept: the next request tries anew."""
         answer = self._answer(asked, newest_facts(store))
         with answer.lock:
             if not answer.done:

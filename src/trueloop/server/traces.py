@@ -61,7 +61,7 @@ class Traces:
     _count: int = 0
 
     def add(self, machine: str, trace: Trace, now: datetime) -> None:
-        """Further stretches, as they came."""
+        """Adds further stretches, as they came."""
         with self._lock:
             kept = self._told.setdefault(machine, deque(maxlen=KEPT))
             for one in trace.stretches:
@@ -69,7 +69,7 @@ class Traces:
                 kept.append((self._count, _event(self._count, trace, one, now)))
 
     def after(self, machine: str, seen: int) -> tuple[int, list[bytes]]:
-        """What was told of a machine after that number, and the number of the last."""
+        """Returns the number of a machine's last stretch, and those after the number `seen`."""
         with self._lock:
             new = [one for one in self._told.get(machine, ()) if one[0] > seen]
         return (new[-1][0] if new else seen), [content for _, content in new]

@@ -14,5 +14,5 @@ _OF_LOOP: Final[WeakKeyDictionary[asyncio.AbstractEventLoop, asyncio.Semaphore]]
 
 
 def turn() -> asyncio.Semaphore:
-    """That of the loop that runs: to be held by `async with`."""
+    """Returns the semaphore of the loop that runs: to be held by `async with`."""
     return _OF_LOOP.setdefault(asyncio.get_running_loop(), asyncio.Semaphore(AT_ONCE))

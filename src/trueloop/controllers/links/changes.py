@@ -13,7 +13,7 @@ class Change(StrEnum):
 
 
 def compared(text: bytes, passes: Set[Change]) -> bytes:
-    """A line, or a word, without what passes; line ends are the business of whoever splits lines."""
+    """Returns a line, or a word, without what passes; line ends are the business of whoever splits lines."""
     if Change.CAPITALS in passes:
         text = text.upper()
     return text.translate(None, b" \t") if Change.BLANKS in passes else text

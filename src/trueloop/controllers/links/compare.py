@@ -37,7 +37,7 @@ WORDS: Final = re.compile(rb"[A-Za-z]+[^A-Za-z\s]*|[^A-Za-z\s]+")
 
 
 def differences(first: bytes, second: bytes, passes: frozenset[Change] = frozenset()) -> list[Difference]:
-    """The lines of two programs that differ, other than by `passes`; at most `SHOWN`, empty: they are the same.
+    """Returns the lines in which two programs differ, other than by `passes`; at most `SHOWN`, none: they are equal.
 
     Without LINE_ENDS a line's end belongs to it. A difference in one byte of a word is a difference: `X10.` and
     `X10.0` are not the same text.

@@ -39,7 +39,7 @@ ANSWERS: Final = {
 
 
 def load(path: Path) -> ctypes.CDLL:
-    """The library. Raises LNK-LIBRARY where it cannot be loaded."""
+    """Loads the FOCAS library. Raises LNK-LIBRARY where it cannot be loaded."""
     kind: Callable[[str], ctypes.CDLL] = getattr(ctypes, "WinDLL") if sys.platform == "win32" else ctypes.CDLL  # noqa: B009
     try:
         return kind(str(path))
@@ -63,7 +63,7 @@ class Connection:
     timeout_s: float
 
     def call(self, name: str, *given: Any) -> None:
-        """A call that has to succeed; while the control is busy it is repeated, up to `timeout_s`."""
+        """Calls a function that has to succeed; while the control is busy the call is repeated, up to `timeout_s`."""
         until = time.monotonic() + self.timeout_s
         while (answer := self.answer(name, *given)) == BUSY and time.monotonic() < until:
             time.sleep(POLL_S)
@@ -71,7 +71,7 @@ class Connection:
             raise self.refused(name, answer)
 
     def answer(self, name: str, *given: Any) -> int:
-        """What a call answers."""
+        """Calls a function of the library and returns its code."""
         return _function(self.library, name, self.where)(ctypes.c_ushort(self.handle), *given)
 
     def refused(self, name: str, answer: int) -> TrueloopError:
@@ -99,7 +99,7 @@ class Connection:
 
 @contextmanager
 def connected(library: Path, host: str, port: int, timeout_s: float) -> Iterator[Connection]:
-    """A connection for one piece of work, ended after it. Raises LNK-LIBRARY, LNK-REACH."""
+    """Opens a connection for one piece of work and frees it afterwards. Raises LNK-LIBRARY, LNK-REACH."""
     focas, where, handle = load(library), f"focas://{host}:{port}", ctypes.c_ushort()
     _started(focas, where)
     open_ = _function(focas, "cnc_allclibhndl3", where)
@@ -146,7 +146,7 @@ def named(number: int) -> str:
 
 
 def number_of(name: str) -> int:
-    """The number of a program's name. Raises LNK-NAME for another name than `O0012`."""
+    """Returns the number of a program's name. Raises LNK-NAME for another name than `O0012`."""
     found = NAME.fullmatch(name)
     if found is None or int(found[1]) == 0:
         raise _wrong(f"{name!r} is no program's name at a control that counts programs", name)
@@ -154,7 +154,7 @@ def number_of(name: str) -> int:
 
 
 def checked_text(content: bytes, name: str) -> bytes:
-    """The program framed. Raises LNK-NAME where it calls itself otherwise, LNK-CODE for a `%` within it."""
+    """Frames a program. Raises LNK-NAME where its own O number is another, LNK-CODE for a `%` within it."""
     text = framed(content)
     require_no_end_within(text)
     found = HEAD.match(text)
@@ -165,7 +165,7 @@ def checked_text(content: bytes, name: str) -> bytes:
 
 
 def renumbered(text: bytes, number: int) -> bytes:
-    """A framed program with another number. One that has none stays as it is."""
+    """Gives a framed program another number. A program without one stays as it is."""
     return HEAD.sub(lambda found: found[0][:-4] + f"{number:04d}".encode(), text)
 
 
@@ -187,7 +187,7 @@ class _Offset(ctypes.Structure):
 
 
 def offsets_text(control: Connection, increment: Decimal, unit: Unit) -> bytes:
-    """All offsets in force, wear and geometry, as G10 blocks. Raises LNK-REACH, also for what is no lathe."""
+    """Returns all offsets in force, wear and geometry, as G10 blocks. Raises LNK-REACH, also for what is no lathe."""
     system, info = ctypes.create_string_buffer(64), (ctypes.c_short * 8)()
     control.call("cnc_sysinfo", system)
     if b"T" not in system.raw[6:8]:
@@ -275,7 +275,7 @@ class _Row(ctypes.Structure):
 
 
 def directory(control: Connection) -> list[Listed]:
-    """The programs of the folder that is chosen at the control, by number. Raises LNK-REACH."""
+    """Lists the programs of the folder that is chosen at the control, by number. Raises LNK-REACH."""
     found, top = list[Listed](), 0
     while True:
         first, count, rows = ctypes.c_int64(top), ctypes.c_short(ROWS), (_Row * ROWS)()
@@ -288,7 +288,7 @@ def directory(control: Connection) -> list[Listed]:
 
 
 def upload(control: Connection, number: int) -> bytes:
-    """A program from the control, framed. Raises LNK-REACH."""
+    """Reads a program from the control, framed. Raises LNK-REACH."""
     control.call("cnc_upstart4", ctypes.c_short(0), named(number).encode())
     text = bytearray()
     try:
@@ -304,7 +304,7 @@ def upload(control: Connection, number: int) -> bytes:
 
 
 def download(control: Connection, text: bytes) -> None:
-    """A framed program to the control, which takes its number from it. Raises LNK-REACH; half of it may be there then.
+    """Sends a framed program, whose number the control takes. Raises LNK-REACH; half of it may be there then.
 
     Its errors come at the end: the control says there whether it has registered the program.
     """
@@ -326,7 +326,7 @@ def delete(control: Connection, number: int) -> None:
 
 
 def busy(control: Connection) -> Busy:
-    """What runs, main program and subprogram; a program that is held or stopped within a block runs. Raises LNK-REACH.
+    """Returns the running main program and subprogram; one held or stopped within a block runs. Raises LNK-REACH.
 
     The states are those of Series 16i, 18i, 21i, 0i, 30i, 31i and 32i; of Series 15 they stand elsewhere.
     """
@@ -365,16 +365,16 @@ class Focas:
 
     @property
     def note(self) -> str:
-        """The protocol knows no password."""
+        """States that the protocol has no password."""
         return f"{self.host}: FOCAS knows no password, anybody on this network can do the same"
 
     def listed(self) -> list[Listed]:
-        """The programs, without the one of transfers."""
+        """Lists the programs, without the one of transfers."""
         with self._connected() as control:
             return [one for one in directory(control) if number_of(one.name) != self.aside]
 
     def read(self, name: str) -> bytes:
-        """A program, framed; of one sent aside with the number that it is to have. `TABLE`: the offsets."""
+        """Reads a program, framed; one sent aside with the number that it is to have. `TABLE`: the offsets."""
         with self._connected() as control:
             if name == TABLE:
                 return offsets_text(control, *self._counted())
@@ -386,7 +386,7 @@ class Focas:
             return upload(control, number)
 
     def write_aside(self, name: str, content: bytes) -> str:
-        """Sends it under the number of transfers: the control then says whether it takes it, and has room."""
+        """Sends it under the number of transfers, by which the control shows that it accepts it and has room."""
         text = renumbered(checked_text(content, name), self.aside)
         with self._connected() as control:
             self._removed(control)
@@ -411,7 +411,7 @@ class Focas:
             self._removed(control)
 
     def remove_aside(self, aside: str) -> None:
-        """What cannot be removed stays under the number of transfers, in whose place the next one comes."""
+        """Removes it; what cannot be removed stays under the number of transfers, in whose place the next one comes."""
         with suppress(TrueloopError), self._connected() as control:
             self._removed(control)
 

@@ -33,7 +33,7 @@ class Folder:
         return ""
 
     def listed(self) -> list[Listed]:
-        """The files in it that can be a program."""
+        """Lists the files in the folder that can be a program."""
         try:
             every = sorted(self.folder.iterdir())
             return [_listed(one) for one in every if _is_program(one)]
@@ -69,7 +69,7 @@ class Folder:
         return path.name
 
     def put_in_place(self, aside: str, name: str) -> None:
-        """One rename: at every moment the old program is there whole, or the new one."""
+        """Renames once: at every moment the old program is there whole, or the new one."""
         try:
             (self.folder / aside).replace(self.folder / name)
             _sync(self.folder)
@@ -79,7 +79,7 @@ class Folder:
             self.tell(self.folder / name)
 
     def remove_aside(self, aside: str) -> None:
-        """What cannot be removed stays, under a name that no transfer takes for a program."""
+        """Removes it; what cannot be removed stays, under a name that no transfer takes for a program."""
         with suppress(OSError):
             (self.folder / aside).unlink(missing_ok=True)
 
@@ -89,7 +89,7 @@ class Folder:
 
 
 def named_in(file: Path) -> Callable[[], Busy | None]:
-    """The first line of a file in which the control writes what runs, empty while nothing does.
+    """Reads the first line of a file in which the control writes what runs, empty while nothing does.
 
     A file that is not there or cannot be read says nothing.
     """

@@ -44,11 +44,11 @@ class Ftp:
 
     @property
     def note(self) -> str:
-        """Plain FTP is readable on the network."""
+        """Warns that plain FTP is readable on the network; empty with TLS."""
         return "" if self.tls else f"{self.host}: plain FTP, anybody on this network can read programs and password"
 
     def listed(self) -> list[Listed]:
-        """The names in the folder, with sizes where the server says them.
+        """Lists the names in the folder, with sizes where the server gives them.
 
         A program whose exchange was cut off between two renames is given its name back.
         """
@@ -60,7 +60,7 @@ class Ftp:
             ]
 
     def read(self, name: str) -> bytes:
-        """The program in binary mode: nothing translates its line ends."""
+        """Reads the program in binary mode: nothing translates its line ends."""
         with self._session() as ftp:
             names = self._names(ftp)
             if name not in names:
@@ -85,12 +85,12 @@ class Ftp:
                 _exchange(ftp, aside, name)
 
     def remove_aside(self, aside: str) -> None:
-        """What cannot be removed stays, under a name that no transfer takes for a program."""
+        """Removes it; what cannot be removed stays, under a name that no transfer takes for a program."""
         with suppress(TrueloopError), self._session() as ftp, suppress(ftplib.Error):
             ftp.delete(aside)
 
     def busy(self) -> Busy | None:
-        """FTP does not say."""
+        """Returns None: FTP does not report what runs."""
         return None
 
     @contextmanager

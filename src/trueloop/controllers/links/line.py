@@ -32,7 +32,7 @@ _SKIPPED: Final[Mapping[WireCode, bytes]] = {
 
 
 def encoded(text: bytes, code: WireCode, line_end: bytes = b"\r\n") -> bytes:
-    """A program of ASCII text as it goes over the line. Raises LNK-CODE for a character that the code does not have.
+    """Encodes a program of ASCII text for the line. Raises LNK-CODE for a character that the code does not have.
 
     EIA's end of block is one character, whatever `line_end` is.
     """
@@ -50,7 +50,7 @@ def encoded(text: bytes, code: WireCode, line_end: bytes = b"\r\n") -> bytes:
 
 
 def decoded(raw: bytes, code: WireCode) -> bytes:
-    """What came over the line as ASCII text, its line ends LF. Raises LNK-CODE for a byte that is no character."""
+    """Decodes what came over the line to ASCII text, line ends LF. Raises LNK-CODE for a byte that is no character."""
     out = bytearray()
     for byte in raw:
         if byte in _SKIPPED[code]:
@@ -64,12 +64,12 @@ def decoded(raw: bytes, code: WireCode) -> bytes:
 
 
 def blank(code: WireCode) -> bytes:
-    """The bytes that stand between two programs: leader, rubbed-out characters, device controls, line ends."""
+    """Returns the bytes that stand between two programs: leader, rubbed-out characters, device controls, line ends."""
     return _SKIPPED[code] + encoded(b"\n", code, b"\n")
 
 
 def leader(code: WireCode, count: int) -> bytes:
-    """So many characters NUL, blank tape."""
+    """Returns so many characters NUL, blank tape."""
     return bytes(count) if code != "odd" else b"\x80" * count
 
 
@@ -115,7 +115,7 @@ def wrong(what: str, line: int, column: int) -> TrueloopError:
 
 
 def framed(content: bytes) -> bytes:
-    """A program between `%` and `%`, with line feeds."""
+    """Frames a program between `%` and `%`, with line feeds."""
     lines = list(_lines(content))
     return b"\n".join([b"%", *lines, b"%", b""])
 
@@ -150,10 +150,10 @@ class Port(Protocol):
         """Hands bytes to the line."""
 
     def read(self, wait_s: float) -> bytes:
-        """What has come; waits so long for a first byte, and not at all where there is one."""
+        """Returns what has come; waits so long for a first byte, and not at all where there is one."""
 
     def clear(self) -> bool:
-        """Whether the control's line CTS lets us send."""
+        """Returns whether the control's line CTS lets us send."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ class SerialPort:
     device: Any
 
     def now(self) -> float:
-        """The computer's steady clock."""
+        """Returns the time of the computer's steady clock, s."""
         return time.monotonic()
 
     def write(self, piece: bytes) -> None:
@@ -179,7 +179,7 @@ class SerialPort:
             time.sleep(_PORT_LOOK_S)
 
     def read(self, wait_s: float) -> bytes:
-        """Whatever there is, else the first byte within the time."""
+        """Returns whatever there is, else the first byte within the time."""
         self.device.timeout = wait_s
         first: bytes = self.device.read(1)
         return first + self.device.read(self.device.in_waiting) if first else b""
@@ -191,7 +191,7 @@ class SerialPort:
 
 @contextmanager
 def open_port(name: str, baud: int, data_bits: int, parity: Parity, stop_bits: int) -> Iterator[SerialPort]:
-    """The port, for us alone, closed at the end; nothing of the system's own flow control is used. Raises LNK-LINE."""
+    """Opens the port exclusively and closes it at the end, without the system's own flow control. Raises LNK-LINE."""
     serial = _pyserial(name)
     letter = {"none": "N", "even": "E", "odd": "O"}[parity]
     try:
@@ -248,7 +248,7 @@ class Pace:
 
 
 def send(port: Port, where: str, raw: bytes, pace: Pace, needed: int | None = None) -> None:
-    """All of it, once the control begins to read. What comes after `needed` bytes is left out where the control holds
+    """Sends all of it, once the control begins to read. What follows `needed` bytes is left out where the control holds
     us then: many say XOFF as soon as they have read the last `%`, and nothing more.
 
     Raises LNK-LINE where the control holds us too long, answers something else, or the port is gone.
@@ -276,7 +276,7 @@ def send(port: Port, where: str, raw: bytes, pace: Pace, needed: int | None = No
 
 
 def receive(port: Port, where: str, end: bytes, pace: Pace, blank: bytes = b"") -> bytes:
-    """What the control sends, from its first `end` character to the next, both among it. Raises LNK-LINE.
+    """Receives from the control's first `end` character to the next, both included. Raises LNK-LINE.
 
     `end` is what begins and ends a program, `%`, as the line carries it. Of two programs sent on end the first comes
     that comes whole: between the end of one and the beginning of the next are only bytes of `blank`.
@@ -371,7 +371,7 @@ class Line:
 
     @property
     def note(self) -> str:
-        """A line carries characters, not files."""
+        """Warns that a line carries characters, not files."""
         return f"{self.port}: a serial line knows neither names nor what runs: look at the control"
 
     def listed(self) -> list[Listed]:
@@ -379,11 +379,11 @@ class Line:
         raise broken(self.port, "a serial line has no list of programs", "look at the control's own list")
 
     def busy(self) -> Busy | None:
-        """A line does not say."""
+        """Returns None: a line does not report what runs."""
         return None
 
     def read(self, name: str) -> bytes:
-        """The program that the control puts out, from `%` to `%`. Raises LNK-LINE, LNK-CODE."""
+        """Reads the program that the control puts out, from `%` to `%`. Raises LNK-LINE, LNK-CODE."""
         with self._open() as port:  # first: opening a port drops what has come
             self.tell(f"have the control put {name} out now; it is waited for {self.silence_s:g} s")
             raw = receive(port, self.port, encoded(b"%", self._wire), self._pace, blank(self._wire))

@@ -43,17 +43,17 @@ class Link(Protocol):
 
     @property
     def where(self) -> str:
-        """The control's address for people, without a password."""
+        """Returns the control's address for people, without a password."""
 
     @property
     def note(self) -> str:
-        """What a user of this link has to know; empty: nothing."""
+        """Returns what a user of this link has to know; empty: nothing."""
 
     def listed(self) -> list[Listed]:
-        """The programs at the control, by name."""
+        """Lists the programs at the control, by name."""
 
     def read(self, name: str) -> bytes:
-        """A program, byte for byte."""
+        """Reads a program, byte for byte."""
 
     def write_aside(self, name: str, content: bytes) -> str:
         """Sends a program under another name, which is returned: nothing is replaced yet."""
@@ -65,11 +65,11 @@ class Link(Protocol):
         """Takes what was sent aside away again."""
 
     def busy(self) -> Busy | None:
-        """What runs and what is loaded; None: this link cannot know."""
+        """Returns what runs and what is loaded; None: this link cannot know."""
 
 
 def checked_name(name: str) -> str:
-    """The name. Raises LNK-NAME for one that could leave the control's folder, or that stands for a transfer."""
+    """Returns the name. Raises LNK-NAME for one that could leave the control's folder, or stands for a transfer."""
     if NAME.fullmatch(name) and not name.endswith(PART) and ".." not in name:
         return name
     raise TrueloopError(
@@ -81,7 +81,7 @@ def checked_name(name: str) -> str:
 
 
 def no_such_program(name: str, where: str, there: list[str]) -> TrueloopError:
-    """LNK-NAME, with the nearest name."""
+    """Makes the error LNK-NAME, with the nearest name."""
     import difflib
 
     near = difflib.get_close_matches(name, there, 1)

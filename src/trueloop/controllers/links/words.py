@@ -38,7 +38,7 @@ class _Token:
 
 
 def differing_words(before: str, after: str, dialect: str, passes: AbstractSet[Change]) -> tuple[WordDifference, ...]:
-    """The words that differ of two lines that do, other than by `passes`. Lines are bytes as Latin-1."""
+    """Returns the words that differ, other than by `passes`, of two lines that differ. Lines are bytes as Latin-1."""
     one, other = (_tokens(line.encode("latin-1"), dialect, passes) for line in (before, after))
     found = tuple(_differing(one, other))
     if found:
@@ -48,7 +48,7 @@ def differing_words(before: str, after: str, dialect: str, passes: AbstractSet[C
 
 
 def block_name(line: str, dialect: str) -> str:
-    """The block's number as the line spells it, `N120`; empty where it has none."""
+    """Returns the block's number as the line spells it, `N120`; empty where it has none."""
     words = _tokens(line.encode("latin-1"), dialect, frozenset())
     return next((word.text.decode("latin-1") for word in words[:2] if word.what == "N"), "")
 

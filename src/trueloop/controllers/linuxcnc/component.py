@@ -28,18 +28,18 @@ def require_linuxcnc() -> None:
 
 
 def source(name: str) -> str:
-    """A file that comes with this package."""
+    """Returns the text of a file that comes with this package."""
     return (resources.files("trueloop.controllers.linuxcnc") / name).read_text()
 
 
 @cache
 def virtual_part() -> bytes:
-    """The component as a shared object, compiled once a run. Raises CTL-LINUXCNC with the compiler's words."""
+    """Compiles the component to a shared object, once a run. Raises CTL-LINUXCNC with the compiler's words."""
     return compiled("virtual_part", {"virtual_part.comp": source("virtual_part.comp").encode()})
 
 
 def compiled(name: str, files: Mapping[str, bytes], link: str = "", code: Code = Code.CTL_LINUXCNC) -> bytes:
-    """NAME.so of NAME.comp and what lies beside it, by halcompile.
+    """Compiles NAME.comp and what lies beside it to NAME.so, by halcompile.
 
     `link`: flags of the linker, in which `{folder}` is where the files lie. Raises CTL-LINUXCNC where LinuxCNC is
     missing, `code` with the compiler's words where it fails.

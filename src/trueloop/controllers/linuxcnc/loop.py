@@ -116,7 +116,7 @@ class DrivenPart:
 def drive_part(
     trial: Trial, workshop: Workshop, *, seed: int = 0, feed_override: float = 8.0, say: Say = lambda doing: None
 ) -> DrivenPart:
-    """One part through the loop with LinuxCNC as its controller.
+    """Takes one part through the loop with LinuxCNC as its controller.
 
     Raises CTL-DIALECT for a job in another dialect, CTL-LINUXCNC where LinuxCNC is missing, CTL-PROGRAM where it stops
     a program with an error; the error names that program's file.
@@ -152,7 +152,7 @@ def drive_part(
 
 
 def paths_near_part(driven_mm: Array, profile: Profile, off_mm: float) -> tuple[CentrePath, ...]:
-    """The stretches of driven positions (n, 2) in which the nose centre is near its path `off_mm` off the profile.
+    """Returns the stretches of driven positions (n, 2) where the nose centre is near its path `off_mm` off the profile.
 
     The rest is in the air, where it would only be looked at in vain.
     """
@@ -165,7 +165,7 @@ def paths_near_part(driven_mm: Array, profile: Profile, off_mm: float) -> tuple[
 
 
 def surface_mm(profile: Profile, nose_radius_mm: float, stock: Stock, allowance_mm: float) -> Array:
-    """The true surface as a polyline (n, 2), chuck end first, with the bar behind it and its mirror beyond the axis."""
+    """Returns the true surface as a polyline (n, 2), chuck end first, the bar behind it, its mirror beyond the axis."""
     reachable = nose_centre_path(profile, nose_radius_mm + allowance_mm).reachable_mm
     points = []
     for feature, (low, high) in zip(profile.features, reachable, strict=True):

@@ -42,7 +42,7 @@ class Operator:
         self.until(lambda: True, PATIENCE_S)
 
     def heard(self, message: str) -> None:
-        """What is done with a message of an error: the first one counts."""
+        """Keeps the message of an error: the first one counts."""
         self.error = self.error or message
 
     def until(self, reached: Callable[[], bool], timeout_s: float) -> None:
@@ -67,7 +67,7 @@ class Operator:
         self.until(lambda: bool(self.status.echo_serial_number == self.command.serial), PATIENCE_S)
 
     def switch_on(self) -> None:
-        """Out of the emergency stop, on, and homed where it stands."""
+        """Takes the machine out of the emergency stop, switches it on and homes it where it stands."""
         self.command.state(linuxcnc.STATE_ESTOP_RESET)
         self.until(lambda: self.status.task_state == linuxcnc.STATE_ESTOP_RESET, PATIENCE_S)
         self.command.state(linuxcnc.STATE_ON)
@@ -118,7 +118,7 @@ class Operator:
 
 
 def drained() -> bool:
-    """Whether halsampler has taken every period out of the buffer: what it has not is lost when it ends."""
+    """Returns whether halsampler has emptied the buffer: what is left in it is lost when halsampler ends."""
     return int(subprocess.check_output(["halcmd", "getp", "sampler.0.curr-depth"])) == 0
 
 

@@ -41,7 +41,7 @@ class ProbedPart:
     lobing_phase_rad: float = 0.0
 
     def to_bytes(self) -> bytes:
-        """As the component reads it."""
+        """Returns the bytes that the component reads."""
         head = [len(self.surface_mm), self.ball_radius_mm, self.pre_travel_mm, self.lobing_mm, self.lobes]
         return np.concatenate([[*head, self.lobing_phase_rad], np.ravel(self.surface_mm)]).astype(np.float64).tobytes()
 
@@ -68,7 +68,7 @@ def probe(program: bytes, part: ProbedPart, log_name: str, progress: Progress | 
 
 @contextmanager
 def configuration(files: Mapping[str, bytes], modules: Mapping[str, bytes] | None = None) -> Iterator[Path]:
-    """A folder that holds the virtual lathe's configuration, with files added or in place of its own.
+    """Makes a folder with the virtual lathe's configuration, with files added or in place of its own.
 
     `files` lie in its `config`, `order.json` being the operator's; `modules` are laid over LinuxCNC's own.
     """
@@ -176,7 +176,7 @@ def _report(file: Path, progress: Progress) -> None:
 
 
 def answer(folder: Path) -> dict[str, Any]:
-    """What the operator left behind. Raises CTL-LINUXCNC with LinuxCNC's words where it left nothing."""
+    """Returns what the operator left behind. Raises CTL-LINUXCNC with LinuxCNC's words where it left nothing."""
     answer_file = folder / "config" / "answer.json"
     if not answer_file.exists():
         said = (folder / "linuxcnc.log").read_text(errors="replace").strip().splitlines()

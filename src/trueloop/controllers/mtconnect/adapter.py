@@ -43,7 +43,7 @@ class Adapter:
         self.agents: list[Agent] = []
 
     def tell(self, values: Mapping[str, Value]) -> None:
-        """What is observed now: agents are told what of it is new."""
+        """Takes over what is observed now and sends agents what of it is new."""
         new = {key: value for key, value in values.items() if self._values.get(key) != value}
         if not new:
             return
@@ -72,7 +72,7 @@ class Adapter:
             self.agents.remove(agent)
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """One agent, until it goes."""
+        """Serves one agent, until it goes."""
         address = writer.get_extra_info("peername")
         agent = Agent(writer, f"{address[0]}:{address[1]}" if address else "?")
         if len(self.agents) >= MOST:
@@ -95,7 +95,7 @@ class Adapter:
 
 
 def listening(host: str, port: int) -> socket.socket:
-    """A socket that listens. Raises MTC-ADDRESS."""
+    """Opens a socket that listens. Raises MTC-ADDRESS."""
     made = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
     try:
         made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

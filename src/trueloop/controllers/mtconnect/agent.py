@@ -60,19 +60,19 @@ class Said:
 
 
 def nothing(machine: Machine) -> dict[str, Value]:
-    """All items while nobody says anything."""
+    """Returns all items as they are while no state is known: unavailable."""
     return {item.key: NONE if item.condition else UNAVAILABLE for item in items(machine)}
 
 
 def pins_of(machine: Machine) -> list[str]:
-    """All pins that are asked for. A signal of the corrector comes with its age and the heartbeat."""
+    """Returns all pins that are read. A signal of the corrector comes with its age and the heartbeat."""
     named = [*machine.temperatures.values(), *machine.corrections.values(), machine.part_count]
     ages = [age for pin in named if (age := _age(pin))]
     return list(dict.fromkeys([*filter(None, named), *ages, *([HEARTBEAT] if ages else [])]))
 
 
 def observed(machine: Machine, said: Said, limits: Limits) -> dict[str, Value]:
-    """Every item's value, in the order of the items."""
+    """Returns every item's value, in the order of the items."""
     found = nothing(machine)
     if said.status is not None:
         found.update(_of_status(machine, said.status))
@@ -161,7 +161,7 @@ class Seen:
 
 
 def read(url: str, until: Callable[[], bool], say: Say, stop: threading.Event | None = None) -> Iterator[Seen]:
-    """What is current, then what comes, until `until` says so: it is asked after every answer.
+    """Yields what is current, then what comes, until `until` returns true: it is called after every answer.
 
     Raises MTC-AGENT where the agent does not answer, or not as one.
     """
@@ -180,7 +180,7 @@ def read(url: str, until: Callable[[], bool], say: Say, stop: threading.Event | 
 
 
 def for_seconds(seconds: float) -> Callable[[], bool]:
-    """Whether so long has passed since this call."""
+    """Returns a function that is true once so long has passed since this call."""
     end = time.monotonic() + seconds
     return lambda: time.monotonic() >= end
 
@@ -251,7 +251,7 @@ def _agent_refused(url: str, why: str) -> TrueloopError:
 
 
 def temperature_log(url: str, seen: Sequence[Seen]) -> str:
-    """CSV: `time_s` since 1970, NAME_degC. A temperature holds until another is said, or UNAVAILABLE.
+    """Returns CSV: `time_s` since 1970, NAME_degC. A temperature holds until the next value, or UNAVAILABLE.
 
     Raises MTC-AGENT where never all were known.
     """

@@ -28,7 +28,7 @@ NONE: Final = Condition(UNAVAILABLE)
 
 
 def lines(values: Mapping[str, Value], at: datetime) -> Iterator[str]:
-    """All plain values in one line, then a line for each condition."""
+    """Yields all plain values in one line, then a line for each condition."""
     stamp = f"{at.astimezone(UTC):%Y-%m-%dT%H:%M:%S}.{at.microsecond:06d}Z"
     plain = [f"{key}|{escaped(value)}" for key, value in values.items() if isinstance(value, str)]
     if plain:
@@ -39,7 +39,7 @@ def lines(values: Mapping[str, Value], at: datetime) -> Iterator[str]:
 
 
 def escaped(text: str) -> str:
-    """On one line, as one field: with a bar in it in quotes, the bar behind a backslash, as agents undo it."""
+    """Puts a text on one line, as one field: with a bar in it quoted, the bar behind a backslash, as agents undo it."""
     line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     if "|" not in line:
         return line.lstrip('"')  # a quote at the beginning opens a field that nothing would close
@@ -48,7 +48,7 @@ def escaped(text: str) -> str:
 
 
 def number(value: float, decimals: int) -> str:
-    """Without an exponent and without a minus before zero."""
+    """Formats a number without an exponent and without a minus before zero."""
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
@@ -94,12 +94,12 @@ class Item:
 
     @property
     def condition(self) -> bool:
-        """Whether it is normal or a fault, not a value."""
+        """Returns whether it is a condition (normal or a fault), not a value."""
         return self.category == "CONDITION"
 
 
 def items(machine: Machine) -> list[Item]:
-    """All of a machine, those of one component together."""
+    """Returns all items of a machine, those of one component together."""
     return [
         Item("avail", "AVAILABILITY", of=("Device", "")),
         *(
@@ -138,7 +138,7 @@ def _of_path() -> Iterator[Item]:
 
 
 def devices_xml(machine: Machine) -> bytes:
-    """`Devices.xml`, with which an agent is started."""
+    """Makes `Devices.xml`, with which an agent is started."""
     root = Element("MTConnectDevices", {"xmlns": NAMESPACE})
     header = {"creationTime": "1970-01-01T00:00:00Z", "sender": "trueloop", "instanceId": "0", "version": VERSION}
     SubElement(root, "Header", header | {"bufferSize": "1", "assetBufferSize": "1", "assetCount": "0"})

@@ -20,7 +20,7 @@ STATES = {linuxcnc.INTERP_IDLE: "IDLE", linuxcnc.INTERP_PAUSED: "PAUSED"}
 
 
 def is_up() -> bool:
-    """Whether LinuxCNC's process that reads programs is there."""
+    """Returns whether LinuxCNC's process that reads programs is there."""
     for process in Path("/proc").iterdir():
         with suppress(OSError):
             if process.name.isdigit() and (process / "comm").read_text().strip() == "milltask":
@@ -29,7 +29,7 @@ def is_up() -> bool:
 
 
 def status_of(stat: "linuxcnc.stat") -> dict[str, object]:
-    """What is told of the status; lengths in mm, angles in degrees, times in s. Raises linuxcnc.error."""
+    """Returns the reported part of the status; lengths in mm, angles in degrees, times in s. Raises linuxcnc.error."""
     stat.poll()
     mm = 1 / (stat.linear_units or 1.0)
     joints = range(stat.joints)
@@ -50,7 +50,7 @@ def status_of(stat: "linuxcnc.stat") -> dict[str, object]:
 
 
 def pin(name: str) -> "float | None":
-    """A pin's value; nothing where there is no such pin."""
+    """Returns a pin's value; nothing where there is no such pin."""
     try:
         return float(hal.get_value(name))
     except RuntimeError:

@@ -48,7 +48,7 @@ class _Alive:
 
 
 def run(source: Source, socket_: socket.socket, say: Say) -> None:
-    """Until SIGINT or SIGTERM."""
+    """Runs until SIGINT or SIGTERM."""
     asyncio.run(_run(source, socket_, say))
 
 

@@ -33,7 +33,7 @@ ONE_TOUCH: Mapping[str, str] = MappingProxyType(
 
 
 def probing_program(plan: ProbePlan, control: str, settings: Settings) -> str:
-    """The program that touches the plan's points.
+    """Writes the program that touches the plan's points.
 
     Raises PRB-LOG for a control that is not known, PRB-SECOND for a second touch where there can be none, PRB-AXIS.
     """

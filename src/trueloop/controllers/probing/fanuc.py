@@ -27,17 +27,17 @@ MISSED, OBSTRUCTED, TRIGGERED = 101, 102, 103
 
 
 def program(plan: ProbePlan, settings: Settings) -> str:
-    """G31, results in #5061 and #5062."""
+    """Writes a program with G31, results in #5061 and #5062."""
     return _skip_program(plan, settings, z_axis=2)
 
 
 def haas_program(plan: ProbePlan, settings: Settings) -> str:
-    """G31, results in #5061 and #5063."""
+    """Writes a program with G31, results in #5061 and #5063."""
     return _skip_program(plan, settings, z_axis=3)
 
 
 def macro_program(plan: ProbePlan, settings: Settings) -> str:
-    """P9810 and P9811. Raises PRB-AXIS for a point whose surface faces neither axis."""
+    """Writes a program with P9810 and P9811. Raises PRB-AXIS for a point whose surface faces neither axis."""
     lines = [*_begin(plan, settings), *(settings.probe_on or ("G65 P9832",)), "POPEN"]
     for touch in plan.touches:
         lines.append(_comment(f"point {touch.point} on {touch.feature}"))

@@ -12,7 +12,7 @@ from trueloop.probing.probe_plan import ProbePlan
 
 
 def program(plan: ProbePlan, settings: Settings) -> str:
-    """The program as text; X in diameters always, as the control takes it."""
+    """Writes the program; X in diameters always, as the control takes it."""
     settings = Settings(**{**vars(settings), "diameter": True})
     position, probe = (settings.feed(f) for f in (settings.position_feed_mm_per_min, settings.probe_feed_mm_per_min))
     x, z = settings.safe_first(plan)

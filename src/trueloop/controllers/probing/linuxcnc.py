@@ -15,7 +15,7 @@ RESULT = "(LOG," + " ".join(f"#{number}" for number in range(5061, 5070)) + ")"
 
 
 def program(plan: ProbePlan, settings: Settings) -> str:
-    """The program as text."""
+    """Writes the program."""
     lines = [f"({_plain(line)})" for line in heading(plan, settings)]
     unit, mode = "G20" if settings.inch else "G21", "G7" if settings.diameter else "G8"
     position, probe = (settings.feed(f) for f in (settings.position_feed_mm_per_min, settings.probe_feed_mm_per_min))

@@ -39,21 +39,21 @@ class Settings:
 
     @property
     def decimals(self) -> int:
-        """Of a length: 0.1 µm or 0.00001 in."""
+        """Returns the decimals of a length: 0.1 µm or 0.00001 in."""
         return 5 if self.inch else 4
 
     def words(self, point_mm: Point) -> str:
-        """`X… Z…` of the ball's centre, in the program's unit, X as a diameter where that is the mode."""
+        """Returns `X… Z…` of the ball's centre, in the program's unit, X as a diameter where that is the mode."""
         x, z = point_mm
         return f"X{self.number(x * (2.0 if self.diameter else 1.0))} Z{self.number(z)}"
 
     def number(self, length_mm: float) -> str:
-        """A length in program units, always with its decimal point."""
+        """Formats a length in program units, always with its decimal point."""
         text = f"{length_mm / self.unit_mm:.{self.decimals}f}".rstrip("0")
         return "0." if text in ("-0.", "0.") else text
 
     def added(self, vector_mm: Point) -> tuple[str, str]:
-        """What is added to X and to Z for a way along a vector: `+1.5`, in the program's unit, X as `words` has it."""
+        """Returns what is added to X and Z along a vector: `+1.5`, in the program's unit, X as `words` has it."""
         words = (word[1:] for word in self.words(vector_mm).split())
         x, z = (word if word.startswith("-") else f"+{word}" for word in words)
         return x, z
@@ -63,13 +63,13 @@ class Settings:
         return f"F{self.number(mm_per_min)}"
 
     def safe_first(self, plan: ProbePlan) -> tuple[str, str]:
-        """The way to the safe position from anywhere outside: first away from the axis, then along it."""
+        """Returns the way to the safe position from anywhere outside: first away from the axis, then along it."""
         x, z = self.words(plan.safe_mm).split()
         return x, z
 
 
 def heading(plan: ProbePlan, settings: Settings) -> list[str]:
-    """What a person at the control should know, without the control's comment marks."""
+    """Returns what a person at the control should know, without the control's comment marks."""
     mode = "diameters" if settings.diameter else "radii"
     return [
         f"Probing program for {settings.part}: {len(plan.touches)} touches",
@@ -89,7 +89,7 @@ def _second(plan: ProbePlan) -> list[str]:
 
 
 def settings_of(part: str, table: ProgramTable, probe: ProbeTable) -> Settings:
-    """The tables [program] and [probe] of a probe file as settings."""
+    """Converts the tables [program] and [probe] of a probe file to settings."""
     return Settings(
         part=part,
         inch=table.unit == "inch",

@@ -18,7 +18,7 @@ AT_START_MM = 0.05
 
 
 def program(plan: ProbePlan, settings: Settings) -> str:
-    """The program as text.
+    """Writes the program.
 
     A missed touch is written as `MISSED` and stops it with alarm 65000, an obstacle with 65001, a probe that is still
     triggered where the second touch begins with 65002. After any of them no move follows: the program ends, also when

@@ -16,7 +16,7 @@ _BY_HAND: Final = (BlockKind.REMOVE, BlockKind.MEASURE, BlockKind.RELEASE)
 
 
 def hold(order: OrderNow, request: Hold, by: By, now: datetime) -> Changes:
-    """Nothing more is offered for the part; what runs is not stopped. Raises FAC-STATE where nothing is left to do."""
+    """Holds a part: nothing more is offered for it; what runs goes on. Raises FAC-STATE where nothing is left to do."""
     part = order.part(request.part)
     if part.rejected or part.next is None:
         raise _state(part, "is done: there is nothing to hold", "look at its life")
@@ -25,10 +25,10 @@ def hold(order: OrderNow, request: Hold, by: By, now: datetime) -> Changes:
 
 
 def decide_step(order: OrderNow, request: DecideStep, by: By, now: datetime) -> Changes:
-    """Made: the step counts as recorded. Not made: it may be offered anew, under another key. Reject: it is the end.
+    """Decides a step. Made: it is recorded. Not made: it may be offered anew, under another key. Reject: it is the end.
 
     Only of a part that is held: what runs, or may run, is not decided over. Gauging whose touches are not here cannot
-    have been made; gauging that nothing was cut by yet may be said not made, and is done again. Raises FAC-STATE.
+    have been made; gauging that nothing was cut by yet may be decided as not made, and is done again. Raises FAC-STATE.
     """
     part, step = order.part(request.part), order.step(request.part, request.step)
     if part.state is not PartState.HELD:
@@ -74,7 +74,7 @@ def _again(part: PartNow, step: StepNow) -> StepNow:
 
 
 def arm(order: OrderNow, request: Arm, by: By, now: datetime) -> Changes:
-    """So many parts start without Cycle Start. Raises FAC-ARM away from the machine, or for too many parts."""
+    """Arms an order: so many parts start without Cycle Start. Raises FAC-ARM away from the machine, or for too many."""
     left = sum(one.next is not None and not one.rejected for one in order.parts)
     own = by.machine == order.order.machine.name
     at_machine = own if by.role is Role.CELL else request.at_machine
@@ -93,7 +93,7 @@ def arm(order: OrderNow, request: Arm, by: By, now: datetime) -> Changes:
 
 
 def record_step(order: OrderNow, request: RecordStep, by: By, now: datetime) -> Changes:
-    """A step without a program is done. Releasing takes an engineer. Raises FAC-STATE, FAC-HELD, FAC-ROLE."""
+    """Records a step without a program as done. Releasing takes an engineer. Raises FAC-STATE, FAC-HELD, FAC-ROLE."""
     part, step = order.part(request.part), order.step(request.part, request.step)
     _require_next(part, step, _BY_HAND)
     if step.kind is BlockKind.RELEASE and by.role is Role.OPERATOR:
@@ -108,7 +108,7 @@ def record_step(order: OrderNow, request: RecordStep, by: By, now: datetime) -> 
 
 
 def step_corrected(order: OrderNow, request: StepCorrected, by: By, now: datetime) -> Changes:
-    """The finish cuts that are to be corrected get the corrected program. Done twice it is done once.
+    """Gives the corrected program to the finish cuts that are to be corrected. Done twice it is done once.
 
     Nothing comes of touches in whose stead the part was gauged anew meanwhile: those have a task of their own.
     """
@@ -126,7 +126,7 @@ def step_corrected(order: OrderNow, request: StepCorrected, by: By, now: datetim
 
 
 def correction_refused(order: OrderNow, request: CorrectionRefused, by: By, now: datetime) -> Changes:
-    """The part is held, with what the loop refused it for; not for touches of an earlier gauging."""
+    """Holds the part, with what the loop refused it for; not for touches of an earlier gauging."""
     part, step = order.part(request.part), order.step(request.part, request.step)
     if part.rejected or step.state is StepState.RECORDED or part.gauged_by(step.no) != request.gauged_by:
         return Changes()

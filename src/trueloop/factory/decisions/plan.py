@@ -32,7 +32,7 @@ class NextFacts:
 
 
 def candidate(orders: Iterable[OrderNow]) -> tuple[OrderNow, PartNow] | None:
-    """Which part is next on a machine, by its orders in their order. A part that is in the machine comes first.
+    """Returns the part that is next on a machine, by its orders in their order. A part in the machine comes first.
 
     None: nothing is to be done, or the part in the machine is held, or waits for a person or a task.
     """
@@ -50,7 +50,7 @@ def candidate(orders: Iterable[OrderNow]) -> tuple[OrderNow, PartNow] | None:
 
 
 def next_block(facts: NextFacts, request: NextBlock, by: By, now: datetime) -> Changes:
-    """The block that the machine may run now, under a key of its own; asked again, the same under the same key.
+    """Offers the block that the machine may run now, under a key of its own; requested again, under the same key.
 
     A cell that asks does not run anything: a run that has started and not ended becomes unknown, and its part is held.
     Raises FAC errors for what is not in order.
@@ -94,7 +94,7 @@ def _otherwise(what: Candidate, run: Run) -> Changes:
 
 
 def left_unknown(order: OrderNow, part: PartNow, run: Run, but: str, now: datetime) -> Changes:
-    """A run that has started, of whose end nobody knows, and why that is said now: its part is held."""
+    """Marks a started run as unknown, with the reason why its end is not known: its part is held."""
     step = part.steps[run.step]
     why = f"step {step.no} ({step.kind}) started and did not end, {but}"
     fact = RunFact(run.key, FactKind.UNKNOWN, now, "service", {"why": why})
@@ -122,7 +122,7 @@ class PlanFacts:
 
 
 def plan_order(facts: PlanFacts, request: PlanOrder, by: By, now: datetime) -> Changes:
-    """The order, planned; its parts get their rows as it is kept. Raises FAC-PLAN, FAC-ORDERED, FAC-RELEASE."""
+    """Plans the order; its parts get their rows as it is kept. Raises FAC-PLAN, FAC-ORDERED, FAC-RELEASE."""
     for wrong in (*_wrong_parts(request), *_wrong_route(request)):
         raise TrueloopError(
             Code.FAC_PLAN, f"the order cannot be made: {wrong}", hint="change the order's route or parts"
@@ -148,7 +148,7 @@ def plan_order(facts: PlanFacts, request: PlanOrder, by: By, now: datetime) -> C
 
 
 def order_now(order: WorkOrder, number: int, rows: tuple[int, ...] = ()) -> OrderNow:
-    """An order of which nothing is made; without rows its parts are numbered from −1 downwards until they are kept."""
+    """Returns an order of which nothing is made; without rows its parts count from −1 downwards until they are kept."""
     numbered = rows or tuple(-1 - k for k in range(len(order.serials)))
     steps = tuple(
         StepNow(k, one.kind, program_sha256="" if one.corrected else one.program_sha256)

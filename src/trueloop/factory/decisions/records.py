@@ -38,7 +38,7 @@ class ProposalFacts:
 
 
 def release_program(facts: ProgramFacts, request: ask.ReleaseProgram, by: By, now: datetime) -> Changes:
-    """A program of the store is released, once. Raises FAC-UNKNOWN."""
+    """Releases a program of the store, once. Raises FAC-UNKNOWN."""
     if not facts.known:
         raise unknown("program", request.program_sha256[:16], "the store has no text of that hash")
     if facts.released:
@@ -49,7 +49,7 @@ def release_program(facts: ProgramFacts, request: ask.ReleaseProgram, by: By, no
 
 
 def record_transfer(facts: ProgramFacts, request: ask.RecordTransfer, by: By, now: datetime) -> Changes:
-    """A transfer, as it went. Raises FAC-RELEASE for a program sent that is not released."""
+    """Records a transfer, as it went. Raises FAC-RELEASE for a program sent that is not released."""
     if request.direction == "to" and not facts.released:
         raise not_released(request.program_sha256)
     row = {
@@ -62,7 +62,7 @@ def record_transfer(facts: ProgramFacts, request: ask.RecordTransfer, by: By, no
 
 
 def calibrated(facts: None, request: ask.Calibrated, by: By, now: datetime) -> Changes:
-    """The probe of a machine was calibrated."""
+    """Records that the probe of a machine was calibrated."""
     require_machine(by, request.machine)
     said = dumps(dict(request.values))
     row = {"machine": request.machine, "at": stamp(now), "who": by.name, "document": said}
@@ -71,7 +71,7 @@ def calibrated(facts: None, request: ask.Calibrated, by: By, now: datetime) -> C
 
 
 def certify(facts: Collection[int], request: ask.Certify, by: By, now: datetime) -> Changes:
-    """A certificate, kept. `facts` are rows of parts that exist. Raises FAC-UNKNOWN."""
+    """Keeps a certificate. `facts` are rows of parts that exist. Raises FAC-UNKNOWN."""
     if request.part not in facts:
         raise unknown("part", str(request.part), "the store has no such row")
     hashed = sha256(request.content).hexdigest()
@@ -82,7 +82,7 @@ def certify(facts: Collection[int], request: ask.Certify, by: By, now: datetime)
 
 
 def raise_alarm(facts: None, request: ask.RaiseAlarm, by: By, now: datetime) -> Changes:
-    """An alarm; a cell raises those of its own machine alone."""
+    """Raises an alarm; a cell raises those of its own machine alone."""
     require_machine(by, request.machine)
     row = {
         **{"at": stamp(now), "source": request.source, "code": request.code, "said": request.said},
@@ -94,7 +94,7 @@ def raise_alarm(facts: None, request: ask.RaiseAlarm, by: By, now: datetime) -> 
 
 
 def acknowledge(facts: bool | None, request: ask.Acknowledge, by: By, now: datetime) -> Changes:
-    """`facts`: whether it is acknowledged already; None: there is no such alarm. Raises FAC-UNKNOWN, FAC-STALE."""
+    """Acknowledges an alarm. `facts`: whether it already is; None: no such alarm. Raises FAC-UNKNOWN, FAC-STALE."""
     if facts is None:
         raise unknown("alarm", str(request.alarm), "the store has no such alarm")
     if facts:
@@ -118,7 +118,7 @@ def decide_proposal(facts: ProposalFacts, request: ask.DecideProposal, by: By, n
 
 
 def set_tool(facts: Edge | None, request: ask.SetTool, by: By, now: datetime) -> Changes:
-    """An edge was set. `facts`: the edge as the store has it. Raises FAC-UNKNOWN."""
+    """Records that an edge was set. `facts`: the edge as the store has it. Raises FAC-UNKNOWN."""
     if facts is None:
         raise unknown("edge", "/".join(request.edge), "the store has no such edge")
     event = EdgeEvent(facts, EdgeEventKind.SET, request.set_at, by.name)

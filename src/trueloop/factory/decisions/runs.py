@@ -17,7 +17,7 @@ from trueloop.storage.factory_tables import stamp
 
 
 def state_of(kind: BlockKind, run: Run, facts: Iterable[RunFact], touches: bool) -> StepState:
-    """The state, of all facts at once: in whatever order they arrive, and however often, it is the same.
+    """Returns the state, of all facts at once: in whatever order they arrive, and however often, it is the same.
 
     A cut is recorded once it ended; gauging once its touches are here too. An end outweighs that nobody knew of one. A
     run that failed after it had started is unknown, for the tool may have cut. `verified` counts only where what was
@@ -38,13 +38,13 @@ def state_of(kind: BlockKind, run: Run, facts: Iterable[RunFact], touches: bool)
 
 
 def verified(run: Run, facts: Iterable[RunFact]) -> bool:
-    """Whether a witness read back what was sent, and no one read back anything else."""
+    """Returns whether a witness read back what was sent, and no one read back anything else."""
     read = [one.values.get("read_back_sha256", "") for one in facts if one.what is FactKind.VERIFIED]
     return bool(read) and all(one == run.sent_sha256 for one in read)
 
 
 def read_back_otherwise(run: Run, facts: Iterable[RunFact]) -> str | None:
-    """The hash of what a control held instead of what was sent; None: no witness read back anything else."""
+    """Returns the hash of what a control held instead of what was sent; None: no witness read back anything else."""
     read = [one.values.get("read_back_sha256", "") for one in facts if one.what is FactKind.VERIFIED]
     return next((one for one in read if one != run.sent_sha256), None)
 
@@ -59,9 +59,9 @@ class SilenceFacts:
 
 
 def cell_silent(facts: SilenceFacts, request: CellSilent, by: By, now: datetime) -> Changes:
-    """The run becomes unknown and its part is held, unless it has ended or its cell was heard meanwhile.
+    """Makes the run unknown and holds its part, unless it has ended or its cell was heard meanwhile.
 
-    Asked again it changes nothing. An end that the program witnessed frees the part when the cell is heard again.
+    Repeated it changes nothing. An end that the program witnessed frees the part when the cell is heard again.
     """
     part, step = facts.order.part(request.part), facts.order.step(request.part, request.step)
     if step.state is not StepState.STARTED or facts.run is None or facts.heard_at is None:
@@ -96,7 +96,7 @@ class RunsFacts:
 
 
 def record_facts(facts: RunsFacts, request: RecordFacts, by: By, now: datetime) -> Changes:
-    """Every fact of a known run is kept, whatever it says. Raises FAC-UNKNOWN for a run that nobody offered."""
+    """Keeps every fact of a known run, whatever it is. Raises FAC-UNKNOWN for a run that nobody offered."""
     done = Changes(answer=tuple(dict.fromkeys(one.run for one in request.facts)))
     orders = dict(facts.orders)
     for key in done.answer:
@@ -114,7 +114,7 @@ def record_facts(facts: RunsFacts, request: RecordFacts, by: By, now: datetime) 
 
 
 def record_touches(facts: RunsFacts, request: RecordTouches, by: By, now: datetime) -> Changes:
-    """The file of touches of a gauging run, kept as it is. Sent twice it is one; another is refused.
+    """Keeps the file of touches of a gauging run as it is. Sent twice it is one; another is refused.
 
     Raises FAC-UNKNOWN, FAC-TOUCHES.
     """
@@ -217,7 +217,7 @@ def _left(order: OrderNow, part: PartNow, step: StepNow) -> OrderNow:
 
 
 def tasks_of(order: OrderNow, part: PartNow) -> tuple[NewTask, ...]:
-    """The correction, once all gauging before it is recorded and nothing holds the part."""
+    """Returns the correction task, once all gauging before it is recorded and nothing holds the part."""
     step = part.next
     if part.state is PartState.HELD or step is None or step.kind is not BlockKind.CORRECT:
         return ()

@@ -36,7 +36,7 @@ _OPEN: Final = tuple(
 
 
 def heard(store: Store, machine: str, said: Mapping[str, Any], by: By, now: datetime) -> None:
-    """What a cell says every two seconds: the latest counts, nothing is decided by it. Raises FAC-MACHINE."""
+    """Records a cell's report of every two seconds: the latest counts, it decides nothing. Raises FAC-MACHINE."""
     require_machine(by, machine)
     row = {"at": stamp(now), "document": json.dumps(dict(said))}
     with store.writing() as connection:
@@ -46,7 +46,7 @@ def heard(store: Store, machine: str, said: Mapping[str, Any], by: By, now: date
 
 
 def machines_now(store: Store, now: datetime) -> tuple[MachineNow, ...]:
-    """All machines that the store knows, by name."""
+    """Returns all machines that the store knows, by name."""
     with known_of(store) as known:
         return all_machines(known, now)
 
@@ -61,7 +61,7 @@ def all_machines(known: Known, now: datetime) -> tuple[MachineNow, ...]:
 
 
 def part_on(known: Known, machine: str) -> int | None:
-    """The row of the part that a machine is at; None: none that an order made."""
+    """Returns the row of the part that a machine is at; None: none that an order made."""
     found = _doing(known).get(machine)
     return None if found is None else int(found.part)
 
@@ -110,7 +110,7 @@ COLD: Final = timedelta(minutes=5)
 
 
 def machine_view(store: Store, name: str, now: datetime) -> MachineView:
-    """One machine. Raises FAC-UNKNOWN."""
+    """Returns one machine. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
         keys = select(func.count()).where(API_KEY.c.machine == name, API_KEY.c.ended_at.is_(None))
         return MachineView(
@@ -175,7 +175,7 @@ def _last_of_minutes(chosen: ColumnElement[bool]) -> Select[Any]:
 
 
 def tool_rows(store: Store) -> tuple[ToolRow, ...]:
-    """All edges; `parts`: how many parts each has cut."""
+    """Returns all edges; `parts`: how many parts each has cut."""
     cut = TABLES["cut"]
     with known_of(store) as known:
         count = select(cut.c.edge, func.count(cut.c.serial.distinct())).where(cut.c.edge.is_not(None))

@@ -50,7 +50,7 @@ def order_rows(
 
 
 def order_view(store: Store, order_id: str) -> OrderView:
-    """A whole order. Raises FAC-UNKNOWN."""
+    """Returns a whole order. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
         now = order_of(known, order_id)
         names = names_of(known, [one.program_sha256 for one in now.order.route.blocks])
@@ -109,7 +109,7 @@ _STATE: Final = PART_STATE.c.state.concat(literal_column("''"))
 
 
 def today(store: Store, now: datetime) -> Today:
-    """The whole page; the day begins at midnight in the zone of `now`."""
+    """Returns the whole page; the day begins at midnight in the zone of `now`."""
     began = stamp(now.replace(hour=0, minute=0, second=0, microsecond=0))
     with known_of(store) as known:
         waiting = (*_held(known), *_by_hand(known), *_to_start(known), *_proposed(known), *_alarms(known))

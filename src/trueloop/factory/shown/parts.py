@@ -78,7 +78,7 @@ def part_rows(
 
 
 def part_of(known: Known, number: int) -> tuple[PartRow, Part]:
-    """One part, and its value. Raises FAC-UNKNOWN."""
+    """Returns one part, and its value. Raises FAC-UNKNOWN."""
     row = known.connection.execute(_ONE, {"number": number}).one_or_none()
     if row is None:
         raise unknown("part", str(number), "the store has no such row")
@@ -87,7 +87,7 @@ def part_of(known: Known, number: int) -> tuple[PartRow, Part]:
 
 
 def row_of(known: Known, row: Any) -> PartRow:
-    """A part of its row, with what its order has made of it."""
+    """Makes a part from its row, with what its order has made of it."""
     return _row(known.codec.from_json(row.document, Part), row)
 
 
@@ -115,7 +115,7 @@ _OF_RUNS: Final[Mapping[type, Select[Any]]] = {Run: _of_runs(Run, "identity"), R
 
 
 def part_life(store: Store, number: int) -> PartLife:
-    """One part's life, all of it of one moment. Its `etag` is that of its order. Raises FAC-UNKNOWN."""
+    """Returns one part's life, all of it of one moment. Its `etag` is that of its order. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
         row, part = part_of(known, number)
         version = known.connection.scalar(_VERSION, {"order": row.order}) if row.order else None
@@ -132,7 +132,7 @@ def part_life(store: Store, number: int) -> PartLife:
 
 
 def events_of(known: Known, subject: str) -> Iterator[EventView]:
-    """The latest events of a subject, oldest first."""
+    """Yields the latest events of a subject, oldest first."""
     yield from (event_view(one) for one in reversed(known.rows(_EVENTS, subject=subject)))
 
 
@@ -177,7 +177,7 @@ def _inspection(found: Life, kept: Kept[Inspection]) -> InspectionView:
 
 
 def result(reading: Reading) -> Result:
-    """A reading against its limits: in, out; empty where it has none."""
+    """Compares a reading with its limits: in, out; empty where it has none."""
     nominal, actual = reading.nominal or 0.0, reading.actual
     low, high = reading.lower_limit, reading.upper_limit
     inside = (low is None or low <= actual) and (high is None or actual <= high)
@@ -190,7 +190,7 @@ def result(reading: Reading) -> Result:
 
 
 def correction_view(record: Record, cut_with: Mapping[str, Mapping[str, str]]) -> CorrectionView:
-    """A correction by its record; `cut_with`: what was said as its program was given to a finish cut, by id."""
+    """Makes a correction from its record; `cut_with`: what was stated with its program for a finish cut, by id."""
     program = cut_with.get(record.id, {}).get("program_sha256", "")
     source = ("", "") if record.program is None else (record.program.name, record.program.sha256)
     return CorrectionView(
@@ -209,7 +209,7 @@ NONE: Final[_Cpk] = (None, None, None)
 
 
 def cpk_of_today(known: Known, finished: Sequence[str], began: str) -> tuple[Cpk, ...]:
-    """Of the part types of which parts came to one of the states `finished` since `began`; the least first."""
+    """Returns Cpk by part type, where parts came to one of the states `finished` since `began`; the least first."""
     part = TABLES["part"]
     made = select(part.c.part_type).join(PART_STATE, PART_STATE.c.part == part.c.id).distinct()
     today = made.where(PART_STATE.c.changed_at >= began, PART_STATE.c.state.in_(finished))

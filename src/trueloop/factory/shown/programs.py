@@ -40,7 +40,7 @@ _RECORD: Final = re.compile(rb"\s+".join(f"{MARK}: record ([0-9a-f]{{16}})".enco
 
 
 def corrected_from(known: Known, shas: Sequence[str], unnamed: Sequence[str]) -> Mapping[str, CorrectedFrom]:
-    """By hash the programs that a correction wrote. Of `unnamed` ones that no order made, their own mark is read."""
+    """Returns by hash the programs that a correction wrote. Of `unnamed` ones without an order, their mark is read."""
     made = _by_orders(known, shas)
     made |= dict(_by_marks(known, [one for one in unnamed if one not in made]))
     records = _records(known, set(made.values()))
@@ -87,7 +87,7 @@ def _corrected_view(made: Correction[None]) -> CorrectedFrom:
 
 
 def proposal_views(store: Store, now: datetime, state: str | None = None) -> tuple[ProposalView, ...]:
-    """All proposals of a state, the latest first; of those that are open, why one may not be accepted now."""
+    """Returns all proposals of a state, the latest first; of open ones, why one may not be accepted now."""
     with known_of(store) as known:
         every = states_of(known)
     chosen = [one for one in every if state is None or one[1] == state]
@@ -99,7 +99,7 @@ def proposal_views(store: Store, now: datetime, state: str | None = None) -> tup
 
 
 def proposal_view(store: Store, number: str, now: datetime) -> ProposalView:
-    """One proposal by its id, with the corrections that the last part behind it was cut by. Raises FAC-UNKNOWN."""
+    """Returns one proposal by its id, with the corrections behind its last part. Raises FAC-UNKNOWN."""
     found = next((one for one in proposal_views(store, now) if one.id == number), None)
     if found is None:
         raise _unknown(number)
@@ -110,7 +110,7 @@ def proposal_view(store: Store, number: str, now: datetime) -> ProposalView:
 
 
 def proposal_picture(store: Store, number: str, say: Texts, *, dark: bool) -> str:
-    """What it does to the next part, as a picture (SVG). Raises FAC-UNKNOWN."""
+    """Draws what it does to the next part (SVG). Raises FAC-UNKNOWN."""
     title = say("What the proposal does to the next part: errors without it and with it, ± 95 %")
     drawn = svg(proposal_figure(_proposal(store, number).effects, say), title)
     return in_the_dark(drawn) if dark else drawn
@@ -129,7 +129,7 @@ def _unknown(number: str) -> TrueloopError:
 
 
 def states_of(known: Known) -> Sequence[tuple[Proposal, str, ProposalDecision | None]]:
-    """Every proposal with open, accepted, rejected or superseded, oldest first.
+    """Returns every proposal with open, accepted, rejected or superseded, oldest first.
 
     Superseded is what nobody decided before another proposal came for one of the same series.
     """
@@ -210,7 +210,7 @@ def program_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = None)
 
 
 def program_row(known: Known, sha: str) -> ProgramRow:
-    """One program. Raises FAC-UNKNOWN."""
+    """Returns one program. Raises FAC-UNKNOWN."""
     row = known.connection.execute(_ROWS.where(_TEXT.c.program_sha256 == sha)).first()
     if row is None:
         raise unknown("program", sha[:16], "the store has no text of that hash")
@@ -218,7 +218,7 @@ def program_row(known: Known, sha: str) -> ProgramRow:
 
 
 def text_of(store: Store, sha: str) -> bytes:
-    """A program's text. Raises FAC-UNKNOWN."""
+    """Returns a program's text. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
         text = program_text(known, sha)
     if text is None:
@@ -227,7 +227,7 @@ def text_of(store: Store, sha: str) -> bytes:
 
 
 def program_diff(store: Store, one: str, other: str) -> ProgramDiff:
-    """Two programs, their changed lines with a line around them. Raises FAC-UNKNOWN."""
+    """Compares two programs: their changed lines with a line around them. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
         rows = program_row(known, one), program_row(known, other)
         texts = [known.first(ProgramText, sha).content for sha in (one, other)]

@@ -26,13 +26,13 @@ T = TypeVar("T")
 
 @contextmanager
 def known_of(store: Store) -> Iterator[Known]:
-    """A transaction that reads."""
+    """Yields what is known in a transaction that reads."""
     with store.reading() as connection:
         yield Known(connection, store.codec)
 
 
 def before(query: Select[Any], key: ColumnElement[int], limit: int, cursor: str | None) -> Select[Any]:
-    """Newest first, from the cursor on, one row more than asked for. Raises FAC-UNKNOWN for no cursor of ours."""
+    """Selects newest first, from the cursor on, one row more than `limit`. Raises FAC-UNKNOWN for no cursor of ours."""
     if cursor is not None:
         if not cursor.isascii() or not cursor.isdigit() or len(cursor) > 18:
             raise TrueloopError(
@@ -46,19 +46,19 @@ def before(query: Select[Any], key: ColumnElement[int], limit: int, cursor: str 
 
 
 def size(limit: int) -> int:
-    """Of a page: at least one row, at most `MOST`."""
+    """Returns the size of a page: at least one row, at most `MOST`."""
     return min(max(limit, 1), MOST)
 
 
 def page_of(rows: list[Any], limit: int, key: Callable[[Any], int], make: Callable[[Any], T]) -> Page[T]:
-    """The rows but the one that was read to know of a next page."""
+    """Makes a page of the rows but the one that was read to know of a next page."""
     shown = rows[: size(limit)]
     more = len(rows) > len(shown)
     return Page(tuple(make(one) for one in shown), str(key(shown[-1])) if more else None)
 
 
 def time(text: str) -> datetime:
-    """A time as the tables have it."""
+    """Converts a time of the tables."""
     return datetime.fromisoformat(text)
 
 
@@ -70,21 +70,21 @@ _OF_PART = _CERTIFICATES.where(CERTIFICATE.c.part == bindparam("number")).order_
 
 
 def event_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = None) -> Page[EventView]:
-    """The event log, newest first."""
+    """Returns the event log, newest first."""
     with known_of(store) as known:
         rows = known.rows(before(select(EVENT), EVENT.c.id, limit, cursor))
     return page_of(rows, limit, _id, event_view)
 
 
 def events_after(store: Store, last: int, most: int = 200) -> tuple[EventView, ...]:
-    """What happened after an event, oldest first: for who listens."""
+    """Returns what happened after an event, oldest first, for whoever listens."""
     with known_of(store) as known:
         rows = known.rows(select(EVENT).where(EVENT.c.id > last).order_by(EVENT.c.id).limit(most))
     return tuple(event_view(one) for one in rows)
 
 
 def event_view(row: Any) -> EventView:
-    """An event of its row."""
+    """Makes an event from its row."""
     return EventView(row.id, time(row.at), row.who, row.what, row.subject, json.loads(row.document))
 
 
@@ -98,7 +98,7 @@ def alarm_rows(
 
 
 def alarms(*, open_only: bool) -> Select[Any]:
-    """All alarms with who acknowledged them, or only those that nobody did."""
+    """Selects all alarms with who acknowledged them, or only those that nobody did."""
     done = ALARM_ACKNOWLEDGED
     query = select(ALARM, done.c.who.label("seen_by"), done.c.at.label("seen_at"))
     query = query.select_from(ALARM.outerjoin(done, done.c.alarm == ALARM.c.id))
@@ -106,7 +106,7 @@ def alarms(*, open_only: bool) -> Select[Any]:
 
 
 def alarm_view(row: Any) -> AlarmView:
-    """An alarm of its row."""
+    """Makes an alarm from its row."""
     seen = None if row.seen_at is None else time(row.seen_at)
     said = (row.id, time(row.at), row.source, row.code, row.said, json.loads(row.document))
     return AlarmView(*said, row.seen_by or "", seen)
@@ -123,14 +123,14 @@ def transfer_rows(
 
 
 def last_transfers(known: Known) -> Mapping[str, TransferView]:
-    """The latest of each control, by its name."""
+    """Returns the latest transfer of each control, by its name."""
     latest = select(func.max(TRANSFER.c.id)).group_by(TRANSFER.c.control)
     rows = known.rows(select(TRANSFER).where(TRANSFER.c.id.in_(latest)))
     return {row.control: transfer_view(row) for row in rows}
 
 
 def transfer_view(row: Any) -> TransferView:
-    """A transfer of its row."""
+    """Makes a transfer from its row."""
     return TransferView(
         *(row.id, time(row.at), row.who, row.control, row.name, row.direction, row.sent_sha256, row.read_back_sha256),
         row.outcome,
@@ -145,12 +145,12 @@ def certificate_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = N
 
 
 def certificate_rows_of(known: Known, part: int) -> tuple[CertificateRow, ...]:
-    """Those of a part, oldest first."""
+    """Returns the certificates of a part, oldest first."""
     return tuple(_certificate(known, row) for row in known.rows(_OF_PART, number=part))
 
 
 def certificate_row(store: Store, part: int, sha256: str) -> CertificateRow:
-    """The last one of a part with this page. Raises FAC-UNKNOWN."""
+    """Returns the last certificate of a part with this page. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
         found = [one for one in certificate_rows_of(known, part) if one.sha256 == sha256]
     if not found:
@@ -159,7 +159,7 @@ def certificate_row(store: Store, part: int, sha256: str) -> CertificateRow:
 
 
 def certificate_content(store: Store, number: int) -> bytes:
-    """The page as it was certified. Raises FAC-UNKNOWN."""
+    """Returns the page as it was certified. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
         found = known.connection.scalar(select(CERTIFICATE.c.content).where(CERTIFICATE.c.id == number))
     if found is None:

@@ -24,7 +24,7 @@ Edges = Mapping[str, tuple[int, Edge]]
 
 
 def series_rows(store: Store, part_type: str | None = None) -> tuple[SeriesRow, ...]:
-    """The series of a part type, or of all; what is expected is of the next part."""
+    """Returns the series of a part type, or of all; what is expected is of the next part."""
     types = part_types(store) if part_type is None else (part_type,)
     books = [read_book(store, name, SeriesOptions()) for name in types]
     return tuple(_row(one) for book in books for one in book.tracked)
@@ -33,7 +33,7 @@ def series_rows(store: Store, part_type: str | None = None) -> tuple[SeriesRow, 
 def series_view(
     store: Store, part_type: str, characteristic: str, revision: str | None = None, say: Texts = ENGLISH
 ) -> SeriesView:
-    """One series with its parts; without a revision the latest nominal and limits. Raises SER-UNKNOWN."""
+    """Returns one series with its parts; without a revision the latest nominal and limits. Raises SER-UNKNOWN."""
     book = read_book(store, part_type, SeriesOptions()).named((characteristic,))
     chosen = [one for one in book.tracked if revision in (None, one.series.part_type.revision)]
     latest = [one for one in chosen if one.series.latest] or chosen

@@ -31,18 +31,18 @@ class Cell:
 
     @property
     def programs(self) -> Path:
-        """The folder of programs."""
+        """Returns the folder of programs."""
         return self.beside / self.settings.linuxcnc.programs
 
     @property
     def pace(self) -> Pace:
-        """How patient it is."""
+        """Returns how long the cell waits, from its settings."""
         table = self.settings.linuxcnc
         return Pace(patience=Patience(table.settled_s, table.start_s, table.away_s))
 
 
 def opened(path: Path) -> Cell:
-    """A cell. Connects to nothing yet. Raises CEL-FILE for settings, a key or certificates that cannot be used."""
+    """Opens a cell; connects to nothing yet. Raises CEL-FILE for unusable settings, keys or certificates."""
     found = read_cell(path)
     table, beside = found.model.cell, path.parent
     with found.at("cell", "key"):

@@ -17,7 +17,7 @@ Tell = Callable[[str], None]
 
 
 def run(cell: Cell, stop: threading.Event, tell: Tell) -> None:
-    """Works until it is told to stop; what the machine does goes on. `tell` gets what it waits for, as it changes.
+    """Works until `stop` is set; what the machine does goes on. `tell` gets what it waits for, as it changes.
 
     Raises CEL-JOURNAL, CTL-LINUXCNC and RTC-CONNECTION where it cannot begin, or must not go on.
     """

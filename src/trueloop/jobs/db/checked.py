@@ -52,7 +52,7 @@ class Facts:
 
 
 def odd_links(facts: Facts) -> Iterator[Finding]:
-    """STO-LOST: links and cuts that name what is not in the store, or what is superseded."""
+    """Yields STO-LOST: links and cuts that name what is not in the store, or what is superseded."""
     for link in facts.links:
         row = row_name(InspectionLink, link.row)
         if link.value.inspection not in facts.inspections:
@@ -65,7 +65,7 @@ def odd_links(facts: Facts) -> Iterator[Finding]:
 
 
 def odd_labels(facts: Facts) -> Iterator[Finding]:
-    """LAB-LINK: labels in the names of programs, and of the files of a record, against cuts and inspections."""
+    """Yields LAB-LINK: labels in the names of programs, and of a record's files, against cuts and inspections."""
     for cut in facts.cuts.values():
         name, part = facts.programs.get(cut.value.program_sha256, ""), cut.value.part
         for label in labels_in(PurePath(name).name):
@@ -81,7 +81,7 @@ def odd_labels(facts: Facts) -> Iterator[Finding]:
 
 
 def odd_order(facts: Facts) -> Iterator[Finding]:
-    """STO-ORDER: finish cuts of an edge whose order the facts contradict: an inspection before the cut before."""
+    """Yields STO-ORDER: finish cuts of an edge whose order the facts contradict: inspected before the cut before."""
     shown = {link.value.cut: facts.inspections.get(link.value.inspection) for link in facts.links}
     edges: dict[Identity, list[Kept[Cut]]] = {}
     for cut in facts.cuts.values():
@@ -97,7 +97,7 @@ def odd_order(facts: Facts) -> Iterator[Finding]:
 
 
 def odd_times(facts: Facts) -> Iterator[Finding]:
-    """STO-CLOCK: an inspection before the cut that it shows."""
+    """Yields STO-CLOCK: an inspection before the cut that it shows."""
     for link in facts.links:
         cut, inspection = facts.cuts.get(link.value.cut), facts.inspections.get(link.value.inspection)
         if cut is not None and inspection is not None:

@@ -51,7 +51,7 @@ def keep_lines(store: Store, lines: Iterable[Line], progress: Progress, source: 
 
 
 def back_up(store: Store, path: Path, progress: Progress) -> None:
-    """A copy of the store as a SQLite file, whole or not at all, while others go on writing.
+    """Copies the store to a SQLite file, whole or not at all, while others go on writing.
 
     Raises STO-EXISTS where there is such a file, OUT-FOLDER where it cannot be written.
     """
@@ -69,7 +69,7 @@ def back_up(store: Store, path: Path, progress: Progress) -> None:
 
 
 def restore(path: Path, place: str, progress: Progress) -> Copied:
-    """A new store of what a backup or an export holds: of a backup everything, of an export the values.
+    """Makes a new store from a backup or an export: of a backup everything, of an export the values.
 
     Raises STO-EXISTS, STO-EXPORT, STO-FILE, and STO-DAMAGED for a backup that is not as it was written.
     """

@@ -57,7 +57,7 @@ def export(store: Store, path: Path) -> int:
 
 
 def lines_of(store: Store) -> Iterator[Line]:
-    """All rows of a store as an export has them, as they are at one moment."""
+    """Yields all rows of a store as an export has them, as they are at one moment."""
     number = 1
     with store.reading() as connection:
         for kind in KINDS:
@@ -67,12 +67,12 @@ def lines_of(store: Store) -> Iterator[Line]:
 
 
 def is_export(beginning: bytes) -> bool:
-    """Whether a file that begins so was written by `export`."""
+    """Returns whether a file that begins so was written by `export`."""
     return beginning.lstrip(b"\xef\xbb\xbf \r\n").startswith(b"{") and MARK in beginning.split(b"\n")[0]
 
 
 def read_export(path: Path, codec: Codec) -> Iterator[Line]:
-    """The values of an export, in its order, read as they are asked for.
+    """Yields the values of an export, in its order, read one by one.
 
     Raises STO-EXPORT with the line where the file is not whole, STO-SCHEMA for that of a later version, VAL-FORM.
     """

@@ -52,12 +52,12 @@ class Row:
 
 
 def row_name(of: type, row: int) -> str:
-    """What commands call a row of a type of values by: `inspection:12`."""
+    """Returns the name by which commands call a row of a type of values: `inspection:12`."""
     return next(f"{name}:{row}" for name, kind in NAMES.items() if kind.type is of)
 
 
 def row_of(store: Store, of: type, row: int) -> Kept[Any] | None:
-    """A row of a type of values by its number, also one that is superseded; None: there is no such row."""
+    """Returns a row of a type of values by its number, also one that is superseded; None: there is no such row."""
     with store.reading() as connection:
         return next(found(connection, store.codec, Query(kind_of(of), superseded=True, row=row)), None)
 

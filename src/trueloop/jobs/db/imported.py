@@ -41,7 +41,7 @@ class Inspected:
 
 
 def read_inspections(path: Path, of: Inspected) -> tuple[Inspection, ...]:
-    """The inspections of a file, each with its part. Raises STO-PART, LAB-LINK, and what reading refuses."""
+    """Reads the inspections of a file, each with its part. Raises STO-PART, LAB-LINK, and what reading refuses."""
     files = None if of.job is None else JobFiles.of(of.job)
     read = _touches(path, files.job) if files is not None and _is_touches(path) else _measured(path, of, files)
     return tuple(_with_part(path, one, of, None if files is None else files.job) for one in read)
@@ -131,7 +131,7 @@ class Imported:
 
     @property
     def words(self) -> str:
-        """In a line, and one for each of the first rows."""
+        """Describes the import in a line, and one for each of the first rows."""
         lines = [f"  {name} {'kept' if new else 'is there already, not kept again'}" for name, new in self.rows[:SHOWN]]
         more = len(self.rows) - len(lines)
         return "\n".join(

@@ -38,7 +38,7 @@ class Entry:
 
 
 def life_of_part(store: Store, part: Part) -> tuple[Entry, ...]:
-    """All entries of a part by the time at which they happened, else were kept. Raises STO errors."""
+    """Returns all entries of a part by the time at which they happened, else were kept. Raises STO errors."""
     whole = life(store, part)
     entries = [*_inspections(whole), *_corrections(whole), *_cuts(whole), *_quarantines(store, whole)]
     entries += _superseded(store, part)

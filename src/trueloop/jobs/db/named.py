@@ -25,7 +25,7 @@ class NamedRow:
 
 
 def named(store: Store, what: str) -> NamedRow | Part:
-    """A row by its name (`inspection:12`), by the id of a record; or a part by serial number, TYPE/SERIAL or label.
+    """Finds a row by its name (`inspection:12`) or a record's id; or a part by serial number, TYPE/SERIAL or label.
 
     Raises STO-UNKNOWN where nothing in the store has that name, STO-SEVERAL where several parts have it.
     """
@@ -49,7 +49,7 @@ def named(store: Store, what: str) -> NamedRow | Part:
 
 
 def named_row(store: Store, what: str) -> NamedRow:
-    """A row by its name, also one that is superseded. Raises STO-UNKNOWN."""
+    """Finds a row by its name, also one that is superseded. Raises STO-UNKNOWN."""
     match = ROW.fullmatch(what)
     kind = NAMES.get(match[1]) if match else None
     if match is None or kind is None:

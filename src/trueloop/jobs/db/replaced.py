@@ -18,7 +18,7 @@ HINT: Final = "take what `trueloop db show ROW --json` printed, with what was wr
 
 
 def shown_row(store: Store, row: NamedRow) -> dict[str, object]:
-    """A row as `replace` takes it back: its value in the form of the codec under "value"."""
+    """Returns a row as `replace` takes it back: its value in the form of the codec under "value"."""
     kept = row.kept
     stated = {"row": kept.row, "kept_at": kept.kept_at.isoformat(), "by": kept.by, "why": kept.why}
     links = {"supersedes": kept.supersedes, "superseded_by": kept.superseded_by}

@@ -25,7 +25,7 @@ class Asked:
 
 
 def sources_of(store: Store, asked: Asked, part_type: str | None) -> Sources:
-    """The records of a part type, where its features lie, and the model. Raises DIA-NONE."""
+    """Collects the records of a part type, where its features lie, and the model. Raises DIA-NONE."""
     records = read_records(store, part_type)
     model = None if asked.model is None else given_model(asked.model)
     return Sources(store, records, _places(records, asked.job), model, asked.accept)

@@ -40,10 +40,10 @@ def given_model(path: Path) -> GivenModel:
 def both_of_machine(
     store: Store, given: GivenModel, part_types: Collection[str] = (), accept: Collection[str] = ()
 ) -> tuple[list[BothSeen], list[Finding]]:
-    """All parts of the model's machine, in the order in which they were kept; without those in quarantine.
+    """Returns all parts of the model's machine, in the order in which they were kept; without those in quarantine.
 
     Raises DIA-NONE where there is none, DIA-PART for a part of a machine of that name with another serial number, which
-    `accept` leaves out. A note DIA-MODEL says which parts were cut under another model.
+    `accept` leaves out. A note DIA-MODEL names which parts were cut under another model.
     """
     machine = given.model.machine
     kept = [one.value for one in find(store, BothInspections, machine=machine.name)]
@@ -64,7 +64,7 @@ def both_of_machine(
 
 
 def both_seen(one: BothInspections, inspections: Mapping[Identity, Inspection], model: MachineModel) -> BothSeen:
-    """As a diagnosis takes it. Raises DIA-PART where the inspections are not of the same points of that part."""
+    """Converts both inspections for a diagnosis. Raises DIA-PART where they are not of the same points of that part."""
     on_machine, on_cmm = (inspections.get(identity) for identity in (one.on_machine, one.on_cmm))
     if on_machine is None or on_cmm is None:
         raise _not_alike(one, "one of its two inspections is not in the store, or was superseded")
@@ -145,7 +145,7 @@ def _left_out(own: Collection[BothInspections], out: Collection[Identity]) -> It
 
 
 def cut_under_others(own: Collection[BothInspections], sha256: str) -> Iterator[Finding]:
-    """DIA-MODEL as a note: parts that were cut under another model than the one of that hash."""
+    """Yields DIA-MODEL as a note: parts that were cut under another model than the one of that hash."""
     others = [one for one in own if one.compensated and one.model_sha256 != sha256]
     if others:
         serials = [one.part.serial for one in others]

@@ -17,14 +17,14 @@ T = TypeVar("T", PartDiagnosisShape, SeriesDiagnosisShape)
 
 
 def part(store: Store, serial: str, asked: Asked) -> PartDiagnosisShape:
-    """One part that one edge cut, or what one edge cut of it. Raises DIA errors, and what job and model are refused
-    with.
+    """Diagnoses one part that one edge cut, or what one edge cut of it. Raises DIA errors, and those of job and
+    model.
     """
     return _only(parts(store, serial, asked))
 
 
 def parts(store: Store, serial: str, asked: Asked) -> list[PartDiagnosisShape]:
-    """One part: what each edge cut of it, where several did."""
+    """Diagnoses one part: what each edge cut of it, where several did."""
     return [_part(store, one, asked) for one in part_named(store, serial, asked.part_type).shares]
 
 
@@ -49,12 +49,12 @@ def _part(store: Store, named: Part, asked: Asked) -> PartDiagnosisShape:
 
 
 def series(store: Store, asked: Asked) -> SeriesDiagnosisShape:
-    """All parts of a type that one edge cut, or what one edge cut of them."""
+    """Diagnoses all parts of a type that one edge cut, or what one edge cut of them."""
     return _only(every_series(store, asked))
 
 
 def every_series(store: Store, asked: Asked) -> list[SeriesDiagnosisShape]:
-    """All parts of a type: what each edge cut of them, where several did."""
+    """Diagnoses all parts of a type: what each edge cut of them, where several did."""
     return [_series(store, name, asked) for name in types_of(store, asked.part_type)]
 
 

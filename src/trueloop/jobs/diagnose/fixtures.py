@@ -55,7 +55,7 @@ def fixture_of_part(store: Store, serial: str, asked: Asked, repeatability: Repe
 
 
 def shown(name: str, repeats: Sequence[Repeats], accept: Collection[str]) -> FixtureDiagnosisShape:
-    """What is unstable is shown here, and refused elsewhere."""
+    """Shows the fixturings of a machine, the unstable ones as findings, which are refused elsewhere."""
     findings = require_stable([("", one) for one in repeats], (*accept, Code.DIA_UNSTABLE))
     return fixture_shape(name, repeats, findings)
 

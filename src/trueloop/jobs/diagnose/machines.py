@@ -14,7 +14,7 @@ from trueloop.storage.store import Store
 def machine_of(
     store: Store, given: GivenModel, part_types: Collection[str], element: Mapping[str, str], accept: Collection[str]
 ) -> tuple[MachineDiagnosis, list[Finding]]:
-    """The model's verdict, and what is odd of the parts."""
+    """Diagnoses the model; returns its verdict, and the findings on the parts."""
     parts, findings = both_of_machine(store, given, part_types, accept)
     return diagnose_machine(given.model, parts, element, accept), findings
 
@@ -22,7 +22,7 @@ def machine_of(
 def machine(
     store: Store, model: Path, part_types: Collection[str], element: Mapping[str, str], accept: Collection[str]
 ) -> MachineDiagnosisShape:
-    """Which axis errors the model of a machine has wrong."""
+    """Determines which axis errors the model of a machine has wrong."""
     given = given_model(model)
     done, findings = machine_of(store, given, part_types, element, accept)
     return machine_shape(given, done, findings)

@@ -12,5 +12,5 @@ def quarantined_cuts(store: Store) -> frozenset[Identity]:
 
 
 def quarantined_parts(store: Store) -> frozenset[Identity]:
-    """The parts of those cuts: a cut's identity begins with its part's."""
+    """Returns the parts of the cuts in quarantine: a cut's identity begins with its part's."""
     return frozenset(cut[:3] for cut in quarantined_cuts(store))

@@ -35,7 +35,7 @@ class Records:
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """Those of which a finished surface was inspected, without those in quarantine."""
+        """Returns the parts of which a finished surface was inspected, without those in quarantine."""
         found = {one.part.identity: one.part for one in (kept.value for kept in self.inspections) if self.seen_by(one)}
         return tuple(part for identity, part in found.items() if identity not in self.out)
 
@@ -50,7 +50,7 @@ class Records:
         return tuple(dict.fromkeys(name for name in map(tool_of, self.cuts.values()) if name))
 
     def seen_by(self, one: Inspection) -> SeenBy | None:
-        """Which kind of device found it on a finished part; None: it was not finished yet.
+        """Returns the kind of device that inspected it as a finished part; None: it was not finished yet.
 
         Stated by a link to a cut, or by both inspections kept together; else touches are the machine's, anything else a
         gauge's or a measuring machine's.
@@ -65,7 +65,7 @@ class Records:
         return SeenBy.MACHINE if one.measured == "touches" else SeenBy.CMM
 
     def of_part(self, part: Part) -> Mapping[SeenBy, Inspection]:
-        """The latest inspection of a finished part by each kind of device."""
+        """Returns the latest inspection of a finished part by each kind of device."""
         found: dict[SeenBy, Inspection] = {}
         for one in (kept.value for kept in self.inspections):
             by = self.seen_by(one) if one.part.identity == part.identity else None
@@ -74,12 +74,12 @@ class Records:
         return found
 
     def kept_at(self, part: Part) -> int:
-        """The place of its first inspection among those kept."""
+        """Returns the place of its first inspection among those kept."""
         return next(k for k, kept in enumerate(self.inspections) if kept.value.part.identity == part.identity)
 
 
 def tool_of(cut: Cut) -> str:
-    """The name of the tool that cut, by its number where it has none; "" where nothing is stated."""
+    """Returns the name of the tool that cut, by its number where it has none; "" where nothing is stated."""
     if cut.setting is None:
         return ""
     tool = cut.setting.edge.tool
@@ -87,7 +87,7 @@ def tool_of(cut: Cut) -> str:
 
 
 def read_records(store: Store, part_type: str | None) -> Records:
-    """Of that part type, or of the only one. Raises DIA-NONE where the store holds none of it, or several."""
+    """Reads that part type, or the only one. Raises DIA-NONE where the store holds none of it, or several."""
     (name,) = types_of(store, part_type)[:1]
     cuts = [one.value for one in find(store, Cut, part_type=name)]
     standards = [one.value for one in find(store, StandardPart, part_type=name)]
@@ -108,8 +108,8 @@ def read_records(store: Store, part_type: str | None) -> Records:
 
 
 def part_named(store: Store, serial: str, part_type: str | None) -> WholePart:
-    """The part of that serial number, with what each edge cut of it. Raises DIA-NONE, with those that are written
-    alike, or where several have it.
+    """Returns the part of that serial number, with what each edge cut of it. Raises DIA-NONE, with those that are
+    written alike, or where several have it.
     """
     same = {one.value.identity: one.value for one in find(store, Part, serial=serial)}
     found = [one for one in joined_shares(same.values()) if part_type in (None, one.part.part_type.name)]
@@ -132,7 +132,7 @@ def part_named(store: Store, serial: str, part_type: str | None) -> WholePart:
 
 
 def types_of(store: Store, asked: str | None) -> tuple[str, ...]:
-    """The part type of that name, or the only one; of a part that several edges cut those of its shares.
+    """Returns the part type of that name, or the only one; of a part that several edges cut those of its shares.
 
     Raises DIA-NONE where the store holds none of it, or several.
     """

@@ -79,7 +79,7 @@ def refined(
 
 
 def guilty_of(model: MachineModel, errors: Sequence[str], done: MachineDiagnosis) -> list[Guilty]:
-    """The errors named, each with the signal that the diagnosis has it follow; `auto`: all of every set found.
+    """Returns the errors named, each with the signal that it follows in the diagnosis; `auto`: all of every set found.
 
     A set that the data cannot divide is refined as a whole: what its members share is corrected wherever it lies.
     """
@@ -102,7 +102,7 @@ def guilty_of(model: MachineModel, errors: Sequence[str], done: MachineDiagnosis
 
 
 def left_on_parts(done: MachineDiagnosis) -> LeftOnParts:
-    """As the refinement takes it."""
+    """Converts a diagnosis to the input of the refinement."""
     types = sorted({part.part_type for part in done.parts})
     kinds = np.array([types.index(part.part_type) for part in done.parts])
     seen, noise = done.seen, done.verdict.noise_mm

@@ -41,13 +41,13 @@ class Corrections:
 
     @classmethod
     def read(cls, store: Store, records: Records) -> "Corrections":
-        """All of a part type."""
+        """Reads all corrections of a part type."""
         sized = any(any(sizes_of(one.value)) for one in records.inspections)
         parts = read_book(store, records.part_type, SeriesOptions()).parts if sized else ()
         return cls({one.inspection.part.identity: one.correction_mm for one in parts}, records.corrections)
 
     def of(self, part: Part, cut: Cut | None, seen: Mapping[SeenBy, Inspection]) -> dict[tuple[str, str], float]:
-        """What was taken off, by feature and kind of error; 0 and missing are the same."""
+        """Returns what was taken off, by feature and kind of error; 0 and missing are the same."""
         taken: dict[tuple[str, str], float] = {}
         for name, kind, size_mm in (*self._proposed(part, seen), *self._programmed(cut)):
             taken[(name, str(kind))] = taken.get((name, str(kind)), 0.0) + size_mm
@@ -216,12 +216,12 @@ class _Settings:
         self.events = [one.value for one in find(store, EdgeEvent)] if self.cuts else []
 
     def count(self, cut: Cut) -> int:
-        """Which setting of its tool it was cut with, from 1."""
+        """Returns which setting of its tool it was cut with, from 1."""
         times = {_set_at(one) for one in self.cuts if tool_of(one) == tool_of(cut)}
         return sorted(times).index(_set_at(cut)) + 1
 
     def minutes(self, cut: Cut | None, tool: str) -> dict[str, float]:
-        """How long the edge had cut when this cut was done; empty where a cut of it says no time."""
+        """Returns how long the edge had cut when this cut was done; empty where one of its cuts has no time."""
         if cut is None or cut.setting is None:
             return {}
         key = _place(cut)

@@ -73,7 +73,7 @@ def machine_shape(
 
 
 def fixture_shape(machine: str, repeats: Iterable[Repeats], findings: Iterable[Finding]) -> FixtureDiagnosisShape:
-    """Each point that was read repeatedly."""
+    """Makes the shape of a fixture diagnosis, with each point that was read repeatedly."""
     return FixtureDiagnosisShape(
         machine=machine, fixturings=[_fixturing(one) for one in repeats], findings=findings_shape(findings)
     )

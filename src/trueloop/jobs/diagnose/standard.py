@@ -40,7 +40,7 @@ def keep_standard(
 
 
 def standard_of(part_type: str, serial: str) -> Part:
-    """A part by its names."""
+    """Makes a part from its names."""
     return Part(PartType(part_type), serial)
 
 

@@ -15,7 +15,7 @@ T = TypeVar("T", bound=Shape)
 def write_diagnosis(
     found: T, name: str, page: Callable[[T, Texts], str], folder: Path | None, language: Language, unit: LengthUnit
 ) -> list[str]:
-    """`name`.json and `name`.html in a folder, both or none; nothing without one. Raises OUT errors."""
+    """Writes `name`.json and `name`.html to a folder, both or none; nothing without one. Raises OUT errors."""
     if folder is None:
         return []
     contents = [

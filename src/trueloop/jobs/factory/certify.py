@@ -16,7 +16,7 @@ from trueloop.storage.store import Store, find
 
 
 def certify(store: Store, part: int, language: Language, by: By, now: datetime, u_um: float | None = None) -> str:
-    """The hash of the certificate's page, of the part in this row. Raises FAC-UNKNOWN, FAC-ROLE, and MON errors.
+    """Certifies the part in this row; returns the hash of the page. Raises FAC-UNKNOWN, FAC-ROLE, and MON errors.
 
     `u_um`: standard uncertainty of readings that state none.
     """

@@ -16,7 +16,7 @@ from trueloop.storage.store import Store, find
 
 
 def correction_page(store: Store, number: str, language: Language) -> str:
-    """One HTML file, by the id of the correction's record. Raises FAC-UNKNOWN, also for one of another product."""
+    """Returns one HTML file, by the id of the correction's record. Raises FAC-UNKNOWN, also for another product's."""
     made = _payload(store, number)
     if not isinstance(made, turned.Correction):
         raise _unknown(number)
@@ -24,13 +24,13 @@ def correction_page(store: Store, number: str, language: Language) -> str:
 
 
 def correction_curves(store: Store, number: str, say: Texts) -> tuple[CurvePicture, ...]:
-    """The error curves that have a picture; none of a correction of another product. Raises FAC-UNKNOWN."""
+    """Returns the error curves that have a picture; none of a correction of another product. Raises FAC-UNKNOWN."""
     made = _payload(store, number)
     return tuple(curve_pictures(made, say)) if isinstance(made, turned.Correction) else ()
 
 
 def curve_picture(store: Store, number: str, feature: int, say: Texts, *, narrow: bool, dark: bool) -> str:
-    """The picture (SVG) of one feature's error curve. Raises FAC-UNKNOWN."""
+    """Draws one feature's error curve (SVG). Raises FAC-UNKNOWN."""
     made = _payload(store, number)
     if not isinstance(made, turned.Correction):
         raise _unknown(number)

@@ -16,14 +16,14 @@ from trueloop.jobs.measure.probing import read_logged_touches, read_probing
 
 
 def programs_of(known: Known, order: WorkOrder) -> dict[str, bytes]:
-    """The texts of an order's semi-finish program and of the finish program that is to be corrected, by their kinds."""
+    """Returns the texts of an order's semi-finish program and of the finish program to be corrected, by their kinds."""
     blocks = {one.kind: one for one in order.route.blocks if one.corrected or one.kind is BlockKind.SEMIFINISH}
     return {kind.value: program_text(known, one.program_sha256) or b"" for kind, one in blocks.items()}
 
 
 @contextmanager
 def job_folder(order: WorkOrder, programs: Mapping[str, bytes], touches: bytes | None = None) -> Iterator[Path]:
-    """The path of the order's job, while programs and touches stand beside it as the job calls them.
+    """Yields the path of the order's job, while programs and touches stand beside it as the job calls them.
 
     Raises FAC-PLAN for names that lead to another folder. What is refused meanwhile names no folder of the service.
     """
@@ -46,7 +46,7 @@ def _read_log(job: Path, control: str) -> None:
 
 @contextmanager
 def unnamed_folder() -> Iterator[Path]:
-    """A folder for a while; what is refused meanwhile does not name it."""
+    """Yields a temporary folder; what is refused meanwhile does not name it."""
     with tempfile.TemporaryDirectory() as name:
         try:
             yield Path(name)
@@ -55,7 +55,7 @@ def unnamed_folder() -> Iterator[Path]:
 
 
 def without_folder(refused: TrueloopError, path: Path) -> TrueloopError:
-    """The same refusal, in which files of that folder stand by their names alone."""
+    """Returns the refusal with files of that folder by their names alone."""
     folder = f"{path}/"
     place = replace(refused.place, file=(refused.place.file or "").replace(folder, "") or None)
     return TrueloopError(

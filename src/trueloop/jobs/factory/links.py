@@ -13,7 +13,7 @@ from trueloop.storage.store import Store
 
 
 def links_view(store: Store, settings: Path | None, now: datetime) -> LinksView:
-    """All that the file names, and all that transfers were recorded of; no control is asked. Raises LNK-FILE."""
+    """Returns all links in the file, and all with recorded transfers; connects to no control. Raises LNK-FILE."""
     stated = [] if settings is None else list(_stated(settings))
     with known_of(store) as known:
         last = last_transfers(known)

@@ -27,7 +27,7 @@ OPTIONS: Final = MemoryOptions()
 
 
 def tool_memory(store: Store, row: int, say: Texts = ENGLISH) -> ToolMemory:
-    """The errors of an edge over the contact angle, by the number of its row, and what a next part would need.
+    """Returns an edge's errors over the contact angle, by the number of its row, and what a next part would need.
 
     Raises FAC-UNKNOWN, and what the store's records refuse.
     """

@@ -60,7 +60,7 @@ class Handed:
 
     @property
     def file(self) -> Path:
-        """Where it lies."""
+        """Returns the path of the file."""
         return Path(self.path)
 
 
@@ -72,7 +72,7 @@ class Inspected:
 
 
 def upload_view(handed: Handed) -> UploadView:
-    """The file as it is read; what it is refused for stands in the view."""
+    """Returns the file as it is read; what it is refused for stands in the view."""
     kind = handed.asked.kind or kind_of(handed)
     view = UploadView(handed.name, handed.sha256, handed.file.stat().st_size, kind)
     try:
@@ -88,7 +88,7 @@ def upload_view(handed: Handed) -> UploadView:
 
 
 def kind_of(handed: Handed) -> Kind:
-    """By the end of its name, else by what its first bytes are known as."""
+    """Determines the kind by the end of the file's name, else by its first bytes."""
     ending = Path(handed.name).suffix.lower()
     if ending in DRAWINGS:
         return "drawing"
@@ -101,7 +101,7 @@ def kind_of(handed: Handed) -> Kind:
 
 
 def program_read(handed: Handed) -> views.ProgramRead:
-    """A program with what is odd about it. Raises NC errors."""
+    """Reads a program with what is odd about it. Raises NC errors."""
     asked = handed.asked
     source, dialect = read_source(handed.file, asked.dialect)
     program = read_program(source, dialect, handed.name, asked.unit)
@@ -110,7 +110,7 @@ def program_read(handed: Handed) -> views.ProgramRead:
 
 
 def inspected(handed: Handed) -> Inspected:
-    """What was measured. Raises MSR, GEO and JOB errors, among them what the file's findings on the part are."""
+    """Returns what was measured. Raises MSR, GEO and JOB errors, among them the file's findings on the part."""
     found = _on_part(handed)
     for finding in (one for each in found.on_part for one in each.findings):
         if finding.severity is Severity.ERROR:

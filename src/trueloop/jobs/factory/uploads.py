@@ -42,7 +42,7 @@ def add_upload(store: Store, name: str, content: bytes, by: str, now: datetime) 
 
 
 def upload_of(store: Store, sha256: str, by: str) -> Upload:
-    """What this account handed over, by its hash: a number might be given to another file later. Raises FAC-UNKNOWN."""
+    """Returns this account's upload by its hash: a number might be given to another file later. Raises FAC-UNKNOWN."""
     mine = (UPLOAD.c.sha256 == sha256) & (UPLOAD.c.by == by)
     with store.reading() as connection:
         row = connection.execute(select(UPLOAD).where(mine).order_by(UPLOAD.c.id.desc()).limit(1)).one_or_none()
@@ -53,7 +53,7 @@ def upload_of(store: Store, sha256: str, by: str) -> Upload:
 
 @contextmanager
 def handed(store: Store, upload: Upload, asked: Asked) -> Iterator[Handed]:
-    """The file in a folder of its own for a while, with what the store knows of the order that is asked for.
+    """Yields the file in a temporary folder of its own, with what the store knows of the order that is requested.
 
     Its name there has letters, digits and `._-`, and the end of its own. Raises FAC-UNKNOWN.
     """

@@ -41,7 +41,7 @@ class Decomposed:
 
 
 def keep_both(of: Decomposed, part_type: str, serial: str, keeping: Keeping) -> KeptFacts | None:
-    """Keeps the part with what either device found on it, and how its machine stood; None: there is no store.
+    """Keeps the part with both devices' inspections and how its machine stood; None: there is no store.
 
     Raises STO-OTHER-PART for a file that is kept as another part's, and what keeping refuses.
     """

@@ -103,7 +103,7 @@ def _now() -> str:
 
 
 def readings_of(paths: Sequence[Path], chain: Chain, history: Path | None) -> Observations:
-    """All readings as one, with what the log says of the past. Raises MCH errors that name the file."""
+    """Joins all readings, with the log's past of each. Raises MCH errors that name the file."""
     past = read_history(history) if history else None
     read = [read_readings(path, chain, past) for path in paths]
     with in_file(paths[-1]):
@@ -131,7 +131,7 @@ def signals_of(
 
 
 def hashes_of(files: Sequence[Path]) -> dict[str, str]:
-    """By name: what a model was made from."""
+    """Returns the files' hashes by name: what a model was made from."""
     return {path.name: sha256_of(path.read_bytes()) for path in files}
 
 

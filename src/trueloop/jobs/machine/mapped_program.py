@@ -55,7 +55,7 @@ CHUNK: Final = 1 << 17
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
-    """A file some whole lines at a time. Raises NC-FILE where it cannot be read."""
+    """Yields a file some whole lines at a time. Raises NC-FILE where it cannot be read."""
     with readable(path, Code.NC_FILE, hint="name an NC program"), path.open("rb") as file:
         begun = False
         while lines := file.read(CHUNK) + file.readline():
@@ -158,7 +158,7 @@ class ModelFile:
 
     @property
     def sha256(self) -> str:
-        """By which the record knows it."""
+        """Returns the hash by which the record knows the file."""
         return sha256_of(self.file.read_bytes())
 
 

@@ -97,7 +97,7 @@ def keep_inspections(
     keeping: Keeping,
     names: Mapping[str, str] = MappingProxyType({}),
 ) -> KeptFacts | None:
-    """The same of inspections with the names of their files."""
+    """Keeps inspections with the names of their files."""
     files = JobFiles.of(job).with_serial(keeping.serial)
     store = store_of(job.parent, keeping.db, files.job.store.db)
     return None if store is None else keep_in(store, inspections, files, shown, keeping, names)
@@ -111,7 +111,7 @@ def keep_in(
     keeping: Keeping,
     names: Mapping[str, str] = MappingProxyType({}),
 ) -> KeptFacts:
-    """The same in a store that is open."""
+    """Keeps inspections in a store that is open."""
     several = files.job.tools or files.job.setups
     shares = _shares(files, inspections, names) if several else [_Share(files, inspections, names)]
     said = said_of_each(store, [one.files.job.part.name for one in shares], shown.cut) if several else [shown.cut]
@@ -281,7 +281,7 @@ def _no_points(one: Inspection) -> Finding:
 
 
 def no_edge(part: Part) -> Finding:
-    """The warning that a finish cut teaches nothing of an edge."""
+    """Makes the warning that a finish cut teaches nothing of an edge."""
     return Finding(
         Severity.WARNING,
         Code.STO_EDGE,

@@ -44,7 +44,7 @@ class PartOfJob:
 
 
 def read_part_of_job(path: Path) -> PartOfJob:
-    """The part of a job, whose touches need not exist yet. Raises JOB, GEO and NC errors."""
+    """Reads the part of a job, whose touches need not exist yet. Raises JOB, GEO and NC errors."""
     files = JobFiles.of(path)
     return PartOfJob(files.job.part.name, files.profile(), files.sources.files)
 
@@ -53,7 +53,7 @@ def read_part_of_job(path: Path) -> PartOfJob:
 def read_measured(
     path: Path, stated: Stated, part: PartOfJob | None = None, chosen: Chosen | None = None, axis: Axis | None = None
 ) -> FileOnPart:
-    """A file, and what of it is on the part. Raises MSR errors; what is odd about it on the part are findings."""
+    """Reads a file, and what of it is on the part. Raises MSR errors; what is odd about it on the part are findings."""
     names = feature_names(stated.mapping)
     file = read_measured_file(path, stated)
     inspections = _chosen(file, chosen or Chosen())

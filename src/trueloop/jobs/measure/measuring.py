@@ -40,7 +40,7 @@ class MeasuringJob:
 
 
 def read_measuring(path: Path, angles_deg: Sequence[float] = (0.0,), *, diameters: bool = False) -> MeasuringJob:
-    """The points of `gauging.points` and `gauging.spacing_mm`, else those of the job's touches.
+    """Reads the points of `gauging.points` and `gauging.spacing_mm`, else those of the job's touches.
 
     They stay clear of a feature's ends by the ball's radius where the job names a probe, else by 2.54 mm
     (`probing.plan.MARGIN_MM`). Raises JOB, GEO, TCH, TOL and PRB errors.
@@ -67,7 +67,7 @@ def read_measuring(path: Path, angles_deg: Sequence[float] = (0.0,), *, diameter
 
 
 def program_of(measuring: MeasuringJob, approach: CmmApproach, source: str) -> str:
-    """The DMIS program of all points, half plane by half plane, and of the diameters that the drawing asks for.
+    """Writes the DMIS program of all points, half plane by half plane, and of the diameters that the drawing requests.
 
     Raises PRB and TCH errors for what cannot be reached.
     """

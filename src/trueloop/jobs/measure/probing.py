@@ -70,7 +70,7 @@ def read_probing(path: Path) -> ProbingJob:
 
 
 def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> MatchedTouches:
-    """The touches of a log as part errors of the job's plan. Raises PRB errors that name the log and its line."""
+    """Converts a log's touches to part errors of the job's plan. Raises PRB errors that name the log and its line."""
     program = probing.probe.program
     logged = read_probe_log(log, control, inch=program.unit == "inch", diameter=program.x_is == "diameter")
     surfaces = control in REPORTING_SURFACES
@@ -86,13 +86,13 @@ def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> Matched
 
 
 def inspection_of_log(log: Path, touches: Sequence[Touch]) -> Inspection:
-    """The touches of a log as an inspection by the machine's own probe; of which part, the job says."""
+    """Makes an inspection by the machine's own probe of a log's touches; the job names the part."""
     sha256 = sha256_of(log.read_bytes())
     return Inspection(Part(PartType("")), "touches", sha256, len(touches), tuple(touches), device=DEVICES["machine"])
 
 
 def points_of_job(path: Path, job: Job, part: ReadPart, margin_mm: float) -> JobPoints:
-    """From the counts and spacing in the job, or, without any, where the job's touches are. Raises TCH errors.
+    """Returns the points by the job's counts and spacing, or, without any, those of its touches. Raises TCH errors.
 
     `margin_mm` is what stays free between the first and last point of a feature and the ends of what the nose reaches.
     """

@@ -24,7 +24,7 @@ class Mapped:
 def map_table(
     path: Path, output: Path | None, sheet: str = "", unit: Unit | None = None, given: Given | None = None
 ) -> Mapped:
-    """Proposes, writes and tries a mapping; `given` says columns as `propose` takes them.
+    """Proposes, writes and tries a mapping; `given` names columns as `propose` takes them.
 
     Where the table cannot be read by it, because a unit or a sign is stated nowhere, it is written all the same: there
     it is added. Raises MSR errors where there is no mapping to propose, OUT errors where it cannot be written.

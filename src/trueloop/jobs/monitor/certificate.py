@@ -35,7 +35,7 @@ from trueloop.wording import Um, wording
 def certificate_of(
     store: Store, serial: str, part_type: str | None, stated_u_um: float | None = None, who: str = ""
 ) -> CertificateShape:
-    """The certificate of a part. `stated_u_um`: standard uncertainty of readings that state none.
+    """Makes the certificate of a part. `stated_u_um`: standard uncertainty of readings that state none.
 
     Of a part that several edges or set-ups cut the certificate is of the whole. Raises MON-NONE for a part that the
     store does not know, of which it knows several, or that was not measured.
@@ -221,7 +221,7 @@ def _time(at: datetime) -> str:
 
 
 def write_certificate(shown: CertificateShape, folder: Path, language: Language, unit: LengthUnit) -> list[str]:
-    """certificate-SERIAL.json and .html in a folder, both or none. Raises OUT errors."""
+    """Writes certificate-SERIAL.json and .html to a folder, both or none. Raises OUT errors."""
     name = "certificate-" + "".join(one if one.isalnum() or one in "-_." else "_" for one in shown.serial)
     contents = [
         (f"{name}.json", (shown.model_dump_json(indent=1) + "\n").encode()),

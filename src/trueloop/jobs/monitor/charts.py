@@ -96,7 +96,7 @@ class StoredFacts:
 def stored_facts(
     store: Store, book: Book, failed: Mapping[str, tuple[tuple[datetime, str], ...]] | None = None
 ) -> StoredFacts:
-    """What the store holds of the parts of a book; `failed`: what checks of devices said, "" where they passed."""
+    """Collects what the store holds of a book's parts; `failed`: what checks of devices reported, "" where passed."""
     cuts = [one.value for one in find(store, Cut, part_type=book.part_type, stage=Stage.FINISH)]
     both = [one.value for one in find(store, BothInspections, part_type=book.part_type)]
     return StoredFacts(
@@ -134,7 +134,7 @@ def _utc(at: datetime) -> datetime:
 
 
 def charts_of(store: Store, part_type: str | None, names: Sequence[str], options: ChartOptions) -> ChartsShape:
-    """Charts of the characteristics asked for, () all; those of earlier nominals and limits are left out.
+    """Charts the characteristics requested, () all; those of earlier nominals and limits are left out.
 
     Raises SER-UNKNOWN for a part type that there is not, MON-NONE for a characteristic without values, MON-FEW where
     none of them has enough.
@@ -178,7 +178,7 @@ def _require_known(book: Book, names: Sequence[str]) -> None:
 
 
 def write_charts(shown: ChartsShape, folder: Path | None, language: Language, unit: LengthUnit) -> list[str]:
-    """monitor.json and monitor.html in a folder, both or none; nothing without one. Raises OUT errors."""
+    """Writes monitor.json and monitor.html to a folder, both or none; nothing without one. Raises OUT errors."""
     if folder is None:
         return []
     contents = [

@@ -16,7 +16,7 @@ from trueloop.storage.store import Store, find
 
 
 def gauges_of(store: Store, device: str | None) -> GaugesShape:
-    """The checks of a device, or of all. Raises MON-NONE where there is none."""
+    """Returns the checks of a device, or of all. Raises MON-NONE where there is none."""
     return gauges_shape(_checked(store, device))
 
 
@@ -28,7 +28,7 @@ def _checked(store: Store, device: str | None) -> tuple[GaugeSeries, ...]:
 
 
 def failed_checks(store: Store) -> Mapping[str, tuple[tuple[datetime, str], ...]]:
-    """By device: when it was checked, and what failed then in words; "" where nothing did."""
+    """Returns by device when it was checked, and what failed then in words; "" where nothing did."""
     try:
         checked = _checked(store, None)
     except TrueloopError as refused:
@@ -45,7 +45,7 @@ def failed_checks(store: Store) -> Mapping[str, tuple[tuple[datetime, str], ...]
 
 
 def write_gauges(shown: GaugesShape, folder: Path | None, language: Language, unit: LengthUnit) -> list[str]:
-    """gauges.json and gauges.html in a folder, both or none; nothing without one. Raises OUT errors."""
+    """Writes gauges.json and gauges.html to a folder, both or none; nothing without one. Raises OUT errors."""
     if folder is None:
         return []
     contents = [

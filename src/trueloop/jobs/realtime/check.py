@@ -22,7 +22,7 @@ OWN_PROGRAM = 1
 def check_run(
     samples: FilePath, model: FilePath, image: FilePath | None = None, *, slew_mm_per_s: float = 5.0
 ) -> Judged:
-    """The run against the model; with the `image` also against its table, with its tool and gate.
+    """Judges the run against the model; with the `image` also against its table, with its tool and gate.
 
     Raises RTC-SAMPLES for a run that cannot be judged, RTC-IMAGE, MCH-FILE.
     """
@@ -36,7 +36,7 @@ def check_run(
 
 
 def driven_run(samples: Samples, signals: Sequence[tuple[str, str]], tool_mm: Vector, file: str) -> DrivenRun:
-    """What a judge asks for. `signals`: name and unit of each; `tool_mm` while no tool offset is in force."""
+    """Prepares a run to be judged. `signals`: name and unit of each; `tool_mm` while no tool offset is in force."""
     columns = signal_columns(signals)
     missing = [column for column in columns if column not in samples.signals]
     in_force = np.isin(samples.count("phase"), FOLLOWS)

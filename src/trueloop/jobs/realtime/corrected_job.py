@@ -65,7 +65,7 @@ class CorrectedProgram:
 
 
 def table_of_job(job: FilePath, placing: Placing, keeping: Keeping | None = None) -> CorrectedProgram:
-    """The table of a job's correction, made as `trueloop compensate` makes it. Nothing is written or kept.
+    """Makes the table of a job's correction, as `trueloop compensate` makes it. Nothing is written or kept.
 
     Raises what reading and correcting refuse, RTC-TABLE where nobody says where the program stands, RTC-LINE,
     RTC-PATH-MODE, CTL-DIALECT.
@@ -76,7 +76,7 @@ def table_of_job(job: FilePath, placing: Placing, keeping: Keeping | None = None
 
 
 def table_of_record(record: str, placing: Placing, db: Choice = None) -> CorrectedProgram:
-    """The table of a correction kept in a store (`db`, else `trueloop.db` in the present folder), by its record's id.
+    """Makes the table of a correction kept in a store (`db`, else `trueloop.db` in the present folder), by record id.
 
     Raises STO errors, STO-UNKNOWN for a record that is not there, RTC-TABLE for one that corrects no turned part, and
     what `table_of_job` raises of tables.

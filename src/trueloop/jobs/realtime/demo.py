@@ -65,13 +65,13 @@ class Demo:
 
     @property
     def ratios(self) -> tuple[float, float]:
-        """RMS and worst of the part with the corrector to those of the part without errors."""
+        """Returns RMS and worst of the part with the corrector as ratios to those of the part without errors."""
         corrected, plain = self.parts[WITH], self.parts[NO_ERRORS]
         return corrected.rms_um / plain.rms_um, corrected.worst_um / plain.worst_um
 
 
 def demo(folder: Path, seed: int = 0, tell: Say = lambda doing: None) -> Demo:
-    """Everything, from the readings to the page.
+    """Runs the whole demonstration, from the readings to the page.
 
     Raises CTL-LINUXCNC where LinuxCNC is missing or did not run the whole program in two attempts, RTC-BUILD, OUT
     errors. Nothing is written of a run that was interrupted.

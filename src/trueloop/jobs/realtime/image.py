@@ -69,10 +69,10 @@ class MadeImage:
 
 
 def make_image(source: FilePath, options: ImageOptions | None = None) -> MadeImage:
-    """The image of a model (JSON), of a job (TOML), or of a kept correction (record.json, or its record's id).
+    """Makes the image of a model (JSON), of a job (TOML), or of a kept correction (record.json, or its record's id).
 
     Raises what reading and correcting refuse, MCH-MACHINE for another machine, RTC-MODEL, RTC-SIGNAL, RTC-TABLE, and
-    RTC-LIMIT where somewhere in travel and ranges more would be asked for than the limit lets pass.
+    RTC-LIMIT where somewhere in travel and ranges more would be requested than the limit allows.
     """
     options, path = options or ImageOptions(), Path(source)
     table = None if _is_model(path) else _table(path, options)

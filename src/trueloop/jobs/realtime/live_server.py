@@ -43,7 +43,7 @@ class LiveServer:
         return f"http://{self.host}:{self.port}/"
 
     def tell(self, tick: Mapping[str, Any]) -> None:
-        """All browsers, those included that come later."""
+        """Sends a tick to all browsers, those included that come later."""
         with self._changed:
             self._kept.append(json.dumps(tick, ensure_ascii=False, allow_nan=False))
             self._count += 1
@@ -65,7 +65,7 @@ class LiveServer:
         self.close("the record has ended")
 
     def after(self, seen: int) -> tuple[int, list[str], str]:
-        """What was told after so many; waits for it a while. The third is why it has ended, or ""."""
+        """Returns the ticks after so many; waits for them a while. The third is why it has ended, or ""."""
         with self._changed:
             if seen == self._count and not self._end:
                 self._changed.wait(WAIT_S)
@@ -78,7 +78,7 @@ def _handler(live: LiveServer, page: bytes) -> type[BaseHTTPRequestHandler]:
         """One request of a browser."""
 
         def do_GET(self) -> None:
-            """The page, its events, and nothing else."""
+            """Serves the page, its events, and nothing else."""
             if live.host == LOCAL and not _is_local(self.headers.get("Host", "")):
                 self.send_error(403)  # a page from elsewhere whose name leads here
             elif self.path == "/":

@@ -40,12 +40,12 @@ def prepared(path: Path) -> Prepared:
 
 
 def check(path: Path, wait_s: float) -> list[checking.Checked]:
-    """Every source read once. Raises as `prepared`."""
+    """Reads every source once. Raises as `prepared`."""
     return checking.checked(prepared(path).setup, wait_s, lambda: None)
 
 
 def run(path: Path, stop: threading.Event, say: Callable[[str], None]) -> None:
-    """The component, until `stop`. Raises as `prepared`, and RTC-CONNECTION."""
+    """Runs the component until `stop`. Raises as `prepared`, and RTC-CONNECTION."""
     hal, linuxcnc = linuxcnc_module("_hal"), linuxcnc_module("linuxcnc")
     given = prepared(path)
     component.run(given.setup, hal, linuxcnc, ImageProgram(given), stop, say)

@@ -53,13 +53,13 @@ class ToldService:
         self._thread = threading.Thread(target=self._work, daemon=True)
 
     def take(self, tick: Mapping[str, Any]) -> None:
-        """One stretch as `report.realtime.live.told` gives it; silence is none."""
+        """Queues one stretch as `report.realtime.live.told` gives it; silence is none."""
         if "from" in tick:
             values = {name: tick[name] for name in ("low", "high", "alarm", "said")}
             self._waiting.append({"from_s": tick["from"], "to_s": tick["to"], **values})
 
     def send(self) -> None:
-        """What waits, at once."""
+        """Sends what waits, at once."""
         stretches = [self._waiting.popleft() for _ in range(len(self._waiting))]
         if not stretches:
             return
@@ -150,7 +150,7 @@ class Result:
 
 
 def watch(order: Order, stopped: Callable[[], bool], tell: Callable[[str], None] = lambda words: None) -> Result:
-    """Records until it is stopped, the time is up, or LinuxCNC ends. `tell` is told where the live page is.
+    """Records until it is stopped, the time is up, or LinuxCNC ends. `tell` gets the live page's address.
 
     Raises RTC-CONNECTION where there is nothing to record, RTC-IMAGE for a file that is none, OUT-FOLDER where nothing
     can be written, CEL-FILE for settings of a cell that cannot be used. A service that is not reached ends nothing.

@@ -35,7 +35,7 @@ class Wanted:
 
 
 def wired(ini: Path, wanted: Wanted) -> Wiring:
-    """The lines to change and to add.
+    """Returns the lines to change and to add.
 
     Raises RTC-HAL for a configuration that the corrector cannot be put into, or that is of another machine than the
     image; RTC-IMAGE for an image of another serial number or program; OFS errors for another tool; JOB errors.

@@ -10,7 +10,7 @@ from trueloop.loops.turned import stored as turned
 
 @cache
 def store_codec() -> Codec:
-    """One codec that reads what those of the products write."""
+    """Makes one codec that reads what those of the products write."""
     types: dict[str, type] = {}
     for codec in (turned.CODEC, surface.CODEC, machine.CODEC):
         for name, kind in codec.types.items():

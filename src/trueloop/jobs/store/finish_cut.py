@@ -32,8 +32,8 @@ class SaidOfCut:
 
 
 def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turned.Correction]:
-    """The stored correction that a part was finished with: by the id, by the program's mark or hash, else as its finish
-    cut is known, else its last one.
+    """Returns the stored correction that a part was finished with: by the id, by the program's mark or hash, else as
+    its finish cut is known, else its last one.
 
     Raises STO-LINK where there is none, or where the one named was made for another part.
     """
@@ -53,8 +53,8 @@ def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turne
 
 
 def said_of_each(store: Store, part_types: Sequence[str], said: SaidOfCut) -> list[SaidOfCut]:
-    """What is said of the cuts of several edges or set-ups, by the names of their part types: a record and a program
-    are of those that have a correction which it is. Where none has, it is said of all, and refused there.
+    """Divides what is stated of the cuts of several edges or set-ups by their part types: a record and a program
+    are of those that have a correction which it is. Where none has, it is stated of all, and refused there.
     """
     known = [_knows(store, one, said) for one in part_types]
     if not any(known):
@@ -72,7 +72,7 @@ def _knows(store: Store, part_type: str, said: SaidOfCut) -> bool:
 
 
 def finish_cut(store: Store, part: Part, correction: Correction[turned.Correction], said: SaidOfCut) -> Cut:
-    """The finish cut of a part; one that is stored already gets what is said now. Raises STO-PROGRAM.
+    """Makes the finish cut of a part; one that is stored already gets what is stated now. Raises STO-PROGRAM.
 
     The feed is that of the program; depth of cut and material are given by whoever knows the job.
     """
@@ -108,7 +108,7 @@ def finish_cut(store: Store, part: Part, correction: Correction[turned.Correctio
 
 
 def made_for_other(store: Store, correction: Correction[Any], part: Part) -> str | None:
-    """The serial number of another part whose semi-finished surface a correction was made from; None: of none."""
+    """Returns the serial number of another part whose semi-finished surface gave a correction; None: of none."""
     inspections = correction.record.inspections
     if not inspections or any(one.part.identity == part.identity for one in inspections):
         return None
@@ -178,7 +178,7 @@ def _sha256(made: turned.Correction, ran: Ran | None, part: Part) -> str:
 
 
 def is_changed(correction: Correction[turned.Correction], part: Part, said: SaidOfCut) -> Iterator[Finding]:
-    """A warning where the text that ran has the correction's mark and is none of its programs."""
+    """Yields a warning where the text that ran has the correction's mark and is not one of its programs."""
     if said.program is not None and _by_text(correction.payload, said.program) is None:
         record = correction.record.id
         yield Finding(

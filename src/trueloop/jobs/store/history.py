@@ -39,15 +39,15 @@ class LivedPart:
 
     @property
     def of_machine(self) -> bool:
-        """Whether its correction took known errors of the machine out: then S is of the process alone, and so is
+        """Returns whether its correction took known errors of the machine out: then S is of the process alone, so is
         E = F + C where the instrument after the finish cut sees the machine's errors, which the program corrected.
         """
         return self.correction.payload.composed is not None
 
     @property
     def by_own_probe(self) -> bool:
-        """Whether the finish inspection is by the instrument that touched the part before: on the machine it does not
-        see what the machine repeats [6876 §3.5].
+        """Returns whether the finish inspection is by the instrument that touched the part before: on the machine it
+        does not see what the machine repeats [6876 §3.5].
         """
         before = {one.device for one in self.correction.record.inspections if one.device}
         return self.finish is not None and self.finish.device in before
@@ -56,10 +56,10 @@ class LivedPart:
 def history_of(
     store: Store, edge: Edge, also: Sequence[LivedPart] = (), of_machine: bool | None = None
 ) -> tuple[MadePart, ...]:
-    """The parts that an edge finished since it was mounted, in cutting order: without those superseded or quarantined,
-    and without parts of which no correction is known. `of_machine`: those that were corrected for known errors of the
-    machine, or those that were not, as their errors are not of the same; None: as the last of them. `also` are parts as
-    they are about to be kept. `order` counts from 0; `minutes_in_cut` is the edge's age as the cut began, None where
+    """Returns the parts that an edge finished since it was mounted, in cutting order: without those superseded or
+    quarantined, and without parts of which no correction is known. `of_machine`: those that were corrected for known
+    errors of the machine, or those that were not, as their errors differ; None: as the last of them. `also` are parts
+    as they are about to be kept. `order` counts from 0; `minutes_in_cut` is the edge's age as the cut began, None where
     the time of one of its earlier cuts is not known.
 
     Raises STO errors, and what the finish inspections refuse.
@@ -70,7 +70,7 @@ def history_of(
 
 
 def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequence[Cut] = ()) -> tuple[MadePart, ...]:
-    """The same, of some of what `life_of` gave; `also`: cuts in it that are not kept yet."""
+    """Returns the history of some of what `life_of` gave; `also`: cuts in it that are not kept yet."""
     ages = _ages_min(store, edge, also)
     return tuple(
         replace(
@@ -83,8 +83,8 @@ def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequ
 
 
 def life_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[LivedPart, ...]:
-    """The finish cuts of an edge since it was mounted, in cutting order, as `history_of` takes them, with what is
-    stored about each.
+    """Returns the finish cuts of an edge since it was mounted, in cutting order, as `history_of` takes them, with what
+    is stored about each.
     """
     given = {lived.cut.identity: lived for lived in also}
     stored = find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH)
@@ -113,13 +113,13 @@ def life_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[L
 
 
 def touched_at(correction: Correction[Any]) -> datetime | None:
-    """When the last of what a correction was made from was measured; None: not known of all."""
+    """Returns when the last of what a correction was made from was measured; None: not known of all."""
     times = [one.measured_at for one in correction.record.inspections]
     return max((one for one in times if one is not None), default=None) if None not in times else None
 
 
 def finish_inspection(store: Store, cut: Cut) -> Inspection | None:
-    """What a cut left, by the latest of the inspections that are linked to it: of those before the part left the
+    """Returns what a cut left, by the latest of the inspections linked to it: of those before the part left the
     machine, where there are any. The two do not see the same [6876 §3.5].
     """
     links = {kept.value.inspection: kept.value for kept in find(store, InspectionLink, cut=joined(cut.identity))}
@@ -131,7 +131,7 @@ def finish_inspection(store: Store, cut: Cut) -> Inspection | None:
 
 
 def errors_of(profile: Profile, inspection: Inspection) -> ErrorVectors | None:
-    """The part errors at places that an inspection found; None where it found none. Raises TCH errors."""
+    """Returns the part errors at places that an inspection measured; None where it measured none. Raises TCH errors."""
     touches = [matched.touch for matched in match_inspection(profile, inspection).touches]
     if not touches:
         return None
@@ -178,7 +178,7 @@ def _not_quarantined(store: Store, cuts: list[Kept[Cut]]) -> Iterator[Kept[Cut]]
 
 
 def quarantine_of(store: Store, cut: Cut) -> Quarantine | None:
-    """The latest that was said of whether a cut may teach anything; None: nothing was said, so it may."""
+    """Returns the latest statement of whether a cut may teach anything; None: there is none, so it may."""
     words = [one.value for one in find(store, Quarantine, cut=joined(cut.identity))]
     return max(words, key=lambda word: word.at, default=None)
 

@@ -12,7 +12,7 @@ from trueloop.storage.store import Store, find
 
 
 def order_in_doubt(store: Store, cut: Cut, inspected_at: datetime | None) -> Iterator[Finding]:
-    """A warning where the stated order and the times of an edge's finish cuts contradict each other."""
+    """Yields a warning where the stated order and the times of an edge's finish cuts contradict each other."""
     if cut.setting is None:
         return
     edge = joined(cut.setting.edge.identity)

@@ -92,7 +92,7 @@ def _compared(lived: LivedPart) -> Iterator[Obtained]:
 
 
 def alarms_of(serial: str, seen: Noticed, learns: bool) -> Iterator[Finding]:
-    """A warning with what may have happened; of a part that teaches, a note of touches that all others contradict."""
+    """Yields a warning with what may have happened; of a part that teaches, a note of touches all others contradict."""
     if seen.alarms:
         chance = seen.alarms[0].probability
         yield Finding(

@@ -35,7 +35,7 @@ def keep_correction(store: Store, inputs: Inputs, correction: Correction, keepin
 
 
 def keep_corrections(store: Store, made: Sequence[tuple[Inputs, Correction]], keeping: Keeping) -> KeptFacts:
-    """The same of several, each of a part of its own: all of them or none."""
+    """Keeps several corrections, each of a part of its own: all of them or none."""
     facts, findings = list[Any](), list[Finding]()
     for inputs, correction in made:
         findings += _noticed(store, inputs, keeping)
@@ -58,13 +58,13 @@ def _noticed(store: Store, inputs: Inputs, keeping: Keeping) -> list[Finding]:
 
 
 def part_of(inputs: Inputs) -> Part:
-    """The part that was measured."""
+    """Returns the part that was measured."""
     serials = [one.part.serial for one in inputs.inspections if one.part.serial]
     return Part(inputs.part, serials[0] if serials else "")
 
 
 def touched_cut(inputs: Inputs, correction: Correction, part: Part) -> Cut:
-    """The cut whose surface was measured: of a finished part its finish cut, with what was in force."""
+    """Returns the cut whose surface was measured: of a finished part its finish cut, with what was in force."""
     finished, force = inputs.measured_finished, inputs.in_force.cut_with
     cutting = inputs.program if finished else inputs.semifinish
     sha256 = "" if cutting is None else sha256_of(cutting.source)
@@ -80,7 +80,7 @@ def touched_cut(inputs: Inputs, correction: Correction, part: Part) -> Cut:
 
 
 def facts_of(inputs: Inputs, correction: Correction, touched: Cut) -> tuple[Any, ...]:
-    """What a correction says has happened."""
+    """Returns the facts that a correction states."""
     semifinish = None if inputs.semifinish is None else inputs.semifinish.source
     texts = (correction.source_program, semifinish, correction.corrected_program, correction.offsets_program)
     return (touched.part, touched, *_inspected(inputs.inspections, touched), *texts_of(texts), enveloped(correction))

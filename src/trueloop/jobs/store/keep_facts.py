@@ -53,12 +53,12 @@ class KeptFacts:
 
     @property
     def new(self) -> tuple[Kept[Any], ...]:
-        """Those that were not there before."""
+        """Returns those that were not there before."""
         return tuple(one for one in self.kept if one.new)
 
     @property
     def words(self) -> str:
-        """One line: what is new, or that nothing is."""
+        """Returns one line: what is new, or that nothing is."""
         counts = Counter(_names(one.value) for one in self.new)
         said = [f"{counts[names]} {names[counts[names] > 1]}" for names in (*NAMES.values(), LIFTED) if counts[names]]
         return f"kept in {self.where}: {', '.join(said)}" if said else f"{self.where}: all of it is kept already"
@@ -96,13 +96,13 @@ def _naming_override() -> Iterator[None]:
 
 
 def latest(store: Store, value: T) -> Kept[T] | None:
-    """The stored value of the same type and identity that counts."""
+    """Returns the stored value of the same type and identity that counts; None: there is none."""
     identity = joined(tuple(map(str, value.identity)))  # type: ignore[attr-defined]
     return next(iter(reversed(find(store, type(value), identity=identity))), None)
 
 
 def as_stored(store: Store, value: Any) -> Any:
-    """A correction with the time and the name of the stored one, where these are all that differs."""
+    """Returns a correction with the time and the name of the stored one, where these are all that differs."""
     known = latest(store, value) if isinstance(value, Correction) else None
     if known is None:
         return value
@@ -112,7 +112,7 @@ def as_stored(store: Store, value: Any) -> Any:
 
 
 def with_maker(correction: Correction[Any], made_at: str, made_by: str, version: str) -> Correction[Any]:
-    """The correction as made then, by that person and that version; also in a payload that repeats the record."""
+    """Returns the correction as made then, by that person and version; also in a payload that repeats the record."""
     record = replace(correction.record, made_at=made_at, made_by=made_by, trueloop_version=version)
     payload = correction.payload
     if getattr(payload, "record", None) == correction.record:

@@ -27,7 +27,7 @@ class Keeping:
 
 @contextmanager
 def accepting(codes: Collection[str], findings: list[Finding]) -> Iterator[None]:
-    """A refusal of one of these codes becomes a warning among the findings, if it has an override at all."""
+    """Turns a refusal of one of these codes into a warning among the findings, if it has an override at all."""
     try:
         yield
     except TrueloopError as refused:
@@ -39,7 +39,7 @@ def accepting(codes: Collection[str], findings: list[Finding]) -> Iterator[None]
 
 @contextmanager
 def kept_all_the_same(kept: "KeptFacts | None") -> Iterator[None]:
-    """A refusal to write the outputs says that the store has what they would have held; None: there is no store."""
+    """Adds to a refusal to write the outputs that the store has their content; None: there is no store."""
     try:
         yield
     except TrueloopError as refused:

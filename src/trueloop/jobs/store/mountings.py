@@ -11,10 +11,10 @@ from trueloop.storage.store import Kept, Store, find
 
 
 def since_mounting(store: Store, edge: Edge, cuts: Sequence[Kept[Cut]]) -> list[Kept[Cut]]:
-    """The cuts since the latest mounting of an edge, each with its setting by the events of the edge.
+    """Returns the cuts since the latest mounting of an edge, each with its setting by the events of the edge.
 
-    A new insert of the same designation has another form: what earlier ones cut says nothing of it. A cut said to be
-    after the edge was turned away or removed is another edge's (EDG-ENDED names it). A cut of unknown time counts as
+    A new insert of the same designation has another form: what earlier ones cut tells nothing of it. A cut stated to
+    be after the edge was turned away or removed is another edge's (EDG-ENDED names it). A cut of unknown time counts as
     long as there was one mounting alone. Without events the cuts are as they were kept.
     """
     known = lives(kept.value for kept in find(store, EdgeEvent, edge=joined(edge.identity)))

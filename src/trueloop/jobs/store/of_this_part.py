@@ -39,19 +39,19 @@ def require_file_of_part(store: Store, inspection: Inspection) -> None:
 
 
 def cuts_of(store: Store, part: Part, stage: Stage) -> list[Cut]:
-    """The cuts of a part of that stage, oldest first."""
+    """Returns the cuts of a part of that stage, oldest first."""
     found = find(store, Cut, part_type=part.part_type.name, serial=part.serial, stage=stage)
     return [one.value for one in found if one.value.part.identity == part.identity]
 
 
 def link_of(store: Store, inspection: Inspection) -> InspectionLink | None:
-    """Which cut an inspection is known to show."""
+    """Returns the link to the cut that an inspection shows; None: it is not known."""
     kept = find(store, InspectionLink, identity=joined(inspection.identity))
     return kept[-1].value if kept else None
 
 
 def as_known(store: Store, inspection: Inspection) -> Inspection:
-    """The inspection as it was kept of the same file and part, where nothing says now when it was measured."""
+    """Returns the inspection as it was kept of the same file and part, where it has no time of measurement now."""
     if inspection.measured_at is not None:
         return inspection
     kept = (one.value for one in find(store, Inspection, file_sha256=inspection.sha256))
@@ -60,7 +60,7 @@ def as_known(store: Store, inspection: Inspection) -> Inspection:
 
 
 def finished_already(store: Store, inspections: Sequence[Inspection]) -> Iterator[Finding]:
-    """A warning where a part's finish cut was kept before new touches of its semi-finished surface."""
+    """Yields a warning where a part's finish cut was kept before new touches of its semi-finished surface."""
     for one in inspections[:1]:
         known = find(store, Inspection, identity=joined(one.identity))
         if not known and cuts_of(store, one.part, Stage.FINISH):

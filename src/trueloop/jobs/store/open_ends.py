@@ -20,7 +20,7 @@ def parts_without_inspection(store: Store, edge: Edge) -> tuple[Part, ...]:
 
 
 def without_inspection(store: Store, edge: Edge, but: Part) -> Iterator[Finding]:
-    """A note of the parts of an edge whose finish cut was not inspected, besides the one at hand."""
+    """Yields a note of the parts of an edge whose finish cut was not inspected, besides the one at hand."""
     parts = [part for part in parts_without_inspection(store, edge) if part.identity != but.identity]
     if parts:
         serials = [part.serial for part in parts]

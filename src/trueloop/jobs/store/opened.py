@@ -14,7 +14,7 @@ NO_STORE: Final = "make one by `trueloop db init`, or name one by --db"
 
 
 def opened(db: Choice, *, read_only: bool = False, held_open: int = 0) -> "Store":
-    """The store asked for, else `trueloop.db` in the present folder. Raises STO errors."""
+    """Opens the requested store, else `trueloop.db` in the present folder. Raises STO errors."""
     from trueloop.jobs.store.codec import store_codec
     from trueloop.storage.store import open_store
 
@@ -46,7 +46,7 @@ def migrated(db: str | None) -> tuple[str, str, str]:
 
 
 def made(place: str) -> "Store":
-    """A new, empty store. Raises STO-EXISTS where there is anything already, STO-FILE and STO-WRITE."""
+    """Makes a new, empty store. Raises STO-EXISTS where there is anything already, STO-FILE and STO-WRITE."""
     from trueloop.jobs.store.codec import store_codec
     from trueloop.storage.store import open_store
 

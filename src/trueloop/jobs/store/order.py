@@ -34,12 +34,12 @@ class Ordered:
 
 
 def cutting_order(cuts: Sequence[Dated]) -> Ordered:
-    """By the stated order where all have one, else by the time of the cut, of the inspection, of the touches, else as
-    they were stored.
+    """Orders cuts by the stated order where all have one, else by the time of the cut, of the inspection, of the
+    touches, else as they were stored.
 
-    In doubt are cuts that say so, and the fewest without which the stated orders, these times and, where no order and
-    no time of the cut is stated, the serial numbers agree: a part was inspected before one that is said to have been
-    cut earlier.
+    In doubt are cuts that are marked so, and the fewest without which the stated orders, these times and, where no
+    order and no time of the cut is stated, the serial numbers agree: a part was inspected before one that is stated
+    to have been cut earlier.
     """
     stated = [None if one.cut.order is None else float(one.cut.order) for one in cuts]
     made, inspected = _times([one.cut.at for one in cuts]), _times([one.inspected_at for one in cuts])

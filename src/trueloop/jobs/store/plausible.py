@@ -20,7 +20,7 @@ errors this many times as large as those, and as the bands of the prediction, ha
 
 
 def other_points(part: Part, before: Correction, after: ErrorVectors) -> Iterator[Finding]:
-    """A warning where the points are not those that were touched before the finish cut.
+    """Yields a warning where the points are not those that were touched before the finish cut.
 
     With memory few are touched: more that are inspected then are no other plan.
     """

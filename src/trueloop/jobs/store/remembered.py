@@ -10,7 +10,7 @@ from trueloop.wording import wording
 
 
 def with_history(store: Store, inputs: Inputs) -> Inputs:
-    """The job with the parts of its edge that were cut before its own; as it is where no edge is stated.
+    """Returns the job with the parts of its edge that were cut before its own; unchanged where no edge is stated.
 
     A job that is run again for a part long finished gets what was known then, and gives the same again. Raises STO
     errors.

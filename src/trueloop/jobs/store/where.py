@@ -28,7 +28,7 @@ def place_of_store(job_folder: Path, db: Choice, job_db: str | None) -> str | No
 
 
 def store_of(job_folder: Path, db: Choice, job_db: str | None) -> "Store | None":
-    """That store, open, with the types of all products; None: a job without a store. Raises STO errors."""
+    """Opens that store with the types of all products; None: a job without a store. Raises STO errors."""
     place = place_of_store(job_folder, db, job_db)
     if place is None:
         return None

@@ -34,7 +34,7 @@ class Added:
 
 
 def with_store(read: "ReadSurface", db: Choice, *, keep_outliers: bool = False) -> Together:
-    """The job with the parts of the store asked for, else of the one beside it; as it is where there is none.
+    """Returns the job with the parts of the store requested, else of the one beside it; unchanged where there is none.
 
     `keep_outliers`: parts that are outlying beyond doubt count for the pattern too. Raises STO and SRF errors.
     """

@@ -38,7 +38,7 @@ def corrected_files(read: ReadSurface, done: RecordedCorrection) -> tuple[list[N
 
 
 def pattern_files(read: ReadSurface, found: SurfaceModel, magnify: float) -> tuple[list[Named], list[str]]:
-    """All files of a pattern; a note where there is no CAD kernel, and so no CAD files."""
+    """Returns all files of a pattern; a note where there is no CAD kernel, and so no CAD files."""
     cad, written, notes = _cad_files(read, found, magnify)
     return [*cad, *_report_files(read.inputs.name, found, written=written)], notes
 

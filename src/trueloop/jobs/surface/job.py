@@ -137,7 +137,7 @@ def compare_jobs(before: ReadSurface, after: ReadSurface, work: Work = HERE) -> 
 
 
 def read_nominal(path: Path, face: int | None, *, flip: bool) -> Surface:
-    """The nominal surface: a face of a CAD file, or a CSV grid that the surface goes through."""
+    """Reads the nominal surface: a face of a CAD file, or a CSV grid that the surface goes through."""
     return _nominal(path, face, flip=flip)[0]
 
 
@@ -162,7 +162,7 @@ def _nominal(path: Path, face: int | None, *, flip: bool) -> "tuple[Surface, Cad
 
 
 def options_of(job: SurfaceJobFile) -> SurfaceOptions:
-    """The job's options in mm."""
+    """Returns the job's options in mm."""
     best_fit = job.gauging.alignment == "best-fit"
     return options_from(SurfaceOptions, job, best_fit=best_fit, limits=options_from(Limits, job))
 

@@ -42,7 +42,7 @@ def keep_parts(store: Store, read: ReadSurface) -> KeptFacts:
 
 
 def part_facts(store: Store, inputs: SurfaceInputs) -> Iterator[Part | Inspection | Cut | InspectionLink]:
-    """The job's own parts as facts: those that come from the store are there already. Raises STO-OTHER-PART."""
+    """Yields the job's own parts as facts: those from the store are there already. Raises STO-OTHER-PART."""
     own = slice(inputs.earlier, None)
     for measured, inspection in zip(inputs.parts[own], inputs.inspections[own], strict=True):
         pointed = replace(inspection, values=tuple(_points(inputs.surface, measured)))
@@ -56,8 +56,8 @@ def part_facts(store: Store, inputs: SurfaceInputs) -> Iterator[Part | Inspectio
 
 
 def with_kept_parts(store: Store, read: ReadSurface) -> tuple[ReadSurface, tuple[str, ...]]:
-    """The job with the parts in the store before its own, in the order in which they were kept; notes of those that
-    are left out.
+    """Returns the job with the parts in the store before its own, in the order in which they were kept; notes of
+    those that are left out.
 
     A part that the job names itself counts once, as the job has it. Parts cut by another program are left out: theirs
     is another pattern. Raises SRF-STORED for parts of another surface, or aligned otherwise, under the job's name,
@@ -92,7 +92,7 @@ def with_kept_parts(store: Store, read: ReadSurface) -> tuple[ReadSurface, tuple
 
 
 def measured_of(inspection: Inspection) -> MeasuredPoints:
-    """The points of a part, with their places in the grid where they have any."""
+    """Returns the points of a part, with their places in the grid where they have any."""
     points = np.array([point.measured_mm for point in inspection.points], float).reshape(-1, 3)
     places = [PLACE.fullmatch(point.name) for point in inspection.points]
     name, ball = inspection.part.serial, inspection.ball_radius_mm
@@ -106,7 +106,7 @@ def measured_of(inspection: Inspection) -> MeasuredPoints:
 
 
 def program_of(inputs: SurfaceInputs) -> str:
-    """The hash of the program that cut the parts, as far as the job states it; empty: not at all."""
+    """Returns the hash of the program that cut the parts, as far as the job states it; empty: not at all."""
     if inputs.program_sha256:
         return inputs.program_sha256.lower()
     return "" if inputs.program is None else sha256_of(inputs.program.source)

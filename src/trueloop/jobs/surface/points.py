@@ -18,7 +18,7 @@ from trueloop.surface.options import SurfaceOptions
 
 
 def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
-    """The files named, patterns like parts/*.csv filled in, in the order of their names.
+    """Returns the files named, patterns like parts/*.csv filled in, in the order of their names.
 
     Raises SRF-FILE for a pattern that no file is like, SRF-TWICE for two files of one name: parts go by it.
     """
@@ -81,13 +81,13 @@ def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) ->
 
 
 def read_measured(path: Path, ball_radius_mm: float) -> MeasuredPoints:
-    """A part's measured points, named as its file. Raises SRF-FILE."""
+    """Reads a part's measured points, named as its file. Raises SRF-FILE."""
     read = read_points(path)
     return MeasuredPoints(read.points_mm, ball_radius_mm, read.shape, path.stem, str(path), read.lines)
 
 
 def inspection_of(job: SurfaceJobFile, measured: MeasuredPoints, sha256: str) -> Inspection:
-    """What is known of a measured part; its points stay in the file of that hash."""
+    """Makes the inspection of a measured part; its points stay in the file of that hash."""
     return Inspection(
         part=Part(PartType(job.name), measured.name),
         measured="CMM points",

@@ -22,7 +22,7 @@ _HEADER: Final = re.compile(rb"^[ \t]*(?:%_N_|;?\s*[O:]\d)", re.IGNORECASE)
 def with_called(
     source: bytes, dialect: str, folder: Path, read: Callable[[Path], bytes]
 ) -> tuple[bytes, tuple[tuple[str, int], ...]]:
-    """The program with all that it calls of a folder behind it, and of each its file's name and first line.
+    """Appends to the program all that it calls of a folder; returns of each also its file's name and first line.
 
     Raises NC-FILE where the folder cannot be read, NC-DIALECT for a control whose calls are not looked for.
     """

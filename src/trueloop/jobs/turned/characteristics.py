@@ -18,7 +18,7 @@ from trueloop.wording import wording
 
 
 def characteristics_of(job: Located[Job], profile: Profile) -> tuple[Characteristic, ...]:
-    """Those of `[[part.characteristic]]`, then those by `part.general_tolerance`. Raises TOL errors with their line."""
+    """Returns those of `[[part.characteristic]]`, then those by `part.general_tolerance`. Raises TOL errors."""
     part, found = job.model.part, list[Characteristic]()
     for k, table in enumerate(part.characteristic):
         with job.at("part", "characteristic", k):
@@ -81,10 +81,10 @@ def _twice(one: Characteristic, message: str) -> TrueloopError:
 def joined(
     asked: Sequence[Characteristic], of_file: Sequence[Characteristic], profile: Profile, names: Mapping[str, str]
 ) -> tuple[tuple[Characteristic, ...], tuple[str, ...]]:
-    """The job's characteristics and those of an inspection file that the job does not have, and notes.
+    """Joins the job's characteristics with those of an inspection file that the job does not have; and notes.
 
     `names`: the profile's name of a feature, by that in the file. The job speaks for the drawing: where both have a
-    size at one place, its limits count, and a note says so if the file has others. What is of no feature of the
+    size at one place, its limits count, and a note states it if the file has others. What is of no feature of the
     profile, or has no limits, or is no size of a turned part, is not judged, and noted.
     """
     found, notes = list(asked), list[str]()
@@ -113,5 +113,5 @@ def _same(one: float | None, other: float | None) -> bool:
 
 
 def place_of(one: Characteristic) -> tuple[object, ...]:
-    """What is measured where: two characteristics that agree in it are the same."""
+    """Returns what is measured where: two characteristics that agree in it are the same."""
     return one.quantity, frozenset((one.feature, one.other)), one.at_z_mm

@@ -60,7 +60,7 @@ class CorrectedPart:
     files: tuple[Path, ...]
 
     def edge(self, tool: str, setup: str = "") -> CorrectedEdge:
-        """An edge by what calls it, T5, and by its set-up where several cut with such a tool.
+        """Returns an edge by what calls it, T5, and by its set-up where several cut with such a tool.
 
         Raises NC-NO-TOOL where there is none, or several are meant.
         """
@@ -133,7 +133,7 @@ class Done:
 
     @property
     def correction(self) -> Correction:
-        """That of a job of one tool."""
+        """Returns the correction of a job of one tool."""
         assert self.corrected.alone is not None
         return self.corrected.alone
 
@@ -151,7 +151,7 @@ def compensate_and_keep(
     """Corrects a job, keeps that in its store, or in the one that `keeping` names, and writes its files.
 
     All is computed before anything is kept, and kept before it is written: no program can be run of which the store
-    knows nothing. Where writing is refused then, the refusal says that the correction is kept. `memory`: how earlier
+    knows nothing. Where writing is refused then, the refusal states that the correction is kept. `memory`: how earlier
     parts of the edges take part, where that is not to be the job's choice. Raises what reading and correcting refuse,
     STO, EDG, MEM and OUT errors.
     """
@@ -167,7 +167,7 @@ def compensate_and_keep(
 
 
 def corrected_part(files: JobFiles, store: "Store | None" = None, memory: Use | None = None) -> PartCorrection:
-    """The corrections of a job with what a store knows of each edge, nothing written and nothing kept.
+    """Computes a job's corrections with what a store knows of each edge; nothing is written or kept.
 
     Raises what reading and correcting refuse.
     """
@@ -205,19 +205,19 @@ class Corrected:
 
 
 def correct_job(job: FilePath, keeping: Keeping, memory: Use | None = None) -> Corrected:
-    """The correction of a job, nothing kept and nothing written. Raises what reading and correcting refuse."""
+    """Computes the correction of a job; nothing is kept or written. Raises what reading and correcting refuse."""
     read = read_job(job, serial=keeping.serial)
     return corrected_of(read, store_of(Path(job).parent, keeping.db, read.store_db), memory)
 
 
 def corrected_of(read: ReadJob, store: "Store | None", memory: Use | None = None) -> Corrected:
-    """The same of a job that was read, with what a store knows. Raises what correcting refuses."""
+    """Computes the correction of a job that was read, with what a store knows. Raises what correcting refuses."""
     inputs = with_memory(store, read.inputs, memory)
     return Corrected(read, store, inputs, compensate(inputs))
 
 
 def with_memory(store: "Store | None", inputs: Inputs, memory: Use | None) -> Inputs:
-    """The inputs with what the store knows of the part and the edge; `memory` takes the place of the job's choice."""
+    """Returns the inputs with the store's knowledge of part and edge; `memory` replaces the job's choice."""
     if memory is not None:
         inputs = replace(inputs, memory=replace(inputs.memory, memory=memory))
     if store is None:

@@ -180,5 +180,5 @@ def _not_finished(files: JobFiles, stated: str) -> TrueloopError:
 
 
 def stored_words(record: Record) -> str:
-    """A correction that only the store knows, as a possible one is named."""
+    """Names a correction that only the store knows, as a possible one."""
     return f"{record.id} of {record.made_at[:16]}, in the store"

@@ -42,7 +42,7 @@ class Drawn:
 
 
 def read_drawing(path: Path, side: Side = Side.OUTSIDE, unit: Unit | None = None, chosen: Chosen = AS_DRAWN) -> Drawn:
-    """The outside or the bore; `unit` is that of a DXF drawing that states none. Raises GEO and SRF errors."""
+    """Reads the outside or the bore; `unit` is that of a DXF drawing that states none. Raises GEO and SRF errors."""
     if drawing_key(path) == "dxf":
         from trueloop.formats.cad.dxf import read_dxf  # ezdxf takes long to import
 
@@ -60,7 +60,7 @@ def read_drawing(path: Path, side: Side = Side.OUTSIDE, unit: Unit | None = None
 
 
 def drawing_key(drawing: Path) -> str:
-    """The job's key for a drawing. Raises GEO-DXF for an ending that is none of a drawing's."""
+    """Returns the job's key for a drawing. Raises GEO-DXF for an ending that is not a drawing's."""
     key = CAD.get(drawing.suffix.lower())
     if key is None:
         raise TrueloopError(

@@ -27,17 +27,17 @@ class GaugeSheet:
 
     @property
     def csv(self) -> str:
-        """The file to fill in, which a job names under `gauging.readings`."""
+        """Returns the file to fill in, which a job names under `gauging.readings`."""
         return gauge_sheet_csv(self.planned, "inch" if self.inch else "mm")
 
     @property
     def page(self) -> str:
-        """The page to print."""
+        """Returns the page to print."""
         return touch_sheet(self.part, self.profile, self.planned, self.inch)
 
 
 def gauge_sheet_of(path: Path) -> GaugeSheet:
-    """What the job's drawing asks for, and the diameters and lengths of the part besides, in the first program's unit.
+    """Makes the sheet: what the job's drawing requests, and further diameters and lengths, in the first program's unit.
 
     Raises JOB, GEO, TOL and NC errors.
     """
@@ -51,7 +51,7 @@ def gauge_sheet_of(path: Path) -> GaugeSheet:
 
 
 def write_sheet(sheet: GaugeSheet, target: Path) -> Path:
-    """The sheet as a page (.html), as that on paper (.pdf, by a browser), or as the file to fill in.
+    """Writes the sheet as a page (.html), as that on paper (.pdf, by a browser), or as the file to fill in.
 
     Raises OUT errors; the files that it was made from are never written over.
     """

@@ -65,7 +65,7 @@ class Measured:
 
 
 def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
-    """The inputs of a job of one tool, or of one tool of a job that has several (`files.with_tool`)."""
+    """Collects the inputs of a job of one tool, or of one tool of a job that has several (`files.with_tool`)."""
     job, sources, tool, measured = files.job, files.sources, files.tool, read.measured
     nose = _nose(files, tool.nose_from if isinstance(tool, ToolsTable) else job.compensation.nose_from)
     table = files.tool_table(tool.table) if tool.table is not None else None
@@ -127,13 +127,13 @@ def read_measured(files: JobFiles, profile: Profile, machine: PartOnMachine | No
 
 
 def machine_of_job(job: Job) -> Machine | None:
-    """The machine, as far as the job states it."""
+    """Returns the machine, as far as the job states it."""
     name, serial = job.own_programs.machine, job.own_programs.machine_serial
     return Machine(name, serial) if name or serial else None
 
 
 def edge_of_job(given: TableOfTool) -> Edge | None:
-    """The finishing tool's edge, as far as the job states it."""
+    """Returns the finishing tool's edge, as far as the job states it."""
     stated = given.name or given.insert or given.corner or given.set_at
     return Edge(Tool(given.number, given.name), given.insert, given.corner) if stated else None
 

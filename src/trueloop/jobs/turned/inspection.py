@@ -23,13 +23,13 @@ DEVICES: Final = {"machine": "probe of the machine tool", "cmm": "coordinate mea
 
 
 def part_type(job: Job) -> PartType:
-    """What the job says of all parts of this kind."""
+    """Returns what the job states of all parts of this kind."""
     given = job.part
     return PartType(given.name, given.revision, given.material, given.drawing)
 
 
 def read_inspection(file: Path, job: Job, machine: PartOnMachine | None = None) -> Inspection:
-    """The touches as they were reported; device and temperatures as far as the job says them. Raises TCH errors."""
+    """Reads the touches as reported; device and temperatures as far as the job states them. Raises TCH errors."""
     with in_file(file):
         touches = tuple(read_touches(file))
     gauging = options_from(Gauging, job)
@@ -50,7 +50,7 @@ def read_inspection(file: Path, job: Job, machine: PartOnMachine | None = None) 
 
 
 def part_errors(touches: Sequence[Touch], file: str | None, job: Job, profile: Profile) -> ErrorVectors:
-    """The touches of a file as part errors along the profile. Raises TCH errors."""
+    """Converts the touches of a file to part errors along the profile. Raises TCH errors."""
     with in_file(file):
         return replace(error_vectors(profile, touches, options_from(Gauging, job)), file=file)
 

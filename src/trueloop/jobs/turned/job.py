@@ -67,12 +67,12 @@ class ReadPart:
 
     @property
     def nose_radius_mm(self) -> float:
-        """That of the one tool; of several the smallest: the nose that has to fit everywhere."""
+        """Returns the radius of the one tool; of several the smallest: the nose that has to fit everywhere."""
         return min(self.noses_mm)
 
     @property
     def centre_path(self) -> CentrePath:
-        """The path of the nose centre along the profile. Raises GEO errors where the nose does not fit."""
+        """Returns the path of the nose centre along the profile. Raises GEO errors where the nose does not fit."""
         return nose_centre_path(self.profile, self.nose_radius_mm)
 
 
@@ -90,7 +90,7 @@ def read_part(path: FilePath) -> ReadPart:
 
 
 def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called | None]:
-    """By feature the edge that the job names, None where it is to be left alone.
+    """Returns by feature the edge that the job names, None where it is to be left alone.
 
     Raises JOB-KEY for a feature that the part has not.
     """
@@ -139,7 +139,7 @@ class ReadSetups:
 
 
 def read_setups(files: JobFiles) -> ReadSetups:
-    """Every set-up of a job with what it cuts: its touches need not exist yet.
+    """Reads every set-up of a job with what it cuts: its touches need not exist yet.
 
     Raises JOB, GEO, NC and SET errors, but not those of single features.
     """
@@ -170,7 +170,7 @@ class ReadCuts:
 
 
 def read_cuts(files: JobFiles) -> ReadCuts:
-    """A job whole. Raises what reading raises, also where the set-up of a feature is in doubt."""
+    """Reads a job whole. Raises what reading raises, also where the set-up of a feature is in doubt."""
     for one in files.of_setups:
         one.require_uncorrected()
     read, job, sources = read_setups(files), files.job, files.sources

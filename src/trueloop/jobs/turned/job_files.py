@@ -66,11 +66,11 @@ class JobFiles:
 
     @property
     def output_folder(self) -> Path:
-        """Where the outputs go, unless the caller says otherwise."""
+        """Returns the folder of the outputs, unless the caller names another."""
         return self.path.parent / self.job.output.folder
 
     def page_options(self, language: Language | None = None, unit: LengthUnit | None = None) -> PageOptions:
-        """Language and unit of the pages: those asked for, else the job's."""
+        """Returns language and unit of the pages: those requested, else the job's."""
         given = options_from(PageOptions, self.job)
         return PageOptions(language or given.language, unit or given.unit)
 
@@ -85,7 +85,7 @@ class JobFiles:
 
     @property
     def tool(self) -> TableOfTool:
-        """The finishing tool. Raises JOB-TOOLS where the job has several, JOB-SETUPS where it has several set-ups."""
+        """Returns the finishing tool. Raises JOB-TOOLS for a job of several, JOB-SETUPS for one of several set-ups."""
         self.require_one_setup()
         if self.job.tool is None:
             called = [tool.called.words for tool in self.job.tools]
@@ -100,7 +100,7 @@ class JobFiles:
         return self.job.tool
 
     def with_tool(self, tool: ToolsTable) -> "JobFiles":
-        """The job as if that were its only tool."""
+        """Returns the job as if that were its only tool."""
         between = ("cut_to_cut_um", "cut_to_cut_along_um")
         own = {key: getattr(tool, key) for key in between if getattr(tool, key) is not None}
         compensation = self.job.compensation.model_copy(update=own)
@@ -108,7 +108,7 @@ class JobFiles:
         return replace(self, located=replace(self.located, model=job))
 
     def with_setup(self, setup: SetupTable) -> "JobFiles":
-        """The job as if that were its only set-up, the profile and what was measured still in the part's frame."""
+        """Returns the job as if that were its only set-up, profile and measurements still in the part's frame."""
         decided = {name: cut for name, cut in self.job.feature.items() if _is_of(setup, cut)}
         gauging = self.job.gauging.model_copy(update={"program_sha256": setup.program_sha256})
         own = {"programs": setup.programs, "tools": setup.tools, "setups": (), "feature": decided, "gauging": gauging}
@@ -117,12 +117,12 @@ class JobFiles:
 
     @property
     def of_setups(self) -> tuple["JobFiles", ...]:
-        """The job by set-up, as if that were its only one; itself where it has none."""
+        """Returns the job by set-up, as if that were its only one; itself where it has none."""
         return tuple(self.with_setup(table) for table in self.job.setups) or (self,)
 
     @property
     def frames(self) -> tuple[SetupFrame, ...]:
-        """The frames of the job's set-ups. Raises SET-DATUM for one that does not say where its zero is."""
+        """Returns the frames of the job's set-ups. Raises SET-DATUM for one that does not state where its zero is."""
         frames = []
         for k, setup in enumerate(self.job.setups):
             if setup.zero_at_z_mm is None:
@@ -133,20 +133,20 @@ class JobFiles:
 
     @property
     def edges(self) -> tuple[CuttingEdge, ...]:
-        """The several edges of the job, each with its nose. Raises OFS errors."""
+        """Returns the several edges of the job, each with its nose. Raises OFS errors."""
         return tuple(
             CuttingEdge(tool.called, self.with_tool(tool).nose_radius_mm, tool.groove_corner, tool.name, tool.tip or 0)
             for tool in self.job.tools
         )
 
     def other(self, name: Path) -> "JobFiles":
-        """Another part's job that this one names; its files are noted with this one's."""
+        """Returns another part's job that this one names; its files are noted with this one's."""
         file = self.sources.file(name)
         return JobFiles(file, self.sources.beside(name), locate_turned_job(file))
 
     @property
     def nose_radius_mm(self) -> float:
-        """That of the finishing tool."""
+        """Returns the nose radius of the finishing tool, mm."""
         tool = self.tool
         stated_mm = tool.nose_radius_mm if tool.nose_radius_in is None else tool.nose_radius_in * MM_PER_INCH
         if tool.table is None:
@@ -156,12 +156,12 @@ class JobFiles:
         return nose_radius_mm(self.tool_table(tool.table), tool.number, tool.table_edge, tool.table_name, stated_mm)
 
     def tool_table(self, name: Path) -> ToolTable:
-        """The control's tool table that the job names. Raises OFS errors."""
+        """Reads the control's tool table that the job names. Raises OFS errors."""
         return read_tool_table(self.sources.file(name), self.tool.table_unit)
 
     @property
     def run(self) -> Run:
-        """How the programs are run."""
+        """Returns how the programs are run."""
         given = self.job.own_programs
         tool = self.job.tool
         lines = tool.finish_lines if isinstance(tool, ToolsTable) else None
@@ -180,7 +180,7 @@ class JobFiles:
         return self.program(self.job.own_programs.finish)
 
     def program(self, name: Path) -> Program:
-        """A program that the job names. Raises NC errors."""
+        """Reads a program that the job names. Raises NC errors."""
         file, given = self.sources.file(name), self.job.own_programs
         source = read_input(file, Code.NC_FILE, hint=PROGRAM_HINT)
         if given.folder is not None:
@@ -202,7 +202,7 @@ class JobFiles:
 
     @property
     def called_notes(self) -> tuple[str, ...]:
-        """A note on subprograms that come from files of their own, with the lines at which they stand."""
+        """Makes a note on subprograms that come from files of their own, with the lines at which they stand."""
         given = self.job.own_programs
         if given.folder is None:
             return ()
@@ -220,7 +220,7 @@ class JobFiles:
         )
 
     def profile(self, finish: Program | None = None) -> Profile:
-        """The nominal profile. Raises GEO errors, and NC errors where it is that of the finish program.
+        """Returns the nominal profile. Raises GEO errors, and NC errors where it is that of the finish program.
 
         `finish` is that program where it was read already.
         """

@@ -25,7 +25,7 @@ from trueloop.turned.touches.touches import Gauging
 
 
 def name_of_share(part: str, own: OwnContour, setup: SetupFrame | None) -> str:
-    """`grooved, T5 (left corner)`; of a set-up `shaft, second, T2`."""
+    """Returns `grooved, T5 (left corner)`; of a set-up `shaft, second, T2`."""
     return ", ".join([part, *([] if setup is None else [setup.name]), own.edge.words])
 
 
@@ -36,7 +36,7 @@ def inspection_of_edge(
     names: Mapping[str, str] | None = None,
     setup: SetupFrame | None = None,
 ) -> Inspection:
-    """What was measured of the edge's own features, by their names on its contour and in its frame.
+    """Returns what was measured of the edge's own features, by their names on its contour and in its frame.
 
     `profile` is the whole part's, `names` are its names of features by those in the file; `setup` is the frame of the
     contour, None: the part's. What lies on no feature, a length between features of two edges, and one that counts from

@@ -22,8 +22,8 @@ METRIC: Final = PageOptions(unit="mm")
 
 
 def outputs_of_part(corrected: PartCorrection, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:
-    """File name to bytes, None for one that there shall not be; `part.json`, or the record of the job's only tool,
-    comes last: then the set is complete.
+    """Returns bytes by file name, None for one that there shall not be; `part.json`, or the record of the job's only
+    tool, comes last: then the set is complete.
     """
     if corrected.alone is not None:
         return outputs_of(corrected.alone, options, pdf)
@@ -40,7 +40,7 @@ def outputs_of_part(corrected: PartCorrection, options: PageOptions, pdf: bool) 
 
 
 def outputs_of(correction: Correction, options: PageOptions = METRIC, pdf: bool = False) -> Mapping[str, bytes | None]:
-    """Those of a job of one tool; the record comes last."""
+    """Returns the outputs of a job of one tool; the record comes last."""
     return {
         correction.corrected_name: None if correction.runs_as_given else correction.corrected_program,
         correction.offsets_name: correction.offsets_program,
@@ -79,7 +79,7 @@ def _texts_of(corrected: PartCorrection, options: PageOptions) -> Texts:
 
 
 def new_tables(files: JobFiles, corrected: PartCorrection) -> list[tuple[str, bytes | None]]:
-    """File names and contents: of every table that the job's tools name `new-NAME`, None where no offset of it changes.
+    """Returns contents by file name: of every table that the job's tools name `new-NAME`, None where no offset changes.
 
     Edges that stand in one table are written into it one after the other. Raises OFS errors.
     """

@@ -19,8 +19,8 @@ NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
 def read_part_on_machine(sources: Sources, job: Path, given: MachineTable, ball_radius_mm: float) -> PartOnMachine:
-    """The part on its machine. `ball_radius_mm` of the probe, where the table says none. Where several tools or set-ups
-    cut it, what places these is stated in their own tables, and takes the place of zeros here.
+    """Reads the part on its machine. `ball_radius_mm` of the probe, where the table has none. Where several
+    tools or set-ups cut it, what places these is stated in their own tables, and takes the place of zeros here.
 
     Raises MCH-FILE for what is no model, MCH-MACHINE for a model of another machine, MCH-HISTORY and MCH-SIGNAL.
     """

@@ -53,7 +53,7 @@ class ReadReadings:
 
 
 def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
-    """All files of `gauging.readings`. Raises MSR errors with file and line."""
+    """Reads all files of `gauging.readings`. Raises MSR errors with file and line."""
     inspections: list[Inspection] = []
     matched: list[MatchedReading] = []
     touches: list[Touch] = []

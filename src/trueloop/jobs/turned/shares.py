@@ -22,7 +22,7 @@ class ShareOfEdge:
 
 
 def shares_of(files: JobFiles) -> list[ShareOfEdge]:
-    """Every edge that cuts, in the job's order. Raises NC errors, and SET errors where there are several set-ups."""
+    """Returns every edge that cuts, in the job's order. Raises NC errors, and SET errors for several set-ups."""
     read = read_setups(files)
     read.found.require_plain()
     pairs = zip(read.found.setups, read.files, strict=True)

@@ -44,7 +44,7 @@ def apply_offset(correction: Path, table: Path, target: Path, unit: Unit | None 
 
 
 def offset_words(correction: Path, control: Control | None, x_is: XIs | None = None) -> str:
-    """The offset of a correction as a small program of its own control, or of another.
+    """Writes the offset of a correction as a small program of its own control, or of another.
 
     `x_is` says how that other one counts offsets on X. Raises REC, JOB and OFS errors.
     """
@@ -57,7 +57,7 @@ def offset_words(correction: Path, control: Control | None, x_is: XIs | None = N
 
 
 def offset_of(correction: Path) -> tuple[Record, ToolOffset]:
-    """The record of a correction, and the tool offset that makes it. Raises OFS-NONE where no offset does."""
+    """Returns the record of a correction, and the tool offset that makes it. Raises OFS-NONE where no offset does."""
     is_record = correction.suffix.lower() == ".json"
     record = read_record(correction) if is_record else compensate(read_job(correction).inputs).record
     offset = record.tool_offset

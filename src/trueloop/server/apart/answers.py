@@ -33,11 +33,11 @@ class Refusal:
 
     @classmethod
     def of(cls, error: TrueloopError) -> "Refusal":
-        """Of an error."""
+        """Makes a refusal from an error."""
         return cls(error.code, error.message, error.hint, error.place, error.override, error.values)
 
     def error(self) -> TrueloopError:
-        """The error."""
+        """Makes the error from the refusal."""
         given = {"hint": self.hint, "place": self.place, "override": self.override, "values": self.values}
         return TrueloopError(self.code, self.message, **given)  # type: ignore[arg-type]
 

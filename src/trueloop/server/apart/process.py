@@ -43,7 +43,7 @@ def main() -> None:
 
 
 def data_bytes() -> int:
-    """Memory of this process that RLIMIT_DATA counts; 0 where the system does not say."""
+    """Returns the memory of this process that RLIMIT_DATA counts; 0 where the system does not state it."""
     try:
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[5])
     except OSError:

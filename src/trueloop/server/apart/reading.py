@@ -52,7 +52,7 @@ _OF_LOOP: Final[WeakKeyDictionary[asyncio.AbstractEventLoop, _Queue]] = WeakKeyD
 
 
 async def read_apart(here: Service, upload: Upload, asked: Asked, reading: Callable[[Handed], T]) -> T:
-    """What one of `READINGS` gives of a file. Raises what that raises, FAC-UNKNOWN, SRV-FILE, SRV-DELAY."""
+    """Reads a file by one of `READINGS`. Raises what that raises, FAC-UNKNOWN, SRV-FILE, SRV-DELAY."""
     queue = _OF_LOOP.setdefault(asyncio.get_running_loop(), _Queue())
     if queue.length >= AT_ONCE + WAITING:
         raise TrueloopError(
@@ -83,7 +83,7 @@ def _read(here: Service, upload: Upload, asked: Asked, reading: Callable[[Handed
 
 
 def not_read(name: str, why: str) -> TrueloopError:
-    """SRV-FILE."""
+    """Makes the error SRV-FILE."""
     return TrueloopError(
         Code.SRV_FILE,
         f"{name!r} was not read: {why}",
@@ -109,7 +109,7 @@ class Process:
 
     @property
     def alive(self) -> bool:
-        """Whether it has not ended."""
+        """Returns whether it has not ended."""
         return self._popen.poll() is None
 
     def answer(self, question: Question) -> Answer:
@@ -178,12 +178,12 @@ class Processes:
         self._lock = Lock()
 
     def start(self) -> None:
-        """One, so that the first file need not wait for it."""
+        """Starts one process, so that the first file need not wait for it."""
         with self._lock:
             self._waiting = self._waiting or [Process()]
 
     def answer(self, question: Question) -> Answer:
-        """By one that waits, else by a new one. Raises SRV-FILE."""
+        """Answers by a process that waits, else by a new one. Raises SRV-FILE."""
         process = self._taken() or Process()
         try:
             answer = process.answer(question)

@@ -58,7 +58,7 @@ class Change:
 
 
 def subject_of(issuer: str, subject: str) -> str:
-    """A person of an identity provider: the subject alone would be somebody else's at another provider."""
+    """Names a person of an identity provider: the subject alone would be somebody else's at another provider."""
     return f"{issuer} {subject}"
 
 
@@ -129,13 +129,13 @@ def change_account(
 
 
 def accounts(store: Store) -> list[AccountRow]:
-    """All, by name."""
+    """Lists all accounts, by name."""
     with store.reading() as connection:
         return [_row(one) for one in connection.execute(select(ACCOUNT).order_by(ACCOUNT.c.name))]
 
 
 def stale(expected: str, found: str) -> TrueloopError:
-    """SRV-STALE."""
+    """Makes the error SRV-STALE."""
     return TrueloopError(
         Code.SRV_STALE,
         f"it was changed meanwhile: the change is of state {expected!r}, it is {found!r} now",
@@ -189,6 +189,6 @@ def _row(one: Row[Any]) -> AccountRow:
 
 
 def stored_password(store: Store, name: str) -> str | None:
-    """The hash, None for an account that has no password."""
+    """Returns the hash, None for an account that has no password."""
     with store.reading() as connection:
         return _wanted(connection, name).argon2id or None

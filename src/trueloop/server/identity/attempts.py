@@ -24,7 +24,7 @@ class Delays:
     longest_s: float
 
     def after(self, failed: int) -> float:
-        """How long the next attempt has to wait after so many failed ones, s."""
+        """Returns how long the next attempt has to wait after so many failed ones, s."""
         return min(2.0 ** min(failed - self.free, 30), self.longest_s) if failed >= self.free else 0.0
 
 
@@ -57,7 +57,7 @@ class Attempts:
 
     @contextmanager
     def attempt(self, name: str, address: str) -> Iterator[None]:
-        """An attempt, which the block judges: it fails by raising SRV-LOGIN, and is right where nothing is raised.
+        """Yields for an attempt, which the block judges: raising SRV-LOGIN is a failure, raising nothing a success.
 
         Raises SRV-DELAY where it comes too early. One that is right makes those before it, of that account from that
         address, forgotten.
@@ -104,7 +104,7 @@ class Attempts:
 
 
 def too_early(wait_s: float) -> TrueloopError:
-    """SRV-DELAY; whole seconds, as `Retry-After` has them."""
+    """Makes the error SRV-DELAY; whole seconds, as `Retry-After` has them."""
     seconds = int(wait_s) + 1
     return TrueloopError(
         Code.SRV_DELAY,

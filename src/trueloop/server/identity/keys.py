@@ -79,13 +79,13 @@ def add_key(store: Store, new: NewKey, by: str, now: datetime) -> MadeKey:
 
 
 def keys(store: Store) -> list[KeyRow]:
-    """All that were ever made, newest first."""
+    """Lists all keys that were ever made, newest first."""
     with store.reading() as connection:
         return [_row(one) for one in connection.execute(select(API_KEY).order_by(API_KEY.c.id.desc()))]
 
 
 def end_key(store: Store, number: int, now: datetime, by: str = "") -> None:
-    """From now on nothing gets in by it. Raises SRV-KEYS where there is none; one that has ended stays as it is."""
+    """Ends a key: nothing gets in by it. Raises SRV-KEYS where there is none; one that has ended stays as it is."""
     with store.writing() as connection:
         if connection.execute(select(API_KEY.c.id).where(API_KEY.c.id == number)).one_or_none() is None:
             raise _refused(f"there is no key {number}", "list them: trueloop key list")
@@ -95,7 +95,7 @@ def end_key(store: Store, number: int, now: datetime, by: str = "") -> None:
 
 
 def of_bearer(store: Store, header: str, now: datetime) -> Who:
-    """Whose key stands in `Authorization: Bearer …`. Raises SRV-KEY, the same whatever is wrong with it."""
+    """Returns whose key stands in `Authorization: Bearer …`. Raises SRV-KEY, equal whatever is wrong with it."""
     kind, _, key = header.partition(" ")
     row: Row[Any] | None = None
     if kind.casefold() == "bearer" and key.startswith(PREFIX):

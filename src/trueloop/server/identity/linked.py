@@ -15,8 +15,8 @@ from trueloop.storage.store import Store
 
 
 def account_of(store: Store, oidc: Oidc, claims: Mapping[str, object], now: datetime) -> Row[Any]:
-    """The account, with the role that the claim gives it where one is named. Raises SRV-OIDC for a stranger, for a
-    disabled account, and for a claim that gives no role.
+    """Returns the account, with the role that the claim gives it where one is named. Raises SRV-OIDC for a stranger,
+    for a disabled account, and for a claim that gives no role.
     """
     subject = str(claims["sub"])
     found = _found(store, oidc, subject)
@@ -41,7 +41,7 @@ def account_of(store: Store, oidc: Oidc, claims: Mapping[str, object], now: date
 
 
 def role_of(oidc: Oidc, claims: Mapping[str, object]) -> Role:
-    """The highest role that a value of the claim gives. Raises SRV-OIDC where none does."""
+    """Returns the highest role that a value of the claim gives. Raises SRV-OIDC where none does."""
     claim = claims.get(oidc.role_claim)
     values = claim if isinstance(claim, list) else [claim]
     given = [role for value, role in oidc.roles if value in values]

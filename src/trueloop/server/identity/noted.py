@@ -10,6 +10,6 @@ from trueloop.storage.factory_tables import EVENT, stamp
 
 
 def note(connection: Connection, now: datetime, who: str, what: str, subject: str, values: Mapping[str, str]) -> None:
-    """A line of the event log."""
+    """Writes a line of the event log."""
     document = json.dumps(dict(values), ensure_ascii=False)
     connection.execute(insert(EVENT).values(at=stamp(now), who=who, what=what, subject=subject, document=document))

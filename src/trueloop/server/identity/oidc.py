@@ -51,7 +51,7 @@ class SignIns:
         self._lock = Lock()
 
     def begin(self, redirect: str, now: datetime) -> Going:
-        """A new sign-in, whose answer comes to `redirect`. Raises SRV-PROVIDER."""
+        """Begins a sign-in, whose answer comes to `redirect`. Raises SRV-PROVIDER."""
         state, nonce, verifier, cookie = (secrets.token_urlsafe(_BYTES) for _ in range(4))
         address = self.provider.found(now).authorization
         with self._lock:
@@ -72,7 +72,7 @@ class SignIns:
         return Going(f"{address}{'&' if '?' in address else '?'}{urlencode(asked)}", cookie)
 
     def claims(self, answer: Mapping[str, str], cookie: str, now: datetime) -> Mapping[str, object]:
-        """What the provider says of who has signed in. Each sign-in is ended once, whatever comes of it.
+        """Returns the provider's claims of who has signed in. Each sign-in is ended once, whatever comes of it.
 
         Raises SRV-OIDC for an answer that belongs to no sign-in of this browser, or a token that does not hold;
         SRV-PROVIDER where the provider does not answer as it should.

@@ -23,7 +23,7 @@ _AT_ONCE: Final = BoundedSemaphore(2)
 
 
 def hashed(password: str, name: str = "") -> str:
-    """What is stored. Raises SRV-PASSWORD for one that is too short, too long or common."""
+    """Returns what is stored. Raises SRV-PASSWORD for one that is too short, too long or common."""
     _require_good(_same(password), name)
     with _AT_ONCE:
         return _HASHER.hash(_same(password))

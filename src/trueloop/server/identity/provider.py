@@ -54,7 +54,7 @@ class Provider:
         return _object(Request(self.found(now).keys))
 
     def token(self, oidc: Oidc, code: str, redirect: str, verifier: str, now: datetime) -> str:
-        """The identity token for a code."""
+        """Fetches the identity token for a code."""
         found = self.found(now)
         given = {"grant_type": "authorization_code", "code": code, "redirect_uri": redirect, "code_verifier": verifier}
         headers = {"Content-Type": "application/x-www-form-urlencoded", "Accept": "application/json"}
@@ -78,7 +78,7 @@ def require_safe_issuer(issuer: str) -> None:
 
 
 def failed(why: str) -> TrueloopError:
-    """SRV-PROVIDER."""
+    """Makes the error SRV-PROVIDER."""
     hint = "see --oidc-issuer and --oidc-client-id, and the provider's own settings of this client"
     return TrueloopError(Code.SRV_PROVIDER, f"the identity provider: {why}", hint=hint)
 
@@ -87,7 +87,7 @@ class _NoRedirect(HTTPRedirectHandler):
     """A code or secret goes to the address that was named, and nowhere else."""
 
     def redirect_request(self, *_: Any, **__: Any) -> None:
-        """None: the answer is an error."""
+        """Returns None: a redirect is an error."""
 
 
 _OPENER: Final = build_opener(_NoRedirect)

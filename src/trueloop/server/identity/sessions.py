@@ -35,7 +35,7 @@ class Begun:
 
 
 def account_by_password(store: Store, name: str, password: str) -> Row[Any]:
-    """The account of that name, whose password it is. Raises SRV-LOGIN, the same whatever was wrong."""
+    """Returns the account of that name, whose password it is. Raises SRV-LOGIN, equal whatever was wrong."""
     with store.reading() as connection:
         account = connection.execute(select(ACCOUNT).where(ACCOUNT.c.name == name)).one_or_none()
     usable = account is not None and not account.disabled
@@ -49,7 +49,7 @@ def account_by_password(store: Store, name: str, password: str) -> Row[Any]:
 
 
 def begin(store: Store, settings: Settings, account: Row[Any], address: str, now: datetime) -> Begun:
-    """A session of an account that has shown who it is."""
+    """Begins a session of an account that has shown who it is."""
     new = secrets.token_urlsafe(_BYTES)
     expires_at = now + timedelta(seconds=settings.session_s)
     with store.writing() as connection:
@@ -67,7 +67,7 @@ def begin(store: Store, settings: Settings, account: Row[Any], address: str, now
 
 
 def of_cookie(store: Store, settings: Settings, cookie: str, now: datetime, *, seen: bool = True) -> Who:
-    """Whose session it is, with the role the account has now; `seen` as below. Raises SRV-SIGN-IN."""
+    """Returns whose session it is, with the role the account has now; `seen` as below. Raises SRV-SIGN-IN."""
     found = still_open(store, settings, _hash(cookie), now, seen=seen)
     if found is None:
         raise signed_out()
@@ -75,7 +75,7 @@ def of_cookie(store: Store, settings: Settings, cookie: str, now: datetime, *, s
 
 
 def still_open(store: Store, settings: Settings, id_sha256: str, now: datetime, *, seen: bool = True) -> Who | None:
-    """Whose session that is, None where it has ended; `seen`: notes that it was used."""
+    """Returns whose session that is, None where it has ended; `seen`: notes that it was used."""
     with store.reading() as connection:
         row = connection.execute(_OPEN, {"id_sha256": id_sha256}).one_or_none()
     if row is None or row.ended_at is not None or row.disabled:
@@ -98,7 +98,7 @@ def end(store: Store, id_sha256: str, now: datetime) -> None:
 
 
 def signed_out() -> TrueloopError:
-    """SRV-SIGN-IN."""
+    """Makes the error SRV-SIGN-IN."""
     return TrueloopError(
         Code.SRV_SIGN_IN,
         "this needs somebody signed in: there is no cookie 'session', or its session has ended",

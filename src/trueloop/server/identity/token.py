@@ -18,7 +18,7 @@ CLOCKS_S: Final = 60
 
 
 def checked_claims(token: str, provider: Provider, client: str, nonce: str, now: datetime) -> Mapping[str, object]:
-    """The claims of a token that holds (OpenID Connect Core 3.1.3.7). Raises SRV-OIDC, SRV-PROVIDER."""
+    """Returns the claims of a token that holds (OpenID Connect Core 3.1.3.7). Raises SRV-OIDC, SRV-PROVIDER."""
     claims = _signed(token, provider, now)
     audience = claims.get("aud")
     audiences = [audience] if isinstance(audience, str) else audience

@@ -23,6 +23,6 @@ class Oidc:
 
 
 def refused(why: str) -> TrueloopError:
-    """SRV-OIDC."""
+    """Makes the error SRV-OIDC."""
     hint = "sign in anew; if it stays so, an administrator has to look at the account and the provider's settings"
     return TrueloopError(Code.SRV_OIDC, f"the sign-in is not taken: {why}", hint=hint)

@@ -31,5 +31,5 @@ class Who:
 
     @property
     def person(self) -> bool:
-        """Whether it is a person with a session, not a program with a key."""
+        """Returns whether it is a person with a session, not a program with a key."""
         return bool(self.session)

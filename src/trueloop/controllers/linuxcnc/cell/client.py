@@ -164,7 +164,7 @@ class Client:
         return True
 
     def temperatures(self, signals: dict[str, float], age_s: float = 0.0) -> None:
-        """Of the machine, by signal, °C, as they were so long ago."""
+        """Records the machine's temperatures by signal, °C, as they were so long ago."""
         run = self.known.run.key if self.known.run else ""
         at = datetime.now(UTC) - timedelta(seconds=age_s)
         self._note("temperatures", signals=signals, at=at.isoformat(), run=run)

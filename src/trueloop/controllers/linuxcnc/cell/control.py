@@ -26,7 +26,7 @@ class ControlNow:
 
     @property
     def active(self) -> bool:
-        """Whether a program is in execution."""
+        """Returns whether a program is in execution."""
         return self.doing in (Doing.RUNNING, Doing.PAUSED)
 
 
@@ -34,16 +34,16 @@ class Control(Protocol):
     """A control and the folder of its programs. Methods raise CTL-LINUXCNC where it does not do as asked."""
 
     def now(self) -> ControlNow:
-        """What it does now. Raises CTL-LINUXCNC where that can never be seen from here."""
+        """Returns the control's present state. Raises CTL-LINUXCNC where that can never be seen from here."""
 
     def witness(self) -> str:
-        """What programs have logged of themselves: read after `now`, it is the later of the two."""
+        """Returns what programs have logged of themselves: read after `now`, it is the later of the two."""
 
     def write(self, name: str, text: bytes) -> None:
         """Puts a program into the folder; nothing is loaded by it."""
 
     def read_back(self, name: str) -> bytes | None:
-        """The program that stands there, as the control would read it; None: there is none."""
+        """Returns the program that stands there, as the control would read it; None: there is none."""
 
     def open(self, name: str) -> None:
         """Loads a program of the folder."""
@@ -55,7 +55,7 @@ class Control(Protocol):
         """Starts what is loaded."""
 
     def touches(self, name: str) -> bytes | None:
-        """The file that a gauging program wrote; None: there is none."""
+        """Returns the file that a gauging program wrote; None: there is none."""
 
     def discard_touches(self, name: str) -> None:
         """Puts a file of that name aside, so that the next is the run's own."""

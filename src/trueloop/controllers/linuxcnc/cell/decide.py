@@ -52,7 +52,7 @@ class Patience:
 
 
 def decide(run: RunNow | None, control: ControlNow, witness: Seen, asked: Asked, patience: Patience) -> Action:
-    """The next action. What witnesses say comes first; motion last, and only where nothing began under this key."""
+    """Returns the next action: witnesses count first; motion last, and only where nothing began under this key."""
     if run is None:
         return Action(Do.WAIT, "a program runs that is not ours") if control.active else Action(Do.ASK)
     return _noticed(run, control, witness) or (

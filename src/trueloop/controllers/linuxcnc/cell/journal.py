@@ -22,7 +22,7 @@ class Entry:
     values: Mapping[str, Any]
 
     def line(self) -> bytes:
-        """As it is written."""
+        """Returns the entry as its line in the journal: checksum and JSON."""
         text = json.dumps([self.no, self.what, dict(self.values)], ensure_ascii=True, sort_keys=True)
         return f"{_sum(text)} {text}\n".encode()
 
@@ -48,7 +48,7 @@ class Journal:
             raise _refused(file, f"error {error.errno}: {error.strerror}", "see that the disk has room") from error
 
     def add(self, what: str, /, **values: Any) -> Entry:
-        """One fact more; it is on the disk when this returns. Raises CEL-JOURNAL, and then holds nothing of it."""
+        """Adds one fact; it is on the disk when this returns. Raises CEL-JOURNAL, and then holds nothing of it."""
         entry = Entry(len(self.entries) + 1, what, values)
         line = entry.line()
         try:

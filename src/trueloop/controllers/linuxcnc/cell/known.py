@@ -31,7 +31,7 @@ class RunNow:
 
     @property
     def program(self) -> str:
-        """The name of its file at the control."""
+        """Returns the name of its file at the control."""
         return f"{self.key}.ngc"
 
 
@@ -46,7 +46,7 @@ class Known:
 
 
 def known(entries: Iterable[Entry]) -> Known:
-    """All that a journal says."""
+    """Folds the entries of a journal into what is known."""
     now = Known()
     for entry in entries:
         now = with_entry(now, entry)

@@ -78,7 +78,7 @@ class LinuxCnc:
         self._active_at_s = time.monotonic()
 
     def now(self) -> ControlNow:
-        """What it does now. Raises CTL-LINUXCNC where LinuxCNC is another user's."""
+        """Returns LinuxCNC's present state. Raises CTL-LINUXCNC where LinuxCNC is another user's."""
         if not self._polled():
             return ControlNow(Doing.AWAY, "", self._still_s())
         status, automatic = self._status, self._status.task_mode == self._nc.MODE_AUTO
@@ -90,7 +90,7 @@ class LinuxCnc:
         return ControlNow(doing, self._name(status.file), self._still_s(), status.motion_line or None)
 
     def witness(self) -> str:
-        """The end of what programs have logged."""
+        """Returns the end of what programs have logged; empty where there is no log."""
         with suppress(OSError), (self._home / LOG_FILE).open("rb") as log:
             log.seek(0, os.SEEK_END)
             start = max(0, log.tell() - _LOG_TAIL)
@@ -100,7 +100,7 @@ class LinuxCnc:
         return ""
 
     def write(self, name: str, text: bytes) -> None:
-        """Whole, or not at all."""
+        """Writes a program whole, or not at all."""
         aside = self._programs / f".{name}"
         try:
             with aside.open("wb") as file:
@@ -112,11 +112,11 @@ class LinuxCnc:
             raise _failed(f"{name!r} is not written to {self._programs}: {error.strerror}") from error
 
     def read_back(self, name: str) -> bytes | None:
-        """The file as it stands there."""
+        """Returns the file as it stands there; None: there is none."""
         return _content(self._programs / name)
 
     def open(self, name: str) -> None:
-        """Loads a program, and waits until LinuxCNC says that it has it."""
+        """Loads a program, and waits until LinuxCNC reports it as loaded."""
         self._told("automatic mode", lambda: self._command.mode(self._nc.MODE_AUTO))
         self._told(f"loading {name!r}", lambda: self._command.program_open(str(self._programs / name)))
         until = time.monotonic() + TAKEN_S
@@ -137,11 +137,11 @@ class LinuxCnc:
         self._command.auto(self._nc.AUTO_RUN, 0)
 
     def touches(self, name: str) -> bytes | None:
-        """PROBEOPEN and LOGOPEN write into the configuration's folder."""
+        """Returns a gauging program's file, which PROBEOPEN and LOGOPEN write into the configuration's folder."""
         return _content(self._home / name)
 
     def discard_touches(self, name: str) -> None:
-        """Under another name, with the time: nothing is lost."""
+        """Renames the file with the time appended: nothing is lost."""
         with suppress(FileNotFoundError):
             (self._home / name).rename(self._home / f"{name}.{time.time_ns()}")
 

@@ -50,7 +50,7 @@ class Service:
         )
 
     def next(self) -> Offered | None:
-        """What the machine may run now."""
+        """Fetches what the machine may run now; None: nothing."""
         said = self._post("/cell/next", {})
         if said is None:
             return None
@@ -69,15 +69,15 @@ class Service:
             self._post(f"/cell/{entries[0].what}", first)
 
     def heartbeat(self, said: Mapping[str, Any]) -> None:
-        """What the machine does now."""
+        """Reports the machine's present state."""
         self._post("/cell/heartbeat", dict(said))
 
     def trace(self, said: Mapping[str, Any]) -> None:
-        """What its corrector did."""
+        """Reports what the machine's corrector did."""
         self._post("/cell/trace", dict(said))
 
     def arm(self, order: str, parts: int, why: str) -> Mapping[str, Any]:
-        """So many parts of an order start without Cycle Start."""
+        """Arms so many parts of an order: they start without Cycle Start."""
         done: Mapping[str, Any] = self._post(f"/orders/{order}/arm", {"parts": parts, "why": why})
         return done
 

@@ -22,7 +22,7 @@ class Temperature:
 def read_pins(
     pins: Mapping[str, str], ages: Mapping[str, str], program: str = "halcmd"
 ) -> tuple[dict[str, Temperature], list[str]]:
-    """By the name of the signal, of the pins that can be read; and of the others why not.
+    """Reads pins: temperatures by the name of the signal, and for those that cannot be read, why not.
 
     `ages`: pins with the values' ages in s; a value without one is of now.
     """

@@ -12,6 +12,6 @@ class Seen:
 
 
 def seen(log: str, key: str) -> Seen:
-    """Of one run. A last line without its end is not read: it may be being written."""
+    """Counts the starts and ends of one run. A last line without its end is not read: it may be being written."""
     lines = [line.strip() for line in log.splitlines(keepends=True) if line.endswith("\n")]
     return Seen(lines.count(f"{key} started"), lines.count(f"{key} ended"))

@@ -42,28 +42,28 @@ class Configuration:
     hal: tuple[HalLine, ...]
 
     def all(self, section: str, key: str) -> tuple[Entry, ...]:
-        """Every entry of this name."""
+        """Returns every entry of this name."""
         return tuple(e for e in self.entries if (e.section, e.key) == (section, key))
 
     def value(self, section: str, key: str, otherwise: str = "") -> str:
-        """The first entry's value."""
+        """Returns the first entry's value, else `otherwise`."""
         return next((entry.value for entry in self.all(section, key)), otherwise)
 
     def commands(self, verb: str) -> tuple[HalLine, ...]:
-        """The lines of HAL with this command."""
+        """Returns the lines of HAL with this command."""
         return tuple(line for line in self.hal if line.words and line.words[0] == verb)
 
     def using(self, pin: str) -> tuple[HalLine, ...]:
-        """The lines of HAL that name a pin."""
+        """Returns the lines of HAL that name a pin."""
         return tuple(line for line in self.hal if pin in line.words[1:])
 
     def signal_of(self, pin: str) -> str | None:
-        """The signal that a pin is netted to."""
+        """Returns the signal that a pin is netted to; None: none."""
         return next((line.words[1] for line in self.using(pin) if line.words[0] == "net"), None)
 
 
 def read_configuration(ini: Path) -> Configuration:
-    """The files. Raises RTC-HAL for one that cannot be read, and for what is no plain HAL."""
+    """Reads the files. Raises RTC-HAL for one that cannot be read, and for what is no plain HAL."""
     entries = tuple(_entries(ini))
     named = Configuration(ini, entries, ())
     lines: list[HalLine] = []

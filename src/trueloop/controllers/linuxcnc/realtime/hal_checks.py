@@ -24,7 +24,7 @@ def check_free(configuration: Configuration) -> None:
 
 
 def joints_of(configuration: Configuration) -> dict[int, int]:
-    """The joint of each axis, 0, 1, 2 for X, Y, Z. Raises RTC-HAL where joints are no axes, or two are one."""
+    """Returns the joint of each axis, 0, 1, 2 for X, Y, Z. Raises RTC-HAL where joints are no axes, or two are one."""
     kinematics = configuration.all("KINS", "KINEMATICS")
     words = kinematics[0].value.split() if kinematics else []
     if words[:1] != ["trivkins"]:
@@ -63,7 +63,7 @@ def check_compensation(configuration: Configuration, joints: dict[int, int]) -> 
 
 
 def added(configuration: Configuration, function: str) -> HalLine:
-    """The line that puts a function into a thread. Raises RTC-HAL without one, and for a place by number."""
+    """Returns the line that puts a function into a thread. Raises RTC-HAL without one, and for a place by number."""
     found = [line for line in configuration.commands("addf") if line.words[1] == function and len(line.words) > 2]
     if not found:
         raise TrueloopError(
@@ -83,7 +83,7 @@ def added(configuration: Configuration, function: str) -> HalLine:
 
 
 def units(configuration: Configuration) -> Entry:
-    """The entry that says the machine's unit. Raises RTC-HAL without one."""
+    """Returns the entry of the machine's unit. Raises RTC-HAL without one."""
     found = configuration.all("TRAJ", "LINEAR_UNITS")
     if not found:
         raise TrueloopError(

@@ -23,17 +23,17 @@ class Limits(NamedTuple):
     section: str
 
     def in_mm(self, unit_mm: float) -> Ends:
-        """Lowest and highest command, mm, for a machine unit of `unit_mm`."""
+        """Returns lowest and highest command, mm, for a machine unit of `unit_mm`."""
         return self.ends[0] * unit_mm, self.ends[1] * unit_mm
 
     def inside_mm(self, unit_mm: float, travel: Ends) -> Ends:
-        """How far MIN_LIMIT and MAX_LIMIT lie inside a travel, mm: the room of a correction towards that end."""
+        """Returns how far MIN_LIMIT and MAX_LIMIT lie inside a travel, mm: a correction's room towards that end."""
         low, high = self.in_mm(unit_mm)
         return low - travel[0], travel[1] - high
 
 
 def limits_of(configuration: Configuration, joint: int, axis: int) -> Limits:
-    """The limits of [JOINT_N], else those of [AXIS_L]; ±1e99 where neither states one. Raises RTC-HAL for no number."""
+    """Returns the limits of [JOINT_N], else of [AXIS_L]; ±1e99 where neither has one. Raises RTC-HAL for no number."""
     sections = (f"JOINT_{joint}", f"AXIS_{AXES[axis]}")
     entries, ends = [], []
     for key, default in zip(KEYS, (-NO_LIMIT, NO_LIMIT), strict=True):

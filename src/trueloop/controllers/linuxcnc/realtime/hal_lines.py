@@ -98,7 +98,7 @@ class Wiring:
 
 
 def wiring(configuration: Configuration, image: Image | None = None, image_file: str = "IMAGE.rtec") -> Wiring:
-    """What a configuration needs. `image`: signals and serial are taken from it.
+    """Determines what a configuration needs. `image`: signals and serial are taken from it.
 
     Raises RTC-HAL for a configuration that the corrector cannot be put into, by what stands in the way, and for an
     image of another machine.

@@ -19,7 +19,7 @@ OBJECT: Final = "trueloop_rtec.o"
 
 
 def sources() -> dict[str, bytes]:
-    """All that is compiled, by file name."""
+    """Returns all that is compiled, by file name."""
     return {
         "rtec.comp": source("realtime/rtec.comp").encode(),
         "rtec.h": _core.realtime_header().encode(),
@@ -29,13 +29,13 @@ def sources() -> dict[str, bytes]:
 
 @cache
 def component() -> bytes:
-    """rtec.so. Raises RTC-BUILD with the compiler's words, CTL-LINUXCNC where LinuxCNC is missing."""
+    """Compiles rtec.so. Raises RTC-BUILD with the compiler's words, CTL-LINUXCNC where LinuxCNC is missing."""
     return compiled("rtec", sources(), f"-Wl,--gc-sections {{folder}}/{OBJECT}", Code.RTC_BUILD)
 
 
 @cache
 def recorder() -> bytes:
-    """recorder.so: for sessions that are judged. Raises RTC-BUILD, CTL-LINUXCNC."""
+    """Compiles recorder.so, for sessions that are judged. Raises RTC-BUILD, CTL-LINUXCNC."""
     return compiled("recorder", {"recorder.comp": source("realtime/recorder.comp").encode()}, code=Code.RTC_BUILD)
 
 
@@ -84,7 +84,7 @@ def install(to: Path | None = None, keep_sources: Path | None = None) -> Install
 
 
 def linuxcnc_version() -> str:
-    """What LinuxCNC says of itself. Raises RTC-BUILD where it says nothing, or is not the one of user space."""
+    """Returns the version that LinuxCNC reports. Raises RTC-BUILD where it is not the one of user space."""
     done = subprocess.run(["linuxcnc_var", "all"], capture_output=True, text=True, check=False)
     told = dict(line.partition("=")[::2] for line in done.stdout.splitlines())
     if told.get("RTS", "uspace") != "uspace":
@@ -97,7 +97,7 @@ def linuxcnc_version() -> str:
 
 
 def modules_folder() -> Path:
-    """Where LinuxCNC looks for modules, as halcompile's own makefile says. Raises RTC-BUILD where it does not."""
+    """Returns LinuxCNC's folder of modules, from halcompile's own makefile. Raises RTC-BUILD where that has none."""
     makefile = subprocess.run(["halcompile", "--print-modinc"], capture_output=True, text=True, check=False)
     for name in makefile.stdout.split():
         named = re.findall(r"^\s*RTLIBDIR\s*:?=\s*(\S+)", Path(name).read_text(errors="replace"), re.MULTILINE)

@@ -25,7 +25,7 @@ POLL_S = 0.1
 
 
 def main() -> None:
-    """Attaches, says what there is, passes it on."""
+    """Attaches to the streams, describes them in one line, passes their rows on."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for who started this, and who then closes stdin
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(0))
     component = hal.component(f"trueloop-watch-{os.getpid()}")
@@ -42,13 +42,13 @@ def main() -> None:
 
 
 def say(head: "dict[str, object]") -> None:
-    """One line of JSON."""
+    """Writes one line of JSON."""
     sys.stdout.buffer.write(json.dumps(head).encode() + b"\n")
     sys.stdout.buffer.flush()
 
 
 def attach(component: Any) -> "tuple[list[Any], dict[str, object]]":
-    """The streams whose first pin is the count of periods, and what their pins are on."""
+    """Attaches to the streams whose first pin is the count of periods; returns them and what their pins are on."""
     pins = shown("pin")
     if not hal.component_exists("rtec"):
         others = sorted({words[0] for words in pins} - {component.getprefix()})
@@ -84,7 +84,7 @@ def attach(component: Any) -> "tuple[list[Any], dict[str, object]]":
 
 
 def shown(what: str) -> "list[list[str]]":
-    """What `halcmd` lists, a list of words a line."""
+    """Returns what `halcmd show` lists, a list of words a line."""
     done = subprocess.run(
         ["halcmd", "-s", "show", what], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False
     )
@@ -92,7 +92,7 @@ def shown(what: str) -> "list[list[str]]":
 
 
 def linked(pins: "list[list[str]]") -> "tuple[list[str], dict[str, str]]":
-    """All names of pins, and the signal of each that is on one: "owner type direction value name <== signal"."""
+    """Returns all names of pins, and the signal of each that has one: "owner type direction value name <== signal"."""
     names: list[str] = []
     signals: dict[str, str] = {}
     for words in pins:
@@ -137,7 +137,7 @@ def pass_on(streams: "list[Any]") -> None:
 
 
 def joined(waiting: "list[Any]") -> "Iterator[list[float]]":
-    """Rows of which every stream has its part; parts whose fellows found no room are left out."""
+    """Yields rows of which every stream has its part; parts whose fellows found no room are left out."""
     while all(waiting):
         first = [rows[0][0] for rows in waiting]
         newest = max(first, key=lambda count: (count - first[0] + 2**31) % 2**32)

@@ -30,7 +30,7 @@ WORDS = {"TRUE": True, "FALSE": False}
 
 
 def hal(*words: object) -> str:
-    """What halcmd answers. Raises RuntimeError with its words."""
+    """Runs a command of halcmd and returns its output. Raises RuntimeError with its words."""
     done = subprocess.run(["halcmd", "-s", *map(str, words)], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"halcmd {' '.join(map(str, words))}: {(done.stderr + done.stdout).strip()}")
@@ -38,13 +38,13 @@ def hal(*words: object) -> str:
 
 
 def value(pin: str) -> float:
-    """Of a pin or a parameter."""
+    """Returns the value of a pin or a parameter."""
     told = hal("getp", pin)
     return WORDS[told] if told in WORDS else float(told) if "." in told or "e" in told or "n" in told else int(told, 0)
 
 
 def pin_of(name: str) -> "tuple[str, str] | None":
-    """Type and signal ("": none) of a pin; nothing for a parameter."""
+    """Returns type and signal ("": none) of a pin; nothing for a parameter."""
     rows = [line.split() for line in hal("show", "pin", name).splitlines()]
     found = [row for row in rows if name in row]
     if not found:
@@ -66,34 +66,34 @@ class Player(Operator):
         self.messages.append(message.strip())
 
     def mode(self, mode: int) -> None:
-        """Manual, MDI or AUTO."""
+        """Switches to manual, MDI or AUTO."""
         self.status.poll()
         if self.status.task_mode != mode:
             self.command.mode(mode)
             self.command.wait_complete(PATIENCE_S)
 
     def idle(self) -> bool:
-        """Whether nothing is being done."""
+        """Returns whether nothing is being done."""
         state = self.status
         settled = state.interp_state == linuxcnc.INTERP_IDLE and state.exec_state == linuxcnc.EXEC_DONE
         return bool(settled and state.inpos)
 
     def do_on(self) -> None:
-        """Out of the emergency stop, and on."""
+        """Takes the machine out of the emergency stop and switches it on."""
         for state in (linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_ON):
             self.switch(state)
 
     def switch(self, state: int) -> None:
-        """To a state of the task."""
+        """Switches to a state of the task and waits until it is reached."""
         self.command.state(state)
         self.until(lambda: bool(self.status.task_state == state), PATIENCE_S)
 
     def do_estop(self) -> None:
-        """The emergency stop."""
+        """Triggers the emergency stop."""
         self.switch(linuxcnc.STATE_ESTOP)
 
     def do_home(self, joint: int = -1) -> None:
-        """One joint, or all."""
+        """Homes one joint, or all, and waits until they are homed."""
         self.do_start_home(joint)
         joints = range(self.status.joints) if joint < 0 else [joint]
         time.sleep(0.1)  # it is not homing at once
@@ -102,14 +102,14 @@ class Player(Operator):
         )
 
     def do_start_home(self, joint: int = -1) -> None:
-        """Without waiting."""
+        """Starts homing without waiting."""
         self.mode(linuxcnc.MODE_MANUAL)
         self.command.teleop_enable(0)
         self.command.wait_complete(PATIENCE_S)
         self.command.home(joint)
 
     def do_mdi(self, block: str) -> None:
-        """A block, to its end or its first error."""
+        """Executes a block, to its end or its first error."""
         self.mode(linuxcnc.MODE_MDI)
         before = len(self.messages)
         self.command.mdi(block)
@@ -117,7 +117,7 @@ class Player(Operator):
         self.until(lambda: self.idle() or len(self.messages) > before, PATIENCE_S)
 
     def do_start_mdi(self, block: str) -> None:
-        """Without waiting."""
+        """Starts a block without waiting."""
         self.mode(linuxcnc.MODE_MDI)
         self.command.mdi(block)
 
@@ -134,35 +134,35 @@ class Player(Operator):
         self.until(lambda: self.status.interp_state != linuxcnc.INTERP_IDLE or time.monotonic() > end, PATIENCE_S)
 
     def do_finish(self, timeout_s: float = 600.0) -> None:
-        """Until the program has ended."""
+        """Waits until the program has ended."""
         self.until(self.idle, timeout_s)
 
     def do_run_program(self, program: str, feed_override: float = 1.0, timeout_s: float = 600.0) -> None:
-        """A program, to its end or its first error."""
+        """Runs a program, to its end or its first error."""
         before = len(self.messages)
         self.do_start(program, feed_override)
         self.until(lambda: self.idle() or len(self.messages) > before, timeout_s)
 
     def do_pause(self) -> None:
-        """Feed hold."""
+        """Holds the feed."""
         self.command.auto(linuxcnc.AUTO_PAUSE)
 
     def do_resume(self) -> None:
-        """On after a pause."""
+        """Resumes after a pause."""
         self.command.auto(linuxcnc.AUTO_RESUME)
 
     def do_abort(self) -> None:
-        """The stop button."""
+        """Aborts, as the stop button does."""
         self.command.abort()
         self.command.wait_complete(PATIENCE_S)
 
     def do_jog(self, joint: int, velocity_mm_per_s: float, distance_mm: float) -> None:
-        """A joint by hand; without waiting."""
+        """Moves a joint by hand, without waiting."""
         self.mode(linuxcnc.MODE_MANUAL)
         self.command.jog(linuxcnc.JOG_INCREMENT, self.status.motion_mode == 1, joint, velocity_mm_per_s, distance_mm)
 
     def do_set(self, name: str, to: float) -> None:
-        """A pin, by its signal where it is linked, or a parameter."""
+        """Sets a pin, by its signal where it is linked, or a parameter."""
         pin = pin_of(name)
         if pin and pin[1]:
             hal("sets", pin[1], to)
@@ -170,7 +170,7 @@ class Player(Operator):
             hal("setp", name, to)
 
     def do_hal(self, *words: str) -> None:
-        """A command of halcmd."""
+        """Runs a command of halcmd."""
         hal(*words)
 
     def do_get(self, name: str, *pins: str) -> None:
@@ -179,43 +179,43 @@ class Player(Operator):
         self.got[name] = values[0] if len(values) == 1 else values
 
     def do_probed(self, name: str) -> None:
-        """Whether and where the last probing move touched, work coordinates: X, Y, Z."""
+        """Stores whether and where the last probing move touched, work coordinates: X, Y, Z."""
         self.status.poll()
         self.got[name] = [bool(self.status.probe_tripped), *self.status.probed_position[:3]]
 
     def do_place(self, name: str) -> None:
-        """What the control displays, machine coordinates: X, Y, Z."""
+        """Stores the position that the control displays, machine coordinates: X, Y, Z."""
         self.status.poll()
         self.got[name] = list(self.status.actual_position[:3])
 
     def do_status(self, name: str, field: str) -> None:
-        """A field of LinuxCNC's status."""
+        """Stores a field of LinuxCNC's status."""
         self.status.poll()
         self.got[name] = getattr(self.status, field)
 
     def do_wait(self, name: str, wanted: float, timeout_s: float = PATIENCE_S) -> None:
-        """Until a pin has a value, to a millionth."""
+        """Waits until a pin has a value, to a millionth. Raises TimeoutError."""
         try:
             self.until(lambda: abs(value(name) - wanted) < 1e-6, timeout_s)
         except TimeoutError:
             raise TimeoutError(f"{name} is {value(name)}, not {wanted}, after {timeout_s} s") from None
 
     def do_sleep(self, seconds: float) -> None:
-        """For what cannot be waited for."""
+        """Waits so many seconds, for what cannot be waited for."""
         end = time.monotonic() + seconds
         self.until(lambda: time.monotonic() > end, seconds + PATIENCE_S)
 
     def do_put(self, source: str, to: str) -> None:
-        """A file in place of another, as a whole."""
+        """Puts a file in place of another, as a whole."""
         shutil.copy(source, f"{to}.next")
         Path(f"{to}.next").replace(to)
 
     def do_remove(self, file: str) -> None:
-        """A file of the configuration's folder."""
+        """Removes a file of the configuration's folder."""
         Path(file).unlink()
 
     def do_record(self, on: bool) -> None:
-        """From here on, or not."""
+        """Switches recording on or off."""
         hal("setp", "recorder.enable", int(on))
 
     def do_note(self, name: str) -> None:

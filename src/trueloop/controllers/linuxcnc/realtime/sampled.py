@@ -26,7 +26,7 @@ class SampledPin:
 
 
 def sampled_pins(joints: Mapping[int, int], signals: int) -> tuple[SampledPin, ...]:
-    """All pins to record, the count of periods left out.
+    """Returns all pins to record, without the count of periods.
 
     `joints`: by axis (0, 1, 2 for X, Y, Z) its joint's number. `signals`: how many the image needs.
     """
@@ -67,7 +67,7 @@ STATES: Final = {
 
 
 def streams(pins: Sequence[SampledPin]) -> list[tuple[SampledPin, ...]]:
-    """The pins by stream, each with the count of periods at its head."""
+    """Divides the pins into streams, each with the count of periods at its head."""
     room, head = MOST_PINS - 1, SampledPin(PERIODS, "u")
     return [(head, *pins[start : start + room]) for start in range(0, len(pins), room)]
 

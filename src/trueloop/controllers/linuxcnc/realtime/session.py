@@ -78,7 +78,7 @@ class Driven:
 
 
 def drive(setup: Setup, steps: Sequence[Step], progress: Progress | None = None) -> Driven:
-    """Carries out the steps. Messages of LinuxCNC end nothing: they are told.
+    """Carries out the steps. Messages of LinuxCNC end nothing: they are reported.
 
     Raises CTL-LINUXCNC where LinuxCNC is missing, does not come up, or a step cannot be done, RTC-BUILD where the
     component cannot be compiled.
@@ -100,27 +100,27 @@ def drive(setup: Setup, steps: Sequence[Step], progress: Progress | None = None)
 
 
 def on() -> Step:
-    """Out of the emergency stop, machine on."""
+    """Makes the step out of the emergency stop, machine on."""
     return ("on",)
 
 
 def home(joint: int = -1) -> Step:
-    """A joint, or all, and waits until it is homed."""
+    """Makes the step that homes a joint, or all, and waits until it is homed."""
     return ("home", joint)
 
 
 def mdi(block: str) -> Step:
-    """One block, and waits until it is done."""
+    """Makes the step that executes one block and waits until it is done."""
     return ("mdi", block)
 
 
 def run(program: str, feed_override: float = 1.0) -> Step:
-    """A program of `files` to its end, or its first error; `start` and `finish` do it in two steps."""
+    """Makes the step that runs a program of `files` to its end or first error; `start` and `finish` take two steps."""
     return ("run_program", program, feed_override)
 
 
 def put(name: str, to: float | str) -> Step:
-    """A pin or parameter."""
+    """Makes the step that sets a pin or parameter."""
     return ("set", name, to)
 
 
@@ -130,22 +130,22 @@ def get(name: str, *pins: str) -> Step:
 
 
 def wait(pin: str, value: float, timeout_s: float = 60.0) -> Step:
-    """Until a pin has a value."""
+    """Makes the step that waits until a pin has a value."""
     return ("wait", pin, value, timeout_s)
 
 
 def sleep(seconds: float) -> Step:
-    """For what has no pin to wait for."""
+    """Makes the step that waits, for what has no pin to wait for."""
     return ("sleep", seconds)
 
 
 def record(on: bool = True) -> Step:
-    """From here, or not from here."""
+    """Makes the step from which on rows are recorded, or are not."""
     return ("record", on)
 
 
 def note(name: str) -> Step:
-    """How many rows there are by now: a place in `Driven.samples`."""
+    """Makes the step that notes how many rows there are by then: a place in `Driven.samples`."""
     return ("note", name)
 
 
@@ -171,7 +171,7 @@ def _modules(setup: Setup) -> dict[str, bytes]:
 
 
 def with_entries(ini: str, entries: Sequence[tuple[str, str, str]]) -> str:
-    """An INI file's text with keys set, section by section."""
+    """Sets keys in an INI file's text, section by section."""
     for section, key, value in entries:
         head, found, rest = ini.partition(f"[{section}]\n")
         body, following, after = rest.partition("\n[")

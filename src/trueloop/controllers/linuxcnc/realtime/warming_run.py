@@ -103,7 +103,7 @@ def warming_run(
 
 
 def interruption(driven: Driven, program: str) -> str:
-    """Why a run is not the whole program in consecutive servo periods; "" where it is."""
+    """Returns why a run is not the whole program in consecutive servo periods; "" where it is."""
     if TOO_BUSY in driven.log:
         return f"LinuxCNC ended the program because its motion did not answer for a second: {TOO_BUSY!r}"
     if driven.messages:

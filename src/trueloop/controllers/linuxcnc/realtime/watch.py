@@ -53,7 +53,7 @@ class Watched:
         self._first: int | None = None
 
     def periods(self, wait_s: float) -> Samples | None:
-        """What came since the last call, after `wait_s` at most; maybe nothing. None: LinuxCNC has ended."""
+        """Returns what came since the last call, after `wait_s` at most; maybe nothing. None: LinuxCNC has ended."""
         assert self._process.stdout is not None
         if not select.select([self._process.stdout], [], [], wait_s)[0]:
             return self._samples(b"")
@@ -103,7 +103,7 @@ def _end(process: "subprocess.Popen[bytes]") -> None:
 
 
 def layout_of(said: bytes, named: Sequence[tuple[str, str]] | None = None) -> Layout:
-    """From the reader's first line. Raises RTC-CONNECTION."""
+    """Determines the layout from the reader's first line. Raises RTC-CONNECTION."""
     if not said:
         raise _no_linuxcnc("its `hal` module for Python cannot be used")
     head: dict[str, Any] = json.loads(said)

@@ -14,7 +14,7 @@ ARROWS: Final = ("=>", "<=", "<=>")
 
 
 def watching(configuration: Configuration, made: Wiring, signals: int) -> tuple[Change, ...]:
-    """A file of lines, to be loaded after that of the corrector. `signals`: how many the image needs.
+    """Makes a file of lines, to be loaded after that of the corrector. `signals`: how many the image needs.
 
     Raises RTC-HAL where the configuration loads a sampler of its own: it can be loaded once only.
     """

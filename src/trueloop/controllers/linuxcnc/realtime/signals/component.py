@@ -50,7 +50,7 @@ class Interpreter:
         self._process: Path | None = None
 
     def loaded(self, file: str) -> Path:
-        """What it has open under this name: another file than the name's when that was replaced since.
+        """Returns the file that the interpreter has open under this name: another than the name's if that was replaced.
 
         The name's file where the interpreter has none open, or where looking into its process is not allowed.
         """
@@ -82,7 +82,7 @@ class ProgramWatch:
         self._called = False
 
     def running(self, file: str, *, automatic: bool, idle: bool, call_level: int, queued: int) -> Running:
-        """NONE in manual and MDI, between programs, and in a subprogram until its last motion is done: lines are
+        """Returns NONE in manual and MDI, between programs, and in a subprogram until its last motion ends: lines are
         those of another file there, and the interpreter is ahead of the motion.
 
         A file that changes while it runs is OTHER: what of it was read before nobody knows.
@@ -144,7 +144,7 @@ class ProgramThread(threading.Thread):
             wait(self._stopped, began_s, EVERY_S if ask else AGAIN_S)
 
     def healthy(self, now_s: float) -> bool:
-        """Whether it goes on asking."""
+        """Returns whether the thread goes on polling."""
         return self.is_alive() and now_s - self.asked_s < HANGS_S
 
     def _connected(self) -> Callable[[], Running]:
@@ -196,7 +196,7 @@ class Collector:
         return [*self.readers.values(), self.past]
 
     def readings(self, now_s: float, spindle_rpm: float | None) -> list[Reading]:
-        """The image's signals in its order."""
+        """Returns the readings of the image's signals in its order."""
         for name in self.setup.spindle if spindle_rpm is not None else ():
             self.board.put(name, spindle_rpm or 0.0, now_s)
         for name, value in self.setup.constants.items():
@@ -205,7 +205,7 @@ class Collector:
         return [found.get(signal.name, NOTHING) for signal in self.setup.wanted]
 
     def healthy(self, now_s: float) -> bool:
-        """Whether every thread does its work."""
+        """Returns whether every thread does its work."""
         return self.past.healthy(now_s) and all(reader.is_alive() for reader in self.readers.values())
 
 
@@ -231,7 +231,7 @@ def _states(setup: Setup, history: History | None) -> dict[str, LagState | None]
 
 
 def run(setup: Setup, hal: Any, linuxcnc: Any, sha256: Callable[[], str], stop: threading.Event, say: Say) -> None:
-    """Runs the component until `stop`. `sha256`: of the image's program; it is asked for whenever no program runs.
+    """Runs the component until `stop`. `sha256`: of the image's program; it is read again whenever no program runs.
 
     Raises RTC-CONNECTION where the hardware layer does not take it, RTC-SOURCE where the image's signals have changed.
     """

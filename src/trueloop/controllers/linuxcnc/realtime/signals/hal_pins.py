@@ -24,7 +24,7 @@ HINT: Final = (
 
 
 def linuxcnc_module(name: str, folder: str = DEBIANS) -> ModuleType:
-    """A module of LinuxCNC: the one this Python finds, else Debian's. Raises RTC-CONNECTION where there is none.
+    """Imports a module of LinuxCNC: this Python's own, else Debian's. Raises RTC-CONNECTION where there is none.
 
     Debian's folder is not searched for anything else: what else is in there belongs to the system.
     """
@@ -71,11 +71,11 @@ class Pins:
             self._component[f"age-{number}"] = NEVER_S
 
     def ready(self) -> None:
-        """`loadusr -W` waits for this."""
+        """Marks the component as ready, for which `loadusr -W` waits."""
         self._component.ready()
 
     def spindle_rpm(self) -> float | None:
-        """How fast the spindle turns, rev/min, whichever way; None where nothing is linked to the pin."""
+        """Returns the spindle speed, rev/min, without its sign; None where nothing is linked to the pin."""
         if not self._hal.pin_has_writer(f"{NAME}.spindle-speed"):
             return None
         return abs(float(self._component["spindle-speed"])) * 60

@@ -103,7 +103,7 @@ class Mqtt:
 
 
 def at_path(content: Any, path: str) -> Any:
-    """What stands there in JSON: names of objects and places in lists, parted by dots. Raises `LookupError`."""
+    """Returns the JSON value at a path of names and list places, parted by dots. Raises `LookupError`."""
     for step in path.split(".") if path else ():
         try:
             content = content[int(step)] if isinstance(content, list) else content[step]
@@ -113,14 +113,14 @@ def at_path(content: Any, path: str) -> Any:
 
 
 def number(value: Any) -> float:
-    """A finite number; a text that is one counts. Raises `ValueError`."""
+    """Returns a finite number; a text that is one counts. Raises `ValueError`."""
     if isinstance(value, bool) or not isinstance(value, (int, float, str)) or not math.isfinite(float(value)):
         raise ValueError(f"{str(value)[:40]!r} is no number")
     return float(value)
 
 
 def paho() -> Any:
-    """A client, for which the broker keeps nothing while it is away. Raises RTC-SOURCE without paho-mqtt."""
+    """Makes a client, for which the broker keeps nothing while it is away. Raises RTC-SOURCE without paho-mqtt."""
     try:
         from paho.mqtt import client
         from paho.mqtt.enums import CallbackAPIVersion

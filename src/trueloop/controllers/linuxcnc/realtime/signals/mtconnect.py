@@ -108,7 +108,7 @@ def _value(item: str, seen: Observation | None) -> tuple[float, float]:
 
 
 def fetched(url: str) -> bytes:
-    """What a server answers, all of it within some seconds. Raises `OSError`."""
+    """Fetches a server's answer, all of it within some seconds. Raises `OSError`."""
     last_s, parts = time.monotonic() + 2 * TIMEOUT_S, []
     try:
         with OPENER.open(url, timeout=TIMEOUT_S) as answer:
@@ -122,7 +122,7 @@ def fetched(url: str) -> bytes:
 
 
 def read_current(document: bytes) -> Current:
-    """An agent's answer. Raises `OSError` for what is none, and for a DOCTYPE: its entities may expand to any size."""
+    """Parses an agent's answer. Raises `OSError` for anything else, and a DOCTYPE: its entities may be of any size."""
     reader = _Reader()
     try:
         reader.parser.Parse(document, True)
@@ -171,6 +171,6 @@ class _Reader:
 
 
 def is_address(url: str) -> bool:
-    """Whether it names a server."""
+    """Returns whether a text names a server by http or https."""
     parts = urlsplit(url)
     return parts.scheme in ("http", "https") and bool(parts.hostname)

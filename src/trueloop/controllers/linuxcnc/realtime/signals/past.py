@@ -24,7 +24,7 @@ class Clock:
     speed: float = 1.0
 
     def at(self, now_s: float) -> float:
-        """The log's time at a time of the monotonic clock."""
+        """Returns the log's time at a time of the monotonic clock."""
         return self.log_s + self.speed * (now_s - self.monotonic_s)
 
 
@@ -55,7 +55,7 @@ class Past(threading.Thread):
         self.turned_s = time.monotonic()
 
     def run(self) -> None:
-        """A turn every `every_s`."""
+        """Takes a turn every `every_s`."""
         while not self._stopped.is_set():
             began_s = time.monotonic()
             try:
@@ -67,7 +67,7 @@ class Past(threading.Thread):
             wait(self._stopped, began_s, self._every_s)
 
     def turn(self, now_s: float) -> None:
-        """All lags one step on, and a row of the log where all sensors are read."""
+        """Advances all lags by one step, and writes a row of the log where all sensors are read."""
         read = {n: r for n, r in self._board.readings().items() if r.age_s(now_s) <= self._stale_s}
         known = dict(self._readings)
         for lag in self._lags:
@@ -81,11 +81,11 @@ class Past(threading.Thread):
         self._write(now_s, read)
 
     def readings(self) -> dict[str, Reading]:
-        """The lags that are known, each as old as what it was computed from."""
+        """Returns the lags that are known, each as old as what it was computed from."""
         return self._readings
 
     def healthy(self, now_s: float) -> bool:
-        """Whether the turns go on."""
+        """Returns whether the turns go on."""
         return self.is_alive() and now_s - self.turned_s < 5 * self._every_s + 1
 
     def _write(self, now_s: float, read: Mapping[str, Reading]) -> None:

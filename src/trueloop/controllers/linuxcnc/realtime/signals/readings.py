@@ -33,10 +33,10 @@ class Intake(Protocol):
     """Takes what a source says of its signals."""
 
     def put(self, name: str, value: float, time_s: float) -> None:
-        """A value as the sensor gives it, and when it was read."""
+        """Stores a value as the sensor gives it, and when it was read."""
 
     def refuse(self, name: str, why: str) -> None:
-        """Something that is no reading of this signal: it grows old."""
+        """Notes that something is no reading of this signal: it grows old."""
 
 
 class Feed(Protocol):
@@ -66,13 +66,13 @@ class Board:
                 self._latest[name] = Reading(value, time_s)
 
     def readings(self) -> dict[str, Reading]:
-        """All that was read, by name. Never waits for a sensor."""
+        """Returns all that was read, by name. Never waits for a sensor."""
         with self._lock:
             return dict(self._latest)
 
 
 def wait(stop: threading.Event, since_s: float, every_s: float) -> None:
-    """Until `every_s` after `since_s`, or until the end."""
+    """Waits until `every_s` after `since_s`, or until `stop` is set."""
     stop.wait(max(since_s + every_s - time.monotonic(), 0.0))
 
 
@@ -98,7 +98,7 @@ class Reader(threading.Thread):
         self.refused: dict[str, str] = {}
 
     def run(self) -> None:
-        """As the class says."""
+        """Runs the feed, after a failure again, with growing waits up to `LONGEST_WAIT_S`."""
         while not self._stopped.is_set():
             try:
                 self._feed(self, self._stopped)
@@ -125,7 +125,7 @@ class Reader(threading.Thread):
         self.refused = self.refused | {name: why}
 
     def why(self, name: str) -> str:
-        """Why a signal is not read, as far as it is known."""
+        """Returns why a signal is not read, as far as it is known."""
         return self.refused.get(name) or self._fault
 
     def _tell(self, fault: str) -> None:

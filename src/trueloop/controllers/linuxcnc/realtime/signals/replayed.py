@@ -56,7 +56,7 @@ class Replayed:
 
 
 def replayed(file: Located[SignalsFile], names: Sequence[str], lags: Sequence[Lag], clock: Clock) -> Replayed:
-    """What replays give for these signals.
+    """Prepares the replays that give these signals.
 
     Raises RTC-SOURCE for a signal that its log does not hold and for logs at different speeds, and as `read_history`.
     """

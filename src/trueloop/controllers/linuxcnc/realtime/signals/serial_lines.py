@@ -26,7 +26,7 @@ class LinePart:
     separator: str = ","
 
     def value(self, line: str) -> float | None:
-        """The number; None where the line holds none there."""
+        """Returns the number; None where the line holds none there."""
         with suppress(ValueError, IndexError):
             return float(self._text(line).strip())
         return None
@@ -80,7 +80,7 @@ class SerialLines:
 
 
 def pyserial() -> Any:
-    """The package. Raises RTC-SOURCE where it is not installed."""
+    """Imports the package. Raises RTC-SOURCE where it is not installed."""
     try:
         import serial
     except ImportError as missing:
@@ -89,7 +89,7 @@ def pyserial() -> Any:
 
 
 def not_installed(what: str, missing: ImportError) -> TrueloopError:
-    """The refusal of a source whose package is not there."""
+    """Makes the refusal of a source whose package is not there."""
     return TrueloopError(
         Code.RTC_SOURCE,
         f"{what} needs a package that cannot be loaded: {str(missing)!r}",

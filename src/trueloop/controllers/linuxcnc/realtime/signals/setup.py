@@ -53,7 +53,7 @@ class Setup:
 def setup_of(
     file: Located[SignalsFile], wanted: tuple[Signal, ...], lags: tuple[Lag, ...], units: Mapping[str, str]
 ) -> Setup:
-    """`lags` are those of the model that the image was made from, `units` those of its signals where they are known.
+    """Makes the setup: `lags` of the model that the image was made from, `units` of its signals where they are known.
 
     Raises RTC-SOURCE for a signal without a source, for one that nothing needs, for what a source cannot give.
     """

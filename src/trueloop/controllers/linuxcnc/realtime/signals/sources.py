@@ -54,7 +54,7 @@ class OneWire:
 
 
 def temperature_degC(device: Path) -> float:
-    """What a sensor says, °C. Raises `OSError` where it is not there, `ValueError` for what is no reading of it."""
+    """Reads a sensor, °C. Raises `OSError` where it is not there, `ValueError` for what is no reading of it."""
     slave = device / "w1_slave"
     text = (slave if slave.exists() else device / "temperature").read_text(encoding="ascii", errors="replace")
     milli = _from_scratchpad(text) if slave.exists() else int(text)
@@ -101,7 +101,7 @@ KINDS: Final = {
 
 
 def kind_of(file: Located[SignalsFile], name: str) -> str:
-    """Of which kind a signal's source is. Raises RTC-SOURCE for a source that is not there, or there twice."""
+    """Returns the kind of a signal's source. Raises RTC-SOURCE for a source that is not there, or there twice."""
     source = file.model.signals[name].source
     named = {kind: getattr(file.model, kind) for kind in KINDS if kind not in (SPINDLE, CONSTANT)}
     found = [kind for kind, tables in named.items() if source in tables]
@@ -163,7 +163,7 @@ def _wrong(name: str, what: str) -> TrueloopError:
 
 
 def one_wire_feed(table: OneWireTable, signals: Signals, folder: Path) -> Feed:
-    """All sensors of the bus."""
+    """Makes the feed of all sensors of the bus."""
     return OneWire({name: str(signal.device) for name, signal in signals.items()}, table.every_s, folder / table.folder)
 
 

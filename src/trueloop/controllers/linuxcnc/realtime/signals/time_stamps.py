@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 
 
 def unix_s(stamp: object) -> float:
-    """An ISO 8601 text, without a zone UTC, or a number of seconds (or milliseconds) since 1970, in s since then.
+    """Converts an ISO 8601 text (without a zone: UTC) or s or ms since 1970 to s since 1970.
 
     Raises `ValueError` for anything else.
     """
@@ -18,7 +18,7 @@ def unix_s(stamp: object) -> float:
 
 
 def reported_s(stamp_s: float, source_now_s: float, asked_s: float, skew_s: float) -> float:
-    """When a value was read, on the clock that said `asked_s` when the source's said `source_now_s`.
+    """Returns when a value was read, on the clock that read `asked_s` when the source's read `source_now_s`.
 
     Raises `ValueError` for a stamp that lies in the future by more than `skew_s`: the clocks disagree, so that nobody
     knows how old the value is.
