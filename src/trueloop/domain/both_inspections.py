@@ -51,5 +51,5 @@ class BothInspections:
 
     @property
     def identity(self) -> Identity:
-        """Those of both inspections."""
+        """Returns the identities of both inspections."""
         return *self.on_machine, *self.on_cmm

@@ -18,7 +18,7 @@ class Quantity(StrEnum):
 
     @property
     def unit(self) -> str:
-        """Of its values: millimetres, or degrees of an angle."""
+        """Returns the unit of its values: millimetres, or degrees of an angle."""
         return "deg" if self is Quantity.ANGLE else "mm"
 
 

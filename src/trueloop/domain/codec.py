@@ -23,7 +23,7 @@ from trueloop.errors import Code, TrueloopError
 
 
 def fits(value: object, hint: Any) -> bool:
-    """Whether a value is of a type as annotations write it: unions, literals, and what containers hold, included.
+    """Returns whether a value is of a type as annotations write it: unions, literals, and contents of containers.
 
     A whole number is a float too, a bool is neither. The elements of an array are not looked at.
     """
@@ -71,7 +71,7 @@ class Codec:
 
     @classmethod
     def of(cls, *types: type, **renamed: type) -> "Codec":
-        """A codec of frozen dataclasses and enumerations, each under its own name or the one given."""
+        """Makes a codec of frozen dataclasses and enumerations, each under its own name or the one given."""
         return cls({}).with_more(*types, **renamed)
 
     def with_more(self, *types: type, **renamed: type) -> "Codec":
@@ -85,18 +85,18 @@ class Codec:
         return Codec(named)
 
     def to_json(self, value: object) -> str:
-        """A value as a JSON document. Raises TypeError for what is no value of this codec."""
+        """Writes a value as a JSON document. Raises TypeError for what is no value of this codec."""
         return json.dumps(self.plain(value), ensure_ascii=False, allow_nan=False) + "\n"
 
     def from_json(self, text: str | bytes, kind: type[T]) -> T:
-        """The value of a JSON document, of this type. Raises VAL-FORM for one that does not hold it."""
+        """Reads the value of a JSON document, of this type. Raises VAL-FORM for one that does not hold it."""
         try:
             return self.value(json.loads(text, parse_constant=_no_constant), kind)
         except (ValueError, RecursionError) as wrong:
             raise _refused(f"{wrong}", WHOLE) from wrong
 
     def plain(self, value: object) -> Plain:
-        """A value as what `json` writes."""
+        """Converts a value to what `json` writes."""
         if isinstance(value, Enum) or is_dataclass(value):
             return self._plain_of_registered(value)
         if value is None or isinstance(value, bool | int | str):
@@ -108,7 +108,7 @@ class Codec:
         return self._plain_of_mapping(value) if isinstance(value, Mapping) else self._plain_of_other(value)
 
     def value(self, plain: Plain, kind: type[T]) -> T:
-        """The value of what `json` has read, of this type. Raises VAL-FORM for what does not hold it."""
+        """Converts what `json` has read to a value of this type. Raises VAL-FORM for what does not hold it."""
         found = self._value(plain, WHOLE)
         if not isinstance(found, kind):
             raise _refused(f"a {type(found).__name__} instead of a {kind.__name__}", WHOLE)

@@ -26,10 +26,10 @@ class Correction(Generic[Payload]):
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """That of its record."""
+        """Returns the identity of its record."""
         return self.record.identity
 
     @property
     def source_sha256(self) -> str:
-        """Of the program that it corrects; "" where it corrects none."""
+        """Returns the hash of the program that it corrects; "" where it corrects none."""
         return "" if self.record.program is None else self.record.program.sha256

@@ -27,12 +27,12 @@ class CutWith:
 
     @property
     def corrected(self) -> bool:
-        """Whether a correction was in force."""
+        """Returns whether a correction was in force."""
         return bool(self.correction)
 
     @property
     def words(self) -> str:
-        """`correction 319bcb4f5bd4419b (corrected program)`."""
+        """Returns words such as `correction 319bcb4f5bd4419b (corrected program)`."""
         if not self.corrected:
             return wording("the given program, no correction in force")
         how = {
@@ -44,7 +44,7 @@ class CutWith:
         return wording("correction {id} ({how})", id=self.correction, how=how)
 
     def still_to_do(self, total_mm: XZ) -> XZ:
-        """Of a whole offset what is not in the control's wear table yet."""
+        """Returns what of a whole offset is not in the control's wear table yet, mm."""
         return total_mm[0] - self.wear_mm[0], total_mm[1] - self.wear_mm[1]
 
 

@@ -29,34 +29,34 @@ class EdgeLife:
 
     @property
     def edge(self) -> Edge:
-        """As the last event has it: a tool may go to another pocket."""
+        """Returns the edge as the last event has it: a tool may go to another pocket."""
         return self.events[-1].edge
 
     @property
     def machine(self) -> Machine | None:
-        """In which the edge is mounted, as it was stated last."""
+        """Returns the machine in which the edge is mounted, as it was stated last."""
         return next((event.machine for event in reversed(self.events) if event.machine is not None), None)
 
     @property
     def began(self) -> datetime:
-        """When it was mounted: what its form left on parts before is another edge's."""
+        """Returns when it was mounted: what its form left on parts before is another edge's."""
         return self.events[0].at
 
     def before(self, when: datetime) -> "EdgeLife | None":
-        """The life as it was known then; None before the mounting."""
+        """Returns the life as it was known then; None before the mounting."""
         known = tuple(event for event in self.events if event.at <= when)
         return EdgeLife(known, self.until) if known else None
 
     @property
     def ended(self) -> EdgeEvent | None:
-        """The event by which it cuts no more; None while it is mounted."""
+        """Returns the event by which it cuts no more; None while it is mounted."""
         known = (event for event in reversed(self.events) if event.kind in (*ENDS, *SETS))
         last = next(known, None)
         return last if last is not None and last.kind in ENDS else None
 
     @property
     def set_at(self) -> datetime:
-        """When it was mounted, or measured and touched off, last."""
+        """Returns when it was mounted, or measured and touched off, last."""
         return next((event.at for event in reversed(self.events) if event.kind in SETS), self.began)
 
     @property
@@ -65,16 +65,16 @@ class EdgeLife:
         return Setting(self.edge, self.set_at)
 
     def of_machine(self, machine: Machine) -> bool:
-        """Whether the edge is mounted in that machine, as far as either is stated."""
+        """Returns whether the edge is mounted in that machine, as far as either is stated."""
         return _same_machine(self.machine, machine)
 
     def holds(self, when: datetime) -> bool:
-        """Whether a fact of that time is of this life."""
+        """Returns whether a fact of that time is of this life."""
         return self.began <= when and (self.until is None or when < self.until)
 
 
 def lives(events: Iterable[EdgeEvent]) -> tuple[EdgeLife, ...]:
-    """The lives of all edges, in order of their mounting. Events before the first mounting of an edge begin one."""
+    """Returns the lives of all edges, in order of their mounting. Events before an edge's first mounting begin one."""
     found: list[list[EdgeEvent]] = []
     current: dict[tuple[str, ...], list[EdgeEvent]] = {}
     for event in sorted(events, key=_in_time):
@@ -87,7 +87,7 @@ def lives(events: Iterable[EdgeEvent]) -> tuple[EdgeLife, ...]:
 
 
 def in_pockets(known: Iterable[EdgeLife], when: datetime, machine: Machine | None = None) -> tuple[EdgeLife, ...]:
-    """The lives of the edges that are mounted at that time, as they were known then; of all machines without one."""
+    """Returns the lives of the edges mounted at that time, as they were known then; without a machine, of all."""
     then = [life.before(when) for life in known if life.until is None or when < life.until]
     return tuple(
         life for life in then if life is not None and life.ended is None and _same_machine(life.machine, machine)
@@ -95,7 +95,7 @@ def in_pockets(known: Iterable[EdgeLife], when: datetime, machine: Machine | Non
 
 
 def life_of(known: Sequence[EdgeLife], edge: Edge, when: datetime | None = None) -> EdgeLife | None:
-    """The life of an edge that a time falls into, or its latest; None where nothing is known of it."""
+    """Returns the life of an edge that a time falls into, or its latest; None where nothing is known of it."""
     own = [life for life in known if life.edge.identity == edge.identity]
     if when is not None:
         own = [life for life in own if life.holds(when)]
@@ -103,7 +103,7 @@ def life_of(known: Sequence[EdgeLife], edge: Edge, when: datetime | None = None)
 
 
 def of_one_insert(known: Sequence[EdgeLife], life: EdgeLife) -> tuple[EdgeLife, ...]:
-    """The lives of all corners of the insert that this edge is one of, this one included.
+    """Returns the lives of all corners of the insert that this edge is one of, this one included.
 
     Turning ends one life and begins another at the same time; a mounting that no turning ends is a new insert.
     """
@@ -122,7 +122,7 @@ def of_one_insert(known: Sequence[EdgeLife], life: EdgeLife) -> tuple[EdgeLife, 
 
 
 def time_of(cut: Cut) -> datetime | None:
-    """When a cut was made: by its own time, else not before its setting; None where neither is stated."""
+    """Returns when a cut was made: by its own time, else not before its setting; None where neither is stated."""
     if cut.at is not None:
         return cut.at
     return None if cut.setting is None else cut.setting.set_at
@@ -145,12 +145,12 @@ def _same_machine(one: Machine | None, other: Machine | None) -> bool:
 
 
 def tool_name(edge: Edge) -> str:
-    """As it is called: T3, or the holder where no number is known."""
+    """Returns the tool's name: T3, or the holder where no number is known."""
     return f"T{edge.tool.number}" if edge.tool.number is not None else edge.tool.name
 
 
 def edge_name(edge: Edge) -> str:
-    """Tool, holder, insert and corner, as far as they are stated."""
+    """Returns tool, holder, insert and corner, as far as they are stated."""
     words = [tool_name(edge)]
     if edge.tool.name and edge.tool.number is not None:
         words.append(edge.tool.name)
@@ -164,6 +164,6 @@ def time(at: datetime) -> str:
 
 
 def where(life: EdgeLife) -> str:
-    """The edge with its machine."""
+    """Returns the edge with its machine, in words."""
     machine = "" if life.machine is None else f" in {life.machine.name}"
     return edge_name(life.edge) + machine

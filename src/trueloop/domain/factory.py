@@ -69,17 +69,17 @@ class BlockKind(StrEnum):
 
     @property
     def cuts(self) -> bool:
-        """Whether metal is removed: such a step is never repeated by itself."""
+        """Returns whether metal is removed: such a step is never repeated by itself."""
         return self in (BlockKind.ROUGH, BlockKind.SEMIFINISH, BlockKind.FINISH)
 
     @property
     def moves(self) -> bool:
-        """Whether a program runs on the machine."""
+        """Returns whether a program runs on the machine."""
         return self.cuts or self in (BlockKind.PROBE, BlockKind.INSPECT)
 
     @property
     def leaves(self) -> PartState:
-        """The part's state once it is recorded."""
+        """Returns the part's state once it is recorded."""
         return _LEAVES[self]
 
 
@@ -140,7 +140,7 @@ class Route:
 
     @property
     def sha256(self) -> str:
-        """By which a started order refuses another route."""
+        """Returns the hash by which a started order refuses another route."""
         said = [f"{one.kind}\t{one.program_sha256}\t{one.feature}\t{one.corrected}" for one in self.blocks]
         asked = self.conditions
         need = f"{asked.temperature_age_s}\t{asked.calibration_age_s}\t{asked.model_sha256}"
@@ -168,7 +168,7 @@ class WorkOrder:
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """In the order in which they are to be made."""
+        """Returns the parts in the order in which they are to be made."""
         return tuple(Part(self.part_type, serial) for serial in self.serials)
 
 
@@ -210,5 +210,5 @@ class RunFact:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """Run, what, witness and time: told twice it is one fact."""
+        """Returns run, what, witness and time: reported twice it is one fact."""
         return self.run, self.what, self.witness, self.at.isoformat()

@@ -100,22 +100,22 @@ class Inspection:
 
     @property
     def touches(self) -> tuple[Touch, ...]:
-        """The values that are touches."""
+        """Returns the values that are touches."""
         return _of(Touch, self.values)
 
     @property
     def readings(self) -> tuple[Reading, ...]:
-        """The values that are readings."""
+        """Returns the values that are readings."""
         return _of(Reading, self.values)
 
     @property
     def points(self) -> tuple[CmmPoint, ...]:
-        """The values that are points of a measuring machine."""
+        """Returns the values that are points of a measuring machine."""
         return _of(CmmPoint, self.values)
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """The hash of its file, with part and time, of which a file may hold several: read twice, it is the same."""
+        """Returns the hash of its file, with part and time, as a file may hold several: read twice, it is the same."""
         return self.sha256, *self.part.identity, "" if self.measured_at is None else self.measured_at.isoformat()
 
 

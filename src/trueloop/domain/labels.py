@@ -133,7 +133,7 @@ IN_NAMES: Final = re.compile(
 
 
 def read_label(text: str) -> Label:
-    """The label that a text is. Raises LAB-FORM with the place of the first character that fits no label."""
+    """Reads the label that a text is. Raises LAB-FORM with the place of the first character that fits no label."""
     if alias := _alias(text):
         return alias
     fields, at = _read(text, PART, 0)
@@ -152,12 +152,12 @@ def read_label(text: str) -> Label:
 
 
 def labels_in(name: str) -> tuple[Label, ...]:
-    """The labels that a file's name, or another text, contains, from left to right. None is no mistake."""
+    """Returns the labels that a file's name, or another text, contains, from left to right. None is no mistake."""
     return tuple(read_label(found[0]) for found in IN_NAMES.finditer(name))
 
 
 def is_written(field: str, text: str) -> bool:
-    """Whether a text can be that field of a part's label: a number, a material, a pattern or a copy."""
+    """Returns whether a text can be that field of a part's label: a number, a material, a pattern or a copy."""
     return any(one.name == field and re.fullmatch(one.pattern, text, LETTERS) for one in (*PART, *COPY))
 
 
@@ -206,7 +206,7 @@ def _refused(text: str, at: int, expected: str) -> TrueloopError:
 
 
 def label_of(part: Part, pattern: str) -> PartLabel:
-    """The label of a part whose inspection points are that pattern. Raises LAB-FORM where a field cannot be in one."""
+    """Makes the label of a part with that pattern of inspection points. Raises LAB-FORM for a field unfit for one."""
     kind = part.part_type
     fields = (kind.drawing or kind.name, kind.material, pattern, part.serial)
     return PartLabel(*(field.upper() for field in fields))
@@ -215,7 +215,7 @@ def label_of(part: Part, pattern: str) -> PartLabel:
 def contradictions(
     label: Label, part_type: PartType | None, serial: str = "", stage: Stage | None = None, place: Place | None = None
 ) -> tuple[Finding, ...]:
-    """What a label says otherwise than what it is linked with: type of part, serial number, stage of the cut.
+    """Returns where a label differs from what it is linked with: type of part, serial number, stage of the cut.
 
     Compared is what both state, letters in either case. The label's number is compared with that of the drawing and the
     name of the type, its material with that of the type, where these can stand in a label.
@@ -227,7 +227,7 @@ def contradictions(
 
 
 def names_part(label: Label, part: Part) -> bool:
-    """Whether a label can mean this part: all that it states, the part is.
+    """Returns whether a label can mean this part: all that it states, the part is.
 
     Of the alias `1411.559` the whole or `1411` is the serial number, or `1411` is the type and `559` the serial number.
     """

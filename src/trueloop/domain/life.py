@@ -73,7 +73,7 @@ class Cut:
 
     @property
     def identity(self) -> Identity:
-        """Part, stage, and when: a part cut twice has two cuts."""
+        """Returns part, stage, and time: a part cut twice has two cuts."""
         return *self.part.identity, self.stage, "" if self.at is None else self.at.isoformat()
 
 
@@ -91,7 +91,7 @@ class InspectionLink:
 
     @property
     def identity(self) -> Identity:
-        """That of the inspection: it shows one cut."""
+        """Returns the identity of the inspection: it shows one cut."""
         return self.inspection
 
 
@@ -143,5 +143,5 @@ class EdgeEvent:
 
     @property
     def identity(self) -> Identity:
-        """Edge, kind and time."""
+        """Returns edge, kind and time."""
         return *self.edge.identity, self.kind, self.at.isoformat()

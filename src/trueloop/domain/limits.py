@@ -57,7 +57,7 @@ OF_SURFACES: Final = Limits(age_hours=7 * 24.0)
 
 
 def allowed_by(field: str) -> str:
-    """What a user sets to have more accepted."""
+    """Returns what a user sets to have more accepted."""
     return f"{LIMITS[field].option.key} in the job"
 
 

@@ -14,5 +14,5 @@ class Machine:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """Name and serial number: every machine errs in its own way."""
+        """Returns name and serial number: every machine errs in its own way."""
         return self.name, self.serial

@@ -47,5 +47,5 @@ class ModelDecision:
 
     @property
     def identity(self) -> Identity:
-        """That of the version."""
+        """Returns the identity of the version."""
         return (self.model,)

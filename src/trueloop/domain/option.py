@@ -40,7 +40,7 @@ UNITS: Final = {
 
 
 def unit_of(key: str) -> Unit:
-    """The unit that a key ends with; one without a name where it names none."""
+    """Returns the unit that a key ends with; one without a name where it names none."""
     return next((unit for end, unit in UNITS.items() if key.endswith(end)), Unit(""))
 
 
@@ -70,7 +70,7 @@ class Choice:
 
 
 def choices_of(options: Any) -> dict[str, Choice]:
-    """By field, the options of a dataclass: of its type, or of an instance that holds other defaults.
+    """Returns by field the options of a dataclass: of its type, or of an instance that holds other defaults.
 
     The default of an option that has to be given is `...`.
     """
@@ -85,10 +85,10 @@ def choices_of(options: Any) -> dict[str, Choice]:
 
 
 def inside(key: str, given: Any) -> Any:
-    """A value as given under a key, as the code computes with it."""
+    """Converts a value as given under a key to the one that the code computes with."""
     return unit_of(key).inside(given) if isinstance(given, float) else given
 
 
 def outside(key: str, value: Any) -> Any:
-    """The other way about."""
+    """Converts a value that the code computes with to the one given under a key."""
     return unit_of(key).outside(value) if isinstance(value, float) else value

@@ -19,7 +19,7 @@ class PartType:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """By which two part types are one: errors learned of one revision need not hold for the next."""
+        """Returns name and revision: errors learned of one revision need not hold for the next."""
         return self.name, self.revision
 
 
@@ -33,5 +33,5 @@ class Part:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """That of the part type and the serial number."""
+        """Returns the identity of the part type and the serial number."""
         return *self.part_type.identity, self.serial

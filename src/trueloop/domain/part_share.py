@@ -14,12 +14,12 @@ SETUP: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 
 
 def share_name(part: str, setup: str, edge: str) -> str:
-    """Name of the part type of what an edge cuts: `grooved, T5 (left corner)`; in a set-up `shaft, second, T2`."""
+    """Names the part type of what an edge cuts: `grooved, T5 (left corner)`; in a set-up `shaft, second, T2`."""
     return ", ".join(filter(None, (part, setup, edge)))
 
 
 def whole_of(names: Sequence[str]) -> str | None:
-    """The name of the part that types of these names are shares of; None where they are not shares of one part.
+    """Returns the name of the part that types of these names are shares of; None: they are not shares of one part.
 
     >>> whole_of(["shaft, first, T1", "shaft, second, T2"]), whole_of(["shaft", "disc"])
     ('shaft', None)

@@ -19,7 +19,7 @@ class Program:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """The hash alone: a program edited in one character is another one."""
+        """Returns the hash alone: a program edited in one character is another one."""
         return (self.sha256,)
 
 
@@ -33,5 +33,5 @@ class ProgramText:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """That of the program."""
+        """Returns the identity of the program."""
         return (self.sha256,)

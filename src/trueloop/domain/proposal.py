@@ -73,12 +73,12 @@ class Proposal:
 
     @property
     def identity(self) -> Identity:
-        """The id: of what it was made from."""
+        """Returns the id: of what it was made from."""
         return (self.id,)
 
     @property
     def characteristics(self) -> tuple[str, ...]:
-        """The names of the characteristics that it changes."""
+        """Returns the names of the characteristics that it changes."""
         return tuple(one.characteristic for one in self.effects)
 
 
@@ -101,7 +101,7 @@ class ProposalDecision:
 
     @property
     def identity(self) -> Identity:
-        """The proposal's: it is decided once."""
+        """Returns the identity of the proposal: it is decided once."""
         return (self.proposal,)
 
 
@@ -115,5 +115,5 @@ class PartCutWith:
 
     @property
     def identity(self) -> Identity:
-        """That of the inspection."""
+        """Returns the identity of the inspection."""
         return self.inspection

@@ -63,7 +63,7 @@ class Component:
 
     @classmethod
     def of(cls, feature: str, point: str, comp_mtg_mm: float, comp_proc_mm: float) -> "Component":
-        """From lengths in mm, to a nanometre."""
+        """Makes a component from lengths in mm, rounded to a nanometre."""
         mtg, proc = (round(value * UM_PER_MM, 3) + 0.0 for value in (comp_mtg_mm, comp_proc_mm))
         return cls(feature, point, mtg, proc, round(mtg + proc, 3) + 0.0)
 
@@ -113,11 +113,11 @@ class Record:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """The id: of inputs and options."""
+        """Returns the id: of inputs and options."""
         return (self.id,)
 
     def to_json(self) -> str:
-        """The record as JSON, keys in order of declaration."""
+        """Writes the record as JSON, keys in order of declaration."""
         content = asdict(self)
         return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=datetime.isoformat) + "\n"
 
@@ -132,22 +132,22 @@ def _plain(value: object) -> object:
 
 
 def sha256_of(content: bytes) -> str:
-    """Hex digest by which inputs are known."""
+    """Returns the hex digest by which inputs are known."""
     return hashlib.sha256(content).hexdigest()
 
 
 def record_id(inputs_sha256: dict[str, str], options: dict[str, object]) -> str:
-    """Sixteen hex digits from inputs and options alone: the same job gives the same id on any day."""
+    """Returns sixteen hex digits from inputs and options alone: the same job gives the same id on any day."""
     return sha256_of(json.dumps([inputs_sha256, options], sort_keys=True).encode())[:16]
 
 
 def marks_of_record(record: str, source: bytes) -> list[str]:
-    """The comments by which a program tells the correction it carries, and which program that was made from."""
+    """Returns the comments by which a program names the correction it carries, and the program it was made from."""
     return [f"{MARK}: record {record}", f"source sha256 {sha256_of(source)}"]
 
 
 def mark_of_field(record: str, source_sha256: str) -> str:
-    """The comment by which a program tells that a field of errors was taken out, of no touches of its own."""
+    """Returns the comment by which a program states that a field of errors was taken out, of no touches of its own."""
     return f"{MARK} {record} by a field, source {source_sha256[:16]}"
 
 

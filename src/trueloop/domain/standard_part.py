@@ -25,5 +25,5 @@ class StandardPart:
 
     @property
     def identity(self) -> Identity:
-        """Part and time: it may be calibrated again."""
+        """Returns part and time: it may be calibrated again."""
         return *self.part.identity, "" if self.at is None else self.at.isoformat()

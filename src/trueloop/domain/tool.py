@@ -37,7 +37,7 @@ class Edge:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """That of the tool, the insert and the corner."""
+        """Returns the identity of the tool, the insert and the corner."""
         return *self.tool.identity, self.insert, self.corner
 
 
@@ -54,5 +54,5 @@ class Setting:
 
     @property
     def identity(self) -> tuple[str, ...]:
-        """That of the edge, and when it was set."""
+        """Returns the identity of the edge, and when it was set."""
         return *self.edge.identity, "" if self.set_at is None else self.set_at.isoformat()

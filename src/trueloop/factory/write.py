@@ -49,7 +49,7 @@ def write(
 
 
 def note_done(connection: Connection, account: str, key: str) -> None:
-    """A request that is done once has changed something: whatever becomes of its answer, it is not done again."""
+    """Marks a request as done, for it has changed something: whatever becomes of its answer, it is not done again."""
     mine = (IDEMPOTENCY.c.account == account) & (IDEMPOTENCY.c.key == key)
     connection.execute(update(IDEMPOTENCY).where(mine).values(status=DONE))
 

@@ -9,7 +9,7 @@ TAG: Final = re.compile(r"<[^>]*>|&shy;")
 
 
 def esc(text: object) -> str:
-    """Text made harmless in content and in quoted attributes."""
+    """Makes text harmless in content and in quoted attributes."""
     return html.escape(str(text))
 
 
@@ -24,7 +24,7 @@ def table(
     name: str = "",
     stacks: bool = False,
 ) -> str:
-    """A table of cells that are HTML already; the columns in `words` are set left, all others right as numbers.
+    """Writes a table of cells that are HTML already; columns in `words` are set left, all others right as numbers.
 
     Where the window is narrow, each row of a table that `stacks` becomes a list of headings and values.
     """
@@ -50,15 +50,15 @@ def fields(rows: Iterable[tuple[str, str]]) -> str:
 
 
 def text_of(content: str) -> str:
-    """What HTML says, without its tags."""
+    """Returns the text of HTML, without its tags."""
     return TAG.sub("", content)
 
 
 def items(texts: Iterable[str]) -> str:
-    """A list of items that are HTML already."""
+    """Writes a list of items that are HTML already."""
     return f"<ul>{''.join(f'<li>{text}</li>' for text in texts)}</ul>"
 
 
 def section(name: str, heading: str, *parts: str) -> str:
-    """A section with its heading; `name` is its address within the page."""
+    """Writes a section with its heading; `name` is its address within the page."""
     return f'<section id="{name}"><h2>{heading}</h2>{"".join(parts)}</section>'

@@ -61,7 +61,7 @@ class ValueRow:
 
 
 def rows_of(file: FileOnPart, on_part: OnPart) -> Iterator[ValueRow]:
-    """All values: those that were matched, in order along the part, then the others with the reason."""
+    """Yields all values: those that were matched, in order along the part, then the others with the reason."""
     matches = on_part.matches
     if matches is None:
         yield from map(_row, on_part.inspection.values)
@@ -73,7 +73,7 @@ def rows_of(file: FileOnPart, on_part: OnPart) -> Iterator[ValueRow]:
 
 
 def measured_as_dict(files: Iterable[FileOnPart]) -> dict[str, object]:
-    """Everything about files: lengths mm, angles degrees, deviations actual − nominal, x a radius."""
+    """Converts files to a dict: lengths mm, angles degrees, deviations actual − nominal, x a radius."""
     return {"files": [_file_as_dict(one) for one in files]}
 
 

@@ -42,7 +42,7 @@ FLAGS: Final = (
 
 
 def find_browser() -> str:
-    """The browser's program. Raises OUT-BROWSER where there is none, or none of the name that the environment gives."""
+    """Returns the browser's program. Raises OUT-BROWSER where there is none, or none of the environment's name."""
     named = os.environ.get(VARIABLE)
     found = next(filter(None, map(shutil.which, [named] if named else [*NAMES, *PLACES])), None)
     if found is None:
@@ -57,7 +57,7 @@ def find_browser() -> str:
 
 
 def as_pdf(page: str) -> bytes:
-    """A page of HTML as PDF on A4, by a browser with a profile of its own. Raises OUT-BROWSER and OUT-PDF."""
+    """Prints a page of HTML as PDF on A4, by a browser with its own profile. Raises OUT-BROWSER and OUT-PDF."""
     browser = find_browser()
     with tempfile.TemporaryDirectory(prefix="trueloop-", ignore_cleanup_errors=True) as folder:
         source, printed = Path(folder, "page.html"), Path(folder, "page.pdf")

@@ -19,7 +19,7 @@ WHOLE: Final = ("blanks", "line end")
 
 
 def difference_rows(found: Sequence[Difference]) -> list[tuple[str, ...]]:
-    """A row for each word that differs, and for each line that only one of the two has."""
+    """Returns a row for each word that differs, and for each line that only one of the two has."""
     return [row for one in found for row in _rows(one)]
 
 
@@ -92,12 +92,12 @@ class DiffLine:
 
     @property
     def comes_alone(self) -> bool:
-        """New, and no version of an old line."""
+        """Returns whether it is new, and no version of an old line."""
         return self.kind == "new" and "<ins>" not in self.content
 
 
 def program_diff(source: bytes, corrected: bytes, say: Texts = ENGLISH) -> str:
-    """The changed lines with one line around them; the changed stretch of a line that was replaced is marked (HTML).
+    """Writes the changed lines with one line around them; the changed stretch of a replaced line is marked (HTML).
 
     Of more than `SHOWN` lines the rest is counted.
     """
@@ -114,7 +114,7 @@ def program_diff(source: bytes, corrected: bytes, say: Texts = ENGLISH) -> str:
 
 
 def diff(source: bytes, corrected: bytes) -> list[list[DiffLine]]:
-    """The changed lines, place by place, each place with one line around it."""
+    """Returns the changed lines, place by place, each place with one line around it."""
     before, after = _lines(source), _lines(corrected)
     hunks = []
     for group in SequenceMatcher(None, before, after).get_grouped_opcodes(1):
@@ -129,7 +129,7 @@ def diff(source: bytes, corrected: bytes) -> list[list[DiffLine]]:
 
 
 def changed_lines(source: bytes, corrected: bytes) -> tuple[int, int]:
-    """How many lines of the source are gone or changed, and how many new ones stand in their place."""
+    """Counts the lines of the source that are gone or changed, and the new ones in their place."""
     matcher = SequenceMatcher(None, _lines(source), _lines(corrected))
     changed = [opcode for opcode in matcher.get_opcodes() if opcode[0] != "equal"]
     return sum(i_end - i for _, i, i_end, _, _ in changed), sum(j_end - j for _, _, _, j, j_end in changed)

@@ -38,7 +38,7 @@ class Limit:
 
 
 def limits_of(record: Record) -> list[Limit]:
-    """The limits among a record's options."""
+    """Returns the limits among a record's options."""
     given = {**record.options, **_table(record.options.get("limits"))}
     return [
         Limit(name, None if value is None else value * factor, unit)
@@ -48,7 +48,7 @@ def limits_of(record: Record) -> list[Limit]:
 
 
 def as_dict(record: Record) -> dict[str, object]:
-    """What `words` says, for machines: changes and components counted, measured values left to the record."""
+    """Converts a record to a dict: changes and components counted, measured values left to the record."""
     whole = asdict(record)
     whole["edge_set_at"] = record.edge_set_at and record.edge_set_at.isoformat()
     for inspection in whole["inspections"]:
@@ -87,7 +87,7 @@ def words(record: Record) -> list[tuple[str, list[str]]]:
 
 
 def model_words(record: Record) -> list[str]:
-    """What the correction was computed with."""
+    """Describes what the correction was computed with."""
     model = record.model
     if record.product is Product.TURNED:
         scatter, free = _number(model, "scatter_mm"), _number(model, "degrees_of_freedom")

@@ -16,13 +16,13 @@ POLICY: Final = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsa
 
 
 def on_screen(say: Texts) -> str:
-    """What a screen can do besides."""
+    """Explains what a screen can do besides."""
     words = say("Point at a mark for its values; drag over a figure for a closer look, double-click to return.")
     return f"<p class='note screen'>{words}</p>"
 
 
 def html_page(title: str, body: str, script: str = "", language: str = "en", connects: bool = False) -> str:
-    """The page; title and body are HTML. `script` names a file beside this one that the page needs besides.
+    """Writes the page; title and body are HTML. `script` names a file beside this one that the page needs besides.
 
     `connects`: it asks the server that it came from for more, and nobody else.
     """
@@ -45,7 +45,7 @@ def _css_text(text: str) -> str:
 
 
 def figure_block(name: str, figure: Figure | Mapping[str, Figure], caption: str, small: bool = False) -> str:
-    """A figure as a picture whose marks say their values; `caption` is HTML.
+    """Writes a figure as a picture whose marks show their values when pointed at; `caption` is HTML.
 
     Of figures by name, the page's style shows the one for the window's width: "wide" or "narrow".
     """

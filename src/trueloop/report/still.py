@@ -32,18 +32,18 @@ class Panel:
     height: float
 
     def x(self, value: float) -> float:
-        """Picture coordinate of a value of the x axis."""
+        """Returns the picture coordinate of a value of the x axis."""
         low, high = self.xaxis["range"]
         return self.left + self.width * float((value - low) / (high - low))
 
     def y(self, value: float) -> float:
-        """Picture coordinate of a value of the y axis."""
+        """Returns the picture coordinate of a value of the y axis."""
         low, high = self.yaxis["range"]
         return self.top + self.height * float((high - value) / (high - low))
 
 
 def svg(figure: Figure, title: str) -> str:
-    """The picture; `title` (escaped already) is what a screen reader says."""
+    """Draws the picture; `title` (escaped already) is the text for a screen reader."""
     layout = figure["layout"]
     width, height, font = layout["width"], layout["height"], layout["font"]
     panels = _panels(layout)

@@ -40,7 +40,7 @@ MINUS: Final = wording.MINUS
 
 
 def signed(value: float, decimals: int = 1) -> str:
-    """A number with its sign and a true minus; a zero after rounding has no sign; nan is a dash."""
+    """Formats a number with its sign and a true minus; a zero after rounding has no sign; nan is a dash."""
     if math.isnan(value):
         return "–"
     text = f"{value:+.{decimals}f}"
@@ -48,42 +48,42 @@ def signed(value: float, decimals: int = 1) -> str:
 
 
 def plain(value: float, decimals: int = 1) -> str:
-    """A number without plus; a zero after rounding has no minus; nan is a dash."""
+    """Formats a number without plus; a zero after rounding has no minus; nan is a dash."""
     return signed(value, decimals).removeprefix("+")
 
 
 def label(text: str) -> str:
-    """User text for a figure: tags and entities are shown, not obeyed."""
+    """Escapes user text for a figure: tags and entities are shown, not obeyed."""
     return html.escape(text)
 
 
 def colour_of(error_um: float) -> str:
-    """Red for material left on, blue for too much taken, grey for what is written as 0.0 µm."""
+    """Returns red for material left on, blue for too much taken, grey for what is written as 0.0 µm."""
     if round(error_um, 1) == 0:
         return SOFT
     return LEFT_ON if error_um > 0 else TAKEN
 
 
 def round_step(span: float, about: int) -> float:
-    """The step of 1, 2 or 5 times a power of ten that divides a span into at most `about` parts."""
+    """Returns the step of 1, 2 or 5 times a power of ten that divides a span into at most `about` parts."""
     raw = span / about
     power = 10.0 ** math.floor(math.log10(raw))
     return next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= raw * (1 - 1e-9))
 
 
 def round_ticks(ends: Sequence[float], step: float) -> list[float]:
-    """The multiples of a step within a range."""
+    """Returns the multiples of a step within a range."""
     low, high = ends
     return [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
 
 
 def tick(value: float, decimal: str = ".") -> str:
-    """A number at a tick."""
+    """Formats a number at a tick."""
     return f"{round(value, 9):g}".replace("-", MINUS).replace(".", decimal) if abs(value) > 1e-9 else "0"
 
 
 def axis(title: str, low: float, high: float, about: int = 8, **more: Any) -> dict[str, Any]:
-    """An axis with its range and round ticks stated, so that every renderer shows the same."""
+    """Makes an axis with its range and round ticks stated, so that every renderer shows the same."""
     return {
         "title": {"text": title, "standoff": 8},
         "range": [low, high],
@@ -99,7 +99,7 @@ def axis(title: str, low: float, high: float, about: int = 8, **more: Any) -> di
 
 
 def padded(values: Iterable[float], share: float = 0.1, least: float = 1.0) -> tuple[float, float]:
-    """The range of values and zero, widened by a share of itself on either side, at least `least` wide."""
+    """Returns the range of values and zero, widened by a share of itself on either side, at least `least` wide."""
     seen = [0.0, *(value for value in values if math.isfinite(value))]
     low, high = min(seen), max(seen)
     pad = share * max(high - low, least)
@@ -107,7 +107,7 @@ def padded(values: Iterable[float], share: float = 0.1, least: float = 1.0) -> t
 
 
 def scaled(drawn: dict[str, Any], x: float, y: float) -> dict[str, Any]:
-    """A trace or a note with its coordinates, and its error bars, in other units."""
+    """Converts a trace or a note with its coordinates, and its error bars, to other units."""
     if x == y == 1.0:
         return drawn
     other = drawn | {"x": _times(drawn["x"], x), "y": _times(drawn["y"], y)}
@@ -122,7 +122,7 @@ def _times(values: Any, factor: float) -> Any:
 
 
 def layout(width: int, height: int, **more: Any) -> dict[str, Any]:
-    """What all figures share. Width and height are those on paper; a page may scale both."""
+    """Returns what all figures share. Width and height are those on paper; a page may scale both."""
     return {
         "width": width,
         "height": height,
@@ -137,13 +137,13 @@ def layout(width: int, height: int, **more: Any) -> dict[str, Any]:
 
 
 def lines(x: list[float | None], y: list[float | None], colour: str, width: float = 1.5, **more: Any) -> Trace:
-    """A polyline; None breaks it. It says nothing when pointed at."""
+    """Draws a polyline; None breaks it. It shows nothing when pointed at."""
     line = {"color": colour, "width": width} | more.pop("line", {})
     return {"type": "scatter", "mode": "lines", "x": x, "y": y, "line": line, "hoverinfo": "skip"} | more
 
 
 def area(x: list[float], y: list[float], colour: str, **more: Any) -> Trace:
-    """A filled closed outline without a line."""
+    """Draws a filled closed outline without a line."""
     return lines(list(x), list(y), "rgba(0,0,0,0)", 0, fill="toself", fillcolor=colour, **more)
 
 
@@ -198,5 +198,5 @@ _COLOUR: Final = re.compile("|".join(f'(?<="){re.escape(one)}(?=")' for one in D
 
 
 def in_the_dark(svg: str) -> str:
-    """A still with its colours changed; red stays material left on, blue too much taken. Words stay as they are."""
+    """Changes a still's colours; red stays material left on, blue too much taken. Words stay as they are."""
     return _COLOUR.sub(lambda found: DARK[found.group()], svg)

@@ -55,12 +55,12 @@ class ShownEdge:
 
 
 def angles_deg(found: Learnt) -> Array:
-    """The angles of what was learnt, in degrees."""
+    """Returns the angles of what was learnt, in degrees."""
     return np.degrees(found.contact_angle_rad)
 
 
 def unseen(shown: ShownEdge, found: Learnt) -> Flags:
-    """At which of them nothing was seen (n,)."""
+    """Returns the angles (n,) at which nothing was seen."""
     return found.nearest_rad > shown.unseen_rad
 
 
@@ -70,27 +70,27 @@ HEIGHT: Final = 380
 
 
 def error_figure(shown: ShownEdge, found: Learnt) -> Figure:
-    """The finish error of a next part by its type, had nothing been corrected, with the inspections behind it."""
+    """Draws the finish error of a next part by its type, had nothing been corrected, with the inspections behind it."""
     at_mm = found.in_all_at_mm + found.behind.left_mm
     return _figure(shown, found, found.in_all, at_mm, found.behind.finish, "error of the finish cut")
 
 
 def form_figure(shown: ShownEdge, found: Learnt) -> Figure:
-    """w(φ) with the semi-finish touches behind it."""
+    """Draws w(φ) with the semi-finish touches behind it."""
     behind = found.behind
     terms = {"": found.form}
     return _figure(shown, found, terms, found.form_at_mm + behind.left_mm, ~behind.finish, "form of the edge")
 
 
 def transfer_figure(shown: ShownEdge, found: Learnt) -> Figure:
-    """d(φ) with the finish inspections behind it."""
+    """Draws d(φ) with the finish inspections behind it."""
     behind = found.behind
     at_mm = found.transfer_at_mm + behind.left_mm
     return _figure(shown, found, {"": found.transfer}, at_mm, behind.finish, "finish cut less semi-finish cut")
 
 
 def types_figure(shown: ShownEdge, found: Learnt) -> Figure:
-    """What each part type adds, a line with its name each."""
+    """Draws what each part type adds, a line with its name each."""
     at = angles_deg(found).tolist()
     ends = {name: UM_PER_MM * float(term.mean_mm[-1]) for name, term in found.by_type.items()}
     low, high = padded([UM_PER_MM * value for term in found.by_type.values() for value in term.mean_mm.tolist()])
@@ -176,7 +176,7 @@ NOTHING: Final = (
 
 
 def event_line(event: EdgeEvent) -> str:
-    """One event: when, which edge, what, by whom, with its values."""
+    """Describes one event: when, which edge, what, by whom, with its values."""
     values = ", ".join(f"{name} {value:g}" for name, value in event.values.items())
     by = f", by {event.by}" if event.by else ""
     return f"{time(event.at)}  {edge_name(event.edge)}: {event.kind}" + (f" ({values})" if values else "") + by
@@ -195,7 +195,7 @@ def event_as_dict(event: EdgeEvent) -> dict[str, object]:
 
 
 def life_line(life: EdgeLife) -> str:
-    """A mounted edge, or one that ended, in a line."""
+    """Describes a mounted edge, or one that ended, in a line."""
     end = life.ended
     nose = life.edge.tool.corner_radius_mm
     radius = "" if nose is None else f", nose radius {nose:g} mm"
@@ -218,7 +218,7 @@ def life_as_dict(life: EdgeLife) -> dict[str, object]:
 
 
 def edge_lines(shown: ShownEdge) -> Iterator[str]:
-    """All that is known of an edge, for people."""
+    """Yields all that is known of an edge, for people."""
     yield life_line(shown.life)
     yield from (f"  {event_line(event)}" for event in shown.life.events)
     yield cut_words(shown)
@@ -242,20 +242,20 @@ def edge_as_dict(shown: ShownEdge) -> dict[str, object]:
 
 
 def cut_words(shown: ShownEdge) -> str:
-    """How much an edge cut."""
+    """Describes how much an edge cut."""
     minutes = shown.minutes_in_cut
     return f"{len(shown.cuts)} cuts kept" + ("" if minutes is None else f", {minutes:.0f} minutes in cut")
 
 
 def setting_words(found: Learnt) -> str:
-    """Where the tip lies off its setting, with what is not known of it."""
+    """Describes where the tip lies off its setting, with its uncertainty (95 %)."""
     (x, z), (ux, uz) = UM_PER_MM * found.setting_mm, UM_PER_MM * NORMAL_95 * found.setting_u_mm
     return f"setting: x {signed(float(x))} ± {ux:.1f} µm (of the radius), z {signed(float(z))} ± {uz:.1f} µm (95 %)"
 
 
 def rows_of(shown: ShownEdge, found: Learnt) -> Iterator[tuple[str, ...]]:
-    """Every so many degrees: angle, form, transfer, what each part type adds and has in all; dashes where nothing was
-    seen.
+    """Yields every so many degrees: angle, form, transfer, what each part type adds and has in all; dashes where
+    nothing was seen.
     """
     at, bare = angles_deg(found), unseen(shown, found)
     for k in np.flatnonzero(np.round(at) % STEP_DEG == 0):
@@ -332,7 +332,7 @@ TYPES = "What the finish cut of each part type has besides: its own setting, and
 
 
 def edge_page(shown: ShownEdge) -> str:
-    """The page as HTML; it needs no other file."""
+    """Writes the page as HTML; it needs no other file."""
     name, life = esc(edge_name(shown.life.edge)), shown.life
     nose = life.edge.tool.corner_radius_mm
     end = life.ended

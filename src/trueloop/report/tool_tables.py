@@ -10,14 +10,14 @@ HEADINGS: Final = ("tool", "kind", "X", "Z", "nose", "tip", "name", "further num
 
 
 def table_lines(table: ToolTable) -> list[str]:
-    """The headings and a line a row, in columns; numbers as they stand in the file."""
+    """Returns the headings and a line a row, in columns; numbers as they stand in the file."""
     rows = [HEADINGS, *map(_row, table.rows)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def heading_words(table: ToolTable) -> str:
-    """What the table is, and how it counts."""
+    """Describes what the table is, and how it counts."""
     convention = table.convention
     x_is = "X as the control is set up" if convention.x_is is None else f"X is a {convention.x_is}"
     return (
@@ -27,7 +27,7 @@ def heading_words(table: ToolTable) -> str:
 
 
 def table_as_dict(table: ToolTable) -> dict[str, object]:
-    """A tool table; numbers in the table's unit, as it counts them; what it does not hold is None."""
+    """Converts a tool table to a dict; numbers in its unit, as it counts them; what it does not hold is None."""
     return {
         "file": str(table.path),
         "format": table.convention.name,
@@ -54,7 +54,7 @@ def table_as_dict(table: ToolTable) -> dict[str, object]:
 
 
 def change_words(table: ToolTable, new: NewTable) -> list[str]:
-    """What was changed: a line a number, its old and its new value."""
+    """Describes what was changed: a line a number, its old and its new value."""
     name = f" ({new.row.name})" if new.row.name else ""
     where = f"tool {new.row.tool}{name}, {new.row.kind}, line {new.row.line}"
     return [f"{where}: {_change(one)} {table.known_unit}" for one in new.numbers]

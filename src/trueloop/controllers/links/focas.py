@@ -306,7 +306,7 @@ def upload(control: Connection, number: int) -> bytes:
 def download(control: Connection, text: bytes) -> None:
     """Sends a framed program, whose number the control takes. Raises LNK-REACH; half of it may be there then.
 
-    Its errors come at the end: the control says there whether it has registered the program.
+    Its errors come at the end: the control reports there whether it has registered the program.
     """
     left = text.removeprefix(b"%").rstrip(b"\n")
     control.call("cnc_dwnstart4", ctypes.c_short(0), b"")

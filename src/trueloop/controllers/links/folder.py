@@ -91,7 +91,7 @@ class Folder:
 def named_in(file: Path) -> Callable[[], Busy | None]:
     """Reads the first line of a file in which the control writes what runs, empty while nothing does.
 
-    A file that is not there or cannot be read says nothing.
+    A file that is not there or cannot be read gives None.
     """
 
     def busy() -> Busy | None:

@@ -105,7 +105,7 @@ def acknowledge(facts: bool | None, request: ask.Acknowledge, by: By, now: datet
 
 
 def decide_proposal(facts: ProposalFacts, request: ask.DecideProposal, by: By, now: datetime) -> Changes:
-    """By the rules of the post-process loop. Raises FAC-UNKNOWN, FAC-STALE where it is decided, and SER errors."""
+    """Decides a proposal by the post-process loop's rules. Raises FAC-UNKNOWN, FAC-STALE where decided, SER errors."""
     if facts.proposal is None or facts.book is None:
         raise unknown("proposal", request.proposal, "the store has none of that id")
     if (earlier := facts.book.verdict(facts.proposal)) is not None:

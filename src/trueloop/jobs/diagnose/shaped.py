@@ -28,7 +28,7 @@ def machine_shape(
     findings: Iterable[Finding],
     refinement: RefinementShape | None = None,
 ) -> MachineDiagnosisShape:
-    """Which errors the model has wrong, what it left at every point, and what the source's own way would have named."""
+    """Makes the shape: errors the model has wrong, what it left at each point, what the source's own way would name."""
     seen, verdict, order = done.seen, done.verdict, given.model.machine.chain.order
     at = np.broadcast_to(seen.state.positions, (len(seen.residual_mm), len(order)))
     return MachineDiagnosisShape(

@@ -67,7 +67,7 @@ class CorrectedProgram:
 def table_of_job(job: FilePath, placing: Placing, keeping: Keeping | None = None) -> CorrectedProgram:
     """Makes the table of a job's correction, as `trueloop compensate` makes it. Nothing is written or kept.
 
-    Raises what reading and correcting refuse, RTC-TABLE where nobody says where the program stands, RTC-LINE,
+    Raises what reading and correcting refuse, RTC-TABLE where the program's place is not stated, RTC-LINE,
     RTC-PATH-MODE, CTL-DIALECT.
     """
     made = correct_job(job, keeping or Keeping())

@@ -69,7 +69,7 @@ def _own_reading(frame: SetupFrame, of: MatchedReading, mine: Mapping[int, str])
 
 
 def stored_inputs(inputs: Inputs, profile: Profile, own: OwnContour | None) -> Inputs:
-    """An edge's inputs as those of its own part; `profile` is the whole part's. A job's only tool has all of it."""
+    """Returns an edge's inputs as those of its own part; `profile` is the whole part's. A job's only tool has all."""
     if own is None:
         return inputs
     part = replace(inputs.part, name=name_of_share(inputs.part.name, own, inputs.setup))

@@ -46,7 +46,7 @@ def apply_offset(correction: Path, table: Path, target: Path, unit: Unit | None 
 def offset_words(correction: Path, control: Control | None, x_is: XIs | None = None) -> str:
     """Writes the offset of a correction as a small program of its own control, or of another.
 
-    `x_is` says how that other one counts offsets on X. Raises REC, JOB and OFS errors.
+    `x_is` states how that other one counts offsets on X. Raises REC, JOB and OFS errors.
     """
     record, offset = offset_of(correction)
     own = "" if record.program is None else dialect_named(record.program.dialect).wear_words

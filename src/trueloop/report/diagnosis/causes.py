@@ -25,7 +25,7 @@ UNEXPLAINED: Final = 20
 
 
 def verdict(causes: CausesShape | None, parts: int, say: Texts, unexplained: Sequence[UnexplainedShape] = ()) -> str:
-    """One sentence: sound as clearly as guilty, and no single name where the data leave several."""
+    """Returns one sentence: sound as clearly as guilty, and no single name where the data leave several."""
     if causes is None:
         words = say("Nothing is concluded; the findings say why.")
     elif causes.sound >= 0.5 and unexplained:
@@ -112,7 +112,7 @@ def _guilty(causes: CausesShape) -> list[HypothesisShape]:
 
 
 def credible(hypotheses: Sequence[HypothesisShape]) -> list[HypothesisShape]:
-    """The fewest that together have the probability `CREDIBLE`, likeliest first."""
+    """Returns the fewest that together have the probability `CREDIBLE`, likeliest first."""
     found: list[HypothesisShape] = []
     for one in sorted(hypotheses, key=lambda each: -each.probability):
         found.append(one)
@@ -189,7 +189,7 @@ def _card(one: CandidateShape, say: Texts) -> str:
 
 
 def source(section: str) -> str:
-    """A section of [4773] as it is cited; what is not a number is said as it stands."""
+    """Cites a section of [4773]; what is not a number is returned as it stands."""
     return f"[4773 §{section}]" if section[:1].isdigit() else section
 
 
@@ -213,7 +213,7 @@ def _sets(causes: CausesShape, say: Texts) -> str:
 
 
 def findings_section(findings: Sequence[FindingShape], say: Texts) -> str:
-    """What is odd, with what to do."""
+    """Writes the section of what is odd, with what to do."""
     if not findings:
         return ""
     said = items(f"{esc(one.code)}: {esc(say.note(one.message))} – {esc(one.hint)}" for one in findings)

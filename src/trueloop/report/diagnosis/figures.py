@@ -24,7 +24,7 @@ COVERAGE: Final = 2.0
 def series_figure(
     parts: Sequence[SeenPartShape], of: FeatureMeansShape, say: Texts = ENGLISH, width: int = WIDTH
 ) -> Figure:
-    """One error over the parts: ○ as the machine's probe saw it, ◆ as the CMM did, bars of 95 %, dotted: a tool set.
+    """Draws one error over the parts: ○ by the machine's probe, ◆ by the CMM, bars of 95 %, dotted: a tool set.
 
     Standard parts are not drawn: nothing was cut on them.
     """
@@ -136,7 +136,7 @@ def _trend(one: FixturingShape, x: Sequence[float], scale: float) -> list[Trace]
 
 
 def bar(share: float, label: str, sound: bool = False) -> str:
-    """A probability as a bar from 0 to 1; `label` is what a screen reader says."""
+    """Draws a probability as a bar from 0 to 1; `label` is the text for a screen reader."""
     kind = "share sound" if sound else "share"
     return (
         f'<svg class="{kind}" viewBox="0 0 100 4" preserveAspectRatio="none" role="img" aria-label="{label}">'

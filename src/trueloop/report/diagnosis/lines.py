@@ -23,7 +23,7 @@ FURTHEST: Final = 10
 
 
 def part_lines(found: PartDiagnosisShape) -> Iterator[str]:
-    """One part: errors by device, causes, and the gauging points furthest off."""
+    """Yields the lines of one part: errors by device, causes, and the gauging points furthest off."""
     yield f"{found.part_type} {found.part.serial}" + (" (standard part)" if found.part.standard else "")
     for device, errors in found.part.errors.items():
         yield f"{device_name(device)}, µm ± standard uncertainty:"
@@ -39,7 +39,7 @@ def part_lines(found: PartDiagnosisShape) -> Iterator[str]:
 
 
 def series_lines(found: SeriesDiagnosisShape) -> Iterator[str]:
-    """A series: how many parts, means of the errors, causes."""
+    """Yields the lines of a series: how many parts, means of the errors, causes."""
     standards = sum(part.standard for part in found.parts)
     yield f"{found.part_type}: {len(found.parts) - standards} parts" + (
         f", {standards} standard parts" if standards else ""
@@ -55,7 +55,7 @@ def series_lines(found: SeriesDiagnosisShape) -> Iterator[str]:
 
 
 def causes_lines(causes: CausesShape, unexplained: Sequence[UnexplainedShape] = ()) -> Iterator[str]:
-    """The verdict, then what is not explained, then each cause with evidence, remedy and what would decide."""
+    """Yields the verdict, then what is not explained, then each cause with evidence, remedy and what would decide."""
     if unexplained and causes.sound >= SURE:
         yield f"no known cause ({share(causes.sound)} that none acts), but errors beyond their uncertainty"
     else:
@@ -97,7 +97,7 @@ def _cause(one: CandidateShape) -> Iterator[str]:
 
 
 def fixture_lines(found: FixtureDiagnosisShape) -> Iterator[str]:
-    """Each fixturing: spread, drift and step with their bands of 95 %, * where beyond chance."""
+    """Yields each fixturing: spread, drift and step with their bands of 95 %, * where beyond chance."""
     for one in found.fixturings:
         three = (("spread", one.spread), ("drift", one.drift), ("step", one.step))
         said = ", ".join(_judged(name, judged) for name, judged in three)

@@ -21,8 +21,8 @@ SPEAKS: Final = 200
 
 
 def residual_figures(found: MachineDiagnosisShape, say: Texts = ENGLISH) -> dict[str, Figure]:
-    """Residuals over each axis, less the mean of their part and by colder and warmer halves; over each temperature as
-    found. By name; what does not vary has none.
+    """Draws residuals over each axis, less the mean of their part and by colder and warmer halves; over each
+    temperature unchanged. By name; what does not vary has none.
     """
     if not found.residuals:
         return {}
@@ -43,14 +43,14 @@ def residual_figures(found: MachineDiagnosisShape, say: Texts = ENGLISH) -> dict
 
 
 def signal_of(found: MachineDiagnosisShape) -> str | None:
-    """The temperature that the likeliest errors follow, else the one that varies most; None: none varies."""
+    """Returns the temperature that the likeliest errors follow, else the one that varies most; None: none varies."""
     varying = {name: float(np.ptp(at)) for name, at in found.temperatures.items() if at and np.ptp(at) > 0.0}
     named = [error.follows for one in found.sets for error in one.errors if error.follows in varying]
     return named[0] if named else max(varying, key=lambda name: varying[name], default=None)
 
 
 def warmer(found: MachineDiagnosisShape) -> NDArray[np.bool_] | None:
-    """Which points are of the warmer half; None where no temperature varies."""
+    """Returns which points are of the warmer half; None where no temperature varies."""
     signal = signal_of(found)
     if signal is None:
         return None
@@ -111,12 +111,12 @@ def binned(at: Array, values: Array) -> tuple[list[float], list[float]]:
 
 
 def left_out_name(one: LeftOutShape, say: Texts = ENGLISH) -> str:
-    """What was left out."""
+    """Names what was left out."""
     return say("parts, in {n} groups", n=one.groups) if one.of == "parts" else say("part types, {n}", n=one.groups)
 
 
 def left_out_figure(one: RefinementShape, say: Texts = ENGLISH) -> Figure:
-    """Of parts and of part types left out a line from what the model leaves (○) to what the refined one does (●)."""
+    """Draws for parts and part types left out a line from what the model leaves (○) to that of the refined one (●)."""
     row = [float(len(one.left_out) - k) for k in range(len(one.left_out))]
     before = [left.before_um * say.per_um for left in one.left_out]
     after = [left.after_um * say.per_um for left in one.left_out]

@@ -13,7 +13,7 @@ from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 
 def refinement_shape(refined: Refined, version: Version) -> RefinementShape:
-    """A refined model with the version that it was given."""
+    """Makes the shape of a refined model with the version that it was given."""
     judged, by = refined.judged, version.accepted
     left = [_left_out("parts", judged.by_part)]
     if judged.by_type is not None:

@@ -11,7 +11,7 @@ SEEN: float = 0.0005
 
 
 def kind_name(kind: str, say: Texts = ENGLISH) -> str:
-    """A kind of error in the reader's language."""
+    """Returns a kind of error in the reader's language."""
     known = {
         "radius": say("radius"),
         "length": say("length"),
@@ -27,17 +27,17 @@ def kind_name(kind: str, say: Texts = ENGLISH) -> str:
 
 
 def device_name(device: str, say: Texts = ENGLISH) -> str:
-    """Who saw an error."""
+    """Returns the name of the device that saw an error."""
     return {"machine": say("machine’s probe"), "CMM": say("CMM or gauge")}.get(device, device)
 
 
 def error_name(one: FeatureErrorShape | FeatureMeansShape | UnexplainedShape, say: Texts = ENGLISH) -> str:
-    """An error of a feature, as plain text: "journal, radius"."""
+    """Names the feature of an error, or both of a length, as plain text."""
     return f"{one.feature} − {one.other}" if one.other else one.feature
 
 
 def share(probability: float, say: Texts = ENGLISH) -> str:
-    """A probability in percent; what is all but 0 or 1 as below or above."""
+    """Formats a probability in percent; what is all but 0 or 1 as below or above."""
     if probability < SEEN:
         return f"< {say.number(100 * SEEN, 2)} %"
     if probability > 1 - SEEN:
@@ -46,7 +46,7 @@ def share(probability: float, say: Texts = ENGLISH) -> str:
 
 
 def with_u(value_um: float | None, u_um: float | None, say: Texts = ENGLISH, *, signed: bool = True) -> str:
-    """A value ± its standard uncertainty; a dash where it is not known."""
+    """Formats a value ± its standard uncertainty; a dash where it is not known."""
     if value_um is None:
         return "–"
     text = say.error(value_um) if signed else say.size(value_um)
@@ -54,7 +54,7 @@ def with_u(value_um: float | None, u_um: float | None, say: Texts = ENGLISH, *, 
 
 
 def mean_with_u(mean: MeanShape | None, say: Texts = ENGLISH) -> str:
-    """A mean ± its standard uncertainty."""
+    """Formats a mean ± its standard uncertainty."""
     return "–" if mean is None else with_u(mean.mean_um, mean.standard_u_um, say)
 
 

@@ -9,7 +9,7 @@ from trueloop.report.texts.texts import ENGLISH, Texts
 
 
 def fixture_page(found: FixtureDiagnosisShape, say: Texts = ENGLISH) -> str:
-    """The page as HTML in one file."""
+    """Writes the page as HTML in one file."""
     figures = "".join(
         figure_block(f"fixturing-{k + 1}", fixturing_figure(one, say), f"<b>{esc(one.name)}</b>", small=True)
         for k, one in enumerate(found.fixturings)

@@ -17,7 +17,7 @@ CHANGES: Final = 12
 
 
 def machine_page(found: MachineDiagnosisShape, say: Texts = ENGLISH) -> str:
-    """The page as HTML in one file."""
+    """Writes the page as HTML in one file."""
     counted = say(
         "model {model}, {points} gauging points of {parts} parts",
         model=esc(found.model), points=found.points, parts=found.parts,

@@ -17,7 +17,7 @@ LARGEST: Final = 300_000
 
 
 def part_page(part: PartDiagnosisShape, say: Texts = ENGLISH, points: Sequence[str] = ()) -> str:
-    """The page as HTML in one file; `points` name gauging points whose diagrams come first, else the furthest off."""
+    """Writes the page as HTML in one file; the diagrams of `points` by name come first, else of the furthest off."""
     named = f"{esc(part.part_type)} {esc(part.part.serial)}"
     when = f" · {esc(part.part.at)}" if part.part.at else ""
     standard = f" · {say('standard part: nothing was cut on it')}" if part.part.standard else ""
@@ -42,7 +42,7 @@ def _counted(part: PartDiagnosisShape, say: Texts) -> str:
 
 
 def errors_table(part: PartDiagnosisShape, say: Texts) -> str:
-    """Every error with its standard uncertainty, by device, and CMM less machine."""
+    """Writes the table of every error with its standard uncertainty, by device, and CMM less machine."""
     by_key: dict[tuple[str, str, str], dict[str, FeatureErrorShape]] = {}
     for device, errors in part.part.errors.items():
         for one in errors:
@@ -141,7 +141,7 @@ def points_table(points: Sequence[PointShape], say: Texts) -> str:
 
 
 def frame_note(frame: FrameShape | None, say: Texts) -> str:
-    """What was taken out as a difference of the part frames."""
+    """Writes what was taken out as a difference of the part frames."""
     if frame is None:
         return ""
     said = say(

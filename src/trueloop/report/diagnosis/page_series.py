@@ -16,7 +16,7 @@ LARGEST: Final = 300_000
 
 
 def series_page(series: SeriesDiagnosisShape, say: Texts = ENGLISH) -> str:
-    """The page as HTML in one file."""
+    """Writes the page as HTML in one file."""
     standards = sum(part.standard for part in series.parts)
     cut = len(series.parts) - standards
     counted = say("{parts} parts, {n} errors of features.", parts=cut, n=len(series.means))
@@ -34,7 +34,7 @@ def series_page(series: SeriesDiagnosisShape, say: Texts = ENGLISH) -> str:
 
 
 def signs(say: Texts) -> str:
-    """How errors are counted, and who sees what."""
+    """Explains how errors are counted, and which device sees what."""
     return say(
         "Errors are along the outward normal, + where material is left on; a radius is a radius. The machine’s probe, "
         "corrected by the model of the machine, sees what the process did; a CMM or gauge sees what the model left too."
@@ -62,7 +62,7 @@ def _errors(series: SeriesDiagnosisShape, say: Texts) -> str:
 
 
 def means_table(means: Sequence[FeatureMeansShape], say: Texts) -> str:
-    """Mean and scatter of every error by device, µm."""
+    """Writes the table of mean and scatter of every error by device, µm."""
     head = (
         say("feature"), say("error"), say("parts"), say("machine’s probe<br>({um})"), say("CMM or gauge<br>({um})"),
         say("difference<br>({um})"), say("scatter over<br>the parts ({um})"),

@@ -19,7 +19,7 @@ FIRST: Final = "NOMINALSURFACE CMM"
 
 
 def surfaces_um(point: PointShape, say: Texts = ENGLISH) -> dict[str, float]:
-    """Where each surface lies, by its name in the report."""
+    """Returns the place of each surface, µm, by its name in the report."""
     compensated = point.comp_mtg_um + point.comp_proc_um
     return {
         FIRST: 0.0,
@@ -32,7 +32,7 @@ def surfaces_um(point: PointShape, say: Texts = ENGLISH) -> dict[str, float]:
 
 
 def vectors_um(point: PointShape) -> dict[str, tuple[float, float]]:
-    """From where to where each vector goes, by its name in the report."""
+    """Returns start and end of each vector, µm, by its name in the report."""
     detected, nominal, free_nominal = point.error_pp_um, point.error_mtg_resid_um, point.error_mtg_um
     gt = detected - point.comp_proc_um
     return {
@@ -48,13 +48,13 @@ def vectors_um(point: PointShape) -> dict[str, tuple[float, float]]:
 
 
 def surface_figures(point: PointShape, say: Texts = ENGLISH) -> dict[str, Figure]:
-    """The diagram for a wide and for a narrow window."""
+    """Draws the diagram for a wide and for a narrow window."""
     return {"wide": surface_figure(point, say, WIDE), "narrow": surface_figure(point, say, NARROW)}
 
 
 def surface_figure(point: PointShape, say: Texts = ENGLISH, size: tuple[int, int] = WIDE) -> Figure:
-    """One gauging point. ◆ surfaces, with a dotted line over all rows; arrows: red where material is left on, blue
-    where too much was taken, green compensations; behind them what the part errs by.
+    """Draws one gauging point. ◆ surfaces, with a dotted line over all rows; arrows: red where material is left on,
+    blue where too much was taken, green compensations; behind them what the part errs by.
     """
     surfaces, vectors, scale = surfaces_um(point, say), vectors_um(point), say.per_um
     names = [*surfaces, *vectors]

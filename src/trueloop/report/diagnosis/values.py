@@ -45,7 +45,7 @@ def unexplained(means: Sequence[FeatureMeansShape], causes: CausesShape) -> list
 
 
 def acting(feature: str, causes: CausesShape) -> float:
-    """Probability that one cause or another acts on a feature; a cause without features acts on all."""
+    """Returns the probability that one cause or another acts on a feature; a cause without features acts on all."""
     on = {one.key for one in causes.candidates if feature in one.features or not one.features}
     return sum(one.probability for one in causes.hypotheses if on & set(one.causes))
 
@@ -99,7 +99,7 @@ def part_shape(
     components: Components | None = None,
     frame: FrameDiscrepancy | None = None,
 ) -> PartDiagnosisShape:
-    """One part; `points` are the names of those of which `components` are."""
+    """Makes the shape of one part; `points` are the names of the points of `components`."""
     return PartDiagnosisShape(
         part_type=part_type,
         part=seen_part(part, None),
@@ -127,7 +127,7 @@ def series_shape(
 
 
 def seen_part(part: SeenPart, last: SeenPart | None) -> SeenPartShape:
-    """A part after the last one: a tool is said to be set where its count of settings rose."""
+    """Makes the shape of a part after the last one: a tool was set where its count of settings rose."""
     was = part.setting if last is None else last.setting
     return SeenPartShape(
         serial=part.serial,
@@ -155,7 +155,7 @@ def feature_error(one: FeatureError) -> FeatureErrorShape:
 
 
 def means_of(parts: Sequence[SeenPart]) -> list[FeatureMeansShape]:
-    """Each error over the parts that were cut, in the order in which the parts name them."""
+    """Returns each error over the parts that were cut, in the order in which the parts name them."""
     seen: dict[Key, dict[str, list[tuple[float, float]]]] = defaultdict(lambda: defaultdict(list))
     for part in parts:
         if not part.standard:
@@ -232,7 +232,7 @@ def _candidate(one: Candidate) -> CandidateShape:
 
 
 def point_shape(name: str, parts: Components, k: int) -> PointShape:
-    """The k-th gauging point."""
+    """Makes the shape of the k-th gauging point."""
     return PointShape(
         name=name,
         error_pp_um=um(float(parts.error_pp[k])),
@@ -249,7 +249,7 @@ def point_shape(name: str, parts: Components, k: int) -> PointShape:
 
 
 def frame_shape(frame: FrameDiscrepancy) -> FrameShape:
-    """What the frames of CMM and machine differ by."""
+    """Makes the shape of what the frames of CMM and machine differ by."""
     return FrameShape(
         shift_um=[um(float(one)) for one in frame.shift_mm],
         turn_urad=[round(float(one) * URAD_PER_RAD, 4) + 0.0 for one in frame.turn_rad],

@@ -21,7 +21,7 @@ WIDTH = 480
 def machine_page(
     found: Identification, chosen: Sequence[Chosen], readings: Observations, held: Sequence[HeldOut]
 ) -> str:
-    """The page of a model just identified, at the mean of each signal in the data; `readings` hold its lags."""
+    """Writes the page of a model just identified, at the mean of each signal in the data; `readings` hold its lags."""
     model = found.model
     signals = {name: float(np.mean(readings.state.signals[name])) for name in model.needs()}
     drawn = curves(model, signals)

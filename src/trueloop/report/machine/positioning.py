@@ -37,7 +37,7 @@ ARCSECONDS: Final = 3600 * 180 / np.pi
 
 
 def values_of(test: Positioning) -> list[tuple[str, str, BothWays]]:
-    """Symbol, meaning and value of what the standard asks for, mm or rad; B and M stand for both ways alone."""
+    """Returns symbol, meaning and value of what the standard requires, mm or rad; B and M stand for both ways alone."""
     nan = float("nan")
     return [
         ("A", "accuracy", test.accuracy),
@@ -50,12 +50,12 @@ def values_of(test: Positioning) -> list[tuple[str, str, BothWays]]:
 
 
 def scale_of(test: Positioning) -> tuple[float, str]:
-    """Factor to, and name of, the unit in which deviations are printed: µm, or arcseconds."""
+    """Returns factor to, and name of, the unit in which deviations are printed: µm, or arcseconds."""
     return (ARCSECONDS, "″") if test.angular else (UM_PER_MM, "µm")
 
 
 def positioning_page(name: str, test: Positioning) -> str:
-    """The values of ISO 230-2 and every raw deviation."""
+    """Writes the page of the values of ISO 230-2 and every raw deviation."""
     scale, unit = scale_of(test)
     rows = [
         (f"{esc(symbol)} – {esc(meaning)}", *(plain(scale * v, 2) for v in (value.both, value.up, value.down)))
@@ -93,7 +93,7 @@ def _targets(test: Positioning, scale: float, unit: str) -> str:
 
 
 def positioning_figure(test: Positioning) -> Figure:
-    """Every raw deviation, ▲ approached from below and ▼ from above, mean lines, ± 2 s bands, and the limits of A."""
+    """Draws every raw deviation, ▲ approached from below and ▼ from above, mean lines, ± 2 s bands, the limits of A."""
     scale, unit = scale_of(test)
     at = (np.degrees(test.target) if test.angular else test.target).tolist()
     traces, edges = [], []
@@ -179,7 +179,7 @@ def drift_figure(time_s: Array, channels: Mapping[str, Array], title: str, every
 
 
 def padded_around(values: Array) -> tuple[float, float]:
-    """The range of values, widened a little; zero need not be in it."""
+    """Returns the range of values, widened a little; zero need not be in it."""
     middle = 0.5 * float(values.min() + values.max())
     low, high = padded((values - middle).tolist(), share=0.05)
     return middle + low, middle + high

@@ -25,7 +25,7 @@ FIGURES = 12
 
 
 def components_page(points: tuple[str, ...], parts: Components, frame: FrameDiscrepancy | None) -> str:
-    """All points as a table, and the diagram of the points that are furthest off."""
+    """Writes all points as a table, and the diagram of the points that are furthest off."""
     columns = (
         "error_pp",
         "error_mtg",
@@ -72,7 +72,7 @@ CAPTION = "The whole log as read, and the rows that were held out as predicted f
 
 
 def drift_model_page(name: str, test: DriftTest, models: Mapping[str, DriftModel], runs: Sequence[DriftRun]) -> str:
-    """What each model takes and leaves, and its channel over time."""
+    """Writes the page of what each model takes and leaves, and its channel over time."""
     head = (
         '<header><p class="kicker">trueloop · drift model</p>'
         f"<h1>{esc(name)}</h1><p class='meta'>{len(test.time_s)} rows in "
@@ -110,7 +110,7 @@ def _figure(test: DriftTest, run: DriftRun) -> dict[str, object]:
 def fit_summary(
     found: Identification, chosen: Sequence[Chosen], held: Sequence[HeldOut], readings: int
 ) -> dict[str, object]:
-    """A model found from so many readings."""
+    """Summarizes a model identified from so many readings."""
     return {
         "scatter": found.scatter,
         "readings": readings,
@@ -134,14 +134,14 @@ def fit_lines(found: Identification, chosen: Sequence[Chosen], held: Sequence[He
 
 
 def lag_line(lag: Lag) -> str:
-    """A lag in a line."""
+    """Describes a lag in a line."""
     power = f"^{lag.power}" if lag.power > 1 else ""
     sought = f" ± {2 * lag.u_relative * lag.constant_s:.2g} (95 %)" if lag.between_s else ", given"
     return f"{lag.name}: {lag.of}{power} after {lag.constant_s:.4g} s{sought}"
 
 
 def drift_summary(models: Mapping[str, DriftModel], runs: Sequence[DriftRun]) -> dict[str, object]:
-    """Drift models, and what they leave of the end of the log."""
+    """Summarizes drift models, and what they leave of the end of the log."""
     left = {
         run.channel: {"dynamic": run.rms_um, "static": run.static_rms_um, "raw": run.raw_um}
         | {"rezeroed_h": {f"{hours:g}": left for hours, left in run.rezeroed_um.items()}}
@@ -162,7 +162,7 @@ def drift_lines(runs: Sequence[DriftRun], share: float) -> Iterator[str]:
 
 
 def positioning_summary(test: Positioning) -> dict[str, object]:
-    """The values of ISO 230-2: up, down and both, those that there are."""
+    """Returns the values of ISO 230-2: up, down and both, those that there are."""
     scale, unit = scale_of(test)
     return {"unit": unit} | {
         symbol: {way: scale * one for way, one in asdict(value).items() if not isnan(one)}
@@ -180,7 +180,7 @@ def positioning_lines(test: Positioning) -> Iterator[str]:
 
 
 def plates_summary(names: Sequence[str], judged: JudgedPattern) -> dict[str, object]:
-    """Each plate's own similarity and what is left of it, alone and with the correction of the others."""
+    """Summarizes each plate's own similarity and what is left of it, alone and with the correction of the others."""
     rows = [
         {"plate": name, "offset_mm": fit.offset_mm, "scale": fit.scale, "rotation_rad": fit.rotation_rad}
         | {"left_um_rms": UM_PER_MM * fit.rms_mm, "after_others_um_rms": None if one is None else UM_PER_MM * one}

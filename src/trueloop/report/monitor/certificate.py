@@ -100,7 +100,7 @@ class CertificateShape(Shape):
 
 
 def certificate_shape(done: Certificate, now: datetime, who: str, stated_u_um: float | None) -> CertificateShape:
-    """The certificate with its hash."""
+    """Makes the certificate with its hash."""
     shown = CertificateShape(
         part_type=done.part.part_type.name,
         revision=done.part.part_type.revision,
@@ -120,7 +120,7 @@ def certificate_shape(done: Certificate, now: datetime, who: str, stated_u_um: f
 
 
 def hash_of(shown: CertificateShape) -> str:
-    """The hash by which a certificate is known: that of its content without the hash."""
+    """Returns the hash by which a certificate is known: that of its content without the hash."""
     content = shown.model_copy(update={"sha256": ""}).model_dump(mode="json")
     return sha256_of(json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False).encode())
 
@@ -171,7 +171,7 @@ def certificate_rows(shown: CertificateShape) -> Iterator[tuple[str, ...]]:
 
 
 def in_force_lines(shown: CertificateShape) -> Iterator[str]:
-    """What was in force, what is not known of it, and the certificate's hash."""
+    """Yields what was in force, what is not known of it, and the certificate's hash."""
     for one in shown.in_force:
         yield " ".join(text for text in (f"{one.what}:", one.identity, one.words and f"({one.words})") if text)
     yield from (f"not known: {text}" for text in shown.missing)
@@ -188,7 +188,7 @@ DECIMALS: Final = 4
 
 
 def certificate_page(shown: CertificateShape, say: Texts = ENGLISH) -> str:
-    """The page as HTML in one file."""
+    """Writes the page as HTML in one file."""
     title = f"{esc(shown.part_type)} {esc(shown.serial)}"
     proven = sum(one.certified for one in shown.characteristics)
     counts = say("{n} of {all} characteristics are certified.", n=proven, all=len(shown.characteristics))

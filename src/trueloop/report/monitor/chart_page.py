@@ -44,14 +44,14 @@ class _Drawn:
     say: Texts
 
     def hover(self, k: int) -> str:
-        """What part k says."""
+        """Returns the text of part k when pointed at."""
         part, say = self.one.parts[k], self.say
         value = say.spelled(style.signed(part.value * self.scale, 2))
         return say("part {serial}: {value} {unit}", serial=style.label(part.serial), value=value, unit=self.unit)
 
 
 def chart_figure(one: CharacteristicChartShape, shown: ChartsShape, say: Texts = ENGLISH) -> Figure:
-    """● parts, grey those of the baseline; dashed: limits; ▲ alarms; dotted: the tool was set.
+    """Draws ● parts, grey those of the baseline; dashed: limits; ▲ alarms; dotted: the tool was set.
 
     CUSUM downwards is plotted below zero. Colours are those of Okabe and Ito; shapes say the same.
     """
@@ -140,7 +140,7 @@ LARGEST: Final = 600_000
 
 
 def chart_page(shown: ChartsShape, say: Texts = ENGLISH) -> str:
-    """The page as HTML in one file."""
+    """Writes the page as HTML in one file."""
     figures, left_out = _figures(shown, say)
     note = say("{n} more characteristics stand in the table alone.", n=left_out) if left_out else ""
     of = say("errors of the parts as inspected") if shown.what == "value" else say("residuals after correction")

@@ -189,7 +189,7 @@ UNITS: Final = {"um": "µm", "sigma": "σ"}
 
 
 def chart_head(shown: ChartsShape) -> tuple[str, ...]:
-    """The head of the table."""
+    """Returns the head of the table."""
     unit = UNITS[shown.unit]
     indices = ("Cpk", "Ppk") if shown.what == "value" else ()
     return ("characteristic", "parts", f"mean ({unit})", f"σ ({unit})", "baseline", "alarms", *indices)
@@ -211,7 +211,7 @@ def chart_rows(shown: ChartsShape) -> Iterator[tuple[str, ...]]:
 
 
 def index_text(found: CapabilityShape | None, name: str) -> str:
-    """An index with its interval; empty where there is none."""
+    """Formats an index with its interval; empty where there is none."""
     one = None if found is None else next(each for each in found.indices if each.name == name)
     if one is None or one.value is None or one.low is None or one.high is None:
         return ""
@@ -240,7 +240,7 @@ def _parts(one: EpisodeShape) -> str:
 def charts_shape(
     part_type: str, charted: Sequence[MonitoredSeries], options: ChartOptions, findings: Sequence[Finding]
 ) -> ChartsShape:
-    """The charts of a part type."""
+    """Makes the shape of the charts of a part type."""
     scale = UM_PER_MM if options.what == "value" else 1.0
     return ChartsShape(
         part_type=part_type,
@@ -281,7 +281,7 @@ def _characteristic(one: MonitoredSeries, scale: float) -> CharacteristicChartSh
 
 
 def segment_shape(one: Segment, scale: float) -> SegmentShape:
-    """A segment with its charts, values times `scale`."""
+    """Makes the shape of a segment with its charts, values times `scale`."""
     return SegmentShape(
         first=one.first,
         stop=one.stop,

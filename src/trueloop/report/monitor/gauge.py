@@ -82,7 +82,7 @@ def gauges_shape(checked: Sequence[GaugeSeries]) -> GaugesShape:
 
 
 def charts_of(shown: GaugesShape) -> ChartsShape:
-    """The charts alone, as a page of charts has them."""
+    """Returns the charts alone, as a page of charts has them."""
     charts = [one.chart for one in shown.gauges]
     return ChartsShape(part_type="", what="value", unit="um", rules=[1], characteristics=charts, findings=[])
 
@@ -170,14 +170,14 @@ def gauge_rows(shown: GaugesShape) -> Iterator[tuple[str, ...]]:
 
 
 def remark_lines(one: GaugeShape) -> Iterator[str]:
-    """What failed, and what to do."""
+    """Yields what failed, and what to do."""
     name = f"{one.device}, {one.standard}, {one.characteristic}"
     yield from (f"{name}: {text}" for text in one.remarks)
     yield from (check.fails for check in one.checks if check.fails)
 
 
 def gauge_page(shown: GaugesShape, say: Texts = ENGLISH) -> str:
-    """The page as HTML in one file."""
+    """Writes the page as HTML in one file."""
     charts = charts_of(shown)
     figures = "".join(
         figure_block(f"gauge-{k}", chart_figure(one.chart, charts, say), _named(one), small=True)

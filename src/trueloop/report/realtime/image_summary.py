@@ -82,7 +82,7 @@ def _um(length_mm: float) -> str:
 
 
 def image_summary(image: Image, extent: Extent) -> dict[str, object]:
-    """For machines; lengths in mm where no unit says otherwise, None for what the image does not hold."""
+    """Converts an image to a dict; lengths in mm where no unit is given, None for what the image does not hold."""
     bank, identity = image.bank, image.identity
     return {
         **identity.__dict__,

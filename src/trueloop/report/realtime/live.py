@@ -37,7 +37,7 @@ OTHER: Final = {
 
 
 def live_page(title: str, axes: str, signals: Sequence[str]) -> str:
-    """The page; everything in it that changes has an id, which `told` fills."""
+    """Writes the page; everything in it that changes has an id, which `told` fills."""
     rows = [
         (f"{words} ({'µm' if unit == 'um' else unit})", *(_cell(f"{what}_{axis}_{unit}") for axis in axes))
         for what, (words, unit) in ROWS.items()
@@ -95,7 +95,7 @@ def _panels(axes: str, signals: Sequence[str]) -> str:
 
 
 def told(samples: Samples, last: Event, fault: Event | None, periods: int, lost: int) -> dict[str, Any]:
-    """What the page is told of the newest periods: bands for the trace, and every text by its id."""
+    """Returns what the page gets of the newest periods: bands for the trace, and every text by its id."""
     drawn = {name: samples.columns[name] for name in trace_names(samples.axes, samples.signals)}
     low = {name: _plain(np.fmin.reduce(column)) for name, column in drawn.items()}
     high = {name: _plain(np.fmax.reduce(column)) for name, column in drawn.items()}
@@ -110,7 +110,7 @@ def told(samples: Samples, last: Event, fault: Event | None, periods: int, lost:
 
 
 def silence(for_s: float) -> dict[str, Any]:
-    """What it is told while nothing comes."""
+    """Returns what the page gets while nothing comes."""
     return {"alarm": True, "said": {"state": f"no period has come for {for_s:.0f} s"}}
 
 

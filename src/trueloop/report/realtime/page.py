@@ -98,7 +98,7 @@ SAID: Final = {"model": "asked for by the model", "table": "by the table", "corr
 
 
 def run_page(run: RunPage) -> str:
-    """The page as HTML, all of it in one file."""
+    """Writes the page as HTML, all of it in one file."""
     verdict = f'<p class="verdict">{esc(run.verdict)}</p>' if run.verdict else ""
     head = f'<header><p class="kicker">{KICKER}</p><h1>{esc(run.title)}</h1>{verdict}</header>'
     return html_page(f"{esc(run.title)} – real-time correction", head + "".join(_sections(run)))

@@ -30,7 +30,7 @@ class FinishedPart:
 
     @property
     def rms_um(self) -> float:
-        """Root mean square of all places."""
+        """Returns the root mean square of all places."""
         return rms(self.deviation_um)
 
 
@@ -46,7 +46,7 @@ class Timing:
 
 
 def timing_of(name: str, each_ns: Array | Tally) -> Timing:
-    """From the time of each period, or from how often each came."""
+    """Computes the timing from the time of each period, or from how often each came."""
     tally = each_ns if isinstance(each_ns, Tally) else counted(NONE, each_ns)
     return Timing(name, tally.total, *(tally.quantile(share) for share in (0.5, 0.99, 0.999)))
 
@@ -92,7 +92,7 @@ DRAWN = (("command", "mm"), ("model", "um"), ("table", "um"), ("correction", "um
 
 
 def trace_of(samples: Samples) -> Trace:
-    """Of a whole record."""
+    """Makes the trace of a whole record."""
     drawn = envelope(samples, trace_names(samples.axes, samples.signals))
     found = tuple(events(samples))
     return Trace(samples.axes, samples.signals, drawn, found, len(samples), samples.lost, samples.period_s)
@@ -118,6 +118,6 @@ class RunPage:
 
 
 def largest_um(trace: Trace, what: str) -> dict[str, float]:
-    """Largest amount of a column by axis, µm, as `correction`: {"X": 42.1}; zero where nothing was recorded."""
+    """Returns the largest amount of a column by axis, µm, as `correction`: {"X": 42.1}; zero without a record."""
     columns = {axis.upper(): np.concatenate(trace.envelope.of(f"{what}_{axis}_um")) for axis in trace.axes}
     return {axis: float(np.nanmax(np.abs(values), initial=0.0)) for axis, values in columns.items()}

@@ -28,12 +28,12 @@ WIDTHS: Final = {"wide": 980, "narrow": 370}
 
 
 def trace_figures(trace: Trace) -> dict[str, Figure]:
-    """For a wide window and for a narrow one."""
+    """Draws the trace for a wide window and for a narrow one."""
     return {kind: trace_figure(trace, WIDTHS[kind], STRETCHES[kind]) for kind in WIDTHS}
 
 
 def trace_figure(trace: Trace, width: int, stretches: int) -> Figure:
-    """The whole run in a picture of this width in px."""
+    """Draws the whole run in a picture of this width in px."""
     drawn = merged(trace.envelope, stretches)
     panels = [
         ("command (mm)", [(f"command_{axis}_mm", AXIS_COLOURS[axis], 1.4) for axis in trace.axes]),
@@ -75,7 +75,7 @@ def signal_colour(signals: Sequence[str], name: str) -> str:
 
 
 def alarms(trace: Trace, end_s: float) -> list[tuple[float, float, str]]:
-    """When something was wrong: from, to, and what."""
+    """Returns when something was wrong: from, to, and what."""
     following = [*(event.time_s for event in trace.events[1:]), end_s]
     return [
         (event.time_s, until, event.in_words())

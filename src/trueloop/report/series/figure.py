@@ -21,7 +21,7 @@ LONGEST: Final = 60
 
 
 def proposal_figure(effects: Sequence[Effect], say: Texts = ENGLISH) -> Figure:
-    """● without the proposal, red where material would be left on and blue where too much would be taken; ◆ with it.
+    """Draws ● without the proposal, red where material would be left on, blue where too much would be taken; ◆ with it.
 
     Bars hold 95 % of parts. Errors are actual less nominal size.
     """
@@ -80,7 +80,7 @@ TICKS: Final = 8
 
 
 def series_figure(one: CharacteristicSeriesShape, say: Texts = ENGLISH) -> Figure:
-    """○ before and ● after correction with the band expected of ●, limits where they are near, ▲ alarms.
+    """Draws ○ before and ● after correction with the band expected of ●, limits where they are near, ▲ alarms.
 
     Colours are those of Okabe and Ito; shapes say the same, so that none depends on colour.
     """

@@ -75,7 +75,7 @@ def _row(one: CharacteristicSeriesShape) -> tuple[str, ...]:
 
 
 def replay_rows(series: SeriesShape) -> Iterator[tuple[str, ...]]:
-    """The head, then one row a characteristic: what each rule would have left, and how many bands held."""
+    """Yields the head, then one row a characteristic: what each rule would have left, and how many bands held."""
     rules = tuple(series.characteristics[0].left_rms_um) if series.characteristics else ()
     yield ("characteristic", "parts", *rules, "inside bands", "alarms")
     for one in series.characteristics:
@@ -86,7 +86,7 @@ def replay_rows(series: SeriesShape) -> Iterator[tuple[str, ...]]:
 
 
 def proposal_lines(proposal: Proposal, decision: ProposalDecision | None) -> Iterator[str]:
-    """A proposal: id, class and stage, what it does to each characteristic, and what was decided."""
+    """Yields the lines of a proposal: id, class and stage, its effect on each characteristic, and the decision."""
     verdict = "waits for a decision" if decision is None else f"{decision.verdict} by {decision.who}"
     yield f"{proposal.id}  {proposal.changes}, stage {stage_of(proposal.changes)}: {verdict}"
     if proposal.changes is ProposalClass.MEMORY:

@@ -19,7 +19,7 @@ SAID: Final = 3
 
 
 def series_page(series: SeriesShape, say: Texts = ENGLISH) -> str:
-    """The page as HTML in one file."""
+    """Writes the page as HTML in one file."""
     figures, left_out = _figures(series, say)
     note = say("{n} more characteristics stand in the table alone.", n=left_out) if left_out else ""
     body = (

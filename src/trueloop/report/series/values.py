@@ -137,7 +137,7 @@ class SeriesShape(Shape):
 def status_shape(
     part_type: str, series: Sequence[Tracked], parts: int, findings: Sequence[Finding], options: SeriesOptions
 ) -> SeriesShape:
-    """The series of a part type as they are."""
+    """Makes the shape of the series of a part type as they are."""
     of_each = [_tracked(one, options) for one in series]
     return SeriesShape(
         part_type=part_type, kind="status", parts=parts, characteristics=of_each, findings=_findings(findings)
@@ -147,7 +147,7 @@ def status_shape(
 def replay_shape(
     part_type: str, replays: Sequence[Replay], parts: int, findings: Sequence[Finding], *, simulated: bool = False
 ) -> SeriesShape:
-    """The series as they would have been with memory."""
+    """Makes the shape of the series as they would have been with memory."""
     return SeriesShape(
         part_type=part_type,
         kind="simulation" if simulated else "replay",

@@ -21,7 +21,7 @@ SIGN: Final = (
 
 
 def compare_page(found: Comparison) -> str:
-    """The page of a comparison."""
+    """Writes the page of a comparison."""
     shown = [shown for pair in zip(maps(found, "before"), maps(found, "after"), strict=True) for shown in pair]
     range_um = colour_range_um(shown)
     figures = "".join(
@@ -43,8 +43,8 @@ def compare_page(found: Comparison) -> str:
 
 
 def maps(found: Comparison, which: str) -> list[DeviationMap]:
-    """The mean of the deterministic parts of the group `before` or `after`, as far as it was measured, and its worst
-    part taken apart.
+    """Returns the mean of the deterministic parts of the group `before` or `after`, as far as it was measured, and
+    its worst part taken apart.
     """
     group: Group = getattr(found, which)
     measured = [part.separation.places for part in group.kept]
@@ -96,7 +96,7 @@ def _verdict(found: Comparison) -> str:
 
 
 def rows_of(found: Comparison) -> list[tuple[str, Spread, Spread]]:
-    """What the table compares: a name, before, after."""
+    """Returns what the table compares: a name, before, after."""
     kinds = {
         "deterministic part": lambda part: part.deterministic,
         "random part": lambda part: part.random,
@@ -140,7 +140,7 @@ def _findings(found: Comparison) -> str:
 
 
 def comparison_summary(found: Comparison) -> dict[str, object]:
-    """Both groups in figures, and what was noticed in their parts."""
+    """Summarizes both groups in figures, and what was noticed in their parts."""
     groups = {"before": found.before, "after": found.after}
     return {
         which: {

@@ -58,7 +58,7 @@ class DeviationMap:
 
     @property
     def sides_mm(self) -> tuple[float, float]:
-        """About how long the surface is along u and along v."""
+        """Returns about how long the surface is along u and along v, mm."""
         points, uv = self.points_mm.reshape(-1, 3), self.uv.reshape(-1, 2)
         slopes = np.linalg.lstsq(uv - uv.mean(axis=0), points - points.mean(axis=0), rcond=None)[0]
         along, across = (float(np.linalg.norm(slope)) for slope in slopes)
@@ -66,14 +66,14 @@ class DeviationMap:
 
 
 def colour_range_um(maps: list[DeviationMap]) -> float:
-    """The round number of µm that all maps' colours reach to, either way."""
+    """Returns the round number of µm that all maps' colours reach to, either way."""
     largest = max(float(np.nanmax(np.abs(m.error_mm), initial=0.0)) for m in maps) * UM_PER_MM
     step = round_step(2 * max(largest, 0.1), 20)
     return float(np.ceil(largest / step - 1e-9) * step) or step
 
 
 def flat(deviations: DeviationMap, range_um: float) -> str:
-    """One map flat (SVG): u upwards, v to the right, sides in proportion, with its colour bar."""
+    """Draws one map flat (SVG): u upwards, v to the right, sides in proportion, with its colour bar."""
     u_mm, v_mm = deviations.sides_mm
     across, up = (BOX * side / max(u_mm, v_mm) for side in (v_mm, u_mm))
     draw = _dots if deviations.error_mm.ndim == 1 else _cells
@@ -95,7 +95,7 @@ def flat(deviations: DeviationMap, range_um: float) -> str:
 
 
 def sheet(maps: list[DeviationMap]) -> str:
-    """All maps on one sheet, a file of its own (SVG), one colour scale for all."""
+    """Draws all maps on one sheet, a file of its own (SVG), one colour scale for all."""
     range_um, gap = colour_range_um(maps), 26
     width, height = 2 * WIDTH, -(-len(maps) // 2) * (HEIGHT + gap)
     drawn = "".join(
@@ -148,7 +148,7 @@ def _dots(deviations: DeviationMap, range_um: float, across: float, up: float) -
 
 
 def colour(error_um: float, range_um: float) -> str:
-    """The colour of an error: linear between the scale's stops, its ends beyond; grey for none measured."""
+    """Returns the colour of an error: linear between the scale's stops, its ends beyond; grey for none measured."""
     if np.isnan(error_um):
         return "#c8ced4"
     share = float(np.clip((error_um / range_um + 1) / 2, 0.0, 1.0))
@@ -174,7 +174,7 @@ def _bar(range_um: float, x: float) -> str:
 
 
 def rgb(code: str) -> tuple[int, ...]:
-    """Red, green and blue of a colour such as #1558b0, 0 to 255."""
+    """Returns red, green and blue of a colour such as #1558b0, 0 to 255."""
     return tuple(int(code[k : k + 2], 16) for k in (1, 3, 5))
 
 
@@ -189,12 +189,12 @@ TITLES: Final = {
 
 
 def maps_of_part(model: SurfaceModel, own: PartMaps) -> list[DeviationMap]:
-    """What was measured on one part, taken apart, and what is predicted of it."""
+    """Returns what was measured on one part, taken apart, and what is predicted of it."""
     return [map_of_part(model, own, name, f"{esc(own.name)}: {title}") for name, title in TITLES.items()]
 
 
 def map_of_part(model: SurfaceModel, own: PartMaps, name: str, title: str) -> DeviationMap:
-    """One of a part's maps, a grid where all parts are."""
+    """Returns one of a part's maps, a grid where all parts are."""
     at = own.places
     shape = _shape(at) if _on_one_grid(model) else (len(at.u),)
     points, uv = at.points_mm.reshape(*shape, 3), np.stack([at.u, at.v], axis=1).reshape(*shape, 2)
@@ -202,7 +202,7 @@ def map_of_part(model: SurfaceModel, own: PartMaps, name: str, title: str) -> De
 
 
 def part_choice(parts: list[list[DeviationMap]], names: list[str], range_um: float) -> str:
-    """The list of parts to choose from, with the numbers of their maps (HTML)."""
+    """Writes the list of parts to choose from, with the numbers of their maps (HTML)."""
     shown = [_shown(name, maps) for name, maps in zip(names[:MOST], parts, strict=False)]
     data = {"range": range_um, "stops": [[share, rgb(code)] for share, code in SCALE], "parts": shown}
     text = json.dumps(data, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
@@ -215,7 +215,7 @@ def part_choice(parts: list[list[DeviationMap]], names: list[str], range_um: flo
 
 
 def caption(shown: DeviationMap) -> str:
-    """A map's title and between which errors it lies (HTML)."""
+    """Writes a map's title and between which errors it lies (HTML)."""
     low, high = (float(f(shown.error_mm)) * UM_PER_MM for f in (np.nanmin, np.nanmax))
     return f"<b>{shown.title}</b>: {signed(low)} to {signed(high)} µm"
 

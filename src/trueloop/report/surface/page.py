@@ -34,7 +34,7 @@ HEIGHT: Final = 520
 
 
 def space_figure(maps: list[DeviationMap]) -> str:
-    """The figure and the list of maps to choose from (HTML); colours and parts are those of `part_choice`."""
+    """Writes the figure and the list of maps to choose from (HTML); colours and parts are those of `part_choice`."""
     drawn = [shown.thinned for shown in maps]
     places = list({_key(shown): shown for shown in drawn}.values())
     data = {"places": [_places(shown) for shown in places], "maps": [_numbers(shown, places) for shown in drawn]}
@@ -82,7 +82,7 @@ def surface_page(
     correction: SurfaceCorrection | None = None,
     written: Sequence[WrittenPattern] = (),
 ) -> str:
-    """The page of one surface's pattern, of its correction where there is one, and of the pattern `written` as CAD."""
+    """Writes the page of one surface's pattern, of its correction, if any, and of the pattern `written` as CAD."""
     parts = [own for own, _ in maps_of(model)]
     own, drawn = [maps_of_part(model, part) for part in parts], _arranged(model, parts[0])
     range_um = colour_range_um([*drawn, *chain.from_iterable(own)])
@@ -103,7 +103,7 @@ def surface_page(
 
 
 def maps(model: SurfaceModel) -> list[DeviationMap]:
-    """The maps of the page: the first part's own, the pattern, its variability, and the prediction."""
+    """Returns the maps of the page: the first part's own, the pattern, its variability, and the prediction."""
     first = model.parts[0]
     return _arranged(model, part_maps(model.pattern, first.separation, first.deviations.name, model.options.weight))
 

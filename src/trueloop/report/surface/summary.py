@@ -18,7 +18,7 @@ def as_words(findings: Sequence[Finding]) -> list[str]:
 
 
 def part_row(part: Part) -> dict[str, object]:
-    """A part's model, what the tests say of its residuals, and its worst touch."""
+    """Summarizes a part's model, the tests of its residuals, and its worst touch."""
     chosen = part.separation.chosen
     return {
         "name": part.deviations.name,
@@ -55,7 +55,7 @@ def part_line(part: Part) -> str:
 def pattern_summary(
     found: SurfaceModel, record: str | None, notes: Sequence[str], files: Sequence[str]
 ) -> dict[str, object]:
-    """The pattern in figures, findings, notes, and the files written. `record`: the id of the correction by it."""
+    """Summarizes the pattern: figures, findings, notes, and files written. `record`: the id of the correction by it."""
     pattern, figures = found.pattern, found.figures
     return {
         "parts": [part_row(part) for part in found.parts],
@@ -95,7 +95,7 @@ def pattern_lines(found: SurfaceModel, notes: Sequence[str], files: Sequence[str
 
 
 def sampling_summary(advice: SamplingAdvice, ball_radius_mm: float) -> dict[str, object]:
-    """The grid, the shortest wave it resolves, and whether the ball reaches into every hollow."""
+    """Summarizes the grid, the shortest wave it resolves, and whether the ball reaches into every hollow."""
     hollow = advice.hollow_radius_mm if np.isfinite(advice.hollow_radius_mm) else None
     return {**asdict(advice), "hollow_radius_mm": hollow, "ball_radius_mm": ball_radius_mm}
 

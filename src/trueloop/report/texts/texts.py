@@ -45,7 +45,7 @@ class Texts:
 
     @classmethod
     def of(cls, options: PageOptions, program_unit: LengthUnit | None) -> "Texts":
-        """As the options want it; where they name no unit, that of the program."""
+        """Makes texts as the options want them; where they name no unit, that of the program."""
         return cls(options.language, options.unit or program_unit or "mm")
 
     def __call__(self, text: str, **values: object) -> str:
@@ -55,11 +55,11 @@ class Texts:
         return template.format_map({"um": self.um, "mm": self.mm_name, **said})
 
     def note(self, words: str) -> str:
-        """A sentence of the calculation; one that is nothing but text is left as it is."""
+        """Translates a sentence of the calculation; one that is nothing but text is left as it is."""
         return self(words.template, **words.values) if isinstance(words, Wording) else words
 
     def value(self, value: object) -> object:
-        """A value of a text, as it is formatted for the reader."""
+        """Formats a value of a text for the reader."""
         if isinstance(value, str):
             return self.note(value)
         if isinstance(value, Um):
@@ -69,7 +69,7 @@ class Texts:
         return _Number(value) if isinstance(value, float) and self.language == "de" else value
 
     def spelled(self, number: str) -> str:
-        """A number with the language's decimal sign."""
+        """Writes a number with the language's decimal sign."""
         return number.replace(".", ",") if self.language == "de" else number
 
     def _length(self, length: Um) -> str:
@@ -80,53 +80,53 @@ class Texts:
 
     @property
     def separators(self) -> str:
-        """Plotly's: the decimal sign, and that between thousands."""
+        """Returns Plotly's separators: the decimal sign, and that between thousands."""
         return ",." if self.language == "de" else ".,"
 
     @property
     def um(self) -> str:
-        """The unit of errors."""
+        """Returns the unit of errors."""
         return "µin" if self.unit == "inch" else "µm"
 
     @property
     def mm_name(self) -> str:
-        """The unit of lengths."""
+        """Returns the unit of lengths."""
         return "in" if self.unit == "inch" else "mm"
 
     @property
     def per_um(self) -> float:
-        """What a micrometre is in the unit of errors."""
+        """Returns a micrometre in the unit of errors."""
         return UIN_PER_UM if self.unit == "inch" else 1.0
 
     @property
     def per_mm(self) -> float:
-        """What a millimetre is in the unit of lengths."""
+        """Returns a millimetre in the unit of lengths."""
         return 1.0 / MM_PER_INCH if self.unit == "inch" else 1.0
 
     @property
     def slope_name(self) -> str:
-        """The unit of slopes."""
+        """Returns the unit of slopes."""
         return "µin/in" if self.unit == "inch" else "µm/mm"
 
     def error(self, um: float, decimals: int = 1) -> str:
-        """An error of so many µm, with its sign."""
+        """Formats an error of so many µm, with its sign."""
         return self.spelled(signed(um * self.per_um, self._fewer(decimals)))
 
     def size(self, um: float, decimals: int = 1) -> str:
-        """A length of so many µm."""
+        """Formats a length of so many µm."""
         return self.spelled(plain(um * self.per_um, self._fewer(decimals)))
 
     def slope(self, um_per_mm: float, decimals: int = 2) -> str:
-        """A slope of so many µm/mm, with its sign."""
+        """Formats a slope of so many µm/mm, with its sign."""
         inch = self.unit == "inch"
         return self.spelled(signed(um_per_mm * (UM_PER_MM if inch else 1.0), 0 if inch else decimals))
 
     def mm(self, mm: float, decimals: int = 3) -> str:
-        """A length of so many mm: in inches with one decimal more."""
+        """Formats a length of so many mm: in inches with one decimal more."""
         return self.spelled(plain(mm * self.per_mm, decimals + (self.unit == "inch")))
 
     def number(self, value: float, decimals: int = 1) -> str:
-        """A number without a unit."""
+        """Formats a number without a unit."""
         return self.spelled(plain(value, decimals))
 
     def _fewer(self, decimals: int) -> int:

@@ -23,7 +23,7 @@ def by_tool_block(correction: Correction, say: Texts = ENGLISH) -> str:
 
 
 def by_tool_as_dict(correction: Correction) -> dict[str, object] | None:
-    """For machines, whether it comes first or not; None where a machine model takes part."""
+    """Converts the answer to a dict, whether it comes first or not; None where a machine model takes part."""
     of = correction.by_tool
     if of is None:
         return None

@@ -27,7 +27,7 @@ BAR: Final = (96, 18)
 
 
 def characteristic_table(judged: Sequence[Judged], say: Texts = ENGLISH) -> str:
-    """The table, or how to state characteristics where there are none (HTML)."""
+    """Writes the table, or how to state characteristics where there are none (HTML)."""
     if not judged:
         return "<p class='note' id='no-characteristics'>" + say(
             "The job states no tolerances: name them in tables <code>[[part.characteristic]]</code>, and this page "
@@ -52,7 +52,7 @@ def characteristic_table(judged: Sequence[Judged], say: Texts = ENGLISH) -> str:
 
 
 def tightest_first(judged: Sequence[Judged]) -> list[Judged]:
-    """By the probability of being in after the correction, then by the margin; what has no limits comes last."""
+    """Sorts by the probability of being in after the correction, then by the margin; what has no limits comes last."""
 
     def place(one: Judged) -> tuple[float, float]:
         probability = one.after.probability_in
@@ -81,7 +81,7 @@ def _row(one: Judged, say: Texts) -> list[str]:
 
 
 def expanded_u(judgement: Judgement) -> float:
-    """The half width that holds 95 %."""
+    """Returns the half width that holds 95 %."""
     return coverage_factor(judgement.degrees_of_freedom) * judgement.standard_u
 
 

@@ -13,12 +13,12 @@ VERDICTS: Final = {"in": wording("in"), "out": wording("out"), "undecided": word
 
 
 def characteristics_as_dicts(judged: Sequence[Judged]) -> list[dict[str, object]]:
-    """One a characteristic: what is asked for, with its unit, and the judgements; `before` null: not judged."""
+    """Converts each characteristic: what is required, with its unit, and judgements; `before` null: not judged."""
     return [{**_asked(one.characteristic), "before": _of(one.before), "after": _of(one.after)} for one in judged]
 
 
 def characteristics_words(judged: Sequence[Judged], say: Texts = ENGLISH) -> list[str]:
-    """How many are in and out, before and expected after, and which is the tightest; nothing without any."""
+    """Describes how many are in and out, before and expected after, and the tightest; nothing without any."""
     unlimited = sum(one.after.verdict is None for one in judged)
     without = [say("Without limits, and not judged: {n}.", n=unlimited)] if unlimited else []
     judged = [one for one in judged if one.after.verdict is not None]
@@ -40,12 +40,12 @@ def characteristics_words(judged: Sequence[Judged], say: Texts = ENGLISH) -> lis
 
 
 def tightest_of(judged: Sequence[Judged]) -> Judged:
-    """The one least likely to be in after the next cut."""
+    """Returns the one least likely to be in after the next cut."""
     return min(judged, key=lambda one: 2.0 if one.after.probability_in is None else one.after.probability_in)
 
 
 def share(probability: float | None, say: Texts = ENGLISH) -> str:
-    """A probability in per cent, never 100 % of what is not certain; a dash where nothing was judged."""
+    """Formats a probability in per cent, never 100 % of what is not certain; a dash where nothing was judged."""
     if probability is None:
         return "–"
     if 0.9995 < probability < 1.0:

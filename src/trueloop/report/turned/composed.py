@@ -10,7 +10,7 @@ from trueloop.units import UM_PER_MM
 
 
 def composed_words(correction: Correction, say: Texts = ENGLISH) -> str:
-    """The ranges of both components at the touches, as plain text; empty where there is only COMP_PROC."""
+    """Describes the ranges of both components at the touches, as plain text; empty where there is only COMP_PROC."""
     of = correction.composed
     if of is None:
         return ""
@@ -24,7 +24,7 @@ def composed_words(correction: Correction, say: Texts = ENGLISH) -> str:
 
 
 def composed_section(correction: Correction, say: Texts = ENGLISH) -> str:
-    """The section of the report, with a row a touch; empty where there is only COMP_PROC."""
+    """Writes the section of the report, with a row a touch; empty where there is only COMP_PROC."""
     of = correction.composed
     if of is None:
         return ""

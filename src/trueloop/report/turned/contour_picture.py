@@ -38,7 +38,7 @@ class Way:
 
 
 def picture_of_sheet(read: "DxfSheet", outline: int | None) -> str:
-    """The sheet of a drawing with the contours of the side that was asked for."""
+    """Draws the sheet of a drawing with the contours of the requested side."""
     chosen = 1 if outline is None and len(read.contours) == 1 else outline
     edges = [_places(one.feature)[:, ::-1] for one in read.sheet.edges]
     axes = [
@@ -53,7 +53,7 @@ def picture_of_sheet(read: "DxfSheet", outline: int | None) -> str:
 
 
 def picture_of_solid(solid: "StepSolid", side: Side, outline: int | None) -> str:
-    """The section of a solid above its axis, both sides of it, with the contours of the one that was asked for."""
+    """Draws the section of a solid above its axis, both sides of it, with the contours of the requested one."""
     wanted = [one for one in solid.found if one.contour.side is side]
     chosen = 1 if outline is None and len(wanted) == 1 else outline
     whole = [piece.feature for one in solid.found for piece in one.contour.pieces]
@@ -73,7 +73,7 @@ def picture_of_solid(solid: "StepSolid", side: Side, outline: int | None) -> str
 
 
 def picture(title: str, edges: Sequence[Array], axes: Sequence[Array], ways: Sequence[Way]) -> str:
-    """The SVG; below the picture a line for every contour, with its number."""
+    """Draws the SVG; below the picture a line for every contour, with its number."""
     everything = np.concatenate([*edges, *axes, *(way.places for way in ways), np.zeros((0, 2))])
     low, high = (everything.min(axis=0), everything.max(axis=0)) if len(everything) else (np.zeros(2), np.ones(2))
     span = np.maximum(high - low, 1e-6)

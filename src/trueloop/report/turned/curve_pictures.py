@@ -23,14 +23,14 @@ class CurvePicture:
 
 
 def curve_pictures(correction: Correction, say: Texts) -> Iterator[CurvePicture]:
-    """The features with a curve: one touch makes a constant, of which no picture tells more than its number."""
+    """Yields the features with a curve: one touch makes a constant, of which no picture shows more than its number."""
     for number, feature in enumerate(correction.profile.features):
         if len(correction.touches.of_feature(number)) > 1:
             yield CurvePicture(number, feature.name, _said(correction, number, say))
 
 
 def curve_svg(correction: Correction, number: int, width: int, say: Texts) -> str:
-    """The picture of one of them."""
+    """Draws the picture of one of them."""
     return svg(error_curve(correction, number, width, say), style.label(_said(correction, number, say)))
 
 

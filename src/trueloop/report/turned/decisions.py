@@ -16,7 +16,7 @@ RESOLVED_UM = 0.1
 
 
 def decisions(correction: Correction, say: Texts = ENGLISH) -> str:
-    """Offset or contour, the curves' models, what was commanded, weight, limits, and the loop's own notes (HTML)."""
+    """Writes offset or contour, the curves' models, what was commanded, weight, limits, and the loop's notes (HTML)."""
     axes = (correction.decision.x.words, correction.decision.z.words)
     program = (commanded_words(correction), weight_words(correction), limit_words(correction), *correction.notes)
     groups = {
@@ -30,7 +30,7 @@ def decisions(correction: Correction, say: Texts = ENGLISH) -> str:
 
 
 def commanded_words(correction: Correction) -> str:
-    """What of the measured errors was commanded: where the semi-finish program itself deviates from the nominal."""
+    """Describes what of the measured errors was commanded, where the semi-finish program deviates from the nominal."""
     commanded_um = correction.commanded_mm * UM_PER_MM
     worst = int(np.argmax(np.abs(commanded_um)))
     if abs(commanded_um[worst]) < RESOLVED_UM:
@@ -44,7 +44,7 @@ def commanded_words(correction: Correction) -> str:
 
 
 def weight_words(correction: Correction) -> str:
-    """What share of the error is taken out."""
+    """Describes what share of the error is taken out."""
     weight = correction.options.weight
     some = wording("{percent:.0f} % of it, the rest stays for the next part", percent=100.0 * weight)
     return wording(
@@ -55,7 +55,7 @@ def weight_words(correction: Correction) -> str:
 
 
 def limit_words(correction: Correction) -> str:
-    """The limits, and how near the correction came to the one on size."""
+    """Describes the limits, and how near the correction came to the one on size."""
     limits = correction.options.limits
     peak_um, feature = _peak_um(correction.corrected)
     return wording(

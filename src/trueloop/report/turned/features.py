@@ -77,7 +77,7 @@ def _summary(correction: Correction, outcome: Outcome, say: Texts) -> FeatureSum
 
 
 def touch_figures(correction: Correction, rows: NDArray[np.intp]) -> TouchFigures:
-    """Of the touches at these positions."""
+    """Computes the figures of the touches at these positions."""
     prediction = correction.prediction
     before, after, left_out = (
         values[rows] * UM_PER_MM for values in (prediction.before_mm, prediction.after_mm, prediction.leave_one_out_mm)
@@ -87,12 +87,12 @@ def touch_figures(correction: Correction, rows: NDArray[np.intp]) -> TouchFigure
 
 
 def worst_of(values: Array) -> float:
-    """The value of largest size, with its sign; nan of nothing."""
+    """Returns the value of largest size, with its sign; nan of nothing."""
     return float(values[np.argmax(np.abs(values))]) if len(values) else float("nan")
 
 
 def kind_of_correction(correction: Correction, index: int) -> str:
-    """How a feature's error is described and corrected, in a few words."""
+    """Describes in a few words how a feature's error is described and corrected."""
     curve = correction.model.curves[index]
     touches = len(correction.touches.of_feature(index))
     if _is_left(correction, index):

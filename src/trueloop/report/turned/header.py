@@ -62,7 +62,7 @@ class Header(Shape):
 
 
 def header(record: Record) -> Header:
-    """The header of a record."""
+    """Makes the header of a record."""
     part, tool, edge, machine = record.part_type, record.tool, record.edge, record.machine
     program = record.program or Program("", "", "")
     inspections = record.inspections
@@ -94,7 +94,7 @@ def header(record: Record) -> Header:
 
 
 def header_fields(of: Header, say: Texts = ENGLISH) -> str:
-    """The header as names and values (HTML); what is not stated is a dash."""
+    """Writes the header as names and values (HTML); what is not stated is a dash."""
     number = None if of.tool_number is None else f"T{of.tool_number}"
     nose = None if of.nose_radius_mm is None else say("nose {r} {mm}", r=say.mm(of.nose_radius_mm, 4))
     edge = say("corner {corner}", corner=of.corner) if of.corner else ""

@@ -38,7 +38,7 @@ WIDTHS: Final = {"wide": whiskers.WIDTH, "narrow": whiskers.NARROW}
 
 
 def page(correction: Correction, say: Texts = ENGLISH) -> str:
-    """The whole report of one correction as HTML."""
+    """Writes the whole report of one correction as HTML."""
     title = say("{part} – correction {record}", part=esc(correction.part), record=esc(correction.record.id))
     sections = (
         _part(correction, say),
@@ -215,7 +215,7 @@ def _origin(correction: Correction, say: Texts) -> str:
 
 
 def flat(options: Mapping[str, object], say: Texts, prefix: str = "") -> Iterator[tuple[str, object]]:
-    """Options that are tables of options in turn, with dotted names; what was left open is said to be chosen."""
+    """Yields options that are tables of options in turn, with dotted names; one left open as chosen by trueloop."""
     for name, value in options.items():
         if isinstance(value, Mapping):
             yield from flat(value, say, f"{prefix}{name}.")

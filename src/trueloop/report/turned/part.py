@@ -19,7 +19,7 @@ from trueloop.wording import all_of, wording
 
 
 def answer_of(of: EdgeCorrection) -> str:
-    """`T3 wear X −0.024 mm (diameter), Z +0.004`, `T5 (left corner): by the contour`, or `…: not measured`."""
+    """Returns `T3 wear X −0.024 mm (diameter), Z +0.004`, `T5 (left corner): by the contour`, or `…: not measured`."""
     if of.correction is None:
         return wording("{tool}: not measured, left as programmed", tool=of.tool)
     if not of.correction.decision.by_offset:
@@ -29,17 +29,17 @@ def answer_of(of: EdgeCorrection) -> str:
 
 
 def answers(corrected: PartCorrection) -> list[str]:
-    """The answers of all edges in one line by set-up: `first: T1 wear X −0.024 mm (diameter), Z +0.004`."""
+    """Returns the answers of all edges in one line by set-up: `first: T1 wear X −0.024 mm (diameter), Z +0.004`."""
     return [_named(one, "; ".join(map(answer_of, one.edges))) for one in corrected.setups]
 
 
 def all_to_do(corrected: PartCorrection) -> list[str]:
-    """What to enter and what to run, by set-up."""
+    """Returns what to enter and what to run, by set-up."""
     return [_named(one, _to_do(one)) for one in corrected.setups]
 
 
 def all_notes(corrected: PartCorrection) -> list[str]:
-    """What to know of all set-ups together, and of the edges of each."""
+    """Returns what to know of all set-ups together, and of the edges of each."""
     return [*corrected.notes, *(_named(one, note) for one in corrected.setups for note in _notes_of(one))]
 
 
@@ -72,7 +72,7 @@ def _notes_of(of: SetupCorrection) -> list[str]:
 
 
 def part_as_dict(corrected: PartCorrection) -> dict[str, object]:
-    """For machines: what to do, and by set-up its frame, its program and its edges; without set-ups the program's."""
+    """Converts a part to a dict: what to do, and by set-up frame, program and edges; without set-ups the program's."""
     if not corrected.in_setups:
         (only,) = corrected.setups
         return {"part": corrected.part, **_program(only)}
@@ -143,7 +143,7 @@ def _edge(of: EdgeCorrection) -> dict[str, object]:
 
 
 def part_page(corrected: PartCorrection, reports: Mapping[tuple[str, str], str], say: Texts = ENGLISH) -> str:
-    """The page of a part; `reports`: file name of each edge's own report, by set-up and tool."""
+    """Writes the page of a part; `reports`: file name of each edge's own report, by set-up and tool."""
     title = say("{part} – correction {record}", part=esc(corrected.part), record=esc(corrected.record_id))
     notes = all_notes(corrected)
     sizes = [*corrected.characteristics, *(size for one in corrected.setups for size in one.characteristics)]

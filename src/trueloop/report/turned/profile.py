@@ -18,8 +18,8 @@ STRAIGHT_MM: Final = 1e6
 def profile_as_dict(
     name: str, profile: Profile, centre: CentrePath, setups: Sequence[SetupFrame] = ()
 ) -> dict[str, object]:
-    """A profile and what of it a nose reaches; x is a radius, turns are positive at convex corners. The frames of its
-    set-ups where it has several.
+    """Converts a profile and what of it a nose reaches; x is a radius, turns are positive at convex corners. The
+    frames of its set-ups where it has several.
     """
     frames = [asdict(one) | {"z_of_program": one.words} for one in setups]
     return ({"setups": frames} if frames else {}) | {
@@ -45,7 +45,7 @@ def profile_as_dict(
 
 
 def kind_in_words(feature: Feature) -> str:
-    """Line, arc with its radius and sense, or curve with its least radii of curvature."""
+    """Describes a line, an arc with its radius and sense, or a curve with its least radii of curvature."""
     if isinstance(feature, Curve):
         concave, convex = feature.radius_range_mm()
         radii = [f"{sense} R ≥ {r:.4f}" for sense, r in (("convex", convex), ("concave", concave)) if r < STRAIGHT_MM]

@@ -99,7 +99,7 @@ Shown = Callable[[str, Callable[[int], Figure], str], str]
 
 
 def memory_section(correction: Correction, say: Texts, figure: Shown) -> str:
-    """The section; empty without earlier parts."""
+    """Writes the section; empty without earlier parts."""
     memory = correction.memory
     if memory is None:
         return ""
@@ -119,7 +119,7 @@ def memory_section(correction: Correction, say: Texts, figure: Shown) -> str:
 
 
 def memory_as_dict(correction: Correction) -> dict[str, object] | None:
-    """For JSON: lengths in µm, angles in degrees; None without earlier parts."""
+    """Converts the memory to a dict: lengths in µm, angles in degrees; None without earlier parts."""
     memory = correction.memory
     if memory is None:
         return None

@@ -19,7 +19,7 @@ PLACES: Final = 33
 
 
 def drawing(corrected: PartCorrection) -> str:
-    """Both halves of the section about the axis, and below them a line for each set-up with where its +Z points."""
+    """Draws both halves of the section about the axis; below, a line for each set-up with where its +Z points."""
     of = {name: k for k, one in enumerate(corrected.setups) for name in one.features}
     ways = [(_places(feature), of.get(feature.name)) for feature in corrected.profile.features]
     every = np.concatenate([places for places, _ in ways])

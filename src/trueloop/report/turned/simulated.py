@@ -8,7 +8,7 @@ from trueloop.units import UM_PER_MM
 
 
 def simulated_part_as_dict(part: SimulatedPart) -> dict[str, object]:
-    """A simulated part point by point: truth beside what was measured and predicted, µm."""
+    """Converts a simulated part point by point: truth beside what was measured and predicted, µm."""
     columns_um = _columns_um(part)
     rows = zip(*(column.tolist() for column in columns_um.values()), strict=True)
     return {
@@ -22,7 +22,7 @@ def simulated_part_as_dict(part: SimulatedPart) -> dict[str, object]:
 
 
 def rms_by_feature_um(part: SimulatedPart) -> list[tuple[str, int, list[float]]]:
-    """Of every touched feature its name, the number of touches, and the RMS of each column of `_columns_um`."""
+    """Returns every touched feature's name, number of touches, and RMS of each column of `_columns_um`."""
     columns = _columns_um(part).values()
     rows = [(name, part.touches.of_feature(i)) for i, name in enumerate(part.correction.profile.names)]
     return [(name, len(mine), [rms(column[mine]) for column in columns]) for name, mine in rows if len(mine)]
@@ -41,7 +41,7 @@ def _columns_um(part: SimulatedPart) -> dict[str, Array]:
 
 
 def study_as_dict(study: Study) -> dict[str, object]:
-    """The figures of a study."""
+    """Returns the figures of a study."""
     ways = ("uncorrected_mm", "loop_mm", "path_mm", "raw_mm")
     figures: dict[str, object] = {f"{way.removesuffix('_mm')}_rms_um": study.rms_mm(way) * UM_PER_MM for way in ways}
     return {"parts": len(study.parts), **figures, "coverage_of_95_percent_bands": study.coverage}

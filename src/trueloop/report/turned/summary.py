@@ -13,7 +13,7 @@ from trueloop.units import UM_PER_MM
 
 
 def verdict(correction: Correction, say: Texts = ENGLISH) -> str:
-    """What to cut with and what to expect: at the touches, and of features without any (HTML)."""
+    """Describes what to cut with and what to expect: at the touches, and of features without any (HTML)."""
     expected, point, feature = _worst_touch(correction, say)
     before_um = worst_of(correction.prediction.before_mm) * UM_PER_MM
     return say(
@@ -28,7 +28,7 @@ def verdict(correction: Correction, say: Texts = ENGLISH) -> str:
 
 
 def headline(correction: Correction, say: Texts = ENGLISH) -> str:
-    """What to expect, as plain text: the worst touch, the widest uncertainty, and features without a touch."""
+    """Describes what to expect, as plain text: the worst touch, the widest uncertainty, features without a touch."""
     expected, point, feature = _worst_touch(correction, say)
     first = say(
         "Worst expected error at a touch: {expected} {um}, at point {point} on {feature}.",
@@ -56,7 +56,7 @@ def _untouched_words(correction: Correction, say: Texts) -> Iterator[str]:
 
 
 def to_run(correction: Correction, say: Texts = ENGLISH) -> str:
-    """What to finish with, and what else may take its place: one of them (HTML)."""
+    """Describes what to finish with, and what else may take its place: one of them (HTML)."""
     program, joint = esc(correction.name_to_run), bool(correction.joint_name)
     if correction.recommended is Ran.WEAR:
         return say("Enter the tool offset, and run <code>{program}</code> as it is.", program=program)
@@ -75,7 +75,7 @@ def to_run(correction: Correction, say: Texts = ENGLISH) -> str:
 
 
 def offset_words(correction: Correction, say: Texts = ENGLISH) -> str:
-    """The tool offset as numbers to enter, what it stands for, and what it leaves."""
+    """Describes the tool offset as numbers to enter, what it stands for, and what it leaves."""
     left_um = correction.left_by_offset_mm * UM_PER_MM
     worst = int(np.argmax(np.abs(left_um)))
     if correction.runs_as_given:
@@ -96,7 +96,7 @@ def offset_words(correction: Correction, say: Texts = ENGLISH) -> str:
 
 
 def feature_table(correction: Correction, say: Texts = ENGLISH) -> str:
-    """A row a feature and one for all touches together."""
+    """Writes the table: a row a feature and one for all touches together."""
     headings = (
         say("feature"), say("touches"), say("before<br>RMS {um}"), say("before<br>worst {um}"),
         say("after<br>RMS {um}"), say("after<br>worst {um}"), say("left out<br>RMS {um}"),

@@ -22,7 +22,7 @@ FIELDS: Final = ("Serial", "Gauge, its U (k = 2)", "Measured by", "Date, time", 
 
 
 def touch_sheet(part: str, profile: Profile, planned: Sequence[Characteristic], inch: bool = False) -> str:
-    """The page, for print: `planned` in the order of their numbers, lengths in the program's unit."""
+    """Writes the page, for print: `planned` in the order of their numbers, lengths in the program's unit."""
     caption = "Numbers are those of the table; the chuck is on the left."
     body = (
         f"<h1>{esc(part)}: what to measure</h1>"
@@ -34,7 +34,7 @@ def touch_sheet(part: str, profile: Profile, planned: Sequence[Characteristic], 
 
 
 def places_figure(profile: Profile, planned: Sequence[Characteristic], inch: bool = False) -> Figure:
-    """The part with a numbered line across each diameter and along each length; z to the right, x a radius."""
+    """Draws the part with a numbered line across each diameter and along each length; z to the right, x a radius."""
     per = MM_PER_INCH if inch else 1.0
     outline = outline_mm(profile) / per
     largest, gap = float(outline[:, 0].max()), MARGIN * diagonal_mm(profile) / per

@@ -41,7 +41,7 @@ UM: Final = 2
 
 
 def touch_rows(correction: Correction) -> list[TouchRow]:
-    """One row a touch, in order along the profile."""
+    """Returns one row a touch, in order along the profile."""
     touches, prediction = correction.touches, correction.prediction
     fitted = np.array(
         [
@@ -71,7 +71,7 @@ def touch_rows(correction: Correction) -> list[TouchRow]:
 
 
 def touches_csv(correction: Correction) -> str:
-    """The rows with the column names as header; empty where nothing is known. CR LF as RFC 4180 wants it."""
+    """Writes the rows with the column names as header; empty where nothing is known. CR LF as RFC 4180 wants it."""
     text = io.StringIO()
     writer = csv.writer(text)
     writer.writerow(TouchRow._fields)
@@ -81,7 +81,7 @@ def touches_csv(correction: Correction) -> str:
 
 
 def touches_table(correction: Correction, say: Texts = ENGLISH) -> str:
-    """The rows as HTML, errors to 0.1 µm."""
+    """Writes the rows as HTML, errors to 0.1 µm."""
     headings = (
         say("feature"), say("point"), say("x, radius<br>{mm}"), say("z<br>{mm}"), say("arc length<br>{mm}"),
         say("before<br>{um}"), say("u gauging<br>{um}"), say("fitted<br>{um}"), say("after<br>{um}"),

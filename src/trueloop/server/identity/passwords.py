@@ -30,7 +30,7 @@ def hashed(password: str, name: str = "") -> str:
 
 
 def is_right(stored: str | None, password: str) -> bool:
-    """Whether it is the password; without a stored one (no such account, or no password) False after the same work."""
+    """Returns whether it is the password; False after equal work without a stored one (no account, no password)."""
     with _AT_ONCE:
         try:
             right = _HASHER.verify(stored or _nobodys(), _same(password)[: 4 * LONGEST])

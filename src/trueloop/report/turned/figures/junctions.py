@@ -28,7 +28,7 @@ CLOSED_MM = 1e-6
 
 
 def junctions(correction: Correction, say: Texts = ENGLISH) -> str:
-    """The table, what its columns mean, the policy, and which corners could not be closed (HTML)."""
+    """Writes the table, what its columns mean, the policy, and which corners could not be closed (HTML)."""
     columns = say(
         "Errors are the fitted curves' where one feature ends and the next starts; displaced x and z, where both "
         "curves meet, seen from the nominal junction. Turn is positive at a convex corner. Kink: step of the error's "

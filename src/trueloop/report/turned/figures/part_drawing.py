@@ -27,7 +27,7 @@ DEEP_PX: Final = 32
 
 
 def outline_mm(profile: Profile) -> Array:
-    """The profile as a polyline, (n, 2) in (x, z)."""
+    """Returns the profile as a polyline, (n, 2) in (x, z)."""
     return np.concatenate([_points(feature) for feature in profile.features])
 
 
@@ -36,7 +36,7 @@ WALL: Final = 0.12
 
 
 def material(outline: Array, side: Side) -> list[Trace]:
-    """The material, its mirrored half paler, its outline, and the spindle axis. The bar goes on towards the chuck."""
+    """Draws the material, its mirrored half paler, outline and spindle axis. The bar goes on towards the chuck."""
     x, z = outline[:, 0].tolist(), outline[:, 1].tolist()
     beyond = 0.03 * (max(z) - min(z))
     closed_z, closed_x = _closed(x, z, side, beyond)
@@ -61,14 +61,14 @@ def _closed(x: list[float], z: list[float], side: Side, beyond: float) -> tuple[
 
 
 def with_wall_mm(outline: Array, side: Side) -> Array:
-    """The outline and how far the material about it is drawn, (n, 2)."""
+    """Returns the outline and how far the material about it is drawn, (n, 2)."""
     if side is not Side.INSIDE:
         return outline
     return np.concatenate([outline, [[(1.0 + WALL) * outline[:, 0].max(), outline[0, 1]]]])
 
 
 def feature_names(profile: Profile, touches: ErrorVectors, inward_mm: Array, mm_per_px: float) -> list[dict[str, Any]]:
-    """Each feature's name inside the material, where the feature is long enough to carry one and no other name is.
+    """Places each feature's name inside the material, where the feature is long enough and no other name is.
 
     It stands between two touches, and deeper than their whiskers reach: `inward_mm` of shape (n,).
     """
@@ -101,13 +101,13 @@ class Box:
 
     @classmethod
     def of_text(cls, text: str, z: float, x: float, ends_there: bool, mm_per_px: float) -> "Box":
-        """About its middle, or to the left of its end."""
+        """Makes the box of a text about its middle, or to the left of its end."""
         width, height = CHARACTER_PX * len(text) * mm_per_px, LINE_PX * mm_per_px
         right = z if ends_there else z + width / 2
         return cls(right - width, right, x - height / 2, x + height / 2)
 
     def meets(self, other: "Box") -> bool:
-        """Whether both cover some place."""
+        """Returns whether both cover some place."""
         apart = self.right < other.left or other.right < self.left or self.top < other.bottom or other.top < self.bottom
         return not apart
 
@@ -121,13 +121,13 @@ def _widest_gap(arc_length_mm: Array, length_mm: float) -> float:
 
 
 def diagonal_mm(profile: Profile) -> float:
-    """How large the part is: from the axis to the largest radius, and from end to end."""
+    """Returns how large the part is, mm: from the axis to the largest radius, and from end to end."""
     ends = np.array([point for feature in profile.features for point in (feature.start_mm, feature.end_mm)])
     return float(np.hypot(np.max(ends[:, 0]), np.ptp(ends[:, 1])))
 
 
 def round_down(value: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that does not exceed a positive value."""
+    """Returns the largest of 1, 2, 5 times a power of ten that does not exceed a positive value."""
     power = 10.0 ** math.floor(math.log10(value))
     return max(m * power for m in (1.0, 2.0, 5.0) if m * power <= value * (1 + 1e-9))
 
@@ -153,11 +153,11 @@ class Strip:
 
     @property
     def bottom(self) -> float:
-        """The line of words along the lower edge."""
+        """Returns the height of the line of words along the lower edge."""
         return self.x_range[0] + 16 * self.mm_per_px
 
     def line(self, number: int) -> float:
-        """Height of a line of words, counted from the top, 19 px apart."""
+        """Returns the height of a line of words, counted from the top, 19 px apart."""
         return self.x_range[1] - (16 + 19 * number) * self.mm_per_px
 
 
@@ -166,12 +166,12 @@ BARS_APART_PX: Final = 170
 
 
 def times(magnified: float, say: Texts) -> str:
-    """A magnification, thousands apart."""
+    """Formats a magnification, thousands apart."""
     return f"{magnified:,.0f}".replace(",", "\u202f") if magnified >= 1.0 else say.spelled(f"{magnified:g}")
 
 
 def scale_bars(strip: Strip, magnified: float, say: Texts) -> tuple[list[Trace], list[dict[str, Any]]]:
-    """In the top strip: a bar for the part in mm and one for the errors in µm."""
+    """Draws in the top strip a bar for the part in mm and one for the errors in µm."""
     longest_mm = LONGEST_BAR_PX * strip.mm_per_px
     part = round_down(longest_mm * say.per_mm)
     error = round_down(longest_mm / magnified * UM_PER_MM * say.per_um)

@@ -9,7 +9,7 @@ from trueloop.units import UM_PER_MM
 
 
 def uncertainty(correction: Correction, say: Texts = ENGLISH) -> str:
-    """The budget of every feature, what its columns mean, and where the figures between cuts come from (HTML)."""
+    """Writes the budget of every feature, what its columns mean, and the source of the figures between cuts (HTML)."""
     headings = (
         say("feature"), say("probe"), say("curve"), say("process"), say("between cuts,<br>whole cut"),
         say("between cuts,<br>along the cut"), say("no touch"),
@@ -30,7 +30,7 @@ def uncertainty(correction: Correction, say: Texts = ENGLISH) -> str:
 
 
 def budget_words(correction: Correction) -> str:
-    """The largest of each cause over all features, as plain text."""
+    """Describes the largest of each cause over all features, as plain text."""
     causes = [causes_um(outcome.budget) for outcome in outcomes(correction)]
     named = {cause: None for one in causes for cause in one}
     largest = ", ".join(f"{cause} {plain(max(one.get(cause, 0.0) for one in causes))}" for cause in named)

@@ -67,7 +67,7 @@ class Half:
 
     @property
     def spread_mm(self) -> Array:
-        """Expanded uncertainty as far as it is drawn."""
+        """Returns the expanded uncertainty as far as it is drawn, mm."""
         return self.expanded_u_mm * self.draws_u
 
 
@@ -109,7 +109,7 @@ def _predicted(prediction: Prediction) -> tuple[Array, Array]:
 
 
 def magnification(profile: Profile, error_mm: Array) -> float:
-    """1, 2 or 5 times a power of ten, so that the longest whisker stays within its share of the diagonal."""
+    """Returns 1, 2 or 5 times a power of ten, so that the longest whisker stays within its share of the diagonal."""
     longest = float(np.max(np.abs(error_mm), initial=LEAST_MM))
     return round_down(LONGEST_SHARE * diagonal_mm(profile) / longest)
 
@@ -152,7 +152,7 @@ def _radii(axis: dict[str, Any], say: Texts) -> dict[str, Any]:
 
 
 def tips_mm(correction: Correction, error_mm: Array, magnified: float) -> Array:
-    """Where whiskers end, (n, 2) in (x, z): nominal point + magnification × error × outward normal."""
+    """Returns the ends of whiskers, (n, 2) in (x, z): nominal point + magnification × error × outward normal."""
     touches = correction.touches
     return touches.nominal_mm + (magnified * error_mm)[:, None] * touches.outward_normal
 
