@@ -64,7 +64,7 @@ def endless() -> object:
 
 MANY = [f"T{k}" for k in range(17)]
 OTHERS: dict[str, tuple[Code, Callable[[], object], str]] = {
-    "an axis that is none of X, Y, Z": (Code.RTC_MODEL, with_axis_u, "U"),
+    "an axis that is not one of X, Y, Z": (Code.RTC_MODEL, with_axis_u, "U"),
     "a travel that nobody states": (Code.RTC_MODEL, endless, "--travel X=LOW,HIGH --travel Y=LOW,HIGH"),
     "a travel of an axis that is not there": (
         *(Code.RTC_MODEL, lambda: image_of(growing("T1", T1=(18.0, 25.0)), ImageOptions(travel_mm={"W": (0.0, 1.0)}))),

@@ -431,7 +431,7 @@ def test_what_is_for_one_set_up_is_refused(tmp_path: Path) -> None:
         ("[gauging]\n", '[gauging]\nprogram_sha256 = "0"\n', "program_sha256` of a table [[setups]]"),
         ("[gauging]\n", "[tool]\nnose_radius_mm = 0.8\n[gauging]\n", "those of each set-up"),
         ("[gauging]\n", "[feature.bore]\nedge = 1\n[gauging]\n", "`tool` or `setup` is missing"),
-        ("[gauging]\n", "[feature.bore]\ntool = 9\n[gauging]\n", "none of [[setups.tools]]"),
+        ("[gauging]\n", "[feature.bore]\ntool = 9\n[gauging]\n", "not one of [[setups.tools]]"),
     ],
 )
 def test_keys_that_do_not_go_together(tmp_path: Path, before: str, after: str, words: str) -> None:

@@ -112,5 +112,5 @@ def test_kernels_refuse_what_they_cannot_sum() -> None:
         weights_product(np.zeros((3, 3)), np.zeros((3, 1)), 3.0, -1.0)
     with pytest.raises(ValueError, match="3 columns"):
         pair_sums(np.zeros((3, 2)), np.zeros(3), 3.0, 0.0)
-    with pytest.raises(ValueError, match="row 3 is none of 3 points"):
+    with pytest.raises(ValueError, match="row 3 is not one of 3 points"):
         weights_product_rows(np.zeros((3, 3)), np.zeros((3, 1)), 3.0, 0.0, [3])

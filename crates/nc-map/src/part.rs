@@ -276,7 +276,7 @@ pub(crate) fn require_said(
     ))
 }
 
-/// A displacement along X, Y and Z is none of a part that a rotary axis has turned.
+/// A displacement along X, Y and Z does not describe a part that a rotary axis has turned.
 fn require_unturned(program: &Program, path: &ToolPath, index: usize) -> Result<(), Refused> {
     let letter = path.origins[path.state[index] as usize].turned;
     if letter == 0 {

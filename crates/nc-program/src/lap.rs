@@ -162,7 +162,7 @@ impl Runner<'_> {
             |block: usize| self.program.words_of(block).first().is_some_and(|word| self.sequence_name(word) == name);
         let begins = (0..self.program.blocks().len()).find(|block| named(*block) && self.lap_code(*block).is_some())?;
         let end = self.lap_end(begins)?;
-        // The blank's shape, which comes first, is none of the contour.
+        // The blank's shape, which comes first, is no part of the contour.
         let first = (begins..end).find(|block| matches!(self.lap_code(*block), Some(Lap::Begin | Lap::BeginFacing)))?;
         let facing = self.lap_code(first) == Some(Lap::BeginFacing);
         (first + 1 < end).then_some((facing, (first + 1, end - 1)))

@@ -61,7 +61,7 @@ impl Runner<'_> {
         let [_, depth, left_z, left_x, left, feed, _, finish_feed, kind, _, _, lift] = numbers(arguments);
         let kind = kind.unwrap_or(f64::NAN).round();
         if !(1.0..=12.0).contains(&kind) {
-            return Err("VARI is none of 1 to 12");
+            return Err("VARI is not one of 1 to 12");
         }
         let (way, stage) = ((kind as usize - 1) % 4, (kind as usize - 1) / 4);
         let side = if way < 2 { Side::Outside } else { Side::Inside };

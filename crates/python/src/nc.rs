@@ -247,7 +247,7 @@ pub fn tools_of(tools: Vec<ToolTuple>) -> Vec<Tool> {
     tools.collect()
 }
 
-/// Parameters by their keys; a ValueError names one that is none of the dialect.
+/// Parameters by their keys; a ValueError names one that is not one of the dialect.
 pub fn parameters_of(
     named: Vec<(String, f64)>,
     dialect: &Dialect,

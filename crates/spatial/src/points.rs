@@ -16,7 +16,7 @@ pub enum Refused {
         /// Which point.
         index: usize,
     },
-    /// A row that is none of the points.
+    /// A row that is not one of the points.
     Row {
         /// Which row.
         row: usize,
@@ -48,7 +48,7 @@ impl fmt::Display for Refused {
             Self::Value { index } => {
                 write!(f, "point {index} has a value that is no finite number")
             }
-            Self::Row { row, points } => write!(f, "row {row} is none of {points} points"),
+            Self::Row { row, points } => write!(f, "row {row} is not one of {points} points"),
             Self::Lengths { points, found } => write!(f, "{found} values for {points} points"),
             Self::Exponent { exponent } => write!(f, "the exponent {exponent} is not positive"),
             Self::Nearest { nearest } => write!(f, "the least distance {nearest} is negative"),

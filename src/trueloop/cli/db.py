@@ -117,7 +117,7 @@ def find(what: FindWhat, wanted: Wanted, db: Db = None, as_json: AsJson = False)
 
     known = (*NAMES, TRANSFERS)
     if what not in known:
-        raise typer.BadParameter(f"{what!r} is none of {', '.join(known)}", param_hint="WHAT")
+        raise typer.BadParameter(f"{what!r} is not one of {', '.join(known)}", param_hint="WHAT")
     sought = Sought(wanted.part_type, wanted.serial, wanted.edge, wanted.since, superseded=wanted.superseded)
     rows = found_rows(opened(db), what, sought)
     if as_json:

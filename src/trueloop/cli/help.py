@@ -43,7 +43,7 @@ def examples(
     known = titles()
     for name in names or ():
         if name not in known:
-            raise typer.BadParameter(f"{name!r} is none of {', '.join(known)}", param_hint="'NAME'")
+            raise typer.BadParameter(f"{name!r} is not one of {', '.join(known)}", param_hint="'NAME'")
     for name in names or ():
         folder = (output or Path("examples")) / name
         typer.echo(f"written: {folder}, {copy_example(name, folder)} files")
@@ -66,7 +66,7 @@ def explain(
     if name not in Code.__members__.values():
         near = get_close_matches(name, [str(one) for one in Code], n=3)
         meant = f"did you mean {' or '.join(near)}?" if near else "docs/errors.md lists all of them"
-        raise typer.BadParameter(f"{code!r} is no error code; {meant}", param_hint="'CODE'")
+        raise typer.BadParameter(f"{code!r} is not an error code; {meant}", param_hint="'CODE'")
     found = Code(name)
     if as_json:
         print_json({"code": found, "meaning": found.meaning, "values": list(found.values)})

@@ -408,7 +408,7 @@ def add_drift(
     for text in channels:
         channel, _, error = (part.strip() for part in text.partition("="))
         if channel not in drifts:
-            raise typer.BadParameter(f"{channel!r} is none of {', '.join(drifts)}", param_hint="--channel")
+            raise typer.BadParameter(f"{channel!r} is not one of {', '.join(drifts)}", param_hint="--channel")
         one = turned(drifts[channel]) if error.startswith("-") else drifts[channel]
         with in_file(model):
             known = with_drift(known, one, error_name(error.removeprefix("-")))

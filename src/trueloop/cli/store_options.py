@@ -20,7 +20,7 @@ Db = Annotated[
         help="Store to keep it in.  [default: store.db of the job, else trueloop.db beside it]",
     ),
 ]
-NoStore = Annotated[bool, typer.Option("--no-store", help="Work without a store, whatever the job says.")]
+NoStore = Annotated[bool, typer.Option("--no-store", help="Work without a store, whatever the job states.")]
 Supersede = Annotated[
     bool, typer.Option("--supersede", help="Replace a stored version that differs; the old one is kept as history.")
 ]

@@ -40,7 +40,7 @@ class Book:
             if name not in known:
                 raise TrueloopError(
                     Code.SER_UNKNOWN,
-                    f"{name!r} is none of the {len(known)} characteristics of {self.part_type!r}",
+                    f"{name!r} is not one of the {len(known)} characteristics of {self.part_type!r}",
                     hint=f"they are: {', '.join(sorted(known))}",
                     values={"characteristic": name},
                 )

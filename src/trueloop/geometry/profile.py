@@ -97,6 +97,26 @@ class Profile:
         """Returns the arc length along the whole profile at which feature `index` begins, mm."""
         return math.fsum(feature.length_mm for feature in self.features[:index])
 
+    @cached_property
+    def middle_z_mm(self) -> float:
+        """Returns z in the middle between the outermost ends of the features."""
+        ends = [end[1] for feature in self.features for end in (feature.start_mm, feature.end_mm)]
+        return 0.5 * (min(ends) + max(ends))
+
+    def in_groups(self, feature_index: Integers, arc_length_mm: ArrayLike) -> tuple[Integers, Array]:
+        """Returns places (n,) by group, one being features that meet tangentially in a row: its first feature,
+        and the share of the group's length that lies before the place.
+        """
+        first, before = [0], [0.0]
+        for i, junction in enumerate(self.junctions):
+            tangent = junction.kind is JunctionKind.TANGENT
+            first.append(first[i] if tangent else i + 1)
+            before.append(before[i] + self.features[i].length_mm if tangent else 0.0)
+        group, lengths = np.array(first, dtype=np.intp), np.array([feature.length_mm for feature in self.features])
+        whole = np.bincount(group, weights=lengths, minlength=len(group))
+        index = np.asarray(feature_index, dtype=np.intp)
+        return group[index], (np.array(before)[index] + np.asarray(arc_length_mm)) / whole[group[index]]
+
     def contact_angle_rad(self, feature_index: Integers, arc_length_mm: ArrayLike) -> Array:
         """Returns the contact angles at places of the profile, (n,): of the outward normal from +z towards +x.
 

@@ -200,7 +200,7 @@ def _cut_with(store: Store, part_type: str, adding: Adding, inspections: Sequenc
         if one not in {each.proposal for each in accepted}:
             raise TrueloopError(
                 Code.SER_PROPOSAL,
-                f"proposal {one!r} is none of the {len(accepted)} accepted ones of {part_type!r}",
+                f"proposal {one!r} is not one of the {len(accepted)} accepted ones of {part_type!r}",
                 hint="`trueloop series status` lists them; `--cut-with none` where none was in force",
                 values={"proposal": one},
             )
@@ -435,7 +435,7 @@ def write_offset(proposal: Proposal, where: Written) -> Path:
 
 
 def _control_of(proposal: Proposal) -> Control:
-    """That of the job's program; where there is none of ours, one without words, which says so."""
+    """That of the job's program; where there is not one of ours, one without words, which says so."""
     return next((one for one in CONTROLS if one == proposal.control), "heidenhain")
 
 

@@ -333,7 +333,8 @@ def with_drift(model: MachineModel, drift: DriftModel, error: ErrorName) -> Mach
     """Adds a drift to the model, in µm along the axis of `error`, a displacement of place such as EZ0S.
 
     Its standard uncertainty is the residual of the drift model in rows held out, the same everywhere. Raises MCH-AXIS
-    for an error that the machine does not have or that is none of place, MCH-DATA for one that the model has already.
+    for an error that the machine does not have or that does not depend on place, MCH-DATA for one that the model has
+    already.
     """
     sense = _sense(model.machine.chain, error)
     if any(term.name == error for term in model.terms):

@@ -84,7 +84,7 @@ def charted(values: Array, in_baseline: Flags, begins: Sequence[int] = (), rules
 
 
 def _common(values: Array, in_baseline: Flags, spans: Sequence[tuple[int, int]]) -> Baseline:
-    """Returns the common standard deviation of all segments: their mean moving range over d2; its centre is none of
+    """Returns the common standard deviation of all segments: their mean moving range over d2; its centre is not one of
     theirs.
     """
     own = [values[a:b][in_baseline[a:b]] for a, b in spans]

@@ -124,7 +124,7 @@ def test_a_newer_record_and_a_missing_file_are_refused(folder: Path) -> None:
 
 
 def test_what_cannot_be_found_that_way_is_said(folder: Path) -> None:
-    assert "none of part-type, part," in output_of("db", "find", "parts", status=ExitStatus.USAGE)
+    assert "not one of part-type, part," in output_of("db", "find", "parts", status=ExitStatus.USAGE)
     assert "STO-UNKNOWN" in output_of("db", "find", "machine", "--serial", "7", status=ExitStatus.REFUSED)
     assert "0 rows" in output_of("db", "find", "part")
 

@@ -89,7 +89,7 @@ def test_a_drift_becomes_part_of_a_model_and_of_a_corrected_program(fitted: Path
     )
     log = _log(tmp_path / "day.csv", 6, displacement=False)
     add = ("machine", "add-drift", model, fitted, "-o", drifting, "--channel")
-    assert "is none of z" in output_of(*add, "q=EZ0S", status=2)
+    assert "is not one of z" in output_of(*add, "q=EZ0S", status=2)
     output_of(*add, "z=EZ0S")
     predicted = tmp_path / "p.csv"
     output_of("machine", "drift-predict", fitted, log, "-o", predicted)

@@ -56,7 +56,7 @@ def test_a_sheet_by_its_name_and_a_heading_that_is_not_there(tmp_path: Path) -> 
     assert "of sheet 'Second op'" in run("measure", "map", path, "--sheet", "Second op")
     assert 'sheet = "Second op"' in (tmp_path / "book.map.toml").read_text()
     refused = output_of("measure", "map", path, "--sheet", "First op", "--column", "actual=Ist", status=3)
-    assert "'Ist' is none of its columns" in refused
+    assert "'Ist' is not one of its columns" in refused
 
 
 @pytest.mark.parametrize("wrong", ["act=Ist", "actual"])

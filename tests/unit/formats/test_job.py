@@ -82,7 +82,7 @@ def test_values_and_defaults(path: Path) -> None:
         ("[tool]", "[toolz]", 9, "'toolz' is no key of this file"),
         ("[tool]\nnose_radius_mm = 0.8", "", None, "a table [tool], or a table [[tools]] for each"),
         ("[tool]", "[[tools]]", 9, "`number` is needed"),
-        ("[tool]", "[feature.dome]\ntool = 3\n[tool]", None, "`feature.dome.tool` is none of [[tools]]"),
+        ("[tool]", "[feature.dome]\ntool = 3\n[tool]", None, "`feature.dome.tool` is not one of [[tools]]"),
     ],
 )
 def test_a_mistake_is_shown_with_key_value_and_line(

@@ -128,7 +128,7 @@ def test_what_a_touch_has_of_its_own_is_the_same_with_and_without_a_reference() 
     np.testing.assert_allclose(referred.own_u_mm, alone.standard_u_mm, rtol=1e-12)
 
 
-@pytest.mark.parametrize("reference, says", [("99", "none of the 7 touches"), ("cylinder", "faces x")])
+@pytest.mark.parametrize("reference, says", [("99", "not one of the 7 touches"), ("cylinder", "faces x")])
 def test_a_reference_that_cannot_be_one_is_refused(reference: str, says: str) -> None:
     with pytest.raises(TrueloopError, match=says) as refusal:
         _touched(0.0, reference)

@@ -1,4 +1,4 @@
-"""What `compensate` prints of a part that several edges cut: the answers, every feature, what to run."""
+"""Prints for `compensate` the answers, features and next steps of a part that several edges cut."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path

@@ -209,7 +209,7 @@ def _asked(url: str, *, may_refuse: bool = False) -> Current:
     except OSError as error:
         raise _agent_refused(url, str(error)) from error
     if not answer.header:
-        raise _agent_refused(url, "the answer has no Header: it is none of an agent")
+        raise _agent_refused(url, "the answer has no Header: it is not from an agent")
     if answer.errors and not may_refuse:
         raise _agent_refused(url, "; ".join(f"{code} {text}".strip() for code, text in answer.errors))
     return answer

@@ -74,7 +74,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Of one series: candidates, likeliest first; `sound` is the probability that nothing acts.
+    """The causes of a series: candidates, likeliest first; `sound` is the probability that nothing acts.
 
     `hypotheses` are sets of causes by their keys with probabilities; () is none. `decide` says in words which
     measurement would tell apart what is left.

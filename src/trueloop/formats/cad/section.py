@@ -1,8 +1,8 @@
 """The section of a turned solid as contours with the material on the right: outside ones and bores.
 
 A line or an arc that turns to faces of the solid bounds what was turned, if at no angle about the axis it runs within
-the material: what is milled and drilled afterwards only takes away. A solid that has lugs is none of that, and is taken
-as it is at most angles, if that is closed where the first is not.
+the material: what is milled and drilled afterwards only takes away. A solid with lugs is taken as it is at
+most angles, if that is closed where the first is not.
 """
 
 import math

@@ -83,7 +83,7 @@ def read_measured_file(path: Path, stated: Stated) -> MeasuredFile:
     names = ", ".join(form.name for form in KNOWN)
     raise TrueloopError(
         Code.MSR_FORMAT,
-        f"{path.name!r}, {path.stat().st_size} bytes, is none of the {len(KNOWN)} formats that are read: {names}",
+        f"{path.name!r}, {path.stat().st_size} bytes, is not one of the {len(KNOWN)} formats that are read: {names}",
         hint=HINT,
         place=Place(str(path)),
         values={"file": path.name},

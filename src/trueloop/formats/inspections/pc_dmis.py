@@ -168,7 +168,7 @@ def _rows(lines: Sequence[tuple[int, str]], at: int, run: Run) -> Iterator[Line]
 def _cells(columns: Sequence[tuple[str, int]], tokens: Sequence[tuple[str, int]]) -> dict[str, str] | None:
     """The words of a row under the headings: all of them in order, else each under the one that ends where it ends.
 
-    None: two would stand under one heading, or the row is none of an axis.
+    None: two would stand under one heading, or the row does not belong to an axis.
     """
     if len(tokens) < 2 or not re.fullmatch(r"[A-Z]{1,3}\d?", tokens[0][0], re.IGNORECASE):
         return None

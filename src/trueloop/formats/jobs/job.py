@@ -105,7 +105,7 @@ class Job(Table):
             if self.programs is None:
                 raise ValueError("a job has a table [programs], or a table [[setups]] for each of several set-ups")
             if any(cut.setup is not None for cut in self.feature.values()):
-                raise ValueError("`setup` of a table [feature.NAME] is none of [[setups]]: there are none")
+                raise ValueError("`setup` of a table [feature.NAME] is not one of [[setups]]: there are none")
             return self
         if self.programs is not None or self.tool is not None or self.tools:
             raise ValueError("with [[setups]] programs and tools are those of each set-up: [setups.programs], "
@@ -123,9 +123,9 @@ class Job(Table):
         """What is decided of a feature is a set-up, and a tool of it."""
         meant = [one for one in self.setups if cut.setup in (None, one.name)]
         if not meant:
-            raise ValueError(f"`feature.{feature}.setup` is none of [[setups]]")
+            raise ValueError(f"`feature.{feature}.setup` is not one of [[setups]]")
         if cut.called is not None and all(cut.called != tool.called for one in meant for tool in one.tools):
-            raise ValueError(f"`feature.{feature}.tool` is none of [[setups.tools]]")
+            raise ValueError(f"`feature.{feature}.tool` is not one of [[setups.tools]]")
 
     @model_validator(mode="after")
     def _one_tool_or_several(self) -> "Job":
@@ -136,7 +136,7 @@ class Job(Table):
         calls = [None, *(one.called for one in self.tools)]
         strange = [name for name, cut in self.feature.items() if not self.setups and cut.called not in calls]
         if strange:
-            raise ValueError(f"`feature.{strange[0]}.tool` is none of [[tools]]")
+            raise ValueError(f"`feature.{strange[0]}.tool` is not one of [[tools]]")
         if several and self.compensation.nose_from:
             raise ValueError("`compensation.nose_from` is of one edge: give `nose_from` of a table [[tools]]")
         if several and self.part.from_program:

@@ -72,7 +72,7 @@ def _only(found: Sequence[T]) -> T:
     raise TrueloopError(
         Code.DIA_NONE,
         f"{len(found)} edges cut the part, each with a diagnosis of its own: {names}",
-        hint="say which: `part_type`, one of these names",
+        hint="state `part_type`: one of these names",
     )
 
 

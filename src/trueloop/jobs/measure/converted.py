@@ -30,7 +30,7 @@ def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
     if writer is None:
         raise TrueloopError(
             Code.MSR_FORMAT,
-            f"{target.name!r} cannot be written: its ending {target.suffix!r} is none of {', '.join(WRITERS)}",
+            f"{target.name!r} cannot be written: its ending {target.suffix!r} is not one of {', '.join(WRITERS)}",
             hint="name the output .qif, .dfq or .dmo",
             place=Place(str(target)),
             values={"file": target.name},

@@ -73,7 +73,7 @@ def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) ->
             near = get_close_matches(name, names, n=1)
             raise TrueloopError(
                 Code.JOB_KEY,
-                f"'model.exclude' names {name!r}, which is none of the {len(names)} parts",
+                f"'model.exclude' names {name!r}, which is not one of the {len(names)} parts",
                 hint=f"did you mean {near[0]!r}?" if near else f"the parts are {', '.join(names)}",
                 place=Place(str(path)),
                 values={"key": "model.exclude"},

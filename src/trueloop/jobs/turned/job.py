@@ -99,7 +99,7 @@ def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called | None]
             with files.located.at("feature", name):
                 raise TrueloopError(
                     Code.JOB_KEY,
-                    f"'feature.{name}' is none of the {len(profile.names)} features of the part",
+                    f"'feature.{name}' is not one of the {len(profile.names)} features of the part",
                     hint=f"the part's features are: {', '.join(profile.names)}",
                     values={"key": f"feature.{name}"},
                 )

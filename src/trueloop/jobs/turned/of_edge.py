@@ -40,7 +40,7 @@ def inspection_of_edge(
 
     `profile` is the whole part's, `names` are its names of features by those in the file; `setup` is the frame of the
     contour, None: the part's. What lies on no feature, a length between features of two edges, and one that counts from
-    a zero which is not the program's, is none of it.
+    a zero which is not the program's, does not belong to it.
     """
     frame = setup or PART
     matched = match_inspection(profile, one, names)

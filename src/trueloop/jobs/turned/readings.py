@@ -122,7 +122,7 @@ def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
     wanted = job.part.serial
     if (wanted and serials and wanted not in serials) or (not wanted and len(serials) > 1):
         shown = ", ".join(map(repr, serials[:6])) + (", …" if len(serials) > 6 else "")
-        why = f"part {wanted!r} is none of them" if wanted else "`part.serial` of the job chooses none"
+        why = f"part {wanted!r} is not among them" if wanted else "`part.serial` of the job chooses none"
         raise TrueloopError(
             Code.MSR_SERIAL,
             f"the file holds {len(serials)} parts by serial number, {shown}: {why}",

@@ -150,7 +150,8 @@ def diagnose_series(
     if len(cut) < LEAST_PARTS:
         raise TrueloopError(
             Code.DIA_FEW,
-            f"{len(cut)} parts were inspected, {LEAST_PARTS} at least tell what repeats from part to part",
+            f"{len(cut)} parts were inspected, {LEAST_PARTS} at least are needed to separate what repeats from part "
+            "to part",
             hint="`trueloop diagnose part SERIAL` shows the errors of one part",
             values={"count": len(cut), "needed": LEAST_PARTS},
         )

@@ -94,8 +94,8 @@ def known_findings(known: Mapping[str, Characteristic], inspection: Inspection) 
             yield Finding(
                 Severity.WARNING,
                 Code.SER_UNKNOWN,
-                f"part {inspection.part.serial!r}: {asked.name!r} is none of the {len(known)} characteristics known of "
-                f"{part_type.name!r}: a new series begins",
+                f"part {inspection.part.serial!r}: {asked.name!r} is not one of the {len(known)} characteristics known "
+                f"of {part_type.name!r}: a new series begins",
                 "look for a name that was changed in the measuring program",
                 values={"characteristic": asked.name},
             )

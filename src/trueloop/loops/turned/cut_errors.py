@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.geometry.profile import Profile
 from trueloop.memory.made_part import CutErrors
 from trueloop.turned.fit.prior.remembered import angles_along
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -61,31 +61,16 @@ def _from(errors: CutErrors, vectors: ErrorVectors, reference: CutErrors) -> Cut
 
 
 def _at(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array, points: tuple[str, ...]) -> CutErrors:
-    first, before_mm, whole_mm = _groups(profile)
-    ends_z = [end[1] for feature in profile.features for end in (feature.start_mm, feature.end_mm)]
-    middle_z = 0.5 * (min(ends_z) + max(ends_z))
     places = list(zip(feature_index.tolist(), arc_length_mm.tolist(), strict=True))
     n = len(places)
+    group, share = profile.in_groups(feature_index, arc_length_mm)
     return CutErrors(
         tuple(profile.names[i] for i, _ in places),
         points,
         profile.contact_angle_rad(feature_index, arc_length_mm) if n else np.empty(0),
         np.zeros(n),
         np.zeros(n),
-        np.array([float(profile.features[i].point_mm(s)[1]) - middle_z for i, s in places]),
-        np.array([(before_mm[i] + s) / whole_mm[i] for i, s in places]),
-        tuple(profile.names[first[i]] for i, _ in places),
+        np.array([float(profile.features[i].point_mm(s)[1]) - profile.middle_z_mm for i, s in places]),
+        share,
+        tuple(profile.names[i] for i in group.tolist()),
     )
-
-
-def _groups(profile: Profile) -> tuple[list[int], list[float], list[float]]:
-    """Returns of each feature the first of those that meet tangentially in a row with it, the length of those before
-    it, and of all of them.
-    """
-    first, before = [0], [0.0]
-    for i, junction in enumerate(profile.junctions):
-        tangent = junction.kind is JunctionKind.TANGENT
-        first.append(first[i] if tangent else i + 1)
-        before.append(before[i] + profile.features[i].length_mm if tangent else 0.0)
-    whole = [sum(profile.features[k].length_mm for k in range(len(first)) if first[k] == group) for group in first]
-    return first, before, whole

@@ -281,7 +281,7 @@ def _several(feature: str, setups: Sequence[str]) -> TrueloopError:
     return TrueloopError(
         Code.SET_FEATURE,
         f"'{feature}' is cut in {len(setups)} set-ups: {' and '.join(setups)}",
-        hint=f'say which one leaves the surface: [feature.{feature}] setup = "{setups[-1]}"; where each leaves a part '
-        "of it, make two features of it",
+        hint=f'state which one leaves the surface: [feature.{feature}] setup = "{setups[-1]}"; where each leaves a '
+        "part of it, make two features of it",
         values={"feature": feature, "setups": list(setups)},
     )

@@ -179,7 +179,7 @@ def _several(feature: Feature, cutting: Sequence[tuple[CuttingEdge, Cover]]) -> 
     return TrueloopError(
         Code.NC_TOOLS,
         f"'{feature.name}' is cut by {len(cutting)} tools, none of them surely deeper than the others: {shown}",
-        hint=f"say which one leaves the surface: [feature.{feature.name}] tool = {last_first[0][0].called.number}; "
+        hint=f"state which one leaves the surface: [feature.{feature.name}] tool = {last_first[0][0].called.number}; "
         "where each leaves a part of it, make two features of it",
         place=Place(line=last_first[0][1].line),
         values={"feature": feature.name, "tools": [edge.called.words for edge, _ in cutting]},

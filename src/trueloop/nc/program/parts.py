@@ -78,7 +78,7 @@ def parts(
     offsets = list((work_offsets_mm or {}).items())
     try:
         session = NcSession(dialect, list(parameters.items()), skipped_blocks, offsets, inch, rotary)
-    except ValueError:  # a name that is none of a parameter: the run of the whole program says which
+    except ValueError:  # a name that is not a parameter's: the run of the whole program says which
         yield None
         return
     noticed = moves = 0

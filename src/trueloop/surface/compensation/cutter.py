@@ -101,7 +101,7 @@ def check_tool_axes(program: Program, path: ToolPath, axes: ToolAxes, cutting: n
 
 
 def _words(program: Program, letters: str) -> dict[int, list[Word]]:
-    """The words of these letters by block; a name or an unknown text, whose letter is empty, is none of them."""
+    """The words of these letters by block; a name or an unknown text, whose letter is empty, is not among them."""
     named = frozenset(letters)
     blocks = ((block.index, block) for block in program.blocks if not block.skipped)
     found = {index: [word for word in block.words if word.letter in named] for index, block in blocks}

@@ -175,7 +175,7 @@ def no_reference(point: str, touches: int) -> TrueloopError:
     """Returns the error for a z reference that was not touched."""
     return TrueloopError(
         Code.TCH_REFERENCE,
-        f"the z reference {point!r} is none of the {touches} touches",
+        f"the z reference {point!r} is not one of the {touches} touches",
         hint="`gauging.z_reference` names a point as it stands in the touches' column `point`; readings need none: "
         "they count from a face of their own",
         values={"point": point},

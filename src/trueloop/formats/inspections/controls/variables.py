@@ -275,7 +275,7 @@ class _Dump:
         """The variable of that name. Raises MSR-VALUE where the dump has none, or two that differ."""
         same = [one for one in self.found if key_of(one.name) == key_of(name)]
         if not same:
-            raise self._refusal(f"the mapping names {name!r}, which is none of its {len(self.found)} variables")
+            raise self._refusal(f"the mapping names {name!r}, which is not one of its {len(self.found)} variables")
         for one in same[1:]:
             if one.value != same[0].value:
                 first = f"{same[0].value} in line {same[0].line}"

@@ -39,7 +39,7 @@ def inspections_of(one: ResultSet, document: Document) -> Iterator[Inspection]:
     by_component: defaultdict[str, list[Result]] = defaultdict(list)
     default = one.components[0] if len(one.components) == 1 else ""
     if len(one.components) > 1 and any(not result.component for result in one.results):
-        document.said.add("results of a set for several parts do not say of which they are", one.line)
+        document.said.add("results of a set for several parts do not state their part", one.line)
     for result in one.results:
         by_component[result.component or default].append(result)
     radius, points = _points(one, document)
@@ -248,7 +248,7 @@ def _part_types(read: _Read) -> dict[str, PartType]:
         if part is not None:
             types[identifier] = _part_type(part)
         elif len(found) > 1:
-            read.said.add("parts of a file of several part types do not say of which they are", made.line)
+            read.said.add("parts of a file of several part types do not state their type", made.line)
     return types
 
 

@@ -207,7 +207,7 @@ def check(mapping: Mapping, path: Path, code: Code = Code.MSR_MAPPING) -> None:
 
 
 def require_columns(mapping: Mapping, names: tuple[str, ...], place: Place, mapping_path: Path | None) -> None:
-    """Raises MSR-MAPPING where a column that the mapping names is none of the table's."""
+    """Raises MSR-MAPPING where a column that the mapping names is not one of the table's."""
     wanted = list(mapping.columns.all())
     missing = [name for name in wanted if name not in names]
     if not missing:
@@ -218,7 +218,7 @@ def require_columns(mapping: Mapping, names: tuple[str, ...], place: Place, mapp
     near = difflib.get_close_matches(missing[0], names, n=1)
     raise TrueloopError(
         Code.MSR_MAPPING,
-        f"{missing[0]!r}, which the mapping names, is none of the table's {len(names)} columns",
+        f"{missing[0]!r}, which the mapping names, is not one of the table's {len(names)} columns",
         hint=f"did you mean {near[0]!r}?" if near else f"its columns are {', '.join(map(repr, names))}",
         place=Place(str(mapping_path)) if mapping_path else place,
     )

@@ -71,7 +71,7 @@ class _Table:
         self.free = set(range(len(header.names)))
         for name in (name for names in given.values() for name in names):
             if name not in header.names:
-                raise _refusal(grid, f"{name!r} is none of its columns: {_listed(header.names)}", header.row)
+                raise _refusal(grid, f"{name!r} is not one of its columns: {_listed(header.names)}", header.row)
             self.free.discard(header.names.index(name))
 
     def columns(self) -> Columns:

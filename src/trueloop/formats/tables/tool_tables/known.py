@@ -274,7 +274,8 @@ def tool_table_of(path: Path, source: bytes, unit: Unit | None = None) -> ToolTa
     names = ", ".join(convention.name for convention in NAMES)
     raise TrueloopError(
         Code.OFS_FORMAT,
-        f"{path.name!r}, {len(source)} bytes, is none of the {len(NAMES)} kinds of tool table that are read: {names}",
+        f"{path.name!r}, {len(source)} bytes, is not one of the {len(NAMES)} kinds of tool table that are read: "
+        f"{names}",
         hint=HINT,
         place=Place(str(path)),
         values={"file": path.name},

@@ -19,7 +19,7 @@ from trueloop.estimate.observed import Observed
 from trueloop.estimate.places import Places, joined
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import Normal, State, Updated
-from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um
 
@@ -83,32 +83,18 @@ def part_state(profile: Profile, vectors: ErrorVectors) -> PartState:
 
 def places_on(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Places:
     """Places (n,) of the measured cut as the terms know them; z counts from the middle of the part."""
-    first, before_mm, whole_mm = groups_of(profile)
-    ends_z = [end[1] for feature in profile.features for end in (feature.start_mm, feature.end_mm)]
-    middle_z = 0.5 * (min(ends_z) + max(ends_z))
     pairs = list(zip(feature_index.tolist(), arc_length_mm.tolist(), strict=True))
     same = {"edge": 0.0, "setting": 0.0, "part_type": 0.0, "part": 0.0, "age": 0.0, "order": 0.0, "finish": 0.0}
+    group, share = profile.in_groups(feature_index, arc_length_mm)
+    z_mm = np.array([float(profile.features[i].point_mm(s)[1]) for i, s in pairs])
     own = {
-        "group": np.array([first[i] for i, _ in pairs], dtype=np.intp),
+        "group": group,
         "contact_angle_rad": profile.contact_angle_rad(feature_index, arc_length_mm),
-        "z_mm": np.array([float(profile.features[i].point_mm(s)[1]) for i, s in pairs]) - middle_z,
-        "share": np.array([(before_mm[i] + s) / whole_mm[i] for i, s in pairs]),
+        "z_mm": z_mm - profile.middle_z_mm,
+        "share": share,
         "taken_off_mm": np.zeros(len(pairs)),
     }
     return Places({**{name: np.full(len(pairs), value) for name, value in same.items()}, **own})
-
-
-def groups_of(profile: Profile) -> tuple[list[int], list[float], list[float]]:
-    """Returns of each feature the first of those that meet tangentially in a row with it, the length of those before
-    it, and of all of them.
-    """
-    first, before = [0], [0.0]
-    for i, junction in enumerate(profile.junctions):
-        tangent = junction.kind is JunctionKind.TANGENT
-        first.append(first[i] if tangent else i + 1)
-        before.append(before[i] + profile.features[i].length_mm if tangent else 0.0)
-    whole = [sum(profile.features[k].length_mm for k in range(len(first)) if first[k] == group) for group in first]
-    return first, before, whole
 
 
 def _angles(profile: Profile) -> Array:

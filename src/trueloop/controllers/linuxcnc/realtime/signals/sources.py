@@ -26,7 +26,7 @@ from trueloop.formats.toml_tables import Located
 
 FOLDER: Final = Path("/sys/bus/w1/devices")
 POWER_ON_MILLI_DEGC: Final = 85000
-"""What the sensor holds until its first conversion [DS18B20 data sheet]: a reset looks like it, so it is no reading."""
+"""The value of the sensor before its first conversion [DS18B20 data sheet]: refused, since a reset gives it too."""
 
 SCRATCHPAD: Final = re.compile(r"(?P<bytes>(?:[0-9a-f]{2} ){9}): crc=[0-9a-f]{2} (?P<verdict>YES|NO)\b")
 TEMPERATURE: Final = re.compile(r"\bt=(-?\d+)\b")
@@ -59,7 +59,7 @@ def temperature_degC(device: Path) -> float:
     text = (slave if slave.exists() else device / "temperature").read_text(encoding="ascii", errors="replace")
     milli = _from_scratchpad(text) if slave.exists() else int(text)
     if milli == POWER_ON_MILLI_DEGC:
-        raise ValueError("85 °C is what it says after power came on, before its first reading")
+        raise ValueError("85 °C is its value after power-on, before the first conversion")
     return milli / 1000
 
 
@@ -67,7 +67,7 @@ def _from_scratchpad(text: str) -> int:
     """Raises `ValueError`. Nine zeros have a right checksum: a line that is pulled down reads so."""
     found, value = SCRATCHPAD.search(text), TEMPERATURE.search(text)
     if found is None or value is None:
-        raise ValueError(f"{text[:80]!r} is no reading of a 1-Wire thermometer")
+        raise ValueError(f"{text[:80]!r} is not the output of a 1-Wire thermometer")
     if found["verdict"] == "NO":
         raise ValueError("its checksum is wrong: crc NO")
     if set(found["bytes"].split()) == {"00"}:
