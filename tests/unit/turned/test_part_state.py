@@ -14,6 +14,7 @@ from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.fit.prior.part_state import part_state
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.seen import Seen
+from trueloop.turned.touches.touches import Gauging, Touch, error_vectors
 
 UM = 1e-3
 STEPS = checked_profile(
@@ -152,3 +153,17 @@ def test_bands_hold_errors_of_shafts_drawn_cause_by_cause() -> None:
             off = true[name] + taper * s + bowed(name, s) - found.mean_mm / UM
             inside.append(np.abs(off) <= 1.96 * found.standard_u_mm / UM)
     assert 0.93 <= np.mean(np.concatenate(inside)) <= 0.99
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_errors_count_from_the_face_that_z_was_taken_from(sign: float) -> None:
+    """Steps of 8 µm more or less than the end, from which z was taken: the part has them, and the end has no error."""
+    places = [("wide", 30.0, 0.0), ("step", 3.0, 8.0), ("step", 7.0, 8.0), ("end", 10.0, 0.0)]
+    touches = [
+        Touch(f"{name} {s}", (float(x), float(z)), error_mm=sign * error_um * UM)
+        for name, s, error_um in places
+        for x, z in [STEPS.features[STEPS.names.index(name)].point_mm(s)]
+    ]
+    vectors = error_vectors(STEPS, touches, Gauging(z_reference="end 10.0"))
+    assert said(STEPS, vectors, "step", 5.0)[0] == pytest.approx(sign * 8.0, abs=1.5)
+    assert said(STEPS, vectors, "end", 10.0) == pytest.approx((0.0, 0.0), abs=0.01)
