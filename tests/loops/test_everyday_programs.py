@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.everyday import Everyday, driven, everyday, off_mm, places
+from tests.support.everyday import Everyday, Piece, driven, everyday, off_mm, places
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 
@@ -61,6 +61,44 @@ def check(seed: int, folder: Path) -> None:
 @pytest.mark.parametrize("seed", range(FAST))
 def test_it_is_written_as_it_stands(seed: int, tmp_path: Path) -> None:
     check(seed, tmp_path)
+
+
+FILLET = """%
+O1000
+G20 G40 G80 G99
+T0101
+G96 S200 M3
+G0 X0.6299 Z0.1575
+G42 G1 X0.0000 Z0.0000 F0.0039
+G1 X0.7874
+G1 Z-1.1024
+G2 X0.9449 Z-1.1811 I0.07874 K0.00000
+G1 X1.1024
+G1 X1.1811 Z-1.2205
+G1 Z-1.9685
+G40 G1 U0.2362
+G0 X4.7244 Z2.3622
+M30
+%
+"""
+FILLET_PIECES = (
+    Piece("front", (10.0, 0.0)),
+    Piece("seat1", (10.0, -28.0)),
+    Piece("fillet", (12.0, -30.0), (12.0, -28.0)),
+    Piece("shoulder", (14.0, -30.0)),
+    Piece("edge2", (15.0, -31.0)),
+    Piece("seat2", (15.0, -50.0)),
+)
+
+
+def test_a_fillet_whose_end_is_rounded_off_its_arc_ends_on_the_wall(tmp_path: Path) -> None:
+    """Coordinates to 0.0001 inch, the centre to 0.00001: the arc ends 1.5 µm off its circle. The wall reads 4 µm too
+    low, and is written 4 µm higher: -30 mm + 4 µm are -1.18094 inch, from the end of the fillet on.
+    """
+    case = Everyday("haas-lathe", FILLET, (0.0, 0.0), FILLET_PIECES, 0.8, "inch")
+    written = compensate(read_job(job_of(case, 53, tmp_path)).inputs).corrected_program.decode()
+    *_, fillet = (line for line in written.splitlines() if line.startswith("G2 "))
+    assert float(fillet.split(" Z")[1].split()[0]) == pytest.approx(-1.18094, abs=4e-5), written
 
 
 if __name__ == "__main__":  # scripts/fuzz.sh: python -m tests.loops.test_everyday_programs COUNT SECONDS

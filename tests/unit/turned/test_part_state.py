@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.profiles import polyline
 from trueloop.arrays import Array
+from trueloop.domain.inspection import Touch
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
@@ -14,7 +15,7 @@ from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.fit.prior.part_state import part_state
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.seen import Seen
-from trueloop.turned.touches.touches import Gauging, Touch, error_vectors
+from trueloop.turned.touches.touches import Gauging, error_vectors
 
 UM = 1e-3
 STEPS = checked_profile(
