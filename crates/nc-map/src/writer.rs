@@ -50,7 +50,7 @@ pub(crate) struct Writer<'a> {
     pub drilling: Drilling,
     /// Those of its blocks.
     pub numbers: BlockNumbers,
-    /// By how much the values that say heights of called cycles were moved, by their first byte, mm.
+    /// By how much the height values of called cycles were moved, by their first byte, mm.
     pub heights: HashMap<usize, f64>,
     /// Where the pieces of shared contours end.
     pub shared: Vec<Ended>,

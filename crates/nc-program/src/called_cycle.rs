@@ -1,7 +1,7 @@
 //! Drilling cycles that are called: CYCLE81 to CYCLE89 of Sinumerik, at once or by MCALL after each move; of Klartext
 //! those that CYCL DEF 200 … define, by CYCL CALL and M99, or by M89 after each move.
 //!
-//! Their heights are arguments and Q parameters, not words of the block that drills: a path tells where each is written.
+//! Their heights are arguments and Q parameters, not words of the block that drills: a path holds where each is written.
 
 use crate::cycle_arguments::{numbers, Argument};
 use crate::dialect::{Name, G};

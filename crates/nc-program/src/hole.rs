@@ -62,11 +62,11 @@ pub struct Drilled {
     pub series: u32,
     /// How many holes its block has drilled before it.
     pub repeat: usize,
-    /// Where the heights of a cycle are written that is called; `None` of one whose block says them.
+    /// Where the heights of a cycle are written that is called; `None` where its own block states them.
     pub said: Option<Said>,
 }
 
-/// The bytes, from one to before another, of the values that say the heights of a cycle that is called: those that go
+/// The bytes, from one to before another, of the height values of a cycle that is called: those that go
 /// with the plane R, and those that go with the depth; of what is not said none.
 #[derive(Clone, Copy, Debug)]
 pub struct Said {

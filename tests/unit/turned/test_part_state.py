@@ -74,7 +74,7 @@ def test_a_length_moves_its_faces_apart_from_the_datum() -> None:
     vectors = vectors_of(STEPS, length, datum, at(STEPS, "thin", 30.0, 5.0))
     assert said(STEPS, vectors, "end", 10.0) == pytest.approx((0.0, 1.0), abs=0.4)
     mean, u = said(STEPS, vectors, "step", 5.0)
-    assert mean == pytest.approx(-12.0, abs=0.6), "the length is longer: less was left on where it begins"
+    assert mean == pytest.approx(-12.0, abs=0.4), "the length is longer: less was left on where it begins"
     assert 0.8 < u < 2.5
 
 
@@ -153,7 +153,7 @@ def test_bands_hold_errors_of_shafts_drawn_cause_by_cause() -> None:
             found = state.at(np.full(len(s), STEPS.names.index(name)), s)
             off = true[name] + taper * s + bowed(name, s) - found.mean_mm / UM
             inside.append(np.abs(off) <= 1.96 * found.standard_u_mm / UM)
-    assert 0.93 <= np.mean(np.concatenate(inside)) <= 0.99
+    assert 0.94 <= np.mean(np.concatenate(inside)) <= 0.98
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -1,5 +1,5 @@
 //! The holes of cycles that are called: they are drilled where the tool stands, displaced already, and their heights are
-//! said where the cycle is defined, for all holes at once.
+//! stated where the cycle is defined, for all holes at once.
 
 use super::{Here, Writer};
 use crate::part::Course;
@@ -40,7 +40,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// A value that says a height, moved by so many mm; gives by how much it is.
+    /// Moves a height value by so many mm; returns by how much it was moved.
     fn height_of_cycle(&mut self, here: &Here, (start, end): (u32, u32), by_mm: f64) -> Result<f64, Refused> {
         let (program, step, unit) = (self.program, here.step, here.state.mm());
         let (start, end) = (start as usize, end as usize);

@@ -103,7 +103,7 @@ impl Writer<'_> {
         let message = format!(
             "this hole is displaced by {by_mm:.5} mm along its axis, and the first one of its cycle by {known_mm:.5} mm"
         );
-        let hint = "define the cycle anew before it, or allow a larger tolerance: one definition says one height";
+        let hint = "define the cycle anew before it, or allow a larger tolerance: one definition states one height";
         Refused::block(self.block_start(here.block), message, hint)
     }
 
