@@ -237,15 +237,15 @@ class StandInMachine(AbstractContextManager["StandInMachine"]):
         os.waitpid(child, 0)
 
     def settled(self, key: str, address: str) -> None:
-        """A last client."""
-        self._work(key, address, 1.0)
+        """A last client, which goes on until nothing that it noted is left to deliver."""
+        self._work(key, address, 1.0, deliver_within_s=60.0)
 
-    def _work(self, key: str, address: str, for_s: float) -> None:
+    def _work(self, key: str, address: str, for_s: float, deliver_within_s: float = 0.0) -> None:
         journal = Journal(self.journal())
         try:
             client = Client("lathe", Remote(self.folder), Service(address, key), journal, PACE)
             end = time.monotonic() + for_s
-            while time.monotonic() < end:
+            while time.monotonic() < end or (client.known.waiting and time.monotonic() < end + deliver_within_s):
                 if not client.step():
                     time.sleep(PACE.look_s)
         finally:

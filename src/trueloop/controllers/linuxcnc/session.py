@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -23,8 +23,12 @@ POLL_S: Final = 0.1
 TOO_BUSY: Final = "USRMOT: ERROR: command timeout"
 """What LinuxCNC prints, and reports nowhere else, when it ends a program because its motion got no processor time."""
 
+ATTEMPTS: Final = 3
+"""Runs of one program at most, where the computer interrupts each."""
+
 PARAMETERS: Final = [*range(5161, 5170), *range(5181, 5190), *range(5210, 5391)]
 
+T = TypeVar("T")
 Progress = Callable[[int, float, float], None]
 """Called with line, x and z while a program runs."""
 
@@ -47,23 +51,44 @@ class ProbedPart:
 
 
 def cut(program: bytes, feed_override: float = 1.0, progress: Progress | None = None) -> Array:
-    """Runs a program and gives where the axes were in every servo period, (n, 2), x a radius, mm.
+    """Returns where the axes were in every servo period of a program, (n, 2), x a radius, mm.
 
-    Raises CTL-LINUXCNC where LinuxCNC is missing, CTL-PROGRAM where it stops the program with an error.
+    A run that the computer interrupted is made again, up to `ATTEMPTS` times. Raises CTL-LINUXCNC where LinuxCNC is
+    missing or each run is interrupted, CTL-PROGRAM where it stops the program with an error.
     """
-    with _session(program, feed_override, source("sample.hal"), sample=True) as folder:
-        _run(folder, progress)
-        return np.loadtxt(folder / "config" / "positions.txt", ndmin=2)
+
+    def run() -> Array:
+        with _session(program, feed_override, source("sample.hal"), sample=True) as folder:
+            _run(folder, progress)
+            return np.loadtxt(folder / "config" / "positions.txt", ndmin=2)
+
+    return _uninterrupted(run)
 
 
 def probe(program: bytes, part: ProbedPart, log_name: str, progress: Progress | None = None) -> str:
-    """Runs a probing program against a part and gives what it wrote to `log_name`. Raises as `cut` does."""
-    with _session(program, 1.0, source("probe.hal"), sample=False) as folder:
-        (folder / "config" / "surface.bin").write_bytes(part.to_bytes())
-        (folder / "modules" / "virtual_part.so").write_bytes(virtual_part())
-        _run(folder, progress)
-        log = folder / "config" / log_name
-        return log.read_text() if log.exists() else ""
+    """Returns what a probing program wrote to `log_name`, run against a part. Repeats and raises as `cut` does."""
+
+    def run() -> str:
+        with _session(program, 1.0, source("probe.hal"), sample=False) as folder:
+            (folder / "config" / "surface.bin").write_bytes(part.to_bytes())
+            (folder / "modules" / "virtual_part.so").write_bytes(virtual_part())
+            _run(folder, progress)
+            log = folder / "config" / log_name
+            return log.read_text() if log.exists() else ""
+
+    return _uninterrupted(run)
+
+
+class _InterruptedError(TrueloopError):
+    """A run that ended early, or has gaps, for want of processor time: nothing in the program is the cause."""
+
+
+def _uninterrupted(run: Callable[[], T]) -> T:
+    """Returns the result of the first run that the computer does not interrupt; each starts LinuxCNC anew."""
+    for _ in range(ATTEMPTS - 1):
+        with suppress(_InterruptedError):
+            return run()
+    return run()
 
 
 @contextmanager
@@ -195,7 +220,7 @@ def _require_success(folder: Path) -> None:
     if left["error"] is not None:
         raise _stopped(folder, left)
     if left.get("overruns"):
-        raise TrueloopError(
+        raise _InterruptedError(
             Code.CTL_LINUXCNC,
             f"{left['overruns']} servo periods were not recorded",
             hint="the computer is too busy: run it again with less beside it",
@@ -205,7 +230,7 @@ def _require_success(folder: Path) -> None:
 def _stopped(folder: Path, answer: dict[str, Any]) -> TrueloopError:
     """LinuxCNC's own message, and the block it means."""
     if answer.get("unnamed") and TOO_BUSY in (folder / "linuxcnc.log").read_text(errors="replace"):
-        return TrueloopError(
+        return _InterruptedError(
             Code.CTL_LINUXCNC,
             f"LinuxCNC ended the program because its motion did not answer for a second: {TOO_BUSY!r}",
             hint="the computer is too busy: run it again with less beside it",
