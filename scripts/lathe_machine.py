@@ -17,6 +17,8 @@ from typing import Any, Final
 
 from scripts.running_lathe import RunningLathe, running_lathe
 from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
+from trueloop.controllers.linuxcnc.cell.journal import read
+from trueloop.controllers.linuxcnc.cell.known import known
 from trueloop.controllers.linuxcnc.cell.linuxcnc import LinuxCnc
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
 from trueloop.domain.factory import BlockKind
@@ -97,11 +99,15 @@ class LatheMachine:
             cell.kill()
 
     def settled(self, key: str, address: str) -> None:
-        """And one that ends as it is told to."""
-        with self._cell(key, address) as cell:
-            time.sleep(5.0)
-            cell.terminate()
-            assert cell.wait(_WAIT_S) == 0, "the cell did not end well"
+        """Clients that end as they are told to, until nothing that one of them noted is left to deliver."""
+        for _ in range(10):
+            with self._cell(key, address) as cell:
+                time.sleep(5.0)
+                cell.terminate()
+                assert cell.wait(_WAIT_S) == 0, "the cell did not end well"
+            entries, _ = read(self.journal().read_bytes(), self.journal())
+            if not known(entries).waiting:
+                return
 
     @contextmanager
     def _cell(self, key: str, address: str) -> Iterator["subprocess.Popen[str]"]:
