@@ -224,6 +224,12 @@ class NcMapper:
         """What the next bytes give; code, message, hint, line, column of what it is refused for."""
 
     def finish(self) -> tuple[bytes, tuple[str, str, str, int, int] | None]: ...
+    def gather(self) -> None:
+        """Has all refusals gathered instead of ending at the first; nothing is written then."""
+
+    def obstacles(self) -> list[tuple[tuple[str, str, str, int, int], BaseException | None]]:
+        """Those gathered: code, message, hint, line, column, and what the field's own function raised."""
+
     def summary(self) -> tuple[int, int, int, int, tuple[float, float, float], int, int, int, tuple[int, bool] | None]:
         """Blocks, moves, edits, blocks added, largest displacement, blocks not run, line of the first, line at which a
         roughed contour turns back; the line that states the unit before any length, and whether it is the inch.

@@ -33,6 +33,7 @@ pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
 pub use lines::{new_lines, BlockNumbers};
 pub use mention::mentions;
 pub use refusal::Refusal;
+use refusal::Refusals;
 pub use role::{first_blocks, letters, named_axes};
 pub use standing::{said, Saying};
 pub use text::{writes_comma, written_decimals, Step};
@@ -113,6 +114,7 @@ struct Writing {
     /// The way each axis went last.
     travel: [i8; 3],
     summary: Summary,
+    refusals: Refusals,
 }
 
 impl Mapper {
@@ -130,6 +132,7 @@ impl Mapper {
             renamed: [0; 3],
             travel: [0; 3],
             summary: Summary::default(),
+            refusals: Refusals::default(),
         };
         let options = Options { trace: dialect.about_pole, ..options };
         Self { reader: Reader::new(dialect, options, whole), ready: None, writing }
@@ -138,6 +141,16 @@ impl Mapper {
     /// What was done so far.
     pub fn summary(&self) -> Summary {
         self.writing.summary
+    }
+
+    /// Has all refusals gathered instead of ending at the first; nothing is written then.
+    pub fn gather(&mut self) {
+        self.writing.refusals.gathers = true;
+    }
+
+    /// Takes the refusals that were gathered, in the order of the blocks.
+    pub fn take_obstacles(&mut self) -> Vec<Refusal> {
+        std::mem::take(&mut self.writing.refusals.all)
     }
 
     /// Takes the next bytes: they are read while the part before is displaced and appended to `out`.
@@ -179,17 +192,9 @@ impl Mapper {
 
 impl Writing {
     fn part(&mut self, mut part: Part, field: &mut dyn Field, out: &mut Vec<u8>) -> Result<(), Refusal> {
-        self.displace(&mut part, field, out).map_err(|refused| {
-            let block = part.program.block_at(refused.at);
-            let start = part.program.blocks().get(block).map_or(0, |found| found.start as usize);
-            Refusal {
-                code: refused.code,
-                message: refused.message,
-                hint: refused.hint,
-                line: self.summary.blocks + block + 1,
-                column: refused.at.saturating_sub(start) + 1,
-                cause: refused.cause,
-            }
-        })
+        let before = self.summary.blocks;
+        let done = self.displace(&mut part, field, out);
+        self.refusals.end_part(&part.program, before);
+        done.map_err(|refused| refused.placed(&part.program, before))
     }
 }

@@ -1,6 +1,6 @@
 //! One part of a program: displaced, written.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nc_program::{MoveKind, Program, ToolPath};
 
@@ -30,6 +30,8 @@ enum Fate {
     Displaced,
     /// A cut from a place that the program has not said: it goes straight to its displaced end.
     Arrives,
+    /// It was refused, and further obstacles are looked for.
+    Refused,
 }
 
 /// A move on its way through the mapping: what becomes of it, and where the axes stand before it.
@@ -53,19 +55,21 @@ impl Writing {
         field: &mut dyn Field,
         out: &mut Vec<u8>,
     ) -> Result<(), Refused> {
-        if let Some(refused) = part.refused.take() {
-            return Err(refused);
-        }
+        let refused = std::mem::take(&mut part.refused);
+        let unknown: HashSet<usize> = refused.iter().map(|one| part.program.block_at(one.at)).collect();
+        self.refusals.keep_all(refused)?;
         let Part { program, path, roles, .. } = &*part;
-        let courses = self.courses(program, path, roles)?;
-        let displaced: Vec<usize> = (0..path.len()).filter(|index| courses[*index].fate != Fate::Stays).collect();
+        let mut courses = self.courses(program, path, roles, &unknown)?;
+        let stays = |index: &usize| matches!(courses[*index].fate, Fate::Stays | Fate::Refused);
+        let displaced: Vec<usize> = (0..path.len()).filter(|index| !stays(index)).collect();
         let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma, self.decimals));
         let flat_mm = program.dialect().about_pole.then(|| [steps[0].unit / 2.0, 25.4 * steps[1].unit / 2.0]);
         let geometry = Geometry::new(path, &mut self.travel, field.knows_travel(), flat_mm);
-        let arrives = |index: usize| courses[index].fate == Fate::Arrives;
-        let found = pieces(&geometry, &displaced, field, self.limits.tolerance_mm, arrives);
-        let found = found.map_err(|fault| told(fault, program, path))?;
+        let found = self.pieces(program, &geometry, &displaced, field, &courses)?;
         self.check_limits(program, path, &found)?;
+        if self.refusals.gathers {
+            refuse_without_pieces(&mut courses, &displaced, &found);
+        }
         let edits = Edits::new(program.blocks().len());
         let mut writer = Writer {
             program,
@@ -95,7 +99,9 @@ impl Writing {
         (self.carried, self.drilling) = (writer.carried, writer.drilling);
         let stated = path.unit_stated.map(|(block, inch)| (self.summary.blocks + block + 1, inch));
         self.summary.unit_stated = self.summary.unit_stated.or(stated);
-        writer.edits.apply(program.source(), part.end, out);
+        if !self.refusals.gathers {
+            writer.edits.apply(program.source(), part.end, out);
+        }
         self.summary.blocks += part.until;
         Ok(())
     }
@@ -107,6 +113,7 @@ impl Writing {
         program: &Program,
         path: &ToolPath,
         roles: &HashMap<usize, Role>,
+        unknown: &HashSet<usize>,
     ) -> Result<Vec<Course>, Refused> {
         let mut courses = Vec::with_capacity(path.len());
         let mut called = path.drilled.iter().filter(|hole| hole.said.is_some()).peekable();
@@ -119,10 +126,14 @@ impl Writing {
             if let Some(hole) = called.peek().filter(|hole| hole.first <= index) {
                 self.standing[hole.third] = Standing::Said; // by the cycle, in its definition
             }
-            let fate = fate(path, index, role, before, self.standing);
-            if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
-                require_said(program, path, index, before, self.standing)?;
-                require_unturned(program, path, index)?;
+            let mut fate = fate(path, index, role, before, self.standing);
+            if unknown.contains(&(path.block[index] as usize)) || !unknown.is_empty() && !is_finite(path, index) {
+                fate = Fate::Refused;
+            } else if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
+                let said = require_said(program, path, index, before, self.standing);
+                if !self.refusals.keep(said.and_then(|()| require_unturned(program, path, index)))? {
+                    fate = Fate::Refused;
+                }
             }
             courses.push(Course { fate, standing: before });
         }
@@ -144,15 +155,20 @@ impl Writing {
         let mut registers = registers.into_iter().peekable();
         for (index, course) in courses.iter().enumerate() {
             while let Some(register) = registers.next_if(|block| *block <= path.block[index] as usize) {
-                require_on_position(program, register, &writer.carried)?;
+                self.refusals.keep(require_on_position(program, register, &writer.carried))?;
             }
             if let Some(hole) = holes.peek().filter(|hole| hole.first <= index) {
                 if index + 1 == hole.end {
                     let (here, after) = rest.split_at(rest.partition_point(|piece| piece.of_move <= index));
                     rest = after;
-                    match &hole.said {
-                        Some(said) => writer.drill_called(hole, said, here, courses)?,
-                        None => writer.drill(hole, here, courses)?,
+                    let refused = courses[hole.first..hole.end].iter().any(|course| course.fate == Fate::Refused);
+                    let drilled = match &hole.said {
+                        _ if refused => Ok(()),
+                        Some(said) => writer.drill_called(hole, said, here, courses),
+                        None => writer.drill(hole, here, courses),
+                    };
+                    if !self.refusals.keep(drilled)? {
+                        arrive(writer, index, here);
                     }
                     holes.next();
                 }
@@ -161,18 +177,26 @@ impl Writing {
             let own = rest.iter().take_while(|piece| piece.of_move == index).count();
             let (here, after) = rest.split_at(own);
             rest = after;
-            match course.fate {
-                Fate::Displaced | Fate::Arrives => writer.write(index, here, course)?,
+            let written = match course.fate {
+                Fate::Displaced | Fate::Arrives => writer.write(index, here, course),
                 Fate::Returns => {
-                    let end = here.last().map_or(path.end[index], |piece| piece.end);
-                    writer.carried = [0, 1, 2].map(|axis| end[axis] - path.end[index][axis]);
+                    arrive(writer, index, here);
+                    Ok(())
                 }
-                Fate::Stays if path.kind[index] == MoveKind::Arc => return Err(writer.arc_in_machine(index)),
-                Fate::Stays => stay(writer, index),
+                Fate::Stays if path.kind[index] == MoveKind::Arc => Err(writer.arc_in_machine(index)),
+                Fate::Stays => {
+                    stay(writer, index);
+                    Ok(())
+                }
+                Fate::Refused => Ok(()),
+            };
+            if !self.refusals.keep(written)? {
+                arrive(writer, index, here);
             }
         }
-        registers.try_for_each(|register| require_on_position(program, register, &writer.carried))?;
-        Ok(())
+        registers.try_for_each(|register| {
+            self.refusals.keep(require_on_position(program, register, &writer.carried)).map(drop)
+        })
     }
 
     /// Refuses displacements that are too large, then those that change too much over a cut, wherever it was looked at.
@@ -186,28 +210,51 @@ impl Writing {
             let size = piece.largest.iter().fold(0.0, |most: f64, value| most.max(*value));
             if piece.end.iter().any(|value| !value.is_finite()) {
                 let said = "the field has no displacement at {}";
-                return Err(refused(piece, refusal::FIELD, said, "look at the field there"));
+                self.refusals.keep(Err(refused(piece, refusal::FIELD, said, "look at the field there")))?;
+                continue;
             }
             if size > self.limits.size_mm {
                 let limit = self.limits.size_mm;
                 let own = pieces.iter().filter(|other| other.of_move == piece.of_move).flat_map(|other| other.largest);
                 let size = own.fold(size, f64::max);
                 let said = format!("the displacement reaches {size:.4} mm on the way to {{}}; the limit is {limit} mm");
-                return Err(refused(piece, refusal::SIZE, &said, "check the field's unit and sign first"));
+                let hint = "check the field's unit and sign first";
+                self.refusals.keep(Err(refused(piece, refusal::SIZE, &said, hint)))?;
             }
             let largest = &mut self.summary.largest_mm;
             *largest = [0, 1, 2].map(|axis| largest[axis].max(piece.largest[axis]));
         }
-        match pieces.iter().find(|piece| piece.slope > self.limits.slope) {
-            None => Ok(()),
-            Some(piece) => {
-                let (slope, limit) = (1e3 * piece.slope, 1e3 * self.limits.slope);
-                let said = format!(
-                    "the displacement changes by {slope:.1} µm/mm on the way to {{}}; the limit is {limit} µm/mm"
-                );
-                Err(refused(piece, refusal::SLOPE, &said, "look for an outlier in the field there"))
-            }
+        for piece in pieces.iter().filter(|piece| piece.slope > self.limits.slope) {
+            let (slope, limit) = (1e3 * piece.slope, 1e3 * self.limits.slope);
+            let said =
+                format!("the displacement changes by {slope:.1} µm/mm on the way to {{}}; the limit is {limit} µm/mm");
+            self.refusals.keep(Err(refused(piece, refusal::SLOPE, &said, "look for an outlier in the field there")))?;
         }
+        Ok(())
+    }
+
+    /// The pieces of the moves of those indices. Where all obstacles are gathered, the moves that have none are found by
+    /// halving.
+    fn pieces(
+        &mut self,
+        program: &Program,
+        geometry: &Geometry,
+        moves: &[usize],
+        field: &mut dyn Field,
+        courses: &[Course],
+    ) -> Result<Vec<Piece>, Refused> {
+        let fault = match pieces(geometry, moves, field, self.limits.tolerance_mm, |index| courses[index].arrives()) {
+            Ok(found) => return Ok(found),
+            Err(fault) => fault,
+        };
+        if !self.refusals.gathers || moves.len() < 2 {
+            self.refusals.keep(Err(told(fault, program, geometry.path)))?;
+            return Ok(Vec::new());
+        }
+        let (first, rest) = moves.split_at(moves.len() / 2);
+        let mut found = self.pieces(program, geometry, first, field, courses)?;
+        found.extend(self.pieces(program, geometry, rest, field, courses)?);
+        Ok(found)
     }
 
     /// Counts blocks with coordinates that stay as they are because they were not run: skipped, after the end, in a
@@ -292,6 +339,27 @@ fn require_unturned(program: &Program, path: &ToolPath, index: usize) -> Result<
     let hint =
         "displace what is cut with rotary axes at 0, said by a position before the first cut, in a program of its own";
     Err(Refused::block(at, message, hint))
+}
+
+/// Refuses the moves that have no pieces, or some that are not known.
+fn refuse_without_pieces(courses: &mut [Course], displaced: &[usize], pieces: &[Piece]) {
+    let known = |piece: &&Piece| piece.end.iter().all(|value| value.is_finite());
+    let with: HashSet<usize> = pieces.iter().filter(known).map(|piece| piece.of_move).collect();
+    for index in displaced.iter().filter(|index| !with.contains(index)) {
+        courses[*index].fate = Fate::Refused;
+    }
+}
+
+/// Whether a move goes to a place that is known.
+fn is_finite(path: &ToolPath, index: usize) -> bool {
+    path.end[index].iter().all(|value| value.is_finite())
+}
+
+/// The tool is where the last piece ends.
+fn arrive(writer: &mut Writer, index: usize, pieces: &[Piece]) {
+    let end = writer.path.end[index];
+    let displaced = pieces.last().map_or(end, |piece| piece.end);
+    writer.carried = [0, 1, 2].map(|axis| displaced[axis] - end[axis]);
 }
 
 /// A move that stays: the axes it takes to a place of the machine, or to a position, are there without displacement.

@@ -23,8 +23,8 @@ pub(crate) struct Part {
     pub moved: Vec<bool>,
     /// The program's end was reached.
     pub ended: bool,
-    /// Why it cannot be displaced, if that is so.
-    pub refused: Option<Refused>,
+    /// Why it cannot be displaced, in the order of the blocks.
+    pub refused: Vec<Refused>,
 }
 
 /// What reads them.
@@ -67,7 +67,7 @@ impl Reader {
         let end = program.blocks().get(until).map_or(program.source().len(), |block| block.start as usize);
         let (path, findings) = self.session.run(&program, until);
         let (roles, moved) = (roles(&program), moved(&program, &path));
-        let refused = require_known(&program, findings, &moved, &roles, end).err();
+        let refused = obstacles(&program, findings, &moved, &roles, end);
         Ok(Part { program, until, end, path, roles, moved, ended: self.session.ended(), refused })
     }
 }
@@ -83,14 +83,14 @@ fn moved(program: &Program, path: &ToolPath) -> Vec<bool> {
     moved
 }
 
-/// Refuses what is not understood, cannot be run, or moves the tool where the path does not say.
-fn require_known(
+/// What is not understood, cannot be run, or moves the tool where the path does not say.
+fn obstacles(
     program: &Program,
     findings: Vec<Finding>,
     moved: &[bool],
     roles: &HashMap<usize, Role>,
     end: usize,
-) -> Result<(), Refused> {
+) -> Vec<Refused> {
     let refuses = |found: &Finding| match (found.severity, found.code) {
         (Severity::Error, _) | (Severity::Warning, finding::OPAQUE | finding::DIAMETER | finding::UNIT) => true,
         (_, finding::OPAQUE) => {
@@ -106,15 +106,10 @@ fn require_known(
     let met = findings.into_iter().filter(|found| found.at < end && refuses(found));
     let mut all: Vec<Finding> = first_unknown(program, end).into_iter().chain(met).collect();
     all.sort_by_key(|found| found.at);
-    let more = all.len().saturating_sub(1);
-    match all.into_iter().next() {
-        Some(found) => {
-            let further = if more > 0 { format!("; {more} more obstacles after it") } else { String::new() };
-            let message = found.message + &further;
-            // What a note leaves as it is, a field over the whole program cannot.
-            let hint = if found.severity == Severity::Note { WRITE_OUT.into() } else { found.hint };
-            Err(Refused { hint, ..Refused::new(found.code, found.at, message, "") })
-        }
-        None => Ok(()),
-    }
+    let refused = |found: Finding| {
+        // What a note leaves as it is, a field over the whole program cannot.
+        let hint = if found.severity == Severity::Note { WRITE_OUT.into() } else { found.hint };
+        Refused { hint, ..Refused::new(found.code, found.at, found.message, "") }
+    };
+    all.into_iter().map(refused).collect()
 }

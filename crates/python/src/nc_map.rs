@@ -141,6 +141,31 @@ impl NcMapper {
         )
     }
 
+    /// Has all refusals gathered instead of ending at the first; nothing is written then.
+    fn gather(&mut self) {
+        self.mapper.gather();
+    }
+
+    /// Those gathered: code, message, hint, line, column, and what the field's own function raised.
+    fn obstacles(&mut self, py: Python<'_>) -> Vec<(RefusalTuple, Option<Py<PyAny>>)> {
+        let told = |refusal: Refusal| {
+            let raised = refusal
+                .cause
+                .and_then(|cause| cause.downcast::<PyErr>().ok());
+            let raised = raised.map(|error| error.into_value(py).into_any());
+            let Refusal {
+                code,
+                message,
+                hint,
+                line,
+                column,
+                ..
+            } = refusal;
+            ((code, message, hint, line, column), raised)
+        };
+        self.mapper.take_obstacles().into_iter().map(told).collect()
+    }
+
     /// Line and column at which the field's own function failed.
     #[getter]
     fn failed_at(&self) -> (usize, usize) {

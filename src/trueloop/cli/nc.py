@@ -1,10 +1,11 @@
 """`trueloop nc`: where a program sends the tool, what is odd about it, and how far two programs lie apart."""
 
 import math
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
-from itertools import chain
+from itertools import chain, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
@@ -64,13 +65,40 @@ def check_program(file: ProgramFile, reading: Reading, tables: Tables, as_json: 
             checked = Checked(findings, program.block_count)
     findings = checked.findings
     errors = sum(finding.severity is Severity.ERROR for finding in findings)
+    obstacles = _obstacles_to_any_field(file, reading, dialect)
     if as_json:
         found = [asdict(finding) for finding in findings]
-        print_json({"file": str(file), "dialect": dialect, "errors": errors, "findings": found})
+        print_json(
+            {"file": str(file), "dialect": dialect, "errors": errors, "findings": found}
+            | {"obstacles_to_map": len(obstacles)}
+        )
     else:
         _print_findings(findings, f"{dialect} program of {checked.block_count} blocks", errors)
+        if obstacles:
+            command = f"trueloop nc map {file} --dialect {dialect} --scale {_SCALE_OF_CHECK:g} --dry-run"
+            typer.echo(f"{_count(obstacles)} to `nc map`: `{command}` lists them")
     if errors:
         raise typer.Exit(ExitStatus.FINDINGS)
+
+
+_SCALE_OF_CHECK: Final = 1.001
+"""A field of 1 µm/mm that differs everywhere, keeps lines, circles and their planes, and moves no axis that stays at 0:
+what it is refused for depends on the program alone.
+"""
+
+
+def _obstacles_to_any_field(file: Path, reading: Reading, dialect: str) -> "list[TrueloopError]":
+    from trueloop.jobs.machine.mapped_program import program_obstacles
+    from trueloop.nc.field.field import similarity_field
+
+    options = Bounds().options(None, reading, 0)
+    field = similarity_field(scale=_SCALE_OF_CHECK)
+    found = program_obstacles(file, field, options, dialect=dialect, parameters=reading.parameters)
+    return [one for one in found if one.code is not Code.CMP_TWICE]
+
+
+def _count(obstacles: "Sequence[TrueloopError]") -> str:
+    return f"{len(obstacles)} obstacle{'s' if len(obstacles) != 1 else ''}"
 
 
 def _print_findings(findings: Sequence["Finding"], of: str, errors: int) -> None:
@@ -494,24 +522,37 @@ class Frame:
 @guarded
 def map_program_file(
     file: ProgramFile,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
     displacements: Displacements,
     bounds: Bounds,
     frame: Frame,
     reading: Reading,
+    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")] = None,
+    dry_run: Annotated[
+        bool,
+        typer.Option("--dry-run", help="Write nothing; list every block that would be refused, exit status 1 if any."),
+    ] = False,
     decimals: Decimals = 0,
     as_json: AsJson = False,
 ) -> None:
     """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
-    from trueloop.jobs.machine.mapped_program import displace_program
+    from trueloop.jobs.machine.mapped_program import displace_program, program_obstacles
 
+    if (out is None) != dry_run:
+        raise typer.BadParameter("name the program to be written, or --dry-run instead", param_hint="--out")
     table, field = displacements.table, frame.of(displacements.field())
+    options = bounds.options(table, reading, decimals)
+    if out is None:
+        with busy(f"mapping {file}"):
+            dialect, parameters = reading.dialect, reading.parameters
+            found = program_obstacles(file, field, options, dialect=dialect, parameters=parameters)
+        _print_obstacles(file, found, as_json=as_json)
+        return
     with busy(f"mapping {file}"):
         done = displace_program(
             file,
             out,
             field,
-            bounds.options(table, reading, decimals),
+            options,
             dialect=reading.dialect,
             parameters=reading.parameters,
             inputs=[file for file in (table, frame.offsets_file) if file],
@@ -520,6 +561,24 @@ def map_program_file(
         print_json(asdict(done) | {"file": str(out)})
         return
     print_mapped(file, out, done)
+
+
+def _print_obstacles(file: Path, found: "Sequence[TrueloopError]", *, as_json: bool) -> None:
+    """Prints obstacles in the order of their lines; consecutive ones of one kind once, with the last line.
+
+    Exit status 1 where there is one.
+    """
+    if as_json:
+        print_json({"file": str(file), "obstacles": [as_dict(one) for one in found]})
+    else:
+        for _, group in groupby(found, key=lambda one: (one.code, re.sub(r"[\d.]+", "0", one.message), one.hint)):
+            first, *rest = group
+            typer.echo(str(first))
+            if rest:
+                typer.echo(f"  and {len(rest)} more of this kind, to line {rest[-1].place.line}")
+        typer.echo(f"{file}: {_count(found)}, nothing is written")
+    if found:
+        raise typer.Exit(ExitStatus.FINDINGS)
 
 
 def print_mapped(file: Path, out: Path, done: "Mapped") -> None:

@@ -10,12 +10,12 @@ from typing import Final
 from trueloop.domain.limits import Limits
 from trueloop.domain.map_options import USUAL, MapOptions
 from trueloop.domain.record import Record, check_uncorrected, sha256_of
-from trueloop.errors import Code, in_file
+from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.input_file import FilePath, readable, require_text
 from trueloop.formats.outputs import Output, write_all, written_as_it_comes
 from trueloop.formats.record_file import record_beside
 from trueloop.jobs.user import user_name
-from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces
+from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces, obstacles
 from trueloop.loops.machine.points import CorrectedPoints, correct_points, record_of_points
 from trueloop.loops.machine.program import field_of_model, record_of, record_of_field
 from trueloop.machine.correct import Setup
@@ -91,6 +91,29 @@ def map_program(
             if record is not None:
                 write_all(target.parent, [record_beside(target, record(done))], inputs=files)
     return done
+
+
+def program_obstacles(
+    source: Path,
+    field: Field,
+    options: MapOptions = USUAL,
+    *,
+    dialect: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+) -> list[TrueloopError]:
+    """Returns everything for which `map_program` would refuse the program, in the order of its lines.
+
+    Raises NC-FILE and NC-DIALECT where the program cannot be read at all.
+    """
+    try:
+        known = dialect_named(dialect or _dialect_of(source)).name
+    except TrueloopError as refused:
+        if refused.code is not Code.CMP_TWICE:
+            raise
+        return [refused]
+    with in_file(source):
+        found = obstacles(partial(lines_of, source), known, field, options, parameters or {})
+    return [one.in_file(str(source)) for one in found]
 
 
 def _dialect_of(source: Path) -> str:

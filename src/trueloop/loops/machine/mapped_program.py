@@ -147,12 +147,45 @@ def mapped_pieces(
     raise, some of it only with a later piece.
     """
     survey = survey_of(source(), dialect)
-    _require_followed(survey, field)
+    for refusal in _not_followed(survey, field):
+        raise refusal
     mapper = _mapper(field, survey, options, parameters)
     text = _text(source, survey, options, parameters)
     options_of_id = {"field": field.identity, "parameters": dict(parameters), **vars(options)}
     identity = record_id({"program": survey.sha256}, options_of_id)
     return _written(mapper, text, survey, _mark(identity, survey, parameters), identity, options.unit)
+
+
+def obstacles(
+    source: Pieces, dialect: str, field: Field, options: MapOptions, parameters: Mapping[str, float]
+) -> list[TrueloopError]:
+    """Returns everything for which `mapped_pieces` would refuse the program, in the order of its lines.
+
+    After a block that is refused the next ones are looked at as if it had been displaced. Of a program that was
+    corrected before that alone is returned.
+    """
+    try:
+        survey = survey_of(source(), dialect)
+    except TrueloopError as corrected:
+        return [corrected]
+    found = list(_not_followed(survey, field))
+    mapper = _mapper(field, survey, options, parameters)
+    mapper.gather()
+    try:
+        text = _text(source, survey, options, parameters)
+        for _ in _displaced(mapper, text):
+            pass
+        found += [_obstacle(text, *one) for one in mapper.obstacles()]
+        _require_agreed(mapper, text, options.unit)
+    except TrueloopError as refused:
+        found.append(refused)
+    return sorted(found, key=lambda one: (one.place.line or 0, one.place.column or 0))
+
+
+def _obstacle(text: "_Text", told: tuple[str, str, str, int, int], raised: BaseException | None) -> TrueloopError:
+    if raised is not None and not isinstance(raised, TrueloopError):
+        raise raised
+    return _placed(raised or _refusal(told), text, *told[3:])
 
 
 def _written(
@@ -166,25 +199,26 @@ def _written(
     return done
 
 
-def _require_followed(survey: Survey, field: Field) -> None:
+def _not_followed(survey: Survey, field: Field) -> Iterator[TrueloopError]:
+    """Yields what the whole program says against the field."""
     # o: an axis that Sinumerik calls by a letter and a number, A1.
     if turning := sorted({*field.still, *("o" if field.still else "")} & survey.letters.keys()):
         axis = "an axis with a number" if turning[0] == "o" else turning[0]
-        raise TrueloopError(
+        yield TrueloopError(
             Code.NC_MAP,
             f"{axis} turns in this program, which the field takes to stand still",
             hint="leave the word out, say with --at where the axis stands, and correct one program a position",
             place=Place(line=survey.letters[turning[0]]),
         )
     if field.of_machine and survey.sets_offset is not None:
-        raise TrueloopError(
+        yield TrueloopError(
             Code.MCH_FRAME,
             f"G10 sets an offset in line {survey.sets_offset}: where the zero lies then is not what the set-up says",
             hint="take the block out, give the offset with --work-zero, --tool or --offsets, and set it at the control",
             place=Place(line=survey.sets_offset),
         )
     if field.of_machine and field.tools is None and survey.sets_register and survey.goes_to_machine:
-        raise TrueloopError(
+        yield TrueloopError(
             Code.MCH_FRAME,
             f"the position register is set in line {survey.sets_register}, and line {survey.goes_to_machine} goes to a "
             "place of the machine: what that is called depends on the control's offset of the tool",
@@ -231,13 +265,16 @@ def _displaced(mapper: NcMapper, text: "_Text") -> Iterator[bytes]:
             yield _accepted(mapper.push(chunk))
         yield _accepted(mapper.finish())
     except TrueloopError as error:
-        # Where the field itself refused, the block that asked it is where to look.
-        line = error.place.line or mapper.failed_at[0]
-        column = error.place.column if error.place.line is not None else mapper.failed_at[1]
-        place = Place(None, text.line_of(line), None if text.drawn else column)
-        raise TrueloopError(
-            error.code, error.message, hint=error.hint, place=place, override=error.override, values=error.values
-        ) from error
+        raise _placed(error, text, *mapper.failed_at) from error
+
+
+def _placed(error: TrueloopError, text: "_Text", line: int, column: int) -> TrueloopError:
+    """Returns a refusal with its place in the program: that of the block where the field itself refused."""
+    at = (line, column) if error.place.line is None else (error.place.line, error.place.column)
+    place = Place(None, text.line_of(at[0]), None if text.drawn else at[1])
+    return TrueloopError(
+        error.code, error.message, hint=error.hint, place=place, override=error.override, values=error.values
+    )
 
 
 @dataclass(frozen=True)
@@ -291,9 +328,13 @@ def _require_agreed(mapper: NcMapper, text: _Text, given: Unit | None) -> None:
 def _accepted(done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> bytes:
     written, refusal = done
     if refusal is not None:
-        code, message, hint, line, column = refusal
-        raise TrueloopError(Code(code), message, hint=hint, place=Place(None, line, column))
+        raise _refusal(refusal)
     return written
+
+
+def _refusal(told: tuple[str, str, str, int, int]) -> TrueloopError:
+    code, message, hint, line, column = told
+    return TrueloopError(Code(code), message, hint=hint, place=Place(None, line, column))
 
 
 def _marked(written: bytes, comment: str, dialect: str) -> bytes:
