@@ -275,7 +275,7 @@ def _no_points(one: Inspection) -> Finding:
         Code.STO_PATTERN,
         f"0 of {one.count} values of part {one.part.serial!r} are errors at places of its profile: they are kept, and "
         "teach nothing of an edge",
-        hint="hand in touches or points; sizes are followed by `trueloop series`",
+        hint="hand in touches or points; sizes are followed by `trueloop series add`",
         values={"serial": one.part.serial, "points": 0.0},
     )
 
