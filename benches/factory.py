@@ -21,8 +21,8 @@ from sqlalchemy import insert, text
 from tests.support.factory import AT, ENGINEER, PLAN, SHA, keep_programs
 from trueloop.cli.serve import HELD_OPEN
 from trueloop.domain.factory import FactKind, PartState, Run, RunFact
-from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.tool import Machine
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.shown.orders import order_rows, today

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from benches.nc_rivals import by_trueloop, loss, rivals
 from benches.ratio import Contender, Samples, compare, process, verdict
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.nc.field.field import similarity_field
 from trueloop.nc.program.program import read_program

@@ -21,8 +21,7 @@ from trueloop.formats.tables.control_tables import linuxcnc_comp
 from trueloop.machine.correct import axis_table
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import segments
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import Part, Term, segments
 from trueloop.realtime.judge import travel_ways
 
 FEED_MM_PER_S: Final = 50.0

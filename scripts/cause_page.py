@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.diagnosis.causes.catalogue import CAUSES
-from trueloop.diagnosis.causes.cause import Cause, Over, Sign
-from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.diagnosis.causes.cause import Cause, Over, SeenBy, Sign
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "causes.md"
 HEAD: Final = """# Causes of wrong features

@@ -25,10 +25,9 @@ from typing import Any, Final, Protocol
 from sqlalchemy import select
 
 from trueloop.controllers.linuxcnc.cell.control import ControlNow
-from trueloop.controllers.linuxcnc.cell.journal import read
-from trueloop.controllers.linuxcnc.cell.known import known
+from trueloop.controllers.linuxcnc.cell.journal import known, read
 from trueloop.domain.factory import Block, BlockKind, Conditions, PartState, Run, StepState
-from trueloop.domain.program import ProgramText
+from trueloop.domain.record import ProgramText
 from trueloop.errors import TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out

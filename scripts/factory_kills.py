@@ -21,7 +21,7 @@ from typing import Final
 
 from scripts.store_kills import killed
 from trueloop.domain.factory import Block, BlockKind, Conditions, FactKind, PartState, Run, RunFact, StepState
-from trueloop.domain.program import ProgramText
+from trueloop.domain.record import ProgramText
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.decisions.runs import state_of

@@ -12,8 +12,7 @@ import numpy as np
 
 from scripts.nist_parts import NistPart, parts
 from trueloop.diagnosis.features.errors_of import errors_of
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace
-from trueloop.diagnosis.features.seen_points import SeenPoints
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace, SeenPoints
 from trueloop.domain.inspection import Touch
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.profile import Profile

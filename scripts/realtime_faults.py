@@ -20,9 +20,8 @@ from trueloop.controllers.linuxcnc.realtime import session
 from trueloop.controllers.linuxcnc.realtime.session import Driven, Setup, Step, put, sleep
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.position_basis import segments
 from trueloop.machine.model.structure import chain_of, turning_terms
-from trueloop.machine.model.term import Part, block_diagonal
+from trueloop.machine.model.term import Part, block_diagonal, segments
 from trueloop.realtime.bank import Stated, bank_of, signals_of
 from trueloop.realtime.image import Identity, Image, RealTimeLimits
 from trueloop.realtime.judge import travel_ways

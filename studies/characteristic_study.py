@@ -20,7 +20,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import SimulatedPart, Trial, simulate, trial_of
-from trueloop.simulator.path import SAME, Transfer
+from trueloop.simulator.nose import SAME, Transfer
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.turned.characteristics.measurand import Measurand, measurand

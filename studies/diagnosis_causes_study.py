@@ -11,9 +11,8 @@ from studies.diagnosed.truth import Fault
 from studies.diagnosis_cases import LETTERS, OTHERS, SEEN_BY_FEATURES, Case, machine_case, pairs, process_case
 from studies.diagnosis_shares import share, table
 from trueloop.arrays import Array
-from trueloop.diagnosis.causes.cause import Diagnosis
+from trueloop.diagnosis.causes.cause import Diagnosis, SeenSeries
 from trueloop.diagnosis.causes.judge import judge
-from trueloop.diagnosis.causes.seen_part import SeenSeries
 from trueloop.diagnosis.features.errors_of import errors_of
 from trueloop.diagnosis.features.feature_error import FeatureError
 from trueloop.errors import TrueloopError

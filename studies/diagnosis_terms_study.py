@@ -13,9 +13,8 @@ from studies.diagnosed.truth import Truth
 from studies.diagnosis_cases import AXES, TERMS, wrong_axis
 from studies.diagnosis_shares import share, table
 from trueloop.arrays import Array
-from trueloop.diagnosis.terms.judge import Verdict, judge
-from trueloop.diagnosis.terms.one_after_another import one_after_another
-from trueloop.diagnosis.terms.residuals import Residuals
+from trueloop.diagnosis.terms.judge import Verdict, judge, one_after_another
+from trueloop.diagnosis.terms.suspects import Residuals
 from trueloop.errors import TrueloopError
 from trueloop.machine.model.model import State
 from trueloop.machine.model.structure import chain_of

@@ -29,15 +29,13 @@ from trueloop.loops.simulated.simulated import finish_along, finishing_machine, 
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.simulator.machine import ErrorTerm, MachineError, VirtualMachine
+from trueloop.simulator.machine import ErrorTerm, MachineError, VirtualMachine, VirtualProbe
 from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import CentrePath, Transfer, path_along, path_of_positions
+from trueloop.simulator.nose import CentrePath, Nose, Transfer, path_along, path_of_positions
 from trueloop.simulator.presets import Workshop
-from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability, Stock
 from trueloop.turned.compensation.contour import CentrePiece
-from trueloop.turned.readings.matched import matched_by_name
+from trueloop.turned.readings.matches import matched_by_name
 from trueloop.turned.readings.vectors import with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging

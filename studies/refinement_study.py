@@ -24,9 +24,8 @@ from trueloop.machine.model.history import Clock, History, lag_signals
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.names import error_name
 from trueloop.machine.refine.guilty import Guilty
-from trueloop.machine.refine.judged import left_by
 from trueloop.machine.refine.left import LeftOnParts
-from trueloop.machine.refine.refine import Refined, refine
+from trueloop.machine.refine.refine import Refined, left_by, refine
 from trueloop.simulator.lathe import UNTIL_S, WarmLathe, WarmUp, measured_day, warm_up
 from trueloop.simulator.process import Backlash
 from trueloop.statistics import rms

@@ -28,8 +28,7 @@ from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import Called
 from trueloop.nc.program.program import Program
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import SAME, CentrePath, path_along
+from trueloop.simulator.nose import SAME, CentrePath, Nose, path_along
 from trueloop.simulator.presets import TOOL_MM_PER_N, WORN_AT_DEG, WORN_BY_UM, Workshop, workshop_of
 from trueloop.simulator.process import Repeatability, Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors

@@ -25,7 +25,7 @@ from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
 from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.program.called import Called
-from trueloop.simulator.path import SAME
+from trueloop.simulator.nose import SAME
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.statistics import rms

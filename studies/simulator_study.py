@@ -26,7 +26,7 @@ from trueloop.jobs.turned.job import read_job
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
 from trueloop.loops.simulated.study import Study, study
-from trueloop.simulator.path import SAME
+from trueloop.simulator.nose import SAME
 from trueloop.simulator.presets import Workshop, boring, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.statistics import rms

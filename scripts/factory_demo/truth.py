@@ -15,8 +15,7 @@ from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.loop import paths_near_part, surface_mm
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, VirtualMachine
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import Transfer, path_along
+from trueloop.simulator.nose import Nose, Transfer, path_along
 from trueloop.simulator.process import Repeatability, Stock
 
 AT_DEG: Final = (0.0, 18.0, 36.0, 54.0, 72.0, 90.0, 108.0)

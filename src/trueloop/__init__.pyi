@@ -18,7 +18,7 @@ from trueloop.formats.measurements.touches_csv import read_touches as read_touch
 from trueloop.turned.touches.touches import Gauging as Gauging
 from trueloop.turned.touches.touches import error_vectors as error_vectors
 from trueloop.turned.options import Options as Options
-from trueloop.domain.limits import Limits as Limits
+from trueloop.domain.option import Limits as Limits
 from trueloop.loops.turned.process_intermittent import compensate as compensate
 from trueloop.report.turned.features import feature_summaries as feature_summaries
 from trueloop.report.turned.correction_json import correction_as_dict as correction_as_dict
@@ -37,7 +37,7 @@ from trueloop.nc.match.difference import path_difference as path_difference
 from trueloop.nc.field.field import similarity_field as similarity_field
 from trueloop.nc.field.field import function_field as function_field
 from trueloop.formats.measurements.field_csv import read_field as read_field
-from trueloop.domain.map_options import MapOptions as MapOptions
+from trueloop.domain.option import MapOptions as MapOptions
 from trueloop.jobs.machine.mapped_program import displace_program as displace_program
 
 # A machine's own errors.
@@ -52,8 +52,8 @@ from trueloop.formats.tables.model_file import read_model as read_model
 from trueloop.formats.tables.model_file import model_to_json as model_to_json
 from trueloop.jobs.machine.machine_model import signals_of as signals_of
 from trueloop.machine.model.validity import known_state as known_state
-from trueloop.machine.model.overview import overview as overview
-from trueloop.machine.model.overview import curves as curves
+from trueloop.machine.model.model import overview as overview
+from trueloop.machine.model.model import curves as curves
 from trueloop.machine.correct import Setup as Setup
 from trueloop.jobs.machine.mapped_program import ModelFile as ModelFile
 from trueloop.jobs.machine.mapped_program import compensate_program as compensate_program
@@ -64,7 +64,7 @@ from trueloop.loops.surface.surface import deviations_of as deviations_of
 from trueloop.loops.surface.surface import model_of as model_of
 from trueloop.jobs.surface.job import pattern_of_parts as pattern_of_parts
 from trueloop.jobs.surface.job import correct_surface as correct_surface
-from trueloop.jobs.surface.files import corrected_files as corrected_files
+from trueloop.jobs.surface.job import corrected_files as corrected_files
 
 # Figures of the reports: specifications of Plotly, but for maps_picture, which is SVG.
 from trueloop.report.turned.figures.whiskers import before_and_after as before_and_after

@@ -11,9 +11,8 @@ from studies.diagnosed.axis_errors import CHUCK_MM
 from studies.diagnosed.plain_errors import plain_errors
 from studies.diagnosed.shop import Made, Series, tool_of_points_mm
 from trueloop.arrays import Array, Integers, by_content
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
-from trueloop.diagnosis.features.seen_points import SeenPoints
+from trueloop.diagnosis.causes.cause import SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, SeenPoints
 
 BEGIN: Final = datetime(2026, 3, 2, 6, 0)
 ErrorsOf = Callable[[Series, Array, float], tuple[FeatureError, ...]]

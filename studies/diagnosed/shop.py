@@ -11,7 +11,7 @@ from studies.diagnosed.part_types import SLIM, Gauged, PartType, gauged, places
 from studies.diagnosed.process_errors import DEEPER, USUAL_DEPTH_MM, Cut, process_errors
 from studies.diagnosed.truth import Fault, Truth
 from trueloop.arrays import Array
-from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.diagnosis.causes.cause import SeenBy
 from trueloop.diagnosis.features.feature_error import FeaturePlace
 
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from studies.replay.figures import key, parts_figure, places_figure
 from studies.replay.replay import Replayed
-from trueloop.report.markup import esc, section, table
-from trueloop.report.shell import figure_block, html_page
+from trueloop.report.markup import esc, figure_block, html_page, section, table
 from trueloop.report.style import plain
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM

@@ -13,7 +13,7 @@ from typer.testing import Result
 
 from tests.bad_input.mutations import Mutation, Rows, both, cell, job, rewrite, scaled, touches
 from tests.support.cli import invoke
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.errors import Code
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.loops.test_contour_under_g42 import touches_on
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
 from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned.job import read_job

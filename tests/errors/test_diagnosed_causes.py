@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from datetime import datetime
 
+from trueloop.diagnosis.causes.cause import SeenPart, SeenSeries
 from trueloop.diagnosis.causes.judge import noticed
-from trueloop.diagnosis.causes.seen_part import SeenPart, SeenSeries
 from trueloop.errors import Code
 
 EARLIER, LATER = datetime(2026, 3, 2, 6), datetime(2026, 3, 2, 7)

@@ -4,10 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trueloop.diagnosis.features.feature_error import FeaturePlace
+from trueloop.diagnosis.features.errors_of import undetermined
+from trueloop.diagnosis.features.feature_error import FeaturePlace, SeenPoints
 from trueloop.diagnosis.features.fixturing import fixturing, unstable
-from trueloop.diagnosis.features.seen_points import SeenPoints
-from trueloop.diagnosis.features.undetermined import undetermined
 from trueloop.errors import Code
 
 

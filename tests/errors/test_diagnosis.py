@@ -11,10 +11,10 @@ import pytest
 from tests.support.diagnosed_files import model_file
 from trueloop.diagnosis.components import Inspections
 from trueloop.diagnosis.terms.checks import check
-from trueloop.diagnosis.terms.residuals import Residuals
-from trueloop.domain.both_inspections import BothInspections, MachineStood
-from trueloop.domain.machine import Machine
+from trueloop.diagnosis.terms.suspects import Residuals
+from trueloop.domain.inspection import BothInspections, MachineStood
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.measured_file import Stated
 from trueloop.formats.tables.model_file import read_model

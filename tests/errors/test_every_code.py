@@ -16,7 +16,7 @@ import pytest
 
 from scripts.error_page import page
 from tests.errors.expected import kept, words
-from trueloop.cli.failure import as_dict
+from trueloop.cli.terminal import as_dict
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 
 AREAS = sorted(file.stem for file in Path(__file__).parent.glob("test_*.py") if file != Path(__file__))

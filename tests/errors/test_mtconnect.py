@@ -3,9 +3,9 @@
 import socket
 from collections.abc import Callable
 
-from trueloop.controllers.mtconnect.adapter import listening
 from trueloop.controllers.mtconnect.agent import read
 from trueloop.controllers.mtconnect.items import Machine
+from trueloop.controllers.mtconnect.run import listening
 from trueloop.errors import Code, TrueloopError
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.files import read_as_file
 from tests.support.tool_tables import FANUC, HAAS, HEIDENHAIN, LINUXCNC, OFFSET, SIEMENS, made_at, record_with
-from trueloop.domain.tool_offset import HeldTool, ToolOffset
+from trueloop.domain.proposal import HeldTool, ToolOffset
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.tool_tables.known import nose_radius_mm, read_tool_table
 from trueloop.formats.tables.tool_tables.tool_table import Unit

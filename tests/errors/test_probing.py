@@ -11,7 +11,7 @@ from trueloop.arrays import Array
 from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Code
 from trueloop.formats.jobs.probe_toml import read_probe
-from trueloop.formats.measurements.probe_log import read_probe_log
+from trueloop.formats.measurements.touches_csv import read_probe_log
 from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
 from trueloop.probing.calibration import BallCalibration, calibrate

@@ -18,12 +18,10 @@ from trueloop.server.gates import too_large
 from trueloop.server.guarded import asked_of, require_origin
 from trueloop.server.identity import accounts, attempts, keys, passwords, sessions
 from trueloop.server.identity.oidc import SignIns
-from trueloop.server.identity.provider import require_safe_issuer
-from trueloop.server.identity.trusted import Oidc
+from trueloop.server.identity.provider import Oidc, require_safe_issuer
 from trueloop.server.identity.who import Who
-from trueloop.server.packages import require_packages
 from trueloop.server.run import Listening, listen, require_safe
-from trueloop.server.settings import Settings
+from trueloop.server.settings import Settings, require_packages
 from trueloop.storage.store import Store, open_store
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
@@ -40,7 +38,7 @@ def _request(**headers: str) -> Request:
 
 
 def _missing() -> None:
-    with patch("trueloop.server.packages.find_spec", lambda _: None):
+    with patch("trueloop.server.settings.find_spec", lambda _: None):
         require_packages()
 
 

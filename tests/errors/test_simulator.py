@@ -16,8 +16,7 @@ from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.simulated import workshop_and_trial
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.simulated.simulated_surface import surface_trial
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import Transfer
+from trueloop.simulator.nose import Nose, Transfer
 
 LOOP = EXAMPLES / "loop"
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.special import stdtrit
 
 from tests.support.cli import invoke
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import outcomes

@@ -19,7 +19,7 @@ from tests.support.probing import example
 from tests.support.remembered import remembering_inputs
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
 from trueloop.domain.record import MARK
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.model_file import model_to_json

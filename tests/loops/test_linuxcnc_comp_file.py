@@ -12,8 +12,7 @@ from trueloop.formats.tables.control_tables import linuxcnc_comp
 from trueloop.machine.correct import axis_table
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import segments
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import Part, Term, segments
 
 MOTOR_AND_COMMAND = """loadrt sampler depth=60000 cfg=ff
 addf sampler.0 servo-thread

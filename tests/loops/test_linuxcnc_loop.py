@@ -17,7 +17,7 @@ import pytest
 
 from tests.support.probing import EXAMPLES
 from trueloop.arrays import Array
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.controllers.linuxcnc import session
 from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.loop import drive_part
@@ -26,7 +26,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.simulated import workshop_and_trial
 from trueloop.loops.simulated.simulated import simulate
-from trueloop.simulator.path import SAME
+from trueloop.simulator.nose import SAME
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.process import Repeatability
 

@@ -12,8 +12,7 @@ from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.machine.correct import Setup, compensation_field
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT, polynomial
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import read_program
 

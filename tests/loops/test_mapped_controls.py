@@ -12,7 +12,7 @@ from tests.support.linuxcnc import interpret
 from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from tests.support.plain_moves import plain_program
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine import mapped_program
 from trueloop.nc.field.field import Field, affine_field, function_field, similarity_field

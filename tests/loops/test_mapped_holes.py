@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.mapped import FREE, mapped, path_of
 from trueloop.arrays import Array
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine import mapped_program
 from trueloop.nc.field.field import affine_field, function_field

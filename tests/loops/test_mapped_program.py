@@ -14,7 +14,7 @@ from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from tests.support.refusals import refused
 from trueloop.arrays import Array
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine import mapped_program
 from trueloop.jobs.machine.mapped_program import map_program

@@ -11,7 +11,7 @@ from tests.support.cli import invoke
 from tests.support.mapped import FREE, mapped
 from tests.support.refusals import refused
 from tests.support.roughing_reference import Piece
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.errors import Code
 from trueloop.nc.field.field import Field, affine_field, function_field
 from trueloop.nc.program.program import read_program

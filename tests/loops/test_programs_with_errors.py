@@ -11,7 +11,7 @@ from tests.support.correction import EXAMPLES, example_inputs
 from tests.support.linuxcnc import ProgramRefusedError, interpret
 from tests.support.mapped import mapped
 from tests.support.refusals import refused
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.jobs.machine.mapped_program import write_corrected_points
 from trueloop.jobs.surface.job import read_surface

@@ -10,7 +10,7 @@ import pytest
 from tests.support.correction import example_inputs
 from tests.support.edge_in_simulator import CutPart, cut, rms_um, workshop_of
 from trueloop.arrays import Array
-from trueloop.domain.correction import Correction as Envelope
+from trueloop.domain.record import Correction as Envelope
 from trueloop.errors import TrueloopError
 from trueloop.loops.simulated.simulated import Trial, trial_of
 from trueloop.loops.turned.correction import Correction

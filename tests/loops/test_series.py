@@ -13,17 +13,16 @@ from trueloop.domain.proposal import Proposal, ProposalClass
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.post_process.by_tool import fitted_offset, moved_by_offset
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import usable
-from trueloop.loops.post_process.options import SeriesOptions
-from trueloop.loops.post_process.propose import Made, effect_of, proposals_of
+from trueloop.loops.post_process.propose import Made, effect_of, fitted_offset, moved_by_offset, proposals_of
 from trueloop.loops.post_process.replay import CYLINDER, replay, simulate
 from trueloop.loops.post_process.series import (
     ADJUSTS,
     Parameter,
     PartSeen,
     Series,
+    SeriesOptions,
     Stage,
     When,
     may_change,

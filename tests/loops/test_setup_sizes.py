@@ -15,7 +15,7 @@ from tests.support.cli import run
 from tests.support.grooved import Cutting
 from tests.support.two_sides import FRAMES, PLACES, first, job, measured_um, second, standing_um
 from trueloop.arrays import Array
-from trueloop.domain.judged import Judgement
+from trueloop.domain.characteristic import Judgement
 from trueloop.jobs.turned.compensate import corrected_part
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.part import PartCorrection

@@ -15,14 +15,13 @@ import pytest
 from tests.support.cli import invoke, run
 from tests.support.two_sides import FRAMES, PLACES, SECOND, Place, job, second
 from trueloop.domain.characteristic import Quantity
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.domain.life import Cut, Stage
-from trueloop.domain.record import sha256_of
+from trueloop.domain.record import Correction, sha256_of
 from trueloop.domain.tool import Edge, Tool
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.store.history import history_of
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.loops.turned.share import reading_in
 from trueloop.storage.store import Store, find
 

@@ -14,7 +14,7 @@ from trueloop.jobs.turned.job import read_job
 from trueloop.loops.simulated.simulated import Trial, calibrated, simulate, trial_of
 from trueloop.loops.simulated.study import Study, study
 from trueloop.simulator.machine import ErrorTerm, MachineError
-from trueloop.simulator.path import SAME
+from trueloop.simulator.nose import SAME
 from trueloop.simulator.presets import Workshop, boring, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.turned.fit.between_cuts import NONE

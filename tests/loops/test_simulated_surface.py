@@ -19,9 +19,8 @@ from trueloop.loops.simulated.simulated_surface import (
 )
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import read_program
-from trueloop.simulator.mill import EndMill
+from trueloop.simulator.mill import EndMill, VirtualMill
 from trueloop.simulator.process import SurfaceProcess
-from trueloop.simulator.virtual_mill import VirtualMill
 from trueloop.statistics import rms
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.shift import SurfaceJob

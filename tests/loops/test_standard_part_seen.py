@@ -1,11 +1,10 @@
 """A standard part is not nominal itself: what a probe finds counts from its calibration."""
 
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart
+from trueloop.diagnosis.causes.cause import SeenBy, SeenPart
 from trueloop.diagnosis.features.feature_error import ErrorKind
 from trueloop.domain.characteristic import Quantity
-from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.inspection import Inspection, Reading, StandardPart
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.standard_part import StandardPart
 from trueloop.loops.diagnosis.part import Inspected, against_calibrated
 from trueloop.loops.diagnosis.points_of import places_of
 

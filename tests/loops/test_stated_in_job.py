@@ -8,9 +8,8 @@ from shutil import copytree
 import pytest
 
 from tests.support.correction import EXAMPLES
-from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
-from trueloop.domain.tool import Edge, Tool
+from trueloop.domain.tool import Edge, Machine, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.record_file import read_record
 from trueloop.jobs.turned.job import read_job

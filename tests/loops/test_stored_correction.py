@@ -10,7 +10,7 @@ import pytest
 
 from tests.loops.test_composed_correction import write_job
 from tests.support.correction import example_inputs
-from trueloop.domain.correction import Correction as Envelope
+from trueloop.domain.record import Correction as Envelope
 from trueloop.domain.record import Product
 from trueloop.jobs.turned.job import read_job
 from trueloop.jobs.turned.outputs import outputs_of

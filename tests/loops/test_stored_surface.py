@@ -6,13 +6,12 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from trueloop.domain.correction import Correction
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
+from trueloop.domain.record import Correction
 from trueloop.formats.outputs import Named
 from trueloop.formats.record_file import read_record
 from trueloop.jobs.machine.mapped_program import displace_program
-from trueloop.jobs.surface.files import corrected_files
-from trueloop.jobs.surface.job import read_surface
+from trueloop.jobs.surface.job import corrected_files, read_surface
 from trueloop.loops.machine import points as machine
 from trueloop.loops.surface import correction as surface
 from trueloop.loops.surface.correction import correct_parts

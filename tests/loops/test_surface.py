@@ -10,7 +10,7 @@ import pytest
 from tests.support.linuxcnc import interpret
 from tests.support.surfaces import ball_centres, left_on_mm
 from trueloop.formats.cad.step import read_face, read_faces, write_surface
-from trueloop.geometry.surface_closest import closest
+from trueloop.geometry.surface import closest
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.surface.correction import SurfaceInputs
 from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel, correct, model_of, pattern_model

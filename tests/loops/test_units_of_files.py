@@ -7,14 +7,13 @@ from pathlib import Path
 import pytest
 
 from tests.support.probing import EXAMPLES
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.surface.job import options_of
 from trueloop.jobs.turned.job import read_job
-from trueloop.simulator.machine import ErrorTerm
+from trueloop.simulator.machine import ErrorTerm, VirtualProbe
 from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
 from trueloop.surface.options import SurfaceOptions
 from trueloop.turned.fit.between_cuts import BetweenCuts

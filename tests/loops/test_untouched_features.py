@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.cli import invoke
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.outcome import expected_mm, outcomes
 from trueloop.loops.turned.process_intermittent import compensate

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.cli import run
 from tests.support.mapped import FREE, mapped, path_of
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.nc.field.field import function_field
 from trueloop.nc.program.program import read_program
 

@@ -9,12 +9,9 @@ from scripts.nist_causes import diagnosed
 from tests.pages.test_paper_and_telephone import LOOK
 from tests.support import diagnosis
 from tests.support.chromium import console_errors, dump_dom
-from trueloop.diagnosis.causes.cause import Diagnosis
-from trueloop.diagnosis.causes.seen_part import SeenSeries
-from trueloop.report.diagnosis.page_fixture import fixture_page
+from trueloop.diagnosis.causes.cause import Diagnosis, SeenSeries
 from trueloop.report.diagnosis.page_machine import machine_page
-from trueloop.report.diagnosis.page_part import part_page
-from trueloop.report.diagnosis.page_series import series_page
+from trueloop.report.diagnosis.page_part import fixture_page, part_page, series_page
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape
 from trueloop.report.diagnosis.values import part_shape, series_shape
 from trueloop.report.markup import text_of

@@ -8,7 +8,7 @@ import pytest
 from tests.pages.test_paper_and_telephone import LOOK
 from tests.support.chromium import dump_dom
 from tests.support.series import inspection
-from trueloop.domain.page_options import LengthUnit
+from trueloop.domain.option import LengthUnit
 from trueloop.loops.post_process.replay import replay
 from trueloop.loops.post_process.series import PartSeen, series_of
 from trueloop.report.markup import text_of

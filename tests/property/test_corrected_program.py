@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.standoff import feed_moves_of, standoff_mm
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate

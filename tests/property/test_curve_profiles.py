@@ -11,8 +11,8 @@ from tests.support.curves import curves
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Feature, Line, Point
+from trueloop.geometry.intersection import sign_changes
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile

@@ -20,10 +20,9 @@ from tests.support.factory import AT, BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SE
 from trueloop.domain.factory import BlockKind, Conditions, FactKind, PartState, Run, RunFact, StepState
 from trueloop.errors import TrueloopError
 from trueloop.factory import requests as ask
-from trueloop.factory.changes import Changes, Offer
 from trueloop.factory.decisions import people, plan, runs
 from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
-from trueloop.factory.known import OrderNow
+from trueloop.factory.known import Changes, Offer, OrderNow
 
 WALKS, STEPS = 200, 150
 MACHINE = MachineFacts("lathe")

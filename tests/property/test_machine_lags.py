@@ -11,8 +11,7 @@ from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.history import Clock, History, Lag, lag_signals
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
 TERM = Term(error_name("EZ0S"), (Part(), Part(CONSTANT, "late", 20.0)))

@@ -20,11 +20,10 @@ from trueloop.formats.jobs.virtual_mill_toml import read_virtual_mill
 from trueloop.formats.measurements.field_csv import read_field
 from trueloop.formats.measurements.history_csv import read_drift, read_history
 from trueloop.formats.measurements.inspections_csv import read_inspections
-from trueloop.formats.measurements.points_csv import read_points
 from trueloop.formats.measurements.positioning_data import read_plate_report, read_positioning
-from trueloop.formats.measurements.probe_log import read_probe_log
 from trueloop.formats.measurements.readings_csv import read_readings
-from trueloop.formats.measurements.touches_csv import read_touches
+from trueloop.formats.measurements.surface_csv import read_points
+from trueloop.formats.measurements.touches_csv import read_probe_log, read_touches
 from trueloop.formats.tables.model_file import read_model
 
 

@@ -15,8 +15,7 @@ from httpx2 import Response
 
 from tests.support.service import Caller, Running, problem, started
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.factory.upload_read import Asked, upload_view
-from trueloop.jobs.factory.uploads import Upload
+from trueloop.jobs.factory.uploads import Asked, Upload, upload_view
 from trueloop.jobs.store.codec import store_codec
 from trueloop.server.apart.reading import AT_ONCE, PROCESSES, read_apart
 from trueloop.server.settings import Limits, Settings

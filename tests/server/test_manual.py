@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.cli import invoke
 from tests.support.manual import served_manual
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.errors import Code
 from trueloop.server import manual
 

@@ -8,7 +8,7 @@ from tests.support.correction import example_correction
 from tests.support.full_shop import full_shop
 from tests.support.service import Running, problem
 from trueloop.report.texts.texts import Texts
-from trueloop.report.turned.curve_pictures import curve_pictures, curve_svg
+from trueloop.report.turned.figures.curves import curve_pictures, curve_svg
 
 
 def test_a_correction_has_a_picture_of_each_error_curve(service: Running) -> None:

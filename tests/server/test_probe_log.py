@@ -9,7 +9,7 @@ import pytest
 from tests.server.test_uploads import PROBE, cut, hand_over
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.service import Caller, Running, problem
-from trueloop.domain.program import ProgramText
+from trueloop.domain.record import ProgramText
 from trueloop.factory.tasks import run_task
 from trueloop.jobs.factory.runners import RUNNERS
 from trueloop.jobs.measure.probing import read_probing

@@ -18,7 +18,7 @@ from trueloop.controllers.linuxcnc.cell.client import Client
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.controllers.linuxcnc.cell.service import RefusedError, Service
 from trueloop.domain.factory import Block, BlockKind, RunFact
-from trueloop.domain.program import Program, ProgramText
+from trueloop.domain.record import Program, ProgramText
 from trueloop.factory import requests as ask
 from trueloop.jobs.store.codec import store_codec
 from trueloop.server.identity.keys import NewKey, add_key

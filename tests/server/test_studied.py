@@ -10,7 +10,7 @@ from tests.support.full_shop import full_shop
 from tests.support.series import inspection
 from tests.support.service import Running, problem
 from trueloop.jobs.diagnose import diagnosed
-from trueloop.jobs.diagnose.asked import Asked
+from trueloop.jobs.diagnose.diagnosed import Asked
 from trueloop.jobs.monitor.charts import charts_of
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.report.texts.texts import german

@@ -8,9 +8,8 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT, polynomial
 from trueloop.machine.model.structure import chain_of, turning_terms
-from trueloop.machine.model.term import Part, Term, block_diagonal
+from trueloop.machine.model.term import CONSTANT, Part, Term, block_diagonal, polynomial
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
 

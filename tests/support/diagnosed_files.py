@@ -7,13 +7,12 @@ import numpy as np
 from studies.diagnosed.axis_errors import CHUCK_MM, SIGNALS
 from studies.diagnosed.shop import Made, Series, tool_of_points_mm
 from studies.diagnosed.truth import Fault, Truth, Wrong
-from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.diagnosis.causes.cause import SeenBy
 from trueloop.formats.tables.model_file import model_to_json
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT, PositionBasis
 from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term
 
 ELEMENT = {"X": "T cross slide", "Z": "T carriage", "C": "T spindle"}
 RANGES = {"X": (-80.0, 60.0), "Z": (-20.0, 270.0)}

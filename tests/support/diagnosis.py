@@ -4,8 +4,7 @@ from typing import Literal
 
 import numpy as np
 
-from trueloop.diagnosis.causes.cause import Candidate, Cause, Diagnosis, Over, Sign
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.causes.cause import Candidate, Cause, Diagnosis, Over, SeenBy, SeenPart, SeenSeries, Sign
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace
 from trueloop.report.diagnosis.machine_shapes import (
     ChangeShape,

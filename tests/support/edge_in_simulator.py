@@ -21,7 +21,7 @@ from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.memory.made_part import MadePart
-from trueloop.simulator.path import Transfer
+from trueloop.simulator.nose import Transfer
 from trueloop.simulator.presets import NIST_TRANSFER, Workshop, nist
 from trueloop.simulator.process import Repeatability, Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors

@@ -8,8 +8,7 @@ from tests.support.machines import chain_with_travel
 from trueloop.arrays import Array
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT, polynomial
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 
 CHAIN = chain_with_travel("turning")
 X_TRAVEL, Z_TRAVEL = CHAIN.axis("X").travel, CHAIN.axis("Z").travel

@@ -5,16 +5,13 @@ from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from typing import Any
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.factory import Block, BlockKind, Conditions, FactKind, RunFact
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.program import Program, ProgramText
-from trueloop.domain.record import Product, Record
+from trueloop.domain.record import Correction, Product, Program, ProgramText, Record
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
-from trueloop.factory.changes import Offer
-from trueloop.factory.known import OrderNow
+from trueloop.factory.known import Offer, OrderNow
 from trueloop.factory.load import Known, order_of
 from trueloop.factory.roles import By, Role
 from trueloop.storage.store import Store, keep

@@ -12,16 +12,16 @@ from trueloop.domain.factory import FactKind
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind, Stage
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.program import Program, ProgramText
 from trueloop.domain.proposal import Effect, Proposal, ProposalClass, ProposalDecision
+from trueloop.domain.record import Program, ProgramText
 from trueloop.domain.tool import Setting
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.roles import By, Role
 from trueloop.factory.shown.machines import heard
-from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.loops.turned.stored import enveloped
 from trueloop.storage.store import Store, keep
 

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.arrays import Array
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.domain.record import MARK
 from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.machine.correct import Setup, compensation_field

@@ -9,9 +9,8 @@ from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import AxisKind, Chain
 from trueloop.machine.model.kinematics import exact_error_mm
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.position_basis import CONSTANT, segments
 from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import Part, Term, block_diagonal
+from trueloop.machine.model.term import CONSTANT, Part, Term, block_diagonal, segments
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.loops.machine.mapped_program import Mapped
 from trueloop.nc.field.field import Field, function_field

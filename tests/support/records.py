@@ -6,12 +6,10 @@ from hypothesis import strategies as st
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
-from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.program import Program
-from trueloop.domain.record import ChangedWord, Component, Product, Record
-from trueloop.domain.tool import Edge, Setting, Tool
-from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
+from trueloop.domain.proposal import HeldTool, TableRow, ToolOffset
+from trueloop.domain.record import ChangedWord, Component, Product, Program, Record
+from trueloop.domain.tool import Edge, Machine, Setting, Tool
 
 PART = PartType("shaft", "B", "C45")
 TURNED = Record(

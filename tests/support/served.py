@@ -20,7 +20,7 @@ from trueloop.controllers.linuxcnc.cell.service import Service
 from trueloop.server.app import create_app
 from trueloop.server.identity.accounts import NewAccount, add_account
 from trueloop.server.identity.keys import NewKey, add_key
-from trueloop.server.identity.trusted import Oidc
+from trueloop.server.identity.provider import Oidc
 from trueloop.server.identity.who import ROLES
 from trueloop.server.run import Listening, config_of, listen
 from trueloop.server.settings import LOOPBACK_NAMES, Settings

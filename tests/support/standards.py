@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 
 from trueloop.domain.characteristic import Quantity
-from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.inspection import Inspection, Reading, StandardPart
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.standard_part import StandardPart
 
 RING = Part(PartType("RING 40"), "R7")
 CALIBRATED_MM = 40.0012

@@ -4,9 +4,8 @@ from datetime import UTC, datetime
 
 from trueloop.domain.inspection import Inspection, Touch
 from trueloop.domain.life import Cut, InspectionLink, Stage
-from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.tool import Edge, Setting, Tool
+from trueloop.domain.tool import Edge, Machine, Setting, Tool
 
 TYPE = PartType("shaft", "B", "C45")
 EDGE = Edge(Tool(3, "SVJBR 2020", 0.8), "VBMT 1604", "A")

@@ -4,8 +4,8 @@ from dataclasses import replace
 from typing import Final
 
 from tests.support.records import TURNED
+from trueloop.domain.proposal import HeldTool, TableRow, ToolOffset
 from trueloop.domain.record import Record
-from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
 
 LINUXCNC: Final = (
     "T1 P1 D0.800000 Z+0.100000 I+95.000000 J+155.000000 Q1 ;rough, Schrupp\u00e4n\n"

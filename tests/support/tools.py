@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from typing import Final
 
 from trueloop.domain.life import EdgeEvent, EdgeEventKind
-from trueloop.domain.machine import Machine
+from trueloop.domain.tool import Machine
 from trueloop.jobs.tools import Happened, Mounting, keep_events, mounting, of_mounted, turning
 from trueloop.storage.store import Store
 

@@ -6,9 +6,8 @@ from trueloop.arrays import Array
 from trueloop.machine.model.chain import Axis, AxisKind
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT, polynomial
 from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.machine.refine.left import LeftOnParts
 
 TOOLS = np.array([[-12.0, -30.0], [-70.0, 60.0], [-40.0, 10.0]])

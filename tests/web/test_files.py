@@ -10,7 +10,7 @@ from tests.support.served import NARROW, WIDE, Browsing, Window
 from tests.web.test_decide import own, shop
 from tests.web.test_pages import SMALL, WIDER
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.program import Program
+from trueloop.domain.record import Program
 from trueloop.storage.store import find
 
 __all__ = ["own", "shop"]

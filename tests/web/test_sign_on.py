@@ -10,7 +10,7 @@ from tests.support.identity_provider import CLIENT, SECRET, Key, identity_provid
 from tests.support.served import NARROW, Browsing, served
 from trueloop.jobs.store.codec import store_codec
 from trueloop.server.identity.accounts import Change, change_account, subject_of
-from trueloop.server.identity.trusted import Oidc
+from trueloop.server.identity.provider import Oidc
 from trueloop.storage.store import open_store
 
 OTTO = "248289761001"

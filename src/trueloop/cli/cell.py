@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from trueloop.cli.failure import guarded
-from trueloop.cli.terminal import AsJson, print_json
+from trueloop.cli.terminal import AsJson, guarded, print_json
 
 if TYPE_CHECKING:
-    from trueloop.controllers.linuxcnc.cell.known import Known, RunNow
+    from trueloop.controllers.linuxcnc.cell.journal import Known, RunNow
 
 app = typer.Typer(
     help="Beside a machine's LinuxCNC: run what the service offers, each run once.",
@@ -27,7 +26,7 @@ def run(settings: Settings = CELL) -> None:
     import signal
     import threading
 
-    from trueloop.jobs.cell.opened import opened
+    from trueloop.jobs.cell.run import opened
     from trueloop.jobs.cell.run import run as work
 
     stop = threading.Event()
@@ -46,8 +45,7 @@ def _said(words: str) -> None:
 @guarded
 def status(settings: Settings = CELL, as_json: AsJson = False) -> None:
     """Say what the journal knows: the run in hand, what waits for the service, what it refused."""
-    from trueloop.controllers.linuxcnc.cell.journal import read
-    from trueloop.controllers.linuxcnc.cell.known import known
+    from trueloop.controllers.linuxcnc.cell.journal import known, read
     from trueloop.errors import Code
     from trueloop.formats.cell_toml import HINT, read_cell
     from trueloop.formats.input_file import read_input
@@ -87,7 +85,7 @@ def arm(
     settings: Settings = CELL,
 ) -> None:
     """At the machine: let the next parts of an order start without Cycle Start."""
-    from trueloop.jobs.cell.opened import opened
+    from trueloop.jobs.cell.run import opened
 
     opened(settings).service.arm(order, parts, why)
     typer.echo(f"armed: order {order}, {parts} parts", err=True)

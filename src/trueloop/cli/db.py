@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.failure import ExitStatus, as_dict, guarded
 from trueloop.cli.shared_options import Db
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
+from trueloop.cli.terminal import AsJson, ExitStatus, as_dict, busy, guarded, print_json, print_lines, wide_console
 
 if TYPE_CHECKING:
     from trueloop.domain.part import Part
@@ -194,8 +193,7 @@ Place = Annotated[
 @guarded
 def init(place: Place = None) -> None:
     """Make an empty store: a SQLite file, or tables in a PostgreSQL database by its URL."""
-    from trueloop.jobs.store.opened import made
-    from trueloop.jobs.store.where import BESIDE
+    from trueloop.jobs.store.opened import BESIDE, made
     from trueloop.storage.reading import shown
 
     made(place or BESIDE)

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 import typer
 
-from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.options import Supersede, kept_as_dict, print_findings
 from trueloop.cli.shared_options import Db, ModelOption, positive
-from trueloop.cli.store_options import Supersede, kept_as_dict, print_findings
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
-from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines
+from trueloop.domain.option import Language, LengthUnit
 
 if TYPE_CHECKING:
-    from trueloop.jobs.diagnose.asked import Asked
+    from trueloop.jobs.diagnose.diagnosed import Asked
     from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
     from trueloop.report.series.values import FindingShape
     from trueloop.report.shape import Shape
@@ -65,7 +64,7 @@ class Of:
 
     def asked(self, accept: list[str] | None) -> "Asked":
         """As jobs take it."""
-        from trueloop.jobs.diagnose.asked import Asked
+        from trueloop.jobs.diagnose.diagnosed import Asked
 
         return Asked(self.part_type, self.job, self.model, tuple(accept or ()))
 
@@ -157,7 +156,7 @@ def fixture(
     from trueloop.jobs.diagnose.written import write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import fixture_lines
-    from trueloop.report.diagnosis.page_fixture import fixture_page
+    from trueloop.report.diagnosis.page_part import fixture_page
 
     repeats = fixtures.limits_of(repeats_to_um, limit_um)
     if of_what.lower().endswith((".csv", ".txt")):
@@ -224,7 +223,7 @@ def series(
     from trueloop.jobs.diagnose import diagnosed
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import series_lines
-    from trueloop.report.diagnosis.page_series import series_page
+    from trueloop.report.diagnosis.page_part import series_page
 
     with busy("diagnosing"):
         found = diagnosed.every_series(opened(db), of.asked(accept))

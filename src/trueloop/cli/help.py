@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli.failure import guarded
-from trueloop.cli.terminal import AsJson, print_json
+from trueloop.cli.terminal import AsJson, guarded, print_json
 
 
 @guarded

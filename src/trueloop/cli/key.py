@@ -4,9 +4,8 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import Db
-from trueloop.cli.terminal import AsJson, print_json, print_table
+from trueloop.cli.terminal import AsJson, guarded, print_json, print_table
 
 app = typer.Typer(
     help="Keys by which cells of machines and monitoring get in.", no_args_is_help=True, rich_markup_mode=None
@@ -23,7 +22,7 @@ def add(
     db: Db = None,
 ) -> None:
     """Make a key and print it, this once: the store holds its hash alone."""
-    from trueloop.server.packages import require_packages
+    from trueloop.server.settings import require_packages
 
     require_packages()
     from trueloop.jobs.store.opened import opened
@@ -41,7 +40,7 @@ def add(
 @guarded
 def list_(db: Db = None, as_json: AsJson = False) -> None:
     """List the keys, newest first, without what they are used by."""
-    from trueloop.server.packages import require_packages
+    from trueloop.server.settings import require_packages
 
     require_packages()
     from trueloop.jobs.store.opened import opened
@@ -76,7 +75,7 @@ def end(
     number: Annotated[int, typer.Argument(metavar="KEY", help="Its number, as `key list` shows it.")], db: Db = None
 ) -> None:
     """End a key: from now on nothing gets in by it."""
-    from trueloop.server.packages import require_packages
+    from trueloop.server.settings import require_packages
 
     require_packages()
     from trueloop.jobs.store.opened import opened

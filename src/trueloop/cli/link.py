@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.failure import ExitStatus, guarded
 from trueloop.cli.shared_options import UnitOption
-from trueloop.cli.terminal import AsJson, print_json, print_lines, print_table
+from trueloop.cli.terminal import AsJson, ExitStatus, guarded, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
     from trueloop.controllers.links.link import Listed

@@ -7,8 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.failure import guarded
-from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, LimitUm, Slope, ToleranceUm, map_options
+from trueloop.cli.options import (
+    LARGEST_UM,
+    STEEPEST,
+    TOLERANCE_UM,
+    Db,
+    LimitUm,
+    NoStore,
+    Slope,
+    Supersede,
+    ToleranceUm,
+    chosen,
+    map_options,
+)
 from trueloop.cli.program_file import (
     Decimals,
     DialectName,
@@ -20,8 +31,7 @@ from trueloop.cli.program_file import (
     vector_of,
 )
 from trueloop.cli.shared_options import ModelOption, not_negative, positive
-from trueloop.cli.store_options import Db, NoStore, Supersede, chosen
-from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.cli.terminal import AsJson, busy, guarded, print_json
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 if TYPE_CHECKING:
@@ -502,7 +512,7 @@ def show(
     """Print every error of a model: its range over the travel and its largest standard uncertainty."""
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.machine.model.overview import overview
+    from trueloop.machine.model.model import overview
     from trueloop.machine.model.validity import check_signals
     from trueloop.report.machine.summary import lag_line
 
@@ -533,7 +543,7 @@ def check(
     """Compare a model with readings it was not made from. Exit status 1 when beyond a limit."""
     from dataclasses import asdict
 
-    from trueloop.cli.failure import ExitStatus
+    from trueloop.cli.terminal import ExitStatus
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
     from trueloop.jobs.machine.machine_model import readings_of

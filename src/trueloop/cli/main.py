@@ -19,7 +19,7 @@ problems, which several threads slow down, and two programs side by side would f
 COMMANDS: Final = {
     "new": "trueloop.cli.new:new",
     "compensate": "trueloop.cli.turned.compensate:compensate",
-    "demo": "trueloop.cli.turned.demo:demo",
+    "demo": "trueloop.cli.turned.compensate:demo",
     "examples": "trueloop.cli.help:examples",
     "simulate": "trueloop.cli.simulated:simulate",
     "serve": "trueloop.cli.serve:serve",
@@ -127,7 +127,7 @@ def main() -> None:
     try:
         app()
     except SystemExit as end:  # help and version are printed outside of any command
-        from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
+        from trueloop.cli.terminal import ExitStatus, reader_gone, silence_stdout
 
         if not reader_gone(end):
             raise

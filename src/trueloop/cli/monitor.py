@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.failure import ExitStatus, guarded
 from trueloop.cli.shared_options import Db, Page, positive
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, print_table
+from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
     from trueloop.loops.monitor.options import ChartOptions
@@ -155,7 +154,7 @@ def gauge(
     as_json: AsJson = False,
 ) -> None:
     """Bias, repeatability and drift of gauges and probes by checks on standard parts. Exit status 1 on an alarm."""
-    from trueloop.jobs.monitor.gauges import gauges_of, write_gauges
+    from trueloop.jobs.monitor.charts import gauges_of, write_gauges
     from trueloop.jobs.store.opened import opened
     from trueloop.report.monitor.gauge import HEAD, gauge_rows, remark_lines
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from trueloop.cli.failure import guarded
-from trueloop.cli.terminal import AsJson, print_json, print_table
+from trueloop.cli.terminal import AsJson, guarded, print_json, print_table
 
 if TYPE_CHECKING:
     from trueloop.controllers.mtconnect.agent import Seen
@@ -93,9 +92,8 @@ def serve(
     """Tell agents what LinuxCNC does, until Ctrl-C or SIGTERM (SHDR over TCP)."""
     import ipaddress
 
-    from trueloop.controllers.mtconnect.adapter import listening
     from trueloop.controllers.mtconnect.agent import Limits
-    from trueloop.controllers.mtconnect.run import Source, run
+    from trueloop.controllers.mtconnect.run import Source, listening, run
 
     source = Source(of.machine(), Limits(silent_s, temperature_age_s), python, part_file)
     socket = listening(host, port)

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
-from trueloop.cli.failure import ExitStatus, as_dict, guarded, say
-from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, ToleranceUm, map_options
+from trueloop.cli.options import LARGEST_UM, STEEPEST, TOLERANCE_UM, ToleranceUm, map_options
 from trueloop.cli.program_file import (
     Decimals,
     OffsetsFile,
@@ -24,14 +23,14 @@ from trueloop.cli.program_file import (
     vector_of,
 )
 from trueloop.cli.shared_options import not_negative, positive
-from trueloop.cli.terminal import AsJson, busy, print_json, wide_console
+from trueloop.cli.terminal import AsJson, ExitStatus, as_dict, busy, guarded, print_json, say, wide_console
 from trueloop.errors import Code, Finding, Severity
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from trueloop.domain.map_options import MapOptions
+    from trueloop.domain.option import MapOptions
     from trueloop.errors import Finding, TrueloopError
     from trueloop.formats.tables.offsets_toml import OffsetTables
     from trueloop.geometry.feature import Feature

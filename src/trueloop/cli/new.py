@@ -8,10 +8,9 @@ from typing import Annotated, Final, Literal, TypeVar
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.program_file import DialectName, OfSide, OfTip, ProgramFile, Settings, UnitAtStart, parameters_of
 from trueloop.cli.shared_options import not_negative
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
+from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines
 
 HOW: Final = "Measured with a micrometer, or as points by a probe or measuring machine"
 MEASURED: Final[tuple[Literal["gauge", "points"], ...]] = ("gauge", "points")
@@ -85,8 +84,7 @@ def new(
         dialect = _asked_dialect(program)
     with busy(f"reading {program}"):
         from trueloop.geometry.profile import Side
-        from trueloop.jobs.turned.drawing import Chosen
-        from trueloop.jobs.turned.new import Wanted, new_job
+        from trueloop.jobs.turned.new import Chosen, Wanted, new_job
 
         made = new_job(
             Wanted(

@@ -5,9 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import Control, UnitOption
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, put
+from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines, put
 
 app = typer.Typer(
     help="Tool tables of controls: read, and written with the offset of a correction.",

@@ -12,9 +12,22 @@ A field may be such a dataclass itself. Help lists options in the order of param
 
 import functools
 import inspect
-from collections.abc import Callable, Iterator
-from dataclasses import MISSING, fields, is_dataclass
-from typing import Any, get_type_hints
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Final, get_type_hints
+
+import typer
+
+from trueloop.cli.program_file import Reading
+from trueloop.cli.shared_options import positive
+from trueloop.domain.option import LIMITS, MAP_OPTIONS, MapOptions
+from trueloop.units import UM_PER_MM
+
+if TYPE_CHECKING:
+    from trueloop.errors import Finding
+    from trueloop.jobs.store.keep_facts import KeptFacts
+    from trueloop.jobs.store.keeping import Keeping
+    from trueloop.jobs.store.opened import Choice
 
 
 def with_groups(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -53,3 +66,96 @@ def _value(group: Any, given: dict[str, object]) -> object:
     return group(
         **{name: _value(hint, given) if is_dataclass(hint) else given.pop(name) for name, hint in hints.items()}
     )
+
+
+LARGEST_UM: Final[float] = LIMITS["correction_mm"].default
+STEEPEST: Final[float] = LIMITS["slope"].default
+TOLERANCE_UM: Final[float] = MAP_OPTIONS["tolerance_mm"].default
+
+LimitUm = Annotated[float, typer.Option("--limit-um", min=0.0, help=LIMITS["correction_mm"].option.meaning)]
+Slope = Annotated[float, typer.Option("--slope", min=0.0, help=f"{LIMITS['slope'].option.meaning[:-1]}, µm/mm.")]
+ToleranceUm = Annotated[
+    float,
+    typer.Option("--tolerance-um", min=0.001, callback=positive, help=MAP_OPTIONS["tolerance_mm"].option.meaning),
+]
+
+
+def map_options(reading: Reading, decimals: int, tolerance_um: float, limit_um: float, slope: float) -> MapOptions:
+    """The options of a command as a loop takes them; slope in µm/mm."""
+    return MapOptions(
+        tolerance_um / UM_PER_MM,
+        limit_um / UM_PER_MM,
+        slope / UM_PER_MM,
+        reading.skipped_blocks,
+        reading.unit,
+        decimals,
+    )
+
+
+Db = Annotated[
+    str | None,
+    typer.Option(
+        "--db",
+        metavar="FILE|URL",
+        help="Store to keep it in.  [default: store.db of the job, else trueloop.db beside it]",
+    ),
+]
+NoStore = Annotated[bool, typer.Option("--no-store", help="Work without a store, whatever the job states.")]
+Supersede = Annotated[
+    bool, typer.Option("--supersede", help="Replace a stored version that differs; the old one is kept as history.")
+]
+Accept = Annotated[
+    list[str] | None,
+    typer.Option("--accept", metavar="CODE", help="Store despite this refusal, e.g. --accept STO-CLOCK."),
+]
+
+
+def chosen(db: str | None, no_store: bool) -> "Choice":
+    """Returns the store that two options name. Raises BadParameter where they contradict each other."""
+    if db and no_store:
+        raise typer.BadParameter("--db names a store, and --no-store works without one", param_hint="--no-store")
+    if db == "none":
+        raise typer.BadParameter(
+            "write --no-store to work without a store, ./none for a file of that name", param_hint="--db"
+        )
+    return False if no_store else db
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoreChoice:
+    """Where a command keeps what it finds."""
+
+    db: Db = None
+    no_store: NoStore = False
+    supersede: Supersede = False
+    accept: Accept = None
+
+    @property
+    def choice(self) -> "Choice":
+        """The store, as jobs take it."""
+        return chosen(self.db, self.no_store)
+
+    def keeping(self, serial: str | None) -> "Keeping":
+        """As jobs take it."""
+        from trueloop.jobs.store.keeping import Keeping
+
+        return Keeping(self.choice, serial, self.supersede, tuple(self.accept or ()))
+
+
+def print_findings(findings: "Iterable[Finding]") -> None:
+    """What was noticed, on stderr."""
+    for found in findings:
+        typer.echo(str(found), err=True)
+
+
+def kept_as_dict(kept: "KeptFacts | None") -> dict[str, object]:
+    """What was kept, for machines: nothing where there is no store."""
+    if kept is None:
+        return {}
+    new: dict[str, int] = {}
+    for one in kept.new:
+        name = type(one.value).__name__
+        new[name] = new.get(name, 0) + 1
+    findings = [{"code": one.code, "message": one.message, "severity": one.severity} for one in kept.findings]
+    obtained = {"obtained": [one.as_dict for one in kept.obtained]} if kept.obtained else {}
+    return {"store": {"where": kept.where, "new": new, "findings": findings}, **obtained}

@@ -5,10 +5,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from trueloop.cli.failure import guarded
+from trueloop.cli.options import StoreChoice, kept_as_dict, print_findings
 from trueloop.cli.shared_options import positive
-from trueloop.cli.store_options import StoreChoice, kept_as_dict, print_findings
-from trueloop.cli.terminal import AsJson, print_json, put
+from trueloop.cli.terminal import AsJson, guarded, print_json, put
 
 app = typer.Typer(no_args_is_help=True, help="Plan touches, write probing programs, read what the control logged.")
 
@@ -112,7 +111,7 @@ def calibrate(
 ) -> None:
     """Print the table [calibration] of a probe file: effective ball radius and lobing."""
     from trueloop.formats.jobs.probe_toml import calibration_toml
-    from trueloop.formats.measurements.probe_log import read_probe_log
+    from trueloop.formats.measurements.touches_csv import read_probe_log
     from trueloop.probing.calibration import calibrate as fit
 
     touched = read_probe_log(log, control, inch=inch, diameter=x_is == "diameter")

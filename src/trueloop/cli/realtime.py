@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.options import NoStore, chosen
 from trueloop.cli.program_file import parameters_of, vector_of
 from trueloop.cli.shared_options import positive
-from trueloop.cli.store_options import NoStore, chosen
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
+from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines, wide_console
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
@@ -44,7 +43,7 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Judge a recorded run by the model itself. Exit status 1 when more is left, or a step was beyond the slew."""
-    from trueloop.jobs.realtime.check import check_run
+    from trueloop.jobs.realtime.watched import check_run
 
     found = check_run(samples, model, image, slew_mm_per_s=slew)
     if as_json:

@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import Control, Db, Page, positive
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, print_table
+from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines, print_table
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.domain.proposal import Proposal, ProposalDecision
     from trueloop.factory.book import Book
     from trueloop.jobs.series import Added, Written
-    from trueloop.loops.post_process.options import SeriesOptions
+    from trueloop.loops.post_process.series import SeriesOptions
     from trueloop.report.series.values import SeriesShape
     from trueloop.storage.store import Store
 
@@ -125,7 +124,7 @@ class Which:
 
 
 class Class(StrEnum):
-    """Classes of proposals, as `trueloop.loops.post_process.options.NAMES` has them; a test compares."""
+    """Classes of proposals, as `trueloop.loops.post_process.series.NAMES` has them; a test compares."""
 
     OFFSET = "offset"
     MEMORY = "memory"
@@ -167,7 +166,7 @@ def propose(
     """Propose what to change for the next part: offsets, memory begun anew after an alarm, weights."""
     from trueloop.jobs import series
     from trueloop.jobs.store.opened import opened
-    from trueloop.loops.post_process.options import SeriesOptions, classes_named
+    from trueloop.loops.post_process.series import SeriesOptions, classes_named
     from trueloop.report.series.lines import proposal_as_dict, proposal_lines
 
     options = SeriesOptions(
@@ -246,7 +245,7 @@ def accept(
     """Accept a proposal: from now on parts are taken as cut with it. Writes its tool offset where that is asked for."""
     from trueloop.jobs.series import accepted
     from trueloop.jobs.store.opened import opened
-    from trueloop.loops.post_process.options import SeriesOptions
+    from trueloop.loops.post_process.series import SeriesOptions
 
     options = SeriesOptions(largest_mm=max_um / UM_PER_MM, age_hours=max_age_h)
     found, decision, file = accepted(
@@ -286,7 +285,7 @@ def status(which: Which, page: Page, output: Output = None, db: Db = None, as_js
     """Show each characteristic: parts, last error, level with its band, weight, drift, alarms, what is proposed."""
     from trueloop.jobs.series import status_of, write_series
     from trueloop.jobs.store.opened import opened
-    from trueloop.loops.post_process.options import SeriesOptions
+    from trueloop.loops.post_process.series import SeriesOptions
     from trueloop.report.series.lines import HEAD, proposal_lines, status_rows
 
     options = SeriesOptions(take_nominal=which.take_nominal)
@@ -309,7 +308,7 @@ def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_js
     """Go through the stored parts in order: what would have been proposed for each, and what that would have left."""
     from trueloop.jobs.series import replay_of, write_series
     from trueloop.jobs.store.opened import opened
-    from trueloop.loops.post_process.options import SeriesOptions
+    from trueloop.loops.post_process.series import SeriesOptions
 
     options = SeriesOptions(take_nominal=which.take_nominal)
     with busy("replaying the series"):

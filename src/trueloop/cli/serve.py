@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import Db
+from trueloop.cli.terminal import guarded
 
 if TYPE_CHECKING:
-    from trueloop.server.identity.trusted import Oidc
+    from trueloop.server.identity.provider import Oidc
     from trueloop.server.identity.who import Role
     from trueloop.server.run import Listening
     from trueloop.server.settings import Settings
@@ -97,8 +97,7 @@ class SignOn:
 
     def trusted(self) -> "Oidc | None":
         """As the service takes it. Raises SRV-PROVIDER, CLI usage errors."""
-        from trueloop.server.identity.provider import require_safe_issuer
-        from trueloop.server.identity.trusted import Oidc
+        from trueloop.server.identity.provider import Oidc, require_safe_issuer
 
         if self.oidc_issuer is None:
             return None
@@ -139,7 +138,7 @@ Links = Annotated[
 @guarded
 def serve(where: Where, sign_on: SignOn, links: Links = None, db: Db = None) -> None:
     """Serve the store's pages and interface, until Ctrl-C or SIGTERM."""
-    from trueloop.server.packages import require_packages
+    from trueloop.server.settings import require_packages
 
     require_packages()
     from trueloop.jobs.store.opened import opened

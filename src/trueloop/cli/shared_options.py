@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.domain.option import Language, LengthUnit
 
 Db = Annotated[
     str | None,

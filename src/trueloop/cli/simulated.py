@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import Seed
-from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.cli.terminal import AsJson, busy, guarded, print_json
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.failure import guarded
+from trueloop.cli.options import NoStore, StoreChoice, chosen, kept_as_dict
 from trueloop.cli.shared_options import Db, Seed, positive
-from trueloop.cli.store_options import NoStore, StoreChoice, chosen, kept_as_dict
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
+from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines
 from trueloop.errors import Finding
 from trueloop.units import UM_PER_MM
 
@@ -18,8 +17,8 @@ if TYPE_CHECKING:
 
     from trueloop.formats.outputs import Named
     from trueloop.geometry.surface import Surface
-    from trueloop.jobs.surface.added import Together
     from trueloop.jobs.surface.job import ReadSurface
+    from trueloop.jobs.surface.kept_parts import Together
     from trueloop.loops.surface.surface import Part, Work
 
 
@@ -83,7 +82,7 @@ class EarlierParts:
 
     def read(self, job: Path) -> "Together":
         """A surface's job, read, with the parts of the store."""
-        from trueloop.jobs.surface.added import with_store
+        from trueloop.jobs.surface.kept_parts import with_store
 
         return with_store(read(job), chosen(self.db, self.no_store), keep_outliers=self.keep_outliers)
 
@@ -257,8 +256,7 @@ def pattern(
     as_json: AsJson = False,
 ) -> None:
     """The machining pattern of all parts: as STEP and IGES, pattern.json, pattern.html, maps.svg, maps as CSV."""
-    from trueloop.jobs.surface.files import pattern_files
-    from trueloop.jobs.surface.job import pattern_of_parts
+    from trueloop.jobs.surface.job import pattern_files, pattern_of_parts
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
     together = earlier.read(job)
@@ -282,10 +280,8 @@ def compensate(
     With a store its parts count too, and the job's parts, what was measured, the programs and the correction are kept.
     """
     from trueloop.jobs.store.keeping import kept_all_the_same
-    from trueloop.jobs.surface.added import with_store
-    from trueloop.jobs.surface.files import corrected_files
-    from trueloop.jobs.surface.job import correct_surface
-    from trueloop.jobs.surface.kept_parts import keep_surface
+    from trueloop.jobs.surface.job import correct_surface, corrected_files
+    from trueloop.jobs.surface.kept_parts import keep_surface, with_store
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
     together = with_store(read(job), store.choice, keep_outliers=keep_outliers)
@@ -307,7 +303,7 @@ def compensate(
 def add(job: JobFile, run: Workers, db: Db = None, as_json: AsJson = False) -> None:
     """Keep the job's parts in a store, and say what is noticed of each new one given those before it."""
     from trueloop.jobs.store.opened import opened
-    from trueloop.jobs.surface.added import add_parts, with_store
+    from trueloop.jobs.surface.kept_parts import add_parts, with_store
     from trueloop.report.surface.summary import added_lines, as_words
 
     together = with_store(read(job), db)

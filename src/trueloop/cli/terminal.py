@@ -1,14 +1,30 @@
-"""How commands talk: results on stdout, progress on stderr while a person watches."""
+"""How commands talk: results on stdout, progress on stderr while a person watches.
+
+What the command line says when something goes wrong, and its exit status.
+
+Messages go to stderr; stdout holds results alone. With `--json` a message is one JSON object:
+`{"error": {"code", "message", "hint", "place": {"file", "line", "column"}, "override", "values"}}`,
+the values by the names that docs/errors.md has for the code.
+"""
 
 import codecs
+import functools
 import json
+import math
+import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
+from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.models import ParameterInfo
+
+from trueloop.cli.options import with_groups
+from trueloop.errors import TrueloopError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -70,3 +86,115 @@ def print_json(value: Mapping[str, object]) -> None:
     """One JSON object on stdout, escaped where that is not UTF-8. What JSON has no word for must be null already."""
     lossless = codecs.lookup(sys.stdout.encoding or "utf-8").name == "utf-8"
     typer.echo(json.dumps(value, indent=2, ensure_ascii=not lossless, allow_nan=False))
+
+
+TRACEBACK_VARIABLE = "TRUELOOP_TRACEBACK"
+
+
+class ExitStatus(IntEnum):
+    """The exit status. docs/cli.md carries this table."""
+
+    DONE = 0
+    FINDINGS = 1  # a check found an error, a comparison more than its limit, or something could not be determined
+    USAGE = 2  # the command line itself was wrong
+    REFUSED = 3  # the input was refused: nothing was written
+    OUTPUT = 4  # the results could not be written: nothing was written
+    INTERNAL = 70  # a fault of trueloop
+    INTERRUPTED = 130  # Ctrl-C: nothing was written
+    PIPE = 141  # the reader of stdout went away
+
+
+def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The command for typer, its groups of options as single ones (`with_groups`), with every exception turned into a
+    message and an exit status: no traceback reaches a user.
+
+    A file that may not be read is refused by what reads it, with a code: typer would do it first, without.
+    """
+    single = with_groups(command)
+    for annotation in single.__annotations__.values():
+        for given in getattr(annotation, "__metadata__", ()):
+            if isinstance(given, ParameterInfo):
+                given.readable = False
+
+    @functools.wraps(single)
+    def run(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return single(*args, **kwargs)
+        except (typer.Exit, typer.Abort, typer.BadParameter):
+            raise
+        except TrueloopError as error:
+            say(error, as_json=bool(kwargs.get("as_json")))
+            raise typer.Exit(status_of(error)) from None
+        except KeyboardInterrupt:
+            raise typer.Exit(ExitStatus.INTERRUPTED) from None
+        except (BrokenPipeError, SystemExit) as end:
+            if not reader_gone(end):
+                raise
+            silence_stdout()
+            raise typer.Exit(ExitStatus.PIPE) from None
+        except Exception as error:
+            _say_internal(error, as_json=bool(kwargs.get("as_json")))
+            raise typer.Exit(ExitStatus.INTERNAL) from None
+
+    return run
+
+
+def reader_gone(end: BaseException) -> bool:
+    """Whether a command ends because nobody reads its stdout: rich and click make a SystemExit of the broken pipe."""
+    return isinstance(end, BrokenPipeError) or isinstance(end.__context__, BrokenPipeError)
+
+
+def silence_stdout() -> None:
+    """Python flushes stdout once more when it ends: gives it a place to flush to."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def status_of(error: TrueloopError) -> ExitStatus:
+    """OUT codes have a status of their own: the input was good, a second try elsewhere may do."""
+    return ExitStatus.OUTPUT if error.code.startswith("OUT-") else ExitStatus.REFUSED
+
+
+def say(error: TrueloopError, *, as_json: bool) -> None:
+    """Prints a refusal on stderr: `file:line:column: CODE: message`, then the hint."""
+    if as_json:
+        typer.echo(json.dumps({"error": as_dict(error)}, ensure_ascii=False), err=True)
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    text = Text(str(error))
+    text.highlight_words([error.code], "bold red")
+    text.highlight_words(["hint:", "override:"], "bold cyan")
+    Console(stderr=True, highlight=False, soft_wrap=True).print(text)
+
+
+def as_dict(error: TrueloopError) -> dict[str, object]:
+    """A refusal as `--json` prints it."""
+    return {
+        "code": error.code,
+        "message": error.message,
+        "hint": error.hint,
+        "place": asdict(error.place),
+        "override": error.override,
+        "values": {name: _finite(value) for name, value in error.values.items()},
+    }
+
+
+def _finite(value: object) -> object:
+    """JSON has no NaN and no infinity: null."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _say_internal(error: Exception, *, as_json: bool) -> None:
+    if os.environ.get(TRACEBACK_VARIABLE):
+        import traceback
+
+        traceback.print_exception(error)
+    message = f"{type(error).__name__}: {error}"
+    hint = f"this is a fault of trueloop, not of your files; with {TRACEBACK_VARIABLE}=1 it prints what to report"
+    if as_json:
+        typer.echo(json.dumps({"error": {"code": "INTERNAL", "message": message, "hint": hint}}), err=True)
+    else:
+        typer.echo(f"INTERNAL: {message}\n  hint: {hint}", err=True)

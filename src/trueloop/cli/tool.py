@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import Db
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, put
+from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines, put
 
 if TYPE_CHECKING:
-    from trueloop.domain.edge_life import EdgeLife
-    from trueloop.domain.life import EdgeEvent
-    from trueloop.domain.machine import Machine
+    from trueloop.domain.life import EdgeEvent, EdgeLife
+    from trueloop.domain.tool import Machine
     from trueloop.jobs.tools import Happened
 
 ToolName = Annotated[str, typer.Argument(metavar="TOOL", help="Its number, T3 or 3, or the name of its holder.")]
@@ -81,7 +79,7 @@ class When:
 
 def machine_named(name: str | None) -> "Machine | None":
     """The machine of that name; None: not stated."""
-    from trueloop.domain.machine import Machine
+    from trueloop.domain.tool import Machine
 
     return Machine(name) if name else None
 

@@ -5,9 +5,8 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import Db
-from trueloop.cli.terminal import AsJson, print_json, print_table
+from trueloop.cli.terminal import AsJson, guarded, print_json, print_table
 
 app = typer.Typer(
     help="Accounts of the service: who may sign in, and as what.", no_args_is_help=True, rich_markup_mode=None
@@ -30,7 +29,7 @@ def add(
     db: Db = None,
 ) -> None:
     """Make an account. The password is asked for, twice."""
-    from trueloop.server.packages import require_packages
+    from trueloop.server.settings import require_packages
 
     require_packages()
     from trueloop.jobs.store.opened import opened
@@ -48,7 +47,7 @@ def add(
 @guarded
 def list_(db: Db = None, as_json: AsJson = False) -> None:
     """List the accounts."""
-    from trueloop.server.packages import require_packages
+    from trueloop.server.settings import require_packages
 
     require_packages()
     from trueloop.jobs.store.opened import opened
@@ -90,7 +89,7 @@ def link(
     db: Db = None,
 ) -> None:
     """Let a person of an identity provider sign in to an account. Its sessions end."""
-    from trueloop.server.packages import require_packages
+    from trueloop.server.settings import require_packages
 
     require_packages()
     from trueloop.server.identity.accounts import subject_of
@@ -106,7 +105,7 @@ def password(name: Name, password_stdin: FromStdin = False, db: Db = None) -> No
 
 
 def _changed(name: str, db: str | None, **what: object) -> None:
-    from trueloop.server.packages import require_packages
+    from trueloop.server.settings import require_packages
 
     require_packages()
     from trueloop.jobs.store.opened import opened

@@ -4,7 +4,7 @@ Along the normal n at the nominal point p of part k, with shifts s and turns t i
 
     CMM − machine = n · (s + t × p) + n · (s_k + t_k × p) + what the model left at the place + noise.
 
-One part alone cannot divide these (`part_frame.py`): many can, because the discrepancy of each part is its own, and
+One part alone cannot divide these (`components.py`): many can, because the discrepancy of each part is its own, and
 what the model left is the same at the place in every part. What looks like a rigid motion of *every* part stays
 ambiguous: a constant error of X and a CMM that finds every part off by as much are the same numbers.
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.machine.refine.blocks import Block, mixed
+from trueloop.machine.refine.update import Block, mixed
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, Wording, wording

@@ -7,8 +7,8 @@ from enum import StrEnum
 from hashlib import sha256
 from typing import Literal
 
-from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.tool import Machine
 
 
 class PartState(StrEnum):

@@ -5,7 +5,7 @@ from datetime import datetime
 from typing import Literal
 
 from trueloop.domain.life import Identity
-from trueloop.domain.machine import Machine
+from trueloop.domain.tool import Machine
 
 
 @dataclass(frozen=True)

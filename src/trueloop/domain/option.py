@@ -4,13 +4,19 @@
 
 Keys of job files, their defaults and bounds, options of commands, the JSON schema and the tables of the documentation
 are read from there.
+
+What limits a correction: beyond any of these it is refused, never clamped in silence.
+
+Of a turned part, of a surface, and of a program that a machine model or a field corrects.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, get_args, get_type_hints
+from datetime import datetime
+from typing import Annotated, Any, Final, Literal, NamedTuple, TypeAlias, get_args, get_type_hints
 
+from trueloop.errors import Code, TrueloopError
 from trueloop.units import UM_PER_MM
 
 
@@ -92,3 +98,138 @@ def inside(key: str, given: Any) -> Any:
 def outside(key: str, value: Any) -> Any:
     """Converts a value that the code computes with to the one given under a key."""
     return unit_of(key).outside(value) if isinstance(value, float) else value
+
+
+Language: TypeAlias = Literal["en", "de"]
+LengthUnit: TypeAlias = Literal["mm", "inch"]
+
+
+@dataclass(frozen=True)
+class PageOptions:
+    """Language of the page, and the unit of its lengths; None: that of the program."""
+
+    language: Annotated[
+        Language, Option("report.language", '`"en"` or `"de"`: the language of the page, with its decimal sign.')
+    ] = "en"
+    unit: Annotated[
+        LengthUnit | None,
+        Option(
+            "report.unit",
+            '`"mm"` (errors in µm) or `"inch"` (errors in µin): the unit of the page; left out, the program\'s.',
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What is accepted. Sizes and scatter in mm along the normal, slopes in mm per mm of arc, age in hours.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> strict = trueloop.Options(limits=trueloop.Limits(correction_mm=0.02))
+    >>> trueloop.compensate(replace(job.inputs, options=strict))
+    Traceback (most recent call last):
+    trueloop.errors.TrueloopError
+    """
+
+    correction_mm: Annotated[
+        float,
+        Option(
+            "compensation.max_correction_um",
+            "A larger correction (on X: of the radius) is refused.",
+            above=0,
+        ),
+    ] = 0.150
+    slope: Annotated[
+        float,
+        Option("compensation.max_slope_um_per_mm", "A correction that is steeper along the part is refused.", above=0),
+    ] = 0.040
+    scatter_mm: Annotated[
+        float,
+        Option(
+            "compensation.max_scatter_um",
+            "Measurements that scatter more about what is fitted (one standard deviation) are refused, with the name "
+            "of the worst one: what does not repeat cannot be corrected.",
+            above=0,
+        ),
+    ] = 0.010
+    age_hours: Annotated[
+        float, Option("compensation.max_age_hours", "Measurements older than this are refused.", above=0)
+    ] = 24.0
+
+
+LIMITS: Final = choices_of(Limits)
+"""By field: key, unit, default and meaning of every limit, for files and commands."""
+
+OF_SURFACES: Final = Limits(age_hours=7 * 24.0)
+"""A surface is measured on a measuring machine, the parts of a series over days."""
+
+
+def allowed_by(field: str) -> str:
+    """Returns what a user sets to have more accepted."""
+    return f"{LIMITS[field].option.key} in the job"
+
+
+def check_scatter(scatter_mm: float, limits: Limits, cause: str = "") -> None:
+    """Refuses touches that scatter about what was fitted by more than the limit: then little of the error repeats.
+
+    cause: what is known of where the scatter comes from, a clause for the message.
+    """
+    if scatter_mm > limits.scatter_mm:
+        raise TrueloopError(
+            Code.CMP_SCATTER,
+            f"the touches scatter by {scatter_mm * UM_PER_MM:.1f} µm (one standard deviation) about what was fitted; "
+            f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm{f'; {cause}' if cause else ''}",
+            hint="look for a bad touch, a loose probe or chatter: what does not repeat cannot be corrected",
+            override=allowed_by("scatter_mm"),
+            values={"scatter_um": scatter_mm * UM_PER_MM, "limit_um": limits.scatter_mm * UM_PER_MM},
+        )
+
+
+def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
+    """Refuses touches that are older than the limit, or from the future. Both times know their zone, or neither."""
+    age_hours = (now - measured_at).total_seconds() / 3600
+    if age_hours < 0:
+        raise TrueloopError(
+            Code.CMP_AGE,
+            f"the touches were taken {-age_hours:.1f} h from now ({measured_at.isoformat(timespec='minutes')})",
+            hint="set the clock, or the time and its zone that the job gives",
+            values={"age_h": age_hours},
+        )
+    if age_hours > limits.age_hours:
+        raise TrueloopError(
+            Code.CMP_AGE,
+            f"the touches were taken {age_hours:.1f} h ago ({measured_at.isoformat(timespec='minutes')}); "
+            f"the limit is {limits.age_hours:g} h",
+            hint="probe the part again: machine and tool have changed since",
+            override=allowed_by("age_hours"),
+            values={"age_h": age_hours},
+        )
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """How a field is applied.
+
+    tolerance_mm: how far the written path may leave the displaced one, rounding to the control's resolution not
+    counted. limit_mm: largest displacement along an axis. slope: largest change of the displacement in a cut over its
+    length, mm/mm. skipped_blocks: displace the blocks that start with a slash as well. unit: what is in force at the
+    program's start, where it does not state it. decimals: how many are written at least, beside those that the control
+    resolves and those that the program has.
+
+    >>> trueloop.MapOptions(limit_mm=0.05).tolerance_mm
+    0.0005
+    """
+
+    tolerance_mm: Annotated[
+        float, Option("tolerance_um", "How far a block may leave the displaced path.", least=0.001)
+    ] = 0.0005
+    limit_mm: float = Limits.correction_mm
+    slope: float = Limits.slope
+    skipped_blocks: bool = False
+    unit: Literal["mm", "inch"] | None = None
+    decimals: int = 0
+
+
+USUAL: Final = MapOptions()
+MAP_OPTIONS: Final = choices_of(MapOptions)
+"""By field: unit, default and meaning, for commands."""

@@ -12,19 +12,98 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, asdict, dataclass, field
 from datetime import datetime
 from enum import StrEnum
-from typing import Final, Literal
+from typing import Final, Generic, Literal, TypeVar
 
 from trueloop._core import nc_mentions
-from trueloop.domain.cut_with import CutWith
+from trueloop.arrays import by_content
+from trueloop.domain.characteristic import Judged
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.judged import Judged
-from trueloop.domain.machine import Machine
+from trueloop.domain.life import Ran
 from trueloop.domain.part import PartType
-from trueloop.domain.program import Program
-from trueloop.domain.tool import Edge, Tool
-from trueloop.domain.tool_offset import ToolOffset
+from trueloop.domain.proposal import ToolOffset
+from trueloop.domain.tool import Edge, Machine, Tool
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
+
+XZ = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class CutWith:
+    """What cut a part, as stated in the job or in the store; a known input of every estimate of its errors.
+
+    `ran` is the program, or that an offset was entered; `correction` the id of the record, "" where none was in force;
+    `program_sha256` the hash of the text that ran, "" where it is not known. `offset_mm` is how far the tool stood off
+    the path of that program by offsets (x as a radius, z); `wear_mm` the part of it in the control's wear table: it is
+    in force for the next cut too, which a program's own offset is not.
+    """
+
+    ran: Ran = Ran.AS_PROGRAMMED
+    correction: str = ""
+    program_sha256: str = ""
+    offset_mm: XZ = (0.0, 0.0)
+    wear_mm: XZ = (0.0, 0.0)
+
+    @property
+    def corrected(self) -> bool:
+        """Returns whether a correction was in force."""
+        return bool(self.correction)
+
+    @property
+    def words(self) -> str:
+        """Returns words such as `correction 319bcb4f5bd4419b (corrected program)`."""
+        if not self.corrected:
+            return wording("the given program, no correction in force")
+        how = {
+            Ran.CORRECTED: wording("corrected program"),
+            Ran.OFFSETS: wording("program with tool offsets"),
+            Ran.WEAR: wording("offset entered at the control"),
+            Ran.AS_PROGRAMMED: wording("given program"),
+        }[self.ran]
+        return wording("correction {id} ({how})", id=self.correction, how=how)
+
+    def still_to_do(self, total_mm: XZ) -> XZ:
+        """Returns what of a whole offset is not in the control's wear table yet, mm."""
+        return total_mm[0] - self.wear_mm[0], total_mm[1] - self.wear_mm[1]
+
+
+GIVEN: Final = CutWith()
+"""The given program without a correction."""
+
+
+@dataclass(frozen=True)
+class Program:
+    """One text of a program: its file's `name`, `dialect`, hash, and the unit in force at its first length.
+
+    `unit` is None where the program has no length. The text itself is `trueloop.nc.program.program.Program`.
+    """
+
+    name: str
+    dialect: str
+    sha256: str
+    unit: Literal["mm", "inch"] | None = None
+    schema: Literal[1] = field(default=1, kw_only=True)
+
+    @property
+    def identity(self) -> tuple[str, ...]:
+        """Returns the hash alone: a program edited in one character is another one."""
+        return (self.sha256,)
+
+
+@dataclass(frozen=True)
+class ProgramText:
+    """The text of a program, byte for byte, by its hash."""
+
+    sha256: str
+    content: bytes
+    schema: Literal[1] = field(default=1, kw_only=True)
+
+    @property
+    def identity(self) -> tuple[str, ...]:
+        """Returns the identity of the program."""
+        return (self.sha256,)
+
 
 MARK: Final = "trueloop corrected"
 """How a corrected program says so, in a comment of its dialect."""
@@ -179,3 +258,31 @@ def check_same_program(source: bytes, expected_sha256: str) -> None:
             override="leave out gauging.program_sha256 in the job",
             values={"expected_sha256": expected_sha256, "found_sha256": found},
         )
+
+
+Payload = TypeVar("Payload")
+
+
+@by_content
+@dataclass(frozen=True)
+class Correction(Generic[Payload]):
+    """A correction as it is stored, sent and judged later.
+
+    `record` says of every product alike what was corrected, from what, and why; `limits` are those it was held against,
+    by name with the unit in the name; `payload` is what the product's loop gave.
+    """
+
+    record: Record
+    limits: Mapping[str, float]
+    payload: Payload
+    schema: Literal[1] = field(default=1, kw_only=True)
+
+    @property
+    def identity(self) -> tuple[str, ...]:
+        """Returns the identity of its record."""
+        return self.record.identity
+
+    @property
+    def source_sha256(self) -> str:
+        """Returns the hash of the program that it corrects; "" where it corrects none."""
+        return "" if self.record.program is None else self.record.program.sha256

@@ -56,3 +56,17 @@ class Setting:
     def identity(self) -> tuple[str, ...]:
         """Returns the identity of the edge, and when it was set."""
         return *self.edge.identity, "" if self.set_at is None else self.set_at.isoformat()
+
+
+@dataclass(frozen=True)
+class Machine:
+    """One machine tool: `name` as the shop calls it or as its maker does, `serial` its number; empty: not stated."""
+
+    name: str
+    serial: str = ""
+    schema: Literal[1] = field(default=1, kw_only=True)
+
+    @property
+    def identity(self) -> tuple[str, ...]:
+        """Returns name and serial number: every machine errs in its own way."""
+        return self.name, self.serial

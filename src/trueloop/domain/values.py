@@ -2,13 +2,10 @@
 
 from typing import Final
 
-from trueloop.domain.both_inspections import BothInspections, MachineStood
-from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.characteristic import Characteristic, Judged, Judgement, Quantity
 from trueloop.domain.codec import Codec
-from trueloop.domain.cut_with import CutWith
 from trueloop.domain.factory import Block, BlockKind, Conditions, FactKind, Route, Run, RunFact, WorkOrder
-from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
-from trueloop.domain.judged import Judged, Judgement
+from trueloop.domain.inspection import BothInspections, CmmPoint, Inspection, MachineStood, Reading, StandardPart, Touch
 from trueloop.domain.life import (
     Cut,
     CuttingConditions,
@@ -19,15 +16,20 @@ from trueloop.domain.life import (
     Ran,
     Stage,
 )
-from trueloop.domain.machine import Machine
 from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.program import Program, ProgramText
-from trueloop.domain.proposal import Effect, PartCutWith, Proposal, ProposalClass, ProposalDecision
-from trueloop.domain.record import ChangedWord, Component, Product, Record
-from trueloop.domain.standard_part import StandardPart
-from trueloop.domain.tool import Edge, Setting, Tool
-from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
+from trueloop.domain.proposal import (
+    Effect,
+    HeldTool,
+    PartCutWith,
+    Proposal,
+    ProposalClass,
+    ProposalDecision,
+    TableRow,
+    ToolOffset,
+)
+from trueloop.domain.record import ChangedWord, Component, CutWith, Product, Program, ProgramText, Record
+from trueloop.domain.tool import Edge, Machine, Setting, Tool
 
 CODEC: Final = Codec.of(
     *(PartType, Part, Machine, Tool, Edge, Setting, Program, ProgramText),

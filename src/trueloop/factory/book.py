@@ -9,8 +9,7 @@ from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stag
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.loops.post_process.flags import few_findings, usable
-from trueloop.loops.post_process.options import SeriesOptions
-from trueloop.loops.post_process.series import PartSeen, When, parts_in_order, series_of, sizes_of
+from trueloop.loops.post_process.series import PartSeen, SeriesOptions, When, parts_in_order, series_of, sizes_of
 from trueloop.loops.post_process.tracked import Tracked, tracked
 from trueloop.storage.store import Kept, Store, find
 

@@ -5,28 +5,29 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Any, Final, NamedTuple
 
-from sqlalchemy import func, select
+from sqlalchemy import Connection, func, select
 
-from trueloop.domain.machine import Machine
+from trueloop.domain.factory import StepState
 from trueloop.domain.part import PartType
 from trueloop.domain.proposal import Proposal, ProposalDecision
-from trueloop.domain.tool import Edge
+from trueloop.domain.tool import Edge, Machine
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
 from trueloop.factory.decisions import people, plan, records, runs
 from trueloop.factory.decisions.plan import PlanFacts
 from trueloop.factory.decisions.records import ProgramFacts, ProposalFacts
 from trueloop.factory.known import OrderNow
-from trueloop.factory.load import Known, next_of, order_of, program_text, runs_of, silence_of
-from trueloop.factory.roles import By, require_machine, require_role
+from trueloop.factory.load import Known, last_word, next_of, order_of, program_text, runs_of, silence_of
+from trueloop.factory.roles import By, Role, require_machine, require_role
 from trueloop.factory.write import note_done, write
-from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.storage.factory_tables import (
     ALARM,
     ALARM_ACKNOWLEDGED,
     ORDER_STATE,
     PART_STATE,
     PROGRAM_RELEASE,
+    STEP,
     TEMPERATURE,
     stamp,
 )
@@ -178,3 +179,26 @@ _HOW: Final[Mapping[type, _How]] = {
     ask.DecideProposal: (_proposal, records.decide_proposal),
     ask.SetTool: (lambda known, request, _: known.first(Edge, *request.edge), records.set_tool),
 }
+
+
+_SERVICE: Final = By("service", Role.SERVICE)
+
+
+def hold_silent(store: Store, now: datetime, limit_s: float) -> int:
+    """Holds every part that was being cut when its machine was heard last, longer ago than this. Returns how many."""
+    with store.reading() as connection:
+        found = [one for one in _started(connection) if _silent(connection, one, now, limit_s)]
+    held = 0
+    for order, part, no in found:
+        held += len(carry_out(store, ask.CellSilent(order, part, no, limit_s), _SERVICE, now).orders)
+    return held
+
+
+def _started(connection: Connection) -> list[tuple[str, int, int]]:
+    query = select(STEP.c.order, STEP.c.part, STEP.c.no).where(STEP.c.state == StepState.STARTED.value)
+    return [(row.order, row.part, row.no) for row in connection.execute(query)]
+
+
+def _silent(connection: Connection, step: tuple[str, int, int], now: datetime, limit_s: float) -> bool:
+    at = last_word(connection, *step)
+    return at is not None and (now - at).total_seconds() > limit_s

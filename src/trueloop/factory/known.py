@@ -1,8 +1,10 @@
 """What is known of an order, its parts and steps as a decision finds them, and as it leaves them."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
-from trueloop.domain.factory import Block, BlockKind, PartState, StepState, WorkOrder
+from trueloop.domain.factory import Block, BlockKind, PartState, Run, StepState, WorkOrder
 from trueloop.domain.part import Part
 from trueloop.errors import Code, TrueloopError
 
@@ -125,3 +127,47 @@ def unknown(what: str, name: str, why: str) -> TrueloopError:
         hint="look it up in the list; another may have changed it meanwhile",
         values={"what": what, "name": name},
     )
+
+
+@dataclass(frozen=True)
+class Event:
+    """A line of the event log; `subject` is `order:ID`, `part:ROW`, `program:HASH`, `alarm:ID` or their like."""
+
+    what: str
+    subject: str
+    values: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class NewTask:
+    """Slow work that follows."""
+
+    kind: str
+    subject: str
+    values: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What a machine is to do next. `program` is the text as sent; `mode`: press-cycle-start or armed.
+
+    `checks` says what was found in order before it was offered.
+    """
+
+    run: Run
+    block: Block
+    program: bytes
+    checks: tuple[str, ...]
+    mode: str
+
+
+@dataclass(frozen=True)
+class Changes:
+    """`orders` as they are to be; `keep`: values; `rows`: of append-only tables by name; `answer`: to who asked."""
+
+    orders: tuple[OrderNow, ...] = ()
+    keep: tuple[Any, ...] = ()
+    rows: tuple[tuple[str, Mapping[str, Any]], ...] = ()
+    events: tuple[Event, ...] = ()
+    tasks: tuple[NewTask, ...] = ()
+    answer: Any = None

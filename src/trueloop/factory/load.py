@@ -10,9 +10,8 @@ from typing import Any
 from sqlalchemy import Connection, select
 
 from trueloop.domain.codec import Codec
-from trueloop.domain.correction import Correction
 from trueloop.domain.factory import BlockKind, PartState, Run, RunFact, StepState, WorkOrder
-from trueloop.domain.program import ProgramText
+from trueloop.domain.record import Correction, ProgramText
 from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
 from trueloop.factory.decisions.plan import NextFacts, candidate
 from trueloop.factory.decisions.runs import RunKnown, RunsFacts, SilenceFacts

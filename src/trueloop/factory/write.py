@@ -8,8 +8,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Table, insert, update
 
-from trueloop.factory.changes import Changes
-from trueloop.factory.known import OrderNow, PartNow, StepNow
+from trueloop.factory.known import Changes, OrderNow, PartNow, StepNow
 from trueloop.factory.load import Known
 from trueloop.storage.factory_tables import (
     DONE,

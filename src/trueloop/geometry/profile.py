@@ -2,8 +2,9 @@
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import Final
@@ -12,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array, Integers
-from trueloop.geometry.feature import Feature, contact_angle_rad
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.feature import Arc, Feature, contact_angle_rad
 
 TANGENT_WITHIN_RAD: Final = 1e-3
 """Two features whose directions differ by less meet tangentially, unless the job says otherwise: rounding coordinates
@@ -189,3 +191,29 @@ def _junction(before: Feature, after: Feature, by_design: JunctionKind | None) -
     turn_rad = -math.atan2(left, float(arriving @ leaving))
     found = JunctionKind.TANGENT if abs(turn_rad) < TANGENT_WITHIN_RAD else JunctionKind.CORNER
     return Junction(by_design or found, turn_rad, by_design is not None)
+
+
+SQUARE: Final = math.cos(math.radians(0.5))
+"""A line within half a degree of the axis is a cylinder, one within half a degree of square to it a face."""
+
+
+def kind_of(feature: Feature) -> str:
+    """Returns the kind of a feature: cylinder, face, cone, arc or curve."""
+    if isinstance(feature, Curve):
+        return "curve"
+    if isinstance(feature, Arc):
+        return "arc"
+    angle = float(contact_angle_rad(feature.outward_normal(0.0)))
+    if abs(math.sin(angle)) > SQUARE:
+        return "cylinder"
+    return "face" if abs(math.cos(angle)) > SQUARE else "cone"
+
+
+def named_by_kind(features: Iterable[Feature]) -> tuple[Feature, ...]:
+    """Names the features cylinder-1, face-1, cone-1, arc-1, cylinder-2…, in their order from the chuck."""
+    seen, named = Counter[str](), list[Feature]()
+    for feature in features:
+        kind = kind_of(feature)
+        seen[kind] += 1
+        named.append(replace(feature, name=f"{kind}-{seen[kind]}"))
+    return tuple(named)

@@ -11,10 +11,9 @@ import numpy as np
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Identity
-from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.domain.option import Language, LengthUnit
 from trueloop.domain.part import Part
-from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, ProposalDecision
-from trueloop.domain.tool_offset import ToolOffset
+from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, ProposalDecision, ToolOffset
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.factory.book import Book, read_book
 from trueloop.formats.inspections.known import read_measured_file
@@ -27,13 +26,11 @@ from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.shares import shares_of
 from trueloop.jobs.user import user_name
-from trueloop.loops.post_process.by_tool import JobTool, characteristic_on, tool_proposals
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import filled_in, known_findings, nominal_findings, unit_findings
-from trueloop.loops.post_process.options import SeriesOptions
-from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.loops.post_process.propose import JobTool, Made, characteristic_on, proposals_of, tool_proposals
 from trueloop.loops.post_process.replay import replay, simulate
-from trueloop.loops.post_process.series import sizes_of
+from trueloop.loops.post_process.series import SeriesOptions, sizes_of
 from trueloop.loops.turned.commanded import commanded
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.report.series.lines import series_csv

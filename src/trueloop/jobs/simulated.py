@@ -13,8 +13,8 @@ from trueloop.jobs.surface.job import read_surface
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.simulated.simulated import Trial, require_plan_fits, trial_of
 from trueloop.loops.simulated.simulated_surface import SurfaceTrial, surface_trial
+from trueloop.simulator.mill import VirtualMill
 from trueloop.simulator.presets import Workshop, nist
-from trueloop.simulator.virtual_mill import VirtualMill
 from trueloop.turned.touches.touches import Gauging
 
 NOSE_WITHIN_MM: Final = 1e-3

@@ -6,10 +6,8 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.domain.edge_life import EdgeLife, time_of
-from trueloop.domain.life import Cut
-from trueloop.domain.machine import Machine
-from trueloop.domain.tool import Edge
+from trueloop.domain.life import Cut, EdgeLife, time_of
+from trueloop.domain.tool import Edge, Machine
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.tools import cuts_after_end, cuts_of, edges_of, lives_in
 from trueloop.memory.edge.learnt import learnt

@@ -8,7 +8,10 @@ from datetime import datetime, timedelta
 from difflib import get_close_matches
 from typing import Final
 
-from trueloop.domain.edge_life import (
+from trueloop.domain.life import (
+    Cut,
+    EdgeEvent,
+    EdgeEventKind,
     EdgeLife,
     edge_name,
     in_pockets,
@@ -20,9 +23,7 @@ from trueloop.domain.edge_life import (
     tool_name,
     where,
 )
-from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind
-from trueloop.domain.machine import Machine
-from trueloop.domain.tool import Edge, Setting, Tool
+from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.loops.turned.correction import Inputs
 from trueloop.storage.kinds import joined

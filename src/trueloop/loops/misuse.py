@@ -2,7 +2,7 @@
 
 from datetime import datetime
 
-from trueloop.domain.limits import Limits, check_age
+from trueloop.domain.option import Limits, check_age
 from trueloop.domain.record import check_same_program, check_uncorrected
 from trueloop.errors import in_file
 from trueloop.nc.program.program import Program

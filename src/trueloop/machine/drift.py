@@ -11,11 +11,10 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import ZERO, Chain
 from trueloop.machine.model.history import Lag, lagged
-from trueloop.machine.model.jacobian import influences
+from trueloop.machine.model.kinematics import influences
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import ErrorName
-from trueloop.machine.model.position_basis import CONSTANT
-from trueloop.machine.model.term import Part, Signals, Term
+from trueloop.machine.model.term import CONSTANT, Part, Signals, Term
 from trueloop.machine.model.validity import check_range
 from trueloop.statistics import rms
 from trueloop.units import SIGNALS, UM_PER_MM

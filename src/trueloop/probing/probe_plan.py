@@ -12,9 +12,8 @@ from trueloop.domain.option import Option
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
-from trueloop.probing.obstacle import Obstacle
 from trueloop.probing.plan import GaugingPoints
-from trueloop.probing.stylus import Meeting, Stylus, first_meeting
+from trueloop.probing.stylus import Meeting, Obstacle, Stylus, first_meeting
 
 OVERLAP_MM: Final = 0.005
 """The overlap, mm, that a touching ball may have with the polygon that stands for the surface."""

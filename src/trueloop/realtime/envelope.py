@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array, by_content
+from trueloop.arrays import Array, Integers, by_content
 from trueloop.realtime.samples import Samples
 
 MOST: Final = 1200
@@ -87,3 +87,36 @@ def _halved(so_far: Envelope) -> Envelope:
     low, high = _widened(so_far, so_far.low.shape[1] + so_far.low.shape[1] % 2)
     low, high = np.fmin(low[:, ::2], low[:, 1::2]), np.fmax(high[:, ::2], high[:, 1::2])
     return Envelope(so_far.names, 2 * so_far.step_s, low, high)
+
+
+@by_content
+@dataclass(frozen=True)
+class Tally:
+    """Different values in ascending order, and how often each came."""
+
+    values: Array
+    counts: Integers
+
+    @property
+    def total(self) -> int:
+        """Returns the number of values counted."""
+        return int(self.counts.sum())
+
+    def quantile(self, share: float) -> float:
+        """Returns the least value that this share of all does not exceed; NaN where there are no values."""
+        if not len(self.values):
+            return float("nan")
+        place = np.searchsorted(np.cumsum(self.counts), share * self.total)
+        return float(self.values[min(int(place), len(self.values) - 1)])
+
+
+NONE = Tally(np.empty(0), np.empty(0, np.int64))
+
+
+def counted(so_far: Tally, values: Array) -> Tally:
+    """Returns the tally with further values counted."""
+    new, times = np.unique(values, return_counts=True)
+    both, place = np.unique(np.concatenate([so_far.values, new]), return_inverse=True)
+    counts = np.zeros(len(both), np.int64)
+    np.add.at(counts, place, np.concatenate([so_far.counts, times]))
+    return Tally(both, counts)

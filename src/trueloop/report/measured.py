@@ -8,8 +8,7 @@ from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.errors import Finding
 from trueloop.formats.inspections.measured_file import MeasuredFile
 from trueloop.formats.inspections.shared.checks import within
-from trueloop.turned.readings.matched import MatchedReading
-from trueloop.turned.readings.matches import MatchedTouch, Matches
+from trueloop.turned.readings.matches import MatchedReading, MatchedTouch, Matches
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from html import unescape
 from itertools import groupby
 from typing import Final, Literal
 
-from trueloop.controllers.links.compare import Difference
-from trueloop.controllers.links.words import WordDifference
+from trueloop.controllers.links.compare import Difference, WordDifference
 from trueloop.report.markup import esc, text_of
 from trueloop.report.texts.texts import ENGLISH, Texts
 

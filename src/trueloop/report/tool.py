@@ -8,12 +8,10 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags
-from trueloop.domain.edge_life import EdgeLife, edge_name, time, where
-from trueloop.domain.life import Cut, EdgeEvent
+from trueloop.domain.life import Cut, EdgeEvent, EdgeLife, edge_name, time, where
 from trueloop.errors import Finding
 from trueloop.memory.edge.learnt import Learned, Learnt
-from trueloop.report.markup import esc, fields, items, section, table
-from trueloop.report.shell import figure_block, html_page
+from trueloop.report.markup import esc, fields, figure_block, html_page, items, section, table
 from trueloop.report.style import (
     AFTER,
     BAND,

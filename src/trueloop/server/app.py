@@ -21,7 +21,7 @@ from trueloop.server.guarded import Service
 from trueloop.server.heap import start_giving_back
 from trueloop.server.identity.attempts import Attempts
 from trueloop.server.identity.oidc import SignIns
-from trueloop.server.identity.trusted import Oidc
+from trueloop.server.identity.provider import Oidc
 from trueloop.server.routes import (
     accounts,
     cell,

@@ -1,8 +1,17 @@
-"""Optimistic locking over HTTP: `ETag` in answers, `If-Match` in changes."""
+"""Optimistic locking over HTTP: `ETag` in answers, `If-Match` in changes.
 
-from fastapi import Request, Response
+How a reader wants to be told what is said in sentences and pictures: `Say`, his language and his unit of lengths.
 
+Numbers of an answer are in mm and µm whatever he wants; their names say so.
+"""
+
+from typing import Annotated
+
+from fastapi import Depends, Request, Response
+
+from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code, TrueloopError
+from trueloop.report.texts.texts import Texts
 from trueloop.server.identity.accounts import stale
 
 
@@ -28,3 +37,10 @@ def require_same(request: Request, now: str) -> None:
 def tag(response: Response, etag: str) -> None:
     """Sets the ETag of an answer."""
     response.headers["ETag"] = f'"{etag}"'
+
+
+def _texts(language: Language = "en", unit: LengthUnit = "mm") -> Texts:
+    return Texts(language, unit)
+
+
+Say = Annotated[Texts, Depends(_texts)]

@@ -1,17 +1,23 @@
-"""What stands before all addresses (plain ASGI): the host's name, sizes and times of bodies, headers, log, counts."""
+"""What stands before all addresses (plain ASGI): the host's name, sizes and times of bodies, headers, log, counts.
+
+Requests that take a few milliseconds of one processor take turns, two at a time.
+
+Python runs one thread at a time: eight that are let in at once spend as much again in handing its lock to each other,
+and each of them waits for all. What takes long, and what waits for somebody else, does not queue here.
+"""
 
 import asyncio
 import time
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any, Final
+from weakref import WeakKeyDictionary
 
 from starlette.datastructures import Headers, MutableHeaders
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.figures import Figures
-from trueloop.server.log import log
 from trueloop.server.problems import answer_of, unexpected
-from trueloop.server.settings import Settings
+from trueloop.server.settings import Settings, log
 
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
@@ -145,3 +151,13 @@ def too_large(limit: int, why: str) -> TrueloopError:
 def _address(scope: MutableMapping[str, Any]) -> str:
     client = scope.get("client")
     return str(client[0]) if client else ""
+
+
+AT_ONCE: Final = 2
+"""One that Python runs, and one that the database or the system works for."""
+_OF_LOOP: Final[WeakKeyDictionary[asyncio.AbstractEventLoop, asyncio.Semaphore]] = WeakKeyDictionary()
+
+
+def turn() -> asyncio.Semaphore:
+    """Returns the semaphore of the loop that runs: to be held by `async with`."""
+    return _OF_LOOP.setdefault(asyncio.get_running_loop(), asyncio.Semaphore(AT_ONCE))

@@ -16,11 +16,11 @@ from trueloop.factory.roles import By as FactoryBy
 from trueloop.factory.roles import Role
 from trueloop.server import once
 from trueloop.server.access import access_of, require
+from trueloop.server.gates import turn
 from trueloop.server.identity import keys, sessions
 from trueloop.server.identity.attempts import Attempts
 from trueloop.server.identity.who import Who
 from trueloop.server.settings import Settings
-from trueloop.server.turns import turn
 from trueloop.storage.store import Store
 
 _SAFE: Final = ("GET", "HEAD", "OPTIONS")

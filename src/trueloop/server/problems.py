@@ -17,7 +17,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.server.log import log
+from trueloop.server.settings import log
 from trueloop.storage.engines import AWAY
 
 _STATUS: Final[Mapping[str, int]] = {

@@ -16,9 +16,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.server import heap
 from trueloop.server.app import create_app
 from trueloop.server.connections import KEPT_ALIVE_S, bounded
-from trueloop.server.identity.trusted import Oidc
-from trueloop.server.log import log
-from trueloop.server.settings import Settings, is_loopback
+from trueloop.server.identity.provider import Oidc
+from trueloop.server.settings import Settings, is_loopback, log
 from trueloop.storage.store import Store
 
 END_S: Final = 5

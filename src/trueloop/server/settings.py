@@ -1,10 +1,17 @@
 """How a service is set up: `Settings`; every number that bounds it stands here."""
 
+import json
+import sys
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from importlib.util import find_spec
 from ipaddress import ip_address
 from pathlib import Path
+from threading import Lock
 from typing import Final
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.extras import install_command
 
 LOOPBACK_NAMES: Final = ("localhost", "127.0.0.1", "[::1]")
 
@@ -67,3 +74,36 @@ class Settings:
     def scheme(self) -> str:
         """Returns the scheme of its own addresses."""
         return "https" if self.tls else "http"
+
+
+_ONE: Final = Lock()
+
+
+def log(what: str, **values: object) -> None:
+    """Writes one line. JSON escapes what would end it: nobody writes a line of his own into it."""
+    line = json.dumps({"at": datetime.now(UTC).isoformat(timespec="milliseconds"), "what": what, **values}, default=str)
+    with _ONE:
+        sys.stderr.write(line + "\n")
+        sys.stderr.flush()
+
+
+NEEDED: Final = {
+    "argon2": "argon2-cffi",
+    "fastapi": "fastapi",
+    "joserfc": "joserfc",
+    "uvicorn": "uvicorn",
+    "zxcvbn": "zxcvbn",
+}
+"""What is imported, by the name of its package."""
+
+
+def require_packages() -> None:
+    """Raises SRV-PACKAGE for one that is not installed."""
+    for module, package in NEEDED.items():
+        if find_spec(module) is None:
+            raise TrueloopError(
+                Code.SRV_PACKAGE,
+                f"the service needs the package {package!r}",
+                hint=f"install it: {install_command('service')}",
+                values={"package": package},
+            )

@@ -7,10 +7,10 @@ from threading import Event, Thread
 from typing import Final
 
 from trueloop.errors import TrueloopError
-from trueloop.factory.silent import hold_silent
+from trueloop.factory.carry_out import hold_silent
 from trueloop.factory.tasks import run_task
 from trueloop.jobs.factory.runners import RUNNERS
-from trueloop.server.log import log
+from trueloop.server.settings import log
 from trueloop.storage.store import Store
 
 _IDLE_S: Final = 0.5

@@ -4,11 +4,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Final
 
-from trueloop.simulator.machine import REFERENCE_C, VirtualMachine
+from trueloop.simulator.machine import REFERENCE_C, VirtualMachine, VirtualProbe
 from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import SAME, Transfer
-from trueloop.simulator.probe import VirtualProbe
+from trueloop.simulator.nose import SAME, Nose, Transfer
 from trueloop.simulator.process import Deflection, Repeatability
 from trueloop.units import UM_PER_MM
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from trueloop._core import NoseSweep
 from trueloop.arrays import Array
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import CentrePath
+from trueloop.simulator.nose import CentrePath, Nose
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 REACH_MM: Final = 1.0

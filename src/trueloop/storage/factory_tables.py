@@ -8,9 +8,9 @@ other; `document` is JSON. An export holds values alone: none of these tables, a
 from datetime import UTC, datetime
 from typing import Any, Final
 
-from sqlalchemy import Column, Double, ForeignKey, Index, Integer, LargeBinary, Table, Text, UniqueConstraint
+from sqlalchemy import Column, Double, ForeignKey, Index, Integer, LargeBinary, MetaData, Table, Text, UniqueConstraint
 
-from trueloop.storage.metadata import METADATA
+METADATA: Final = MetaData()
 
 
 def stamp(at: datetime) -> str:

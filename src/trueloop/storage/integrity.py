@@ -9,8 +9,7 @@ from sqlalchemy import Connection, select
 from sqlalchemy.exc import DatabaseError
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage.bulk import rows_of
-from trueloop.storage.encoded import digest
+from trueloop.storage.encoded import digest, rows_of
 from trueloop.storage.kinds import KINDS, Kind
 from trueloop.storage.reading import AT_ONCE
 from trueloop.storage.store import Store

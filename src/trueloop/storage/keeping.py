@@ -9,8 +9,7 @@ from sqlalchemy import Connection, Row, insert, select
 
 from trueloop.domain.codec import Codec
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage.bulk import insert_rows
-from trueloop.storage.encoded import Encoded, Kept, encoded
+from trueloop.storage.encoded import Encoded, Kept, encoded, insert_rows
 from trueloop.storage.kinds import Kind, joined, kind_of, searchable
 from trueloop.storage.reading import Query, found
 from trueloop.storage.tables import ROWS, TABLES

@@ -11,18 +11,14 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from trueloop.domain.both_inspections import BothInspections
-from trueloop.domain.correction import Correction
 from trueloop.domain.factory import Run, RunFact, WorkOrder
-from trueloop.domain.inspection import Inspection
+from trueloop.domain.inspection import BothInspections, Inspection, StandardPart
 from trueloop.domain.life import Cut, EdgeEvent, InspectionLink, Quarantine
-from trueloop.domain.machine import Machine
 from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.program import Program, ProgramText
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
-from trueloop.domain.standard_part import StandardPart
-from trueloop.domain.tool import Edge, Setting, Tool
+from trueloop.domain.record import Correction, Program, ProgramText
+from trueloop.domain.tool import Edge, Machine, Setting, Tool
 
 Columns = Mapping[str, str | None]
 

@@ -7,11 +7,10 @@ from typing import Any
 from sqlalchemy import Connection, Select, bindparam, select
 
 from trueloop.domain.codec import Codec
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, InspectionLink
 from trueloop.domain.part import Part
-from trueloop.domain.record import Record
+from trueloop.domain.record import Correction, Record
 from trueloop.storage.encoded import Kept
 from trueloop.storage.kinds import joined, kind_of, searchable
 from trueloop.storage.reading import Query, found, kept

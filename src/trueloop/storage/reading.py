@@ -13,8 +13,7 @@ from sqlalchemy import Connection, Select, bindparam, select
 from sqlalchemy import Row as Result
 
 from trueloop.domain.codec import Codec
-from trueloop.storage.bulk import rows_of
-from trueloop.storage.encoded import Kept
+from trueloop.storage.encoded import Kept, rows_of
 from trueloop.storage.kinds import Kind, searchable
 from trueloop.storage.tables import ROWS, TABLES
 from trueloop.storage.value_rows import FORMS

@@ -10,23 +10,24 @@
 """
 
 import weakref
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
-from sqlalchemy import Connection, Engine
+from sqlalchemy import Connection, Engine, Table, func, insert, select
 
 from trueloop.domain import values
 from trueloop.domain.codec import Codec
-from trueloop.domain.correction import Correction
+from trueloop.domain.record import Correction
 from trueloop.storage.encoded import Kept
 from trueloop.storage.engines import WRITING, engine_of, understood, url_of
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import kind_of
 from trueloop.storage.reading import Query, found, shown
 from trueloop.storage.schema import bring_up_to_date, check_schema, older
+from trueloop.storage.tables import METADATA
 
 __all__ = ["Kept", "Store", "find", "keep", "open_store"]
 
@@ -139,3 +140,39 @@ def _keep_a_log(store: Store) -> None:
         with understood(store.where), store.engine.connect() as connection:
             raw: Any = connection.connection.dbapi_connection
             raw.execute("PRAGMA journal_mode = WAL")
+
+
+AT_ONCE: Final = 1000
+
+
+def copy_rows(source: Store, target: Store, said: Callable[[int], None]) -> int:
+    """Copies every row of every table, as `source` is at one moment, and returns their number; all or none.
+
+    `target` has tables of this version and no rows. `said` is called with the rows copied so far. Raises STO-FILE,
+    STO-BUSY, STO-WRITE.
+    """
+    count = 0
+    with source.reading() as reading, target.writing() as writing:
+        for table in METADATA.sorted_tables:
+            for rows in _rows(reading, table):
+                writing.execute(insert(table), rows)
+                count += len(rows)
+                said(count)
+            _number_on(writing, table)
+    return count
+
+
+def _rows(connection: Connection, table: Table) -> Any:
+    ordered = select(table).order_by(*table.primary_key.columns)
+    result = connection.execute(ordered.execution_options(yield_per=AT_ONCE))
+    return ([dict(row) for row in part] for part in result.mappings().partitions())
+
+
+def _number_on(connection: Connection, table: Table) -> None:
+    """PostgreSQL numbers rows by a sequence, which knows nothing of rows that came with their number."""
+    column = table.autoincrement_column
+    if connection.dialect.name != "postgresql" or column is None:
+        return
+    last = connection.execute(select(func.max(column))).scalar()
+    if last is not None:
+        connection.execute(select(func.setval(func.pg_get_serial_sequence(f'"{table.name}"', column.name), last)))

@@ -19,9 +19,8 @@ from sqlalchemy import (
     UniqueConstraint,
 )
 
-from trueloop.storage.factory_tables import LOGS, STATES
+from trueloop.storage.factory_tables import LOGS, METADATA, STATES
 from trueloop.storage.kinds import KINDS, Kind
-from trueloop.storage.metadata import METADATA
 from trueloop.storage.value_rows import FORMS, RowForm
 
 __all__ = ["LOGS", "METADATA", "ROWS", "STATES", "TABLES"]

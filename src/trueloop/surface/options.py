@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from trueloop.domain.limits import OF_SURFACES, Limits
-from trueloop.domain.option import Option
+from trueloop.domain.option import OF_SURFACES, Limits, Option
 from trueloop.surface.deviations.alignment import SETUP_MM
 
 

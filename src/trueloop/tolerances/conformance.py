@@ -10,7 +10,7 @@ from typing import Final
 
 from scipy.special import stdtr, stdtrit
 
-from trueloop.domain.judged import Judgement, Verdict
+from trueloop.domain.characteristic import Judgement, Verdict
 
 PROVEN: Final = 0.95
 """One-sided probability with which a value has to be inside, or outside, a limit."""

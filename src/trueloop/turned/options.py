@@ -3,8 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
-from trueloop.domain.limits import Limits
-from trueloop.domain.option import Option
+from trueloop.domain.option import Limits, Option
 from trueloop.turned.fit.between_cuts import PRIOR, BetweenCuts
 from trueloop.turned.fit.options import FitOptions
 

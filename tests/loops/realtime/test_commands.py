@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from tests.support.bad_images import good_image
 from tests.support.realtime_lathe import WIDE
-from trueloop.cli.failure import ExitStatus
 from trueloop.cli.main import app
+from trueloop.cli.terminal import ExitStatus
 from trueloop.controllers.linuxcnc.component import source
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.image import RealTimeLimits

@@ -10,7 +10,7 @@ from tests.support.linuxcnc_start import STARTED, STARTER
 from tests.support.refusals import refused
 from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
-from trueloop.controllers.linuxcnc.realtime.hal_lines import wiring
+from trueloop.controllers.linuxcnc.realtime.hal_lines import watching, wiring
 from trueloop.controllers.linuxcnc.realtime.sampled import MOST_PINS, sampled_pins, sampler_lines
 from trueloop.controllers.linuxcnc.realtime.session import (
     QUIET,
@@ -22,7 +22,6 @@ from trueloop.controllers.linuxcnc.realtime.session import (
     put,
     record,
 )
-from trueloop.controllers.linuxcnc.realtime.watch_lines import watching
 from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.realtime.samples_csv import read_samples

@@ -13,7 +13,7 @@ from scipy.special import ndtri, stdtrit
 from typer.testing import Result
 
 from tests.support.cli import invoke
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.domain.record import sha256_of
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction

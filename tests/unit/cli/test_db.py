@@ -13,9 +13,9 @@ import pytest
 from tests.support.cli import invoke, output_of
 from tests.support.records import TURNED
 from tests.support.stores import AT, cut, link, touched
-from trueloop.cli.failure import ExitStatus
-from trueloop.domain.machine import Machine
-from trueloop.domain.program import Program
+from trueloop.cli.terminal import ExitStatus
+from trueloop.domain.record import Program
+from trueloop.domain.tool import Machine
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.requests import RecordTransfer
 from trueloop.factory.roles import By, Role

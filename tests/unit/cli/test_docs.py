@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from trueloop.cli.failure import ExitStatus
 from trueloop.cli.main import app
+from trueloop.cli.terminal import ExitStatus
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "cli.md").read_text(encoding="utf-8")
 COMMANDS = (

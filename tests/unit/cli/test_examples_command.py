@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.cli import invoke
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.errors import Code
 from trueloop.formats.examples import EXAMPLES, titles
 

@@ -13,8 +13,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
-from trueloop.cli.failure import TRACEBACK_VARIABLE, ExitStatus, guarded
-from trueloop.cli.terminal import AsJson
+from trueloop.cli.terminal import TRACEBACK_VARIABLE, AsJson, ExitStatus, guarded
 from trueloop.errors import Code, Place, TrueloopError
 
 TRUELOOP = str(Path(sys.executable).with_name("trueloop"))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tests.support.cli import invoke
 from tests.support.job_in_store import FINISH, SERIAL, JobInStore, job_in_store
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.storage.integrity import damage
 from trueloop.storage.kinds import KINDS
 from trueloop.storage.store import find

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.cli import invoke, output_of
-from trueloop.domain.program import Program, ProgramText
-from trueloop.domain.record import sha256_of
+from trueloop.domain.record import Program, ProgramText, sha256_of
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.requests import ReleaseProgram
 from trueloop.factory.roles import By, Role

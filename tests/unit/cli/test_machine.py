@@ -11,9 +11,8 @@ import pytest
 from tests.support.cli import output_of
 from tests.support.machines import random_directions, random_model
 from trueloop.arrays import Array
-from trueloop.domain.both_inspections import BothInspections, MachineStood
-from trueloop.domain.inspection import Inspection
-from trueloop.domain.machine import Machine
+from trueloop.domain.inspection import BothInspections, Inspection, MachineStood
+from trueloop.domain.tool import Machine
 from trueloop.formats.jobs.machine_toml import read_machine
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model

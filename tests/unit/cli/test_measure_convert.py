@@ -6,7 +6,7 @@ import pytest
 
 from tests.support.cli import invoke
 from tests.support.qdas import HEAD, characteristic, value_line
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.formats.examples import example
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import Stated

@@ -17,9 +17,9 @@ from tests.support.cli import invoke
 from tests.support.correction import EXAMPLES, example_inputs
 from tests.support.edge_example import text_of
 from tests.support.edge_in_simulator import measured_vectors, workshop_of
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Quarantine
+from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge, Tool
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.cli import invoke
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 FINISH = EXAMPLES / "modbas2" / "finish.nc"

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import Result
 
 from tests.support.cli import invoke
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 
 MODBAS2 = Path(__file__).parents[3] / "examples" / "modbas2"
 ARRIVED, COLLAR, DOME, LEFT = 17, 23, 29, 32

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.cli import invoke
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.nc.program.program import Program, read_program
 
 SQUARE = "G21 G90\nG0 X0 Y0 Z5\nG1 Z-1 F100\nX10\nY10\nM30\n"

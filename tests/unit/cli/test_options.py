@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from typer.testing import CliRunner
 
-from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.terminal import ExitStatus, guarded
 
 
 @dataclass(frozen=True, kw_only=True)

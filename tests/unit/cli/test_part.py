@@ -11,7 +11,7 @@ from ezdxf.filemanagement import new
 
 from tests.support.cli import invoke
 from trueloop.arrays import Array
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.part_tables import PartTable
 from trueloop.formats.jobs.profile_of_job import profile_of_table

@@ -13,7 +13,7 @@ from tests.unit.realtime.test_judge import corrected_run
 from trueloop.arrays import Array
 from trueloop.formats.realtime.samples_csv import read_samples, samples_csv
 from trueloop.formats.tables.model_file import model_to_json
-from trueloop.jobs.realtime.check import driven_run
+from trueloop.jobs.realtime.watched import driven_run
 from trueloop.realtime.samples import Samples, column_names
 
 UNITS = {"T1": "°C"}

@@ -12,7 +12,7 @@ import pytest
 
 from tests.support.cli import run
 from trueloop.arrays import Array
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.domain.record import sha256_of
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import CadFace, read_face, read_faces

@@ -17,7 +17,7 @@ from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.session import ProbedPart, probe
 from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.measurements.probe_log import LoggedTouch, parse_probe_log
+from trueloop.formats.measurements.touches_csv import LoggedTouch, parse_probe_log
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.validate import checked_profile
 from trueloop.probing.calibration import BallCalibration

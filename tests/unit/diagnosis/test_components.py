@@ -8,13 +8,17 @@ from scipy.stats import t as student
 
 from tests.support.machines import chain_with_travel, random_directions, random_model, random_state, readings
 from trueloop.arrays import Array
-from trueloop.diagnosis.components import Inspections, error_components
-from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
+from trueloop.diagnosis.components import (
+    FrameDiscrepancy,
+    Inspections,
+    error_components,
+    fit_frame_discrepancy,
+    without_discrepancy,
+)
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.position_basis import CONSTANT
 from trueloop.machine.model.structure import turning_terms
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term
 
 LATHE = Machine("lathe", chain_with_travel("turning"))
 TOOL_MM = np.array([60.0, 0.0, 35.0])

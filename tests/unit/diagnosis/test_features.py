@@ -9,12 +9,9 @@ from hypothesis import strategies as st
 from scipy import optimize, stats
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.features.averaged import averaged
-from trueloop.diagnosis.features.errors_of import errors_of
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace
+from trueloop.diagnosis.features.errors_of import errors_of, undetermined
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace, SeenPoints, averaged
 from trueloop.diagnosis.features.form import fitted
-from trueloop.diagnosis.features.seen_points import SeenPoints
-from trueloop.diagnosis.features.undetermined import undetermined
 from trueloop.errors import Code, Finding
 
 U = 0.001

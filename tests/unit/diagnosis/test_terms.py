@@ -8,12 +8,10 @@ import pytest
 
 from tests.support.refusals import refused
 from trueloop.arrays import Array
-from trueloop.diagnosis.terms.columns import with_order
-from trueloop.diagnosis.terms.judge import Verdict, judge
-from trueloop.diagnosis.terms.one_after_another import one_after_another
+from trueloop.diagnosis.terms.judge import Verdict, judge, one_after_another
 from trueloop.diagnosis.terms.question import question
-from trueloop.diagnosis.terms.residuals import Residuals
 from trueloop.diagnosis.terms.separators import _designs
+from trueloop.diagnosis.terms.suspects import Residuals, with_order
 from trueloop.errors import Code
 from trueloop.machine.model.model import State, design
 from trueloop.machine.model.names import error_name

@@ -8,8 +8,7 @@ from hypothesis import given
 
 from tests.support.records import records
 from trueloop.arrays import Array
-from trueloop.domain.correction import Correction
-from trueloop.domain.record import Record
+from trueloop.domain.record import Correction, Record
 from trueloop.domain.values import CODEC as VALUES
 
 

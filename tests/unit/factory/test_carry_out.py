@@ -21,7 +21,7 @@ from tests.support.factory import (
     touches_of,
 )
 from trueloop.domain.factory import BlockKind, Conditions, FactKind, PartState, Run, RunFact, StepState
-from trueloop.domain.program import ProgramText
+from trueloop.domain.record import ProgramText
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out

@@ -12,13 +12,11 @@ from tests.support.correction import example_correction
 from tests.support.factory import BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, Shop
 from tests.support.kept import EDGE, MADE_AT, SET_AT, of_part
 from tests.support.series import inspection
-from trueloop.domain.correction import Correction
-from trueloop.domain.edge_life import edge_name
 from trueloop.domain.factory import BlockKind, FactKind, PartState, StepState
 from trueloop.domain.inspection import CmmPoint, Inspection
-from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.life import Cut, InspectionLink, Stage, edge_name
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.program import ProgramText
+from trueloop.domain.record import Correction, ProgramText
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
@@ -38,8 +36,8 @@ from trueloop.factory.shown.records import (
 )
 from trueloop.factory.shown.series import series_rows, series_view
 from trueloop.factory.views.orders import CorrectedFrom
-from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.factory_tables import TEMPERATURE, stamp
 from trueloop.storage.store import Store, keep, open_store

@@ -5,8 +5,8 @@ from datetime import timedelta
 from tests.support.factory import CELL, Shop
 from trueloop.domain.factory import FactKind, PartState, StepState
 from trueloop.factory import requests as ask
+from trueloop.factory.carry_out import hold_silent
 from trueloop.factory.shown.machines import heard
-from trueloop.factory.silent import hold_silent
 from trueloop.storage.store import Store
 
 LIMIT_S = 60.0

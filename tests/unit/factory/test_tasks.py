@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.factory import AT, CELL, ENGINEER, Shop
 from trueloop.domain.factory import Block, BlockKind, Conditions, FactKind, PartState
-from trueloop.domain.program import ProgramText
+from trueloop.domain.record import ProgramText
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out

@@ -12,8 +12,7 @@ from trueloop.arrays import Array
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import read_face, read_faces, surface_to_bytes, write_surface
 from trueloop.formats.cad.trim import classified, distance_mm, edges_mm
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import closest
+from trueloop.geometry.surface import Surface, closest
 from trueloop.surface.deviations.plausibility import BEYOND_MM
 
 RNG = np.random.default_rng(51)

@@ -8,14 +8,13 @@ import pytest
 
 from tests.support.surfaces import random_surface, wavy_surface
 from trueloop.arrays import Array
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.loops import Loop
 from trueloop.formats.cad.step import CadFace, read_face, read_faces, write_surface
 from trueloop.formats.cad.trim import distance_mm, edges_mm
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import closest
+from trueloop.geometry.surface import Surface, closest
 from trueloop.surface.compensation.shift import corrected_surface
 
 RNG = np.random.default_rng(71)

@@ -27,7 +27,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad import step as cad
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import CadFace, read_face, read_faces, read_shape
-from trueloop.geometry.surface_closest import closest
+from trueloop.geometry.surface import closest
 from trueloop.surface.deviations.deviations import surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 

@@ -13,8 +13,7 @@ from trueloop.formats.tables.control_tables import CAUTION, heidenhain_cma, heid
 from trueloop.machine.correct import AxisTable, axis_table
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import segments
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import Part, Term, segments
 
 MILL = Machine("mill", chain_with_travel("mill-gantry"))
 AT = np.linspace(3.0, 497.0, 67)

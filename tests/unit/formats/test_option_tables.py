@@ -6,9 +6,7 @@ from typing import Annotated
 import pytest
 from pydantic import ValidationError
 
-from trueloop.domain.limits import Limits
-from trueloop.domain.map_options import MapOptions
-from trueloop.domain.option import Option, choices_of, inside
+from trueloop.domain.option import Limits, MapOptions, Option, choices_of, inside
 from trueloop.formats.option_tables import options_from, with_options
 from trueloop.formats.toml_tables import Table
 from trueloop.probing.probe_plan import Approach

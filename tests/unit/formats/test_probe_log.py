@@ -6,7 +6,7 @@ import pytest
 from tests.support.probing import STEP, log_of, plan_of
 from trueloop.controllers.probing import Settings
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.measurements.probe_log import parse_probe_log
+from trueloop.formats.measurements.touches_csv import parse_probe_log
 
 PLAN = plan_of(STEP, {"cylinder": 3, "face": 2})
 

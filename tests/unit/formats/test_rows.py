@@ -13,9 +13,9 @@ from trueloop.errors import Code
 from trueloop.formats.measurements.field_csv import read_field
 from trueloop.formats.measurements.history_csv import read_drift, read_history
 from trueloop.formats.measurements.inspections_csv import read_inspections
-from trueloop.formats.measurements.points_csv import read_points
 from trueloop.formats.measurements.positioning_data import read_positioning
 from trueloop.formats.measurements.readings_csv import read_readings
+from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.measurements.touches_csv import read_touches
 
 PLACES = ",".join(f"{kind}_{c}_mm" for kind in ("nominal", "controller", "cmm") for c in "xyz")

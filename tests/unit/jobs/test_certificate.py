@@ -10,15 +10,13 @@ import pytest
 
 from tests.loops.test_cut_with import FIRST, SECOND, correct
 from tests.support.cli import run
-from trueloop.domain.both_inspections import BothInspections, MachineStood
 from trueloop.domain.characteristic import Quantity
-from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.inspection import BothInspections, Inspection, MachineStood, Reading
 from trueloop.domain.life import Cut, InspectionLink, Stage
-from trueloop.domain.machine import Machine
 from trueloop.domain.model_version import ModelDecision
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.program import ProgramText
-from trueloop.domain.tool import Edge, Setting, Tool
+from trueloop.domain.record import ProgramText
+from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
 from trueloop.jobs.store.codec import store_codec

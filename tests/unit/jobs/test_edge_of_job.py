@@ -10,8 +10,8 @@ import pytest
 from tests.support.cli import run
 from tests.support.correction import EXAMPLES
 from tests.support.tools import at, mount, put, set_anew, turn
-from trueloop.domain.correction import Correction
 from trueloop.domain.life import Cut
+from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.codec import store_codec

@@ -10,14 +10,13 @@ import pytest
 
 from tests.support.cli import invoke
 from tests.support.correction import EXAMPLES
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.part import Part
-from trueloop.domain.program import ProgramText
+from trueloop.domain.record import Correction, ProgramText
 from trueloop.domain.tool import Edge, Tool
 from trueloop.jobs.store.history import history_of
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.storage.store import Store, find, open_store

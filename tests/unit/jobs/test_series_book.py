@@ -16,8 +16,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, only_type, read_book
 from trueloop.jobs.series import status_of
 from trueloop.loops.post_process.decide import OVERRIDES
-from trueloop.loops.post_process.options import NAMES, SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.loops.post_process.series import NAMES, SeriesOptions
 from trueloop.storage.store import Store, keep, open_store
 from trueloop.units import UM_PER_MM
 

@@ -10,9 +10,8 @@ from tests.support.surfaces import wavy_surface
 from trueloop.domain.inspection import Inspection
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.surface.added import Added, Together, add_parts
 from trueloop.jobs.surface.job import ReadSurface, pattern_of_parts
-from trueloop.jobs.surface.kept_parts import keep_parts, measured_of, with_kept_parts
+from trueloop.jobs.surface.kept_parts import Added, Together, add_parts, keep_parts, measured_of, with_kept_parts
 from trueloop.loops.surface.over_parts import NoticedPart, as_findings, notice_in_order
 from trueloop.loops.surface.surface import SurfaceModel, model_of
 from trueloop.memory.noticing.alarm import What

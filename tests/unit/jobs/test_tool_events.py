@@ -5,11 +5,9 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from tests.support.tools import DAY, NOW, at, mount, put, set_anew, turn
-from trueloop.domain.edge_life import in_pockets, lives
-from trueloop.domain.life import Cut, EdgeEventKind, Stage
-from trueloop.domain.machine import Machine
+from trueloop.domain.life import Cut, EdgeEventKind, Stage, in_pockets, lives
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.tool import Edge, Setting, Tool
+from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.tools import (
     Happened,

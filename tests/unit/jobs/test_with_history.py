@@ -10,9 +10,9 @@ import pytest
 
 from tests.support.cli import invoke
 from tests.support.correction import EXAMPLES
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.jobs.store.codec import store_codec
 from trueloop.storage.store import Store, find, keep, open_store

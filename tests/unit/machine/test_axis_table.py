@@ -10,9 +10,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.machine.correct import axis_table
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT
 from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term
 
 CHAIN = chain_with_travel("mill-gantry")
 PUSHED_BY_Z = MachineModel(

@@ -17,8 +17,7 @@ from trueloop.machine.model.history import Clock, History, Lag, lag_signals, sig
 from trueloop.machine.model.kinematics import exact_error_mm
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT, polynomial
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.machine.model.validity import check_state
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))

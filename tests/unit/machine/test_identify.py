@@ -8,9 +8,8 @@ from tests.support.machines import chain_with_travel, random_directions, random_
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.model import Machine, State
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT, polynomial, segments
 from trueloop.machine.model.structure import mill_terms, turning_terms
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial, segments
 
 LATHE = Machine("lathe", chain_with_travel("turning"))
 MILL = Machine("mill", chain_with_travel("mill-table-x"))

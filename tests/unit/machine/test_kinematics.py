@@ -5,8 +5,7 @@ import pytest
 import sympy as sp
 
 from trueloop.machine.model.chain import ZERO, Chain
-from trueloop.machine.model.jacobian import first_order_error_mm, influences
-from trueloop.machine.model.kinematics import exact_error_mm, tool_in_work_mm
+from trueloop.machine.model.kinematics import exact_error_mm, first_order_error_mm, influences, tool_in_work_mm
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import PRESETS, chain_of
 

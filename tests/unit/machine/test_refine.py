@@ -13,9 +13,8 @@ from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Term
 from trueloop.machine.refine.guilty import Guilty, with_guilty
-from trueloop.machine.refine.judged import _whitened
 from trueloop.machine.refine.left import LeftOnParts, changes
-from trueloop.machine.refine.refine import refine, require_better
+from trueloop.machine.refine.refine import _whitened, refine, require_better
 from trueloop.machine.refine.update import Updated, update
 
 CASES = [

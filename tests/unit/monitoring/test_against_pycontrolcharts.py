@@ -5,8 +5,7 @@ import pytest
 from pycontrolcharts import CustomLimits, RunTestConfig, calc_xmr, run_tests_with_custom_limits
 
 from trueloop.arrays import Array
-from trueloop.monitoring.charts import baseline, individuals, moving_range
-from trueloop.monitoring.rules import RULES, Rule
+from trueloop.monitoring.charts import RULES, Rule, baseline, individuals, moving_range
 
 TYPES = {2: (3, 4), 5: (7, 8)}
 """Their numbers of what they find of each test, above and below: all parts of the run. Of test 6 they miss runs."""

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import integrate
 
 from trueloop.arrays import Array
-from trueloop.monitoring.correlation import correlation
 from trueloop.monitoring.explain import SIZE, Explanation, explained
+from trueloop.monitoring.segments import correlation
 
 RNG = np.random.default_rng(6876)
 

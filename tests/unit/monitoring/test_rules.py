@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trueloop.monitoring.rules import RULES
+from trueloop.monitoring.charts import RULES
 
 SHORTEST: dict[int, list[float]] = {
     1: [3.1],

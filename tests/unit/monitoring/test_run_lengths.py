@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array, Flags
-from trueloop.monitoring.charts import CUSUM_ALLOWANCE, CUSUM_INTERVAL, EWMA_WEIGHT, EWMA_WIDTH
-from trueloop.monitoring.rules import RULES
+from trueloop.monitoring.charts import CUSUM_ALLOWANCE, CUSUM_INTERVAL, EWMA_WEIGHT, EWMA_WIDTH, RULES
 from trueloop.monitoring.statistics_of_charts import cusum, ewma, ewma_sigma
 
 RUNS = 8000

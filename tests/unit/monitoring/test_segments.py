@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.monitoring.charts import baseline
-from trueloop.monitoring.rules import RULES
+from trueloop.monitoring.charts import RULES, baseline
 from trueloop.monitoring.segments import charted
 
 RNG = np.random.default_rng(4773)

@@ -12,8 +12,7 @@ from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import polynomial
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import Part, Term, polynomial
 from trueloop.nc.field.field import affine_field
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import PER_MINUTE, PER_REVOLUTION

@@ -10,10 +10,9 @@ from scipy.spatial import KDTree
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile, junctions_of
-from trueloop.probing.cmm_moves import MARGIN_MM, CmmApproach, CmmMove, cmm_moves, way_back
-from trueloop.probing.cmm_plan import CmmTouch, cmm_plan
-from trueloop.probing.obstacle import stock_obstacle
+from trueloop.probing.cmm_plan import MARGIN_MM, CmmApproach, CmmMove, CmmTouch, cmm_moves, cmm_plan, way_back
 from trueloop.probing.plan import Spacing, equally_spaced
+from trueloop.probing.stylus import stock_obstacle
 
 FEATURES = (
     Line("journal", (15.0, -80.0), (15.0, -60.0)),

@@ -9,7 +9,7 @@ from tests.support.probing import APPROACH, STEP, example_plan, log_of, plan_of
 from trueloop.arrays import Array
 from trueloop.controllers.probing import Settings
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.measurements.probe_log import parse_probe_log
+from trueloop.formats.measurements.touches_csv import parse_probe_log
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.probe_match import MatchedTouches, match_touches
 from trueloop.probing.probe_plan import ProbePlan

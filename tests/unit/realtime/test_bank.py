@@ -12,9 +12,8 @@ from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT, polynomial
 from trueloop.machine.model.structure import PRESETS
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.realtime.bank import Stated, bank_of, signals_of
 from trueloop.realtime.image import Bank, Identity, Image, RealTimeLimits
 

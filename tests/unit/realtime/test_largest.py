@@ -11,8 +11,7 @@ from tests.support.machines import chain_with_travel
 from trueloop.arrays import Array
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import CONSTANT, polynomial
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
 from trueloop.realtime.largest import extent_of

@@ -13,10 +13,8 @@ from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.realtime.sampled import sampled_pins, streams
 from trueloop.controllers.linuxcnc.realtime.watch import layout_of, samples_of
 from trueloop.errors import Code
-from trueloop.realtime.envelope import empty, envelope, gathered, merged
-from trueloop.realtime.events import events
-from trueloop.realtime.samples import Samples, column_names
-from trueloop.realtime.tally import NONE, counted
+from trueloop.realtime.envelope import NONE, counted, empty, envelope, gathered, merged
+from trueloop.realtime.samples import Samples, column_names, events
 from trueloop.report.realtime.page import parts_figure, run_page
 from trueloop.report.realtime.run import FinishedPart, RunPage, largest_um, trace_of
 from trueloop.report.style import LEFT_ON, TAKEN

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.domain.judged import Judged, Judgement
+from trueloop.domain.characteristic import Characteristic, Judged, Judgement, Quantity
 from trueloop.report.markup import text_of
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.characteristic_table import characteristic_table, tightest_first

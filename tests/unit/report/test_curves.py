@@ -7,7 +7,7 @@ import pytest
 from plotly.graph_objects import Figure as PlotlyFigure
 
 from tests.support.correction import example_correction, example_inputs
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.style import Figure, Trace
 from trueloop.report.turned.figures.curves import error_curve

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support import diagnosis
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart
+from trueloop.diagnosis.causes.cause import SeenBy, SeenPart
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
 from trueloop.report.diagnosis import lines
 from trueloop.report.diagnosis.causes import credible

@@ -4,12 +4,11 @@ from dataclasses import replace
 from datetime import UTC, datetime
 
 from tests.support.correction import example_correction
-from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.tool import Edge, Tool
+from trueloop.domain.tool import Edge, Machine, Tool
 from trueloop.report.markup import text_of
 from trueloop.report.texts.texts import Texts
-from trueloop.report.turned.header import header, header_fields
+from trueloop.report.turned.summary import header, header_fields
 
 RECORD = example_correction("modbas2").record
 PART = PartType("shaft", "C", "6061-T6", "D-4711")

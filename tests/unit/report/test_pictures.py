@@ -12,8 +12,7 @@ from trueloop.report.series.figure import proposal_figure
 from trueloop.report.still import svg
 from trueloop.report.style import DARK, in_the_dark
 from trueloop.report.texts.texts import Texts
-from trueloop.report.turned.curve_pictures import curve_pictures, curve_svg
-from trueloop.report.turned.figures.curves import error_curve
+from trueloop.report.turned.figures.curves import curve_pictures, curve_svg, error_curve
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -6,7 +6,7 @@ from tests.support.worn_lathe import cut, lathe_model, yaw
 from trueloop.machine.model.model import Acceptance, Version
 from trueloop.machine.model.names import error_name
 from trueloop.machine.refine.refine import refine
-from trueloop.report.diagnosis.machine_values import refinement_shape
+from trueloop.report.diagnosis.machine_shapes import refinement_shape
 
 
 def test_a_refinement_as_values() -> None:

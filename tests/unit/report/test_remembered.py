@@ -14,7 +14,7 @@ from trueloop.report import style
 from trueloop.report.markup import text_of
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.correction_json import json_text
-from trueloop.report.turned.figures.uncertainty import budget_words, uncertainty
+from trueloop.report.turned.figures.curves import budget_words, uncertainty
 from trueloop.report.turned.page import page
 from trueloop.report.turned.remembered import remembered
 

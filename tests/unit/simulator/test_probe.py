@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from trueloop.geometry.feature import Arc, Line
-from trueloop.simulator.machine import ErrorTerm, MachineError
+from trueloop.simulator.machine import ErrorTerm, MachineError, VirtualProbe, ball_contact_mm
 from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import path_along
-from trueloop.simulator.probe import VirtualProbe, ball_contact_mm
+from trueloop.simulator.nose import Nose, path_along
 from trueloop.simulator.process import Stock, sweep
 
 NOSE = Nose(0.8)

@@ -6,8 +6,7 @@ import numpy as np
 
 from trueloop.geometry.feature import Line
 from trueloop.simulator.machine import ErrorTerm, MachineError, VirtualMachine
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import CentrePath, path_along, path_of_positions
+from trueloop.simulator.nose import CentrePath, Nose, path_along, path_of_positions
 from trueloop.simulator.process import Backlash, Deflection, Repeatability, Stock, sweep
 
 NOSE = Nose(0.8)

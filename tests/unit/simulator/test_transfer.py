@@ -12,8 +12,7 @@ from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.geometry.feature import Line, contact_angle_rad
 from trueloop.loops.simulated.simulated import simulate, trial_of
 from trueloop.simulator.machine import VirtualMachine
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import SAME, Transfer, path_along
+from trueloop.simulator.nose import SAME, Nose, Transfer, path_along
 from trueloop.simulator.presets import NIST_TRANSFER, nist
 from trueloop.simulator.process import Repeatability, Stock
 

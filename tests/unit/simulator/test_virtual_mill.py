@@ -9,9 +9,17 @@ from tests.support.surfaces import wavy_surface
 from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.simulator.mill import EndMill, MilledStock, VirtualCmm, ball_end
+from trueloop.simulator.mill import (
+    STEP_MM,
+    EndMill,
+    MilledStock,
+    Passes,
+    VirtualCmm,
+    VirtualMill,
+    ball_end,
+    passes_over,
+)
 from trueloop.simulator.process import WAVES, SurfaceProcess, Variation, published_process
-from trueloop.simulator.virtual_mill import STEP_MM, Passes, VirtualMill, passes_over
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
 

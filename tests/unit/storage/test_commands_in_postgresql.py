@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.cli import invoke, output_of
 from tests.support.postgresql import Server
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 
 MODBAS2 = Path(__file__).parents[3] / "examples" / "modbas2"
 GIVEN = ("--job", MODBAS2 / "job.toml", "--serial", "2511")

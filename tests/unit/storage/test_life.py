@@ -4,9 +4,9 @@ from dataclasses import replace
 
 from tests.support.records import TURNED
 from tests.support.stores import AT, TYPE, cut, link, part, touched
-from trueloop.domain.correction import Correction
 from trueloop.domain.life import Stage
 from trueloop.domain.part import Part
+from trueloop.domain.record import Correction
 from trueloop.storage.life import life
 from trueloop.storage.store import keep, open_store
 

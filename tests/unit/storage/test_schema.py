@@ -15,16 +15,13 @@ from sqlalchemy import Engine, create_engine, inspect
 from tests.support.postgresql import Server
 from tests.support.records import TURNED
 from tests.support.stores import AT, cut, link, part, touched
-from trueloop.domain.both_inspections import BothInspections, MachineStood
 from trueloop.domain.characteristic import Quantity
-from trueloop.domain.correction import Correction
-from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.inspection import BothInspections, Inspection, MachineStood, Reading, StandardPart
 from trueloop.domain.life import Cut, InspectionLink
-from trueloop.domain.machine import Machine
 from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import PartType
-from trueloop.domain.record import sha256_of
-from trueloop.domain.standard_part import StandardPart
+from trueloop.domain.record import Correction, sha256_of
+from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage import schema
 from trueloop.storage.integrity import damage

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.cli import output_of
-from trueloop.cli.failure import ExitStatus
+from trueloop.cli.terminal import ExitStatus
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage.reading import shown
 from trueloop.storage.store import open_store

@@ -14,13 +14,11 @@ from sqlalchemy import insert
 from tests.support import records
 from tests.support.stores import AT, EDGE, TYPE, cut, link, part, touched
 from trueloop.domain.characteristic import Quantity
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind, InspectionLink
-from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.record import Record
-from trueloop.domain.tool import Edge, Setting, Tool
+from trueloop.domain.record import Correction, Record
+from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.domain.values import CODEC
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage.keeping import Keeping

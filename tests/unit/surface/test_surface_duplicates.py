@@ -8,8 +8,7 @@ from tests.support.surfaces import wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, Severity
 from trueloop.surface.deviations.deviations import SurfaceDeviations, surface_deviations
-from trueloop.surface.deviations.duplicates import averaged, first_of_place
-from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.deviations.points import MeasuredPoints, averaged, first_of_place
 
 RNG = np.random.default_rng(60)
 SURFACE = wavy_surface()

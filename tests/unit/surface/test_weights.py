@@ -7,8 +7,7 @@ from scipy.spatial.distance import cdist
 from tests.support.surfaces import square_places
 from trueloop.arrays import Array
 from trueloop.surface.separation import moran as module
-from trueloop.surface.separation.lattice import lattice_of
-from trueloop.surface.separation.moran import Weights, moran_i
+from trueloop.surface.separation.moran import Weights, lattice_of, moran_i
 from trueloop.surface.separation.neighbourhood import Neighbourhood, permutation_p_value, residual_null
 from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.spline_surface import Size

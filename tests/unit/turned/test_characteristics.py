@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.correction import example_inputs
-from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.domain.judged import Judged
+from trueloop.domain.characteristic import Characteristic, Judged, Quantity
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 

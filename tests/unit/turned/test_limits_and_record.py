@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array
-from trueloop.domain.limits import Limits, check_age
+from trueloop.domain.option import Limits, check_age
 from trueloop.domain.record import check_same_program, check_uncorrected, record_id, sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, shifted_contour
 from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset, cut_mm
+from trueloop.turned.compensation.prediction import correction_table
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled
-from trueloop.turned.compensation.table import correction_table
 
 from .shapes import FEATURES, NOSE_RADIUS_MM, PART
 

@@ -2,7 +2,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
-from trueloop.turned.readings.matched import feature_named, match_by_name, matched_by_name
+from trueloop.turned.readings.matches import feature_named, match_by_name, matched_by_name
 
 PROFILE = checked_profile(
     [

@@ -13,8 +13,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.fit.prior.part_state import part_state
-from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.seen import Seen
+from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
 UM = 1e-3

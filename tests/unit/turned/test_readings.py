@@ -14,11 +14,10 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.turned.readings.matched import MatchedReading, matched_by_name
+from trueloop.turned.readings.matches import MatchedReading, matched_by_name
 from trueloop.turned.readings.observed import datum_of, repeated, seen_by
 from trueloop.turned.readings.vectors import with_readings
-from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.seen import Seen
+from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.turned.touches.touches import Gauging
 
 PROFILE = checked_profile(

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from trueloop.turned.readings.shared import own_seen, shared_words
-from trueloop.turned.touches.seen import Seen
+from trueloop.turned.readings.vectors import own_seen, shared_words
+from trueloop.turned.touches.error_vectors import Seen
 
 DATUM = Seen.at("front (datum)", ((0, 5.0, 1.0),), 0.0, 0.0)
 FIRST = Seen.at("L1", ((1, 2.0, 1.0), (0, 5.0, -1.0)), 0.012, 0.003)

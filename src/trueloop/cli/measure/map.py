@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.failure import guarded
-from trueloop.cli.terminal import print_lines
+from trueloop.cli.terminal import guarded, print_lines
 
 if TYPE_CHECKING:
     from trueloop.jobs.measure.table_mapping import Mapped
@@ -76,7 +75,7 @@ def _print_columns(mapped: "Mapped") -> None:
 def _print_values(mapped: "Mapped") -> None:
     from dataclasses import replace
 
-    from trueloop.cli.measure.measured_table import print_file
+    from trueloop.cli.measure.read import print_file
     from trueloop.formats.inspections.measured_file import MeasuredFile
     from trueloop.report.measured import FileOnPart, OnPart
 

@@ -6,9 +6,8 @@ from typing import Annotated, Final
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.shared_options import positive
-from trueloop.cli.terminal import put
+from trueloop.cli.terminal import guarded, put
 
 Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job whose points are to be measured.")]
 Angles = Annotated[
@@ -48,8 +47,8 @@ def plan(job: Job, moves: Moves, angle: Angles = None, diameters: Diameters = Fa
         kinds = ", ".join(PROGRAMS), ", ".join(LISTS)
         raise typer.BadParameter(f"{output.name!r} ends with none of {kinds[0]} (program), {kinds[1]} (list)")
     from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
-    from trueloop.jobs.measure.measuring import program_of, read_measuring
-    from trueloop.probing.cmm_moves import CmmApproach
+    from trueloop.jobs.measure.probing import program_of, read_measuring
+    from trueloop.probing.cmm_plan import CmmApproach
 
     measuring = read_measuring(job, angle or (0.0,), diameters=diameters)
     if output is None or output.suffix.lower() in LISTS:

@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli.failure import guarded
-from trueloop.cli.terminal import put
+from trueloop.cli.terminal import guarded, put
 
 Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job of the part.")]
 Output = Annotated[
@@ -18,7 +17,7 @@ Output = Annotated[
 @guarded
 def sheet(job: Job, output: Output = None) -> None:
     """List the diameters and lengths to measure by hand, each with an empty cell: to print, or to fill in."""
-    from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of, write_sheet
+    from trueloop.jobs.turned.characteristics import gauge_sheet_of, write_sheet
 
     planned = gauge_sheet_of(job)
     if output is None:

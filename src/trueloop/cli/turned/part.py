@@ -1,16 +1,21 @@
 """`trueloop part`: the nominal profile, shown, or made from a program, a drawing or a solid."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.failure import guarded
 from trueloop.cli.program_file import OfSide, OfTip, ProgramFile, Reading
 from trueloop.cli.shared_options import not_negative
-from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.cli.terminal import AsJson, busy, guarded, print_json, wide_console
 from trueloop.errors import in_file
+from trueloop.geometry.offset import CentrePath
+from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import SetupFrame
+from trueloop.report.turned.profile import kind_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,7 +36,6 @@ def show(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file.")], as_json: AsJson = False
 ) -> None:
     """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
-    from trueloop.cli.turned.profile_table import print_profile
     from trueloop.jobs.turned.job import read_part
     from trueloop.report.turned.profile import profile_as_dict
 
@@ -71,7 +75,7 @@ class Table:
         self, profile: "Profile", notes: "Sequence[str]", source: Path, asked: "Sequence[Characteristic]" = ()
     ) -> None:
         """The table with the decisions as comments, and what is asked of the part, to the file or to stdout."""
-        from trueloop.formats.jobs.characteristic_toml import characteristics_toml
+        from trueloop.formats.jobs.new_job import characteristics_toml
         from trueloop.formats.jobs.profile_of_job import part_table_toml
         from trueloop.formats.outputs import write_all
 
@@ -192,3 +196,30 @@ def from_step(
             profile = checked_profile(read.features, side=Side(solid.side))
         asked = fitting(read.characteristics, profile)
     table.hand_over(profile, (*read.notes, *asked.notes), file, asked.characteristics)
+
+
+def print_profile(name: str, profile: Profile, centre: CentrePath, setups: Sequence[SetupFrame] = ()) -> None:
+    """The features as a table, each with the junction that follows it; then the frames of several set-ups."""
+    from rich.table import Table
+
+    console = wide_console()
+    table = Table(box=None, pad_edge=False)
+    for heading in ("feature", "kind"):
+        table.add_column(heading, no_wrap=True)
+    for heading in ("start x", "start z", "end x", "end z", "length", "reached from", "to"):
+        table.add_column(heading, justify="right")
+    table.add_column("next junction")
+    followed_by = [*(f"{j.kind}, {math.degrees(j.turn_rad):+.3f}°" for j in profile.junctions), ""]
+    for feature, reachable, junction in zip(profile.features, centre.reachable_mm, followed_by, strict=True):
+        numbers = (*feature.start_mm, *feature.end_mm, feature.length_mm, *reachable)
+        table.add_row(feature.name, kind_in_words(feature), *(f"{value:.4f}" for value in numbers), junction)
+    console.print(f"{name}: {len(profile.features)} features, {profile.length_mm:.4f} mm of arc\n", markup=False)
+    console.print(table)
+    console.print(
+        f"\nmm, x is a radius. Reached: by a nose of {centre.nose_radius_mm:.4f} mm, as arc length on the feature. "
+        "Turns are positive at convex corners.",
+        markup=False,
+    )
+    for one in setups:
+        turned = ", turned round" if one.flipped else ", Z mirrored by the control" if one.mirrored_z else ""
+        console.print(f"Set-up {one.name}{turned}: {one.words} of the part.", markup=False)

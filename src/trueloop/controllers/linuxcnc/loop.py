@@ -16,7 +16,7 @@ from trueloop.controllers.linuxcnc.session import ProbedPart, Progress, cut, pro
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
 from trueloop.errors import Code, TrueloopError, in_file
-from trueloop.formats.measurements.probe_log import parse_probe_log
+from trueloop.formats.measurements.touches_csv import parse_probe_log
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature, Line, LineOrArc, pieces_within
 from trueloop.geometry.offset import nose_centre_path
@@ -33,14 +33,13 @@ from trueloop.loops.simulated.simulated import (
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.probing.calibration import BallCalibration, calibrate
-from trueloop.probing.obstacle import stock_obstacle
 from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.probing.probe_match import match_touches
 from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
-from trueloop.probing.stylus import Stylus
-from trueloop.simulator.path import CentrePath, path_of_positions
+from trueloop.probing.stylus import Stylus, stock_obstacle
+from trueloop.simulator.machine import VirtualProbe
+from trueloop.simulator.nose import CentrePath, path_of_positions
 from trueloop.simulator.presets import Workshop
-from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors

@@ -22,7 +22,7 @@ from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import (
     is_address,
     read_current,
 )
-from trueloop.controllers.linuxcnc.realtime.signals.time_stamps import unix_s
+from trueloop.controllers.linuxcnc.realtime.signals.readings import unix_s
 from trueloop.controllers.mtconnect.items import (
     AXES,
     LINEAR,

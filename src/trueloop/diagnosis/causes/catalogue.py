@@ -6,8 +6,7 @@ the others, and the loose tool, of which §4.1 says no more than that fixturing 
 
 from typing import Final
 
-from trueloop.diagnosis.causes.cause import Cause, Over, Sign
-from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.diagnosis.causes.cause import Cause, Over, SeenBy, Sign
 from trueloop.diagnosis.features.feature_error import ErrorKind
 from trueloop.wording import wording
 

@@ -7,9 +7,8 @@ from typing import Any, Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers, by_content
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeaturePlace
-from trueloop.diagnosis.features.seen_points import SeenPoints
+from trueloop.diagnosis.causes.cause import SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeaturePlace, SeenPoints
 from trueloop.estimate.places import Places, joined
 
 FLOOR_MM: Final = 0.0003

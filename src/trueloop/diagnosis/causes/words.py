@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.diagnosis.causes.cause import Candidate, Over
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenSeries
+from trueloop.diagnosis.causes.cause import Candidate, Over, SeenBy, SeenSeries
 from trueloop.diagnosis.causes.surface import SurfaceErrors
 from trueloop.diagnosis.causes.ways import Way
 from trueloop.diagnosis.causes.weighing import Size

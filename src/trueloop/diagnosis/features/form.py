@@ -13,8 +13,7 @@ from numpy.polynomial import legendre
 from scipy.optimize import brentq
 
 from trueloop.arrays import Array, by_content
-from trueloop.diagnosis.features.averaged import Averaged
-from trueloop.diagnosis.features.feature_error import FeaturePlace
+from trueloop.diagnosis.features.feature_error import Averaged, FeaturePlace
 
 FEWEST_SPARE: Final = 2
 """Residuals that a scatter is taken from: one alone would be enlarged by anything from nothing to 1000 %."""

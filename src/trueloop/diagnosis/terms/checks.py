@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.terms.residuals import Residuals
+from trueloop.diagnosis.terms.suspects import Residuals
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.machine.model.chain import Chain
 

@@ -4,9 +4,16 @@ The residuals ERROR_MTG,RESID along the normals [6876 §3.5] are compared with w
 hypothesis has a marginal likelihood, so that one with more parameters has to earn them, and probabilities follow.
 Errors that one tool, one place or equal temperatures cannot tell apart share the probability: the answer is a set, and
 never one name out of a set. The model is linear: residuals beyond some 0.1 mm, or a wrong machine, are beyond it.
+
+The source's own way to name axis errors: one correlation after another [4773 §3.3, Table 1].
+
+A row of Table 1 is a product: the influence of an axis error, the temperature of its element, and for an error of
+motion the position of its axis too or not. The product that correlates best with the residuals names the error; what it
+explains is taken out, and the next is looked for. It names one error where the data cannot tell several
+apart, and what looks alike to what was taken out is never seen: it is shown for comparison.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -15,16 +22,21 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.diagnosis.evidence import shares
 from trueloop.diagnosis.terms.checks import check
-from trueloop.diagnosis.terms.columns import with_order
-from trueloop.diagnosis.terms.question import Hypothesis, Question, log_evidence, log_grid, posterior, question
-from trueloop.diagnosis.terms.residuals import Residuals
-from trueloop.diagnosis.terms.separators import separators
-from trueloop.diagnosis.terms.set_ups import TakenOut
-from trueloop.diagnosis.terms.sets import TermSet, sets, with_separators
-from trueloop.diagnosis.terms.suspects import Wrong
+from trueloop.diagnosis.terms.question import (
+    Hypothesis,
+    Question,
+    TakenOut,
+    log_evidence,
+    log_grid,
+    posterior,
+    question,
+)
+from trueloop.diagnosis.terms.separators import TermSet, separators, sets, with_separators
+from trueloop.diagnosis.terms.suspects import Residuals, Wrong, raw, with_order
 from trueloop.errors import Finding
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.names import ErrorName
+from trueloop.machine.model.term import CONSTANT, Part
 
 NOTHING_WRONG: Final = 0.9
 ONE_WRONG: Final = 0.09
@@ -146,3 +158,53 @@ def _by_error(found: tuple[tuple[Hypothesis, float], ...]) -> dict[ErrorName, fl
             by_error[one.error] = by_error.get(one.error, 0.0) + share
     ordered = sorted(by_error.items(), key=lambda item: -item[1])
     return {error: share for error, share in ordered if isinstance(error, ErrorName)}
+
+
+LEAST: Final = 0.2
+"""Below this correlation nothing is named."""
+STEPS: Final = 3
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """One step: the error named, the signal that it follows, and the correlation with what was left till then."""
+
+    error: str
+    signal: str
+    correlation: float
+
+
+def one_after_another(chain: Chain, seen: Residuals) -> tuple[Correlation, ...]:
+    """At most three steps, the largest correlation of each; () where none reaches 0.2."""
+    products, left, found = list(_products(chain, seen)), seen.residual_mm - seen.residual_mm.mean(), []
+    for _ in range(STEPS):
+        best = max(products, key=lambda one: abs(_correlation(left, one[2])), default=None)
+        if best is None or abs(_correlation(left, best[2])) < LEAST:
+            break
+        error, signal, rows = best
+        found.append(Correlation(error, signal, _correlation(left, rows)))
+        left = left - rows * float(rows @ left) / float(rows @ rows)
+    return tuple(found)
+
+
+def _products(chain: Chain, seen: Residuals) -> Iterator[tuple[str, str, Array]]:
+    """Error, signal and product, its mean taken out."""
+    for name in chain.errors():
+        signal = seen.element.get(name.axis, "")
+        if signal not in seen.state.signals or (name.axis in chain.order) == name.place:
+            continue
+        warm = np.asarray(seen.state.signals[signal], np.float64)
+        part = Part(CONSTANT, signal, float(warm.mean()))
+        rows = raw(chain, name, (part,), False, seen.state, seen.normal)[:, 0]
+        factors = [np.ones(len(rows))]
+        if name.axis in chain.order:
+            factors.append(seen.state.positions[:, chain.order.index(name.axis)])
+        for factor in factors:
+            product = rows * factor - float(np.mean(rows * factor))
+            if float(np.abs(product).max()) > 0.0:
+                yield str(name), signal, product
+
+
+def _correlation(values: Array, product: Array) -> float:
+    size = float(np.linalg.norm(values) * np.linalg.norm(product))
+    return float(values @ product) / size if size > 0.0 else 0.0

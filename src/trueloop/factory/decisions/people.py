@@ -6,9 +6,8 @@ from typing import Final
 
 from trueloop.domain.factory import BlockKind, FactKind, PartState, RunFact, StepState
 from trueloop.errors import Code, TrueloopError
-from trueloop.factory.changes import Changes, Event
 from trueloop.factory.decisions.runs import tasks_of
-from trueloop.factory.known import OrderNow, PartNow, StepNow
+from trueloop.factory.known import Changes, Event, OrderNow, PartNow, StepNow
 from trueloop.factory.requests import Arm, CorrectionRefused, DecideStep, Hold, RecordStep, StepCorrected
 from trueloop.factory.roles import By, Role
 

@@ -9,12 +9,11 @@ from itertools import pairwise
 from typing import Final
 
 from trueloop.domain.factory import Block, BlockKind, FactKind, PartState, Route, Run, RunFact, StepState, WorkOrder
-from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
-from trueloop.factory.changes import Changes, Event, Offer
 from trueloop.factory.decisions.finish import Candidate, MachineFacts, checks_of
-from trueloop.factory.known import OrderNow, PartNow, StepNow
+from trueloop.factory.known import Changes, Event, Offer, OrderNow, PartNow, StepNow
 from trueloop.factory.requests import NextBlock, PlanOrder
 from trueloop.factory.roles import By
 

@@ -12,12 +12,11 @@ from trueloop.domain.tool import Edge
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.book import Book
-from trueloop.factory.changes import Changes, Event
 from trueloop.factory.decisions.plan import not_released
-from trueloop.factory.known import unknown
+from trueloop.factory.known import Changes, Event, unknown
 from trueloop.factory.roles import By, require_machine
 from trueloop.loops.post_process.decide import decide
-from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.storage.factory_tables import stamp
 
 

@@ -8,9 +8,8 @@ from typing import Final
 
 from trueloop.domain.factory import BlockKind, FactKind, PartState, Run, RunFact, StepState
 from trueloop.errors import Code, TrueloopError
-from trueloop.factory.changes import Changes, Event, NewTask
 from trueloop.factory.decisions.plan import left_unknown
-from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
+from trueloop.factory.known import Changes, Event, NewTask, OrderNow, PartNow, StepNow, unknown
 from trueloop.factory.requests import CellSilent, RecordFacts, RecordTemperatures, RecordTouches
 from trueloop.factory.roles import By, require_machine
 from trueloop.storage.factory_tables import stamp

@@ -8,9 +8,8 @@ from typing import Any, Final
 from sqlalchemy import ColumnElement, Select, func, insert, select, update
 
 from trueloop.domain.factory import BlockKind, StepState
-from trueloop.domain.machine import Machine
 from trueloop.domain.model_version import ModelDecision, ModelVersion
-from trueloop.domain.tool import Edge, Setting
+from trueloop.domain.tool import Edge, Machine, Setting
 from trueloop.factory.known import unknown
 from trueloop.factory.load import Known
 from trueloop.factory.roles import By, require_machine

@@ -8,11 +8,9 @@ from typing import Any, Final
 
 from sqlalchemy import select
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.part import Part
-from trueloop.domain.program import Program, ProgramText
 from trueloop.domain.proposal import Effect, Proposal, ProposalDecision
-from trueloop.domain.record import MARK, Product
+from trueloop.domain.record import MARK, Correction, Product, Program, ProgramText
 from trueloop.errors import TrueloopError
 from trueloop.factory.book import Book, read_book
 from trueloop.factory.known import unknown
@@ -21,7 +19,7 @@ from trueloop.factory.shown.records import LIMIT, before, known_of, page_of, tim
 from trueloop.factory.views.orders import CorrectedFrom, DiffLine, Page, ProgramDiff, ProgramRow
 from trueloop.factory.views.series import EffectView, ProposalView
 from trueloop.loops.post_process.decide import decide
-from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.report.program_diff import DiffLine as Line
 from trueloop.report.program_diff import diff
 from trueloop.report.series.figure import proposal_figure

@@ -4,14 +4,13 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from trueloop.domain.characteristic import Characteristic
-from trueloop.domain.edge_life import edge_name
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.life import Cut, Identity, Stage
+from trueloop.domain.life import Cut, Identity, Stage, edge_name
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, part_types, read_book
 from trueloop.factory.views.series import SeriesPoint, SeriesRow, SeriesView, WeightMove
-from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked, TrackedPart, capability
 from trueloop.report.series.page import MOVED
 from trueloop.report.texts.texts import ENGLISH, Texts

@@ -24,8 +24,7 @@ from trueloop.formats.cad.dxf_sheet import Sheet, read_sheet
 from trueloop.formats.cad.dxf_views import Candidate, View
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.feature import Feature, Line
-from trueloop.geometry.names import named_by_kind
-from trueloop.geometry.profile import Side
+from trueloop.geometry.profile import Side, named_by_kind
 from trueloop.geometry.validate import from_chuck
 from trueloop.units import MM_PER_INCH
 

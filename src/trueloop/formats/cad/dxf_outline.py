@@ -14,9 +14,8 @@ from trueloop.formats.cad.box_index import Pairs, overlapping
 from trueloop.formats.cad.dxf_chain import Segment
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_building import mapped, part_of
-from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Arc, Feature, Line, Point
-from trueloop.geometry.intersection import intersections
+from trueloop.geometry.intersection import intersections, sign_changes
 
 PARALLEL: Final = 1e-13
 """Sine of the angle below which two lines count as parallel."""

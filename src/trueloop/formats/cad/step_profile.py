@@ -22,10 +22,9 @@ from trueloop.formats.cad.step_tolerances import Proposals, proposals
 from trueloop.formats.cad.turned_faces import Meridian, meridians, run_on
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Feature, Line, Point
-from trueloop.geometry.names import named_by_kind
-from trueloop.geometry.profile import Side
+from trueloop.geometry.intersection import sign_changes
+from trueloop.geometry.profile import Side, named_by_kind
 
 AS_MUCH: Final = 0.9
 """Another axis about which this share of the area is turned that is turned about the first one is no lesser axis."""

@@ -9,8 +9,7 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import TrueloopError
 from trueloop.formats.cad.step_pmi import Stated
 from trueloop.geometry.feature import Arc, Feature
-from trueloop.geometry.names import kind_of
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import Profile, kind_of
 from trueloop.tolerances.text import limits_of
 from trueloop.turned.characteristics.measurand import feature_index
 from trueloop.turned.characteristics.nominal import checked, edge_of, with_nominal

@@ -12,8 +12,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.formats.cad.kernel import kernel
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import closest_parameters
+from trueloop.geometry.surface import Surface, closest_parameters
 from trueloop.surface.deviations.plausibility import BEYOND_MM
 
 CELLS: Final = 512

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
 from trueloop.formats.option_tables import with_options
 from trueloop.formats.toml_tables import (
     Count,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import Field, model_validator
 
-from trueloop.domain.page_options import PageOptions
+from trueloop.domain.option import PageOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.correction_tables import CompensationTable, GaugingTable, MachineTable
 from trueloop.formats.jobs.part_tables import PartTable

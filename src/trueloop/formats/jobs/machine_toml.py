@@ -47,9 +47,8 @@ from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine
 from trueloop.machine.model.names import ErrorName, error_name
-from trueloop.machine.model.position_basis import CONSTANT, segments
 from trueloop.machine.model.structure import chain_of, five_axis_terms, frame_terms, mill_terms, turning_terms
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 
 STANDARDS: Final = {"mill": mill_terms, "turning": turning_terms, "five-axis": five_axis_terms}
 

@@ -1,12 +1,11 @@
 """The text of a new job file: what was found and stated, with the keys that its owner is likely to want next."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal
 
 from trueloop.domain.characteristic import Characteristic
-from trueloop.formats.jobs.characteristic_toml import characteristics_toml
 from trueloop.formats.jobs.profile_of_job import part_table_toml, quoted, side_key
 from trueloop.geometry.profile import Profile
 
@@ -84,3 +83,29 @@ def _programs(new: NewJob) -> str:
 
 def _gauging(new: NewJob) -> str:
     return f"[gauging]\n{new.measured_key} = {quoted(new.measured_file)}\n"
+
+
+ROUNDED: Final = 9
+"""Decimals of a size: conversions of inches end there."""
+
+
+def characteristics_toml(asked: Sequence[Characteristic]) -> str:
+    """A `[[part.characteristic]]` for each, lengths in mm; they follow a `[part]` table in mm. "" for none."""
+    return "".join("\n" + "\n".join(_table(one)) + "\n" for one in asked)
+
+
+def _table(one: Characteristic) -> Iterator[str]:
+    yield "[[part.characteristic]]"
+    yield f"name = {quoted(one.name)}"
+    yield f"quantity = {quoted(one.quantity)}"
+    yield f"feature = {quoted(one.feature)}"
+    if one.other:
+        yield f"other = {quoted(one.other)}"
+    if one.nominal:
+        yield f"nominal = {round(one.nominal, ROUNDED)!r}"
+    if one.tolerance:
+        yield f"tolerance = {quoted(one.tolerance)}"
+        return
+    for key, limit in (("lower_limit", one.lower_limit), ("upper_limit", one.upper_limit)):
+        if limit is not None:
+            yield f"{key} = {round(limit, ROUNDED)!r}"

@@ -9,7 +9,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.curve_of_job import curve_of, scales_of
 from trueloop.formats.jobs.part_tables import FeatureTable, PartTable
 from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_as_spline import spline_of
+from trueloop.geometry.curve_fit import spline_of
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.profile import TANGENT_WITHIN_RAD, Junction, JunctionKind, Profile, Side
 from trueloop.geometry.validate import checked_profile

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from trueloop.domain.limits import OF_SURFACES
+from trueloop.domain.option import OF_SURFACES
 from trueloop.formats.jobs.job import StoreTable, read_job_file
 from trueloop.formats.option_tables import with_options
 from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Table

@@ -9,12 +9,10 @@ from pydantic import Field, model_validator
 
 from trueloop.errors import Code, in_file
 from trueloop.formats.toml_tables import Count, Finite, NotNegative, Positive, Table, read_tables
-from trueloop.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, VirtualMachine
+from trueloop.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, VirtualMachine, VirtualProbe
 from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import Transfer
+from trueloop.simulator.nose import Nose, Transfer
 from trueloop.simulator.presets import Workshop, nist
-from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
 from trueloop.units import MM_PER_M, UM_PER_MM, URAD_PER_RAD
 

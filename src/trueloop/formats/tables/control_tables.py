@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.turned.compensation.table import CorrectionTable
+from trueloop.turned.compensation.prediction import CorrectionTable
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:  # slow to import

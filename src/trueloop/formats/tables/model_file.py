@@ -17,8 +17,7 @@ from trueloop.machine.model.chain import Axis, AxisKind, Chain
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Acceptance, Machine, MachineModel, Version
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.position_basis import PositionBasis
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import Part, PositionBasis, Term
 from trueloop.machine.model.validity import require_in_force
 
 DRIFT_FILE_FORMAT: Final = "trueloop drift model 1"

@@ -7,12 +7,10 @@ from typing import Any
 
 from sqlalchemy import select
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.labels import contradictions, labels_in
 from trueloop.domain.life import Cut, Identity, InspectionLink, Stage
-from trueloop.domain.program import Program
-from trueloop.domain.record import Record
+from trueloop.domain.record import Correction, Program, Record
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.jobs.db.found import row_name, row_of
 from trueloop.jobs.store.of_this_part import require_later

@@ -13,10 +13,9 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
 from trueloop.jobs.db.exported import HEAD, Line, is_export, read_export
 from trueloop.jobs.store.opened import made, opened, require_nothing
-from trueloop.storage.copying import copy_rows
 from trueloop.storage.integrity import damage
 from trueloop.storage.keeping import Keeping
-from trueloop.storage.store import Kept, Store
+from trueloop.storage.store import Kept, Store, copy_rows
 
 SAID: Final = 1000
 """Rows between two words on how far it is."""

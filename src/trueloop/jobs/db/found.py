@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from sqlalchemy import select
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut
+from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage.encoded import Kept

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.labels import PartLabel, ProgramLabel, contradictions, labels_in
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.record import Correction
 from trueloop.errors import Code, Place, Severity, TrueloopError, in_file
 from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.measured_file import Stated
@@ -19,8 +19,8 @@ from trueloop.jobs.db.exported import HEAD, is_export, read_export
 from trueloop.jobs.db.found import row_name
 from trueloop.jobs.measure.measured import PartOfJob, read_measured
 from trueloop.jobs.store.of_this_part import require_file_of_part
-from trueloop.jobs.turned.inspection import part_type, read_inspection
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.readings import part_type, read_inspection
 from trueloop.jobs.user import user_name
 from trueloop.storage.store import Store, keep
 

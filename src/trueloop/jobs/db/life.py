@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Quarantine
 from trueloop.domain.part import Part
-from trueloop.domain.record import Record
+from trueloop.domain.record import Correction, Record
 from trueloop.jobs.db.found import row_name, row_of
 from trueloop.storage.kinds import joined
 from trueloop.storage.life import Life, life

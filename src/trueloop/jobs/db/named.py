@@ -4,9 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Any, Final
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.labels import NistPart, PartLabel, names_part, read_label
 from trueloop.domain.part import Part
+from trueloop.domain.record import Correction
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.db.found import NAMES, row_of
 from trueloop.storage.kinds import Kind, joined

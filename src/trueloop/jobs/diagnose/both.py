@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from trueloop.diagnosis.components import Inspections
-from trueloop.domain.both_inspections import BothInspections, MachineStood
-from trueloop.domain.inspection import CmmPoint, Inspection
+from trueloop.domain.inspection import BothInspections, CmmPoint, Inspection, MachineStood
 from trueloop.domain.life import Identity
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.formats.tables.model_file import read_model
-from trueloop.jobs.diagnose.quarantined import quarantined_parts
+from trueloop.jobs.diagnose.records import quarantined_parts
 from trueloop.loops.diagnosis.left_on_parts import BothSeen
 from trueloop.loops.machine.post_process import states_of
 from trueloop.machine.model.model import MachineModel, State

@@ -7,7 +7,7 @@ from pathlib import Path
 from trueloop.diagnosis.features.fixturing import fixturing
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.measurements.inspections_csv import read_repeats
-from trueloop.jobs.diagnose.asked import Asked, sources_of
+from trueloop.jobs.diagnose.diagnosed import Asked, sources_of
 from trueloop.jobs.diagnose.records import part_named
 from trueloop.jobs.diagnose.seen_series import parts_of
 from trueloop.jobs.diagnose.shaped import fixture_shape

@@ -6,16 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from trueloop.diagnosis.causes.seen_part import SeenBy
-from trueloop.domain.both_inspections import BothInspections
-from trueloop.domain.correction import Correction
-from trueloop.domain.inspection import Inspection
-from trueloop.domain.life import Cut, Identity, InspectionLink, Stage
-from trueloop.domain.part import Part
-from trueloop.domain.part_share import WholePart, joined_shares, whole_of
-from trueloop.domain.standard_part import StandardPart
+from trueloop.diagnosis.causes.cause import SeenBy
+from trueloop.domain.inspection import BothInspections, Inspection, StandardPart
+from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stage
+from trueloop.domain.part import Part, WholePart, joined_shares, whole_of
+from trueloop.domain.record import Correction
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.diagnose.quarantined import quarantined_cuts
 from trueloop.storage.store import Kept, Store, find
 
 
@@ -162,3 +158,15 @@ def _instead(asked: str, known: Sequence[str]) -> str:
         return f"did you mean {near[0]!r}?"
     listed = ", ".join(known[:10])
     return f"known are {listed}" if listed else "`trueloop series add` and `trueloop compensate --db` keep inspections"
+
+
+def quarantined_cuts(store: Store) -> frozenset[Identity]:
+    """Cuts in quarantine: of each the latest word counts."""
+    words = sorted((one.value for one in find(store, Quarantine)), key=lambda one: one.at)
+    latest = {one.cut: one.lifted for one in words}
+    return frozenset(cut for cut, lifted in latest.items() if not lifted)
+
+
+def quarantined_parts(store: Store) -> frozenset[Identity]:
+    """Returns the parts of the cuts in quarantine: a cut's identity begins with its part's."""
+    return frozenset(cut[:3] for cut in quarantined_cuts(store))

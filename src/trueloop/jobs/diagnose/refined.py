@@ -20,8 +20,7 @@ from trueloop.machine.model.names import ErrorName
 from trueloop.machine.refine.guilty import Guilty
 from trueloop.machine.refine.left import LeftOnParts
 from trueloop.machine.refine.refine import refine, require_better
-from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
-from trueloop.report.diagnosis.machine_values import refinement_shape
+from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape, refinement_shape
 from trueloop.report.diagnosis.page_machine import machine_page
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store

@@ -7,20 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart
+from trueloop.diagnosis.causes.cause import SeenBy, SeenPart
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeaturePlace
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import CmmPoint, Inspection
 from trueloop.domain.life import Cut, EdgeEvent, Identity, Ran
 from trueloop.domain.part import Part
+from trueloop.domain.record import Correction
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.book import read_book
 from trueloop.jobs.diagnose.both import GivenModel, both_seen
 from trueloop.jobs.diagnose.records import Records, tool_of
 from trueloop.loops.diagnosis.part import Inspected
-from trueloop.loops.post_process.options import SeriesOptions
-from trueloop.loops.post_process.series import When, identity_of, parts_in_order, sizes_of
+from trueloop.loops.post_process.series import SeriesOptions, When, identity_of, parts_in_order, sizes_of
 from trueloop.loops.turned import correction as turned
 from trueloop.storage.store import Store, find
 

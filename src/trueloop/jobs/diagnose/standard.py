@@ -3,9 +3,8 @@
 from datetime import datetime
 from pathlib import Path
 
-from trueloop.domain.inspection import Reading
+from trueloop.domain.inspection import Reading, StandardPart
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.standard_part import StandardPart
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import Stated

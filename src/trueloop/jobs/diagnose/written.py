@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.domain.option import Language, LengthUnit
 from trueloop.formats.outputs import write_all
 from trueloop.report.shape import Shape
 from trueloop.report.texts.texts import Texts

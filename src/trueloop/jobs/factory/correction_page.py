@@ -1,15 +1,22 @@
 """The report of a stored correction and its pictures, made anew from what was kept: the same as on the day."""
 
+from datetime import datetime
 from typing import Any
 
-from trueloop.domain.correction import Correction
-from trueloop.domain.page_options import Language
+from trueloop.domain.option import Language
+from trueloop.domain.part import Part
+from trueloop.domain.record import Correction, sha256_of
 from trueloop.errors import TrueloopError
+from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import unknown
+from trueloop.factory.requests import Certify
+from trueloop.factory.roles import By
+from trueloop.jobs.monitor.certificate import certificate_of
 from trueloop.loops.turned import correction as turned
+from trueloop.report.monitor.certificate import certificate_page
 from trueloop.report.style import in_the_dark
 from trueloop.report.texts.texts import Texts
-from trueloop.report.turned.curve_pictures import CurvePicture, curve_pictures, curve_svg
+from trueloop.report.turned.figures.curves import CurvePicture, curve_pictures, curve_svg
 from trueloop.report.turned.page import WIDTHS, page
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
@@ -49,3 +56,17 @@ def _payload(store: Store, number: str) -> object:
 
 def _unknown(number: str) -> TrueloopError:
     return unknown("correction", number, "the store has no correction of a turned part with that id")
+
+
+def certify(store: Store, part: int, language: Language, by: By, now: datetime, u_um: float | None = None) -> str:
+    """Certifies the part in this row; returns the hash of the page. Raises FAC-UNKNOWN, FAC-ROLE, and MON errors.
+
+    `u_um`: standard uncertainty of readings that state none.
+    """
+    found = next((one.value for one in find(store, Part) if one.row == part), None)
+    if found is None:
+        raise unknown("part", str(part), "the store has no such row")
+    shape = certificate_of(store, found.serial, found.part_type.name, u_um, by.name)
+    page = certificate_page(shape, Texts(language, "mm")).encode()
+    carry_out(store, Certify(part, page, shape.outcome), by, now)
+    return sha256_of(page)

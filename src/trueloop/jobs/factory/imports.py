@@ -5,7 +5,7 @@ from datetime import datetime
 
 from trueloop.domain.factory import BlockKind
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.program import Program, ProgramText
+from trueloop.domain.record import Program, ProgramText
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
@@ -14,8 +14,7 @@ from trueloop.factory.requests import RecordStep
 from trueloop.factory.roles import By
 from trueloop.factory.views.uploads import ImportedView, ProgramRead, Remarked
 from trueloop.jobs.factory.job_folder import job_folder, programs_of
-from trueloop.jobs.factory.upload_read import Inspected
-from trueloop.jobs.factory.uploads import Upload
+from trueloop.jobs.factory.uploads import Inspected, Upload
 from trueloop.jobs.measure.keep_measured import After, Shown, keep_in
 from trueloop.jobs.store.finish_cut import SaidOfCut
 from trueloop.jobs.store.keeping import Keeping

@@ -1,21 +1,229 @@
 """Files that people hand over: kept for a day, read as often as asked, and forgotten. No name of theirs is a path."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
 from sqlalchemy import delete, insert, select
 
+from trueloop.domain.codec import Codec
+from trueloop.domain.factory import WorkOrder
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.values import CODEC as STORED
+from trueloop.errors import Finding, Severity, TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.factory.load import Known, order_of
-from trueloop.jobs.factory.job_folder import programs_of, unnamed_folder
-from trueloop.jobs.factory.upload_read import Asked, Handed
+from trueloop.factory.views import uploads as views
+from trueloop.factory.views.uploads import Kind, UploadView
+from trueloop.formats.input_file import read_source
+from trueloop.formats.inspections.known import HEAD, KNOWN
+from trueloop.formats.inspections.measured_file import Stated, Unit
+from trueloop.formats.inspections.tables import read as tables
+from trueloop.jobs.factory.job_folder import job_folder, programs_of, unnamed_folder, without_folder
+from trueloop.jobs.measure.measured import read_measured, read_part_of_job
+from trueloop.jobs.measure.table_mapping import map_table
+from trueloop.nc.check.check import check
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.unit import recorded_program, unit_of_path
+from trueloop.report.measured import FileOnPart, OnPart, ValueRow, rows_of
 from trueloop.storage.factory_tables import UPLOAD, stamp
 from trueloop.storage.store import Store
+
+SHOWN: Final = 500
+"""Values of one inspection that are listed: nobody reads more before importing."""
+DRAWINGS: Final = (".dxf", ".step", ".stp", ".igs", ".iges")
+TABLES: Final = (".csv", ".tsv", ".xlsx", ".xlsm")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How a file is to be read, as a person says it; None and "": as the file says.
+
+    `order`: whose job's part the values are matched with. `mapping_toml`: what a table's columns mean.
+    """
+
+    kind: Kind | None = None
+    dialect: str | None = None
+    unit: Unit | None = None
+    order: str = ""
+    mapping_toml: str = ""
+
+
+@dataclass(frozen=True)
+class Handed:
+    """A file that was handed over, as it lies at `path` in a folder of its own, under the name that its owner gave it.
+
+    `order`: whose job's part its values are matched with, and the texts of that order's `programs`.
+    """
+
+    path: str
+    name: str
+    sha256: str
+    asked: Asked = field(default_factory=Asked)
+    order: WorkOrder | None = None
+    programs: Mapping[str, bytes] = field(default_factory=dict)
+
+    @property
+    def file(self) -> Path:
+        """Returns the path of the file."""
+        return Path(self.path)
+
+
+@dataclass(frozen=True)
+class Inspected:
+    """What was measured by a file: its inspections, each with its place in the file, from 1."""
+
+    runs: tuple[tuple[int, Inspection], ...]
+
+
+def upload_view(handed: Handed) -> UploadView:
+    """Returns the file as it is read; what it is refused for stands in the view."""
+    kind = handed.asked.kind or kind_of(handed)
+    view = UploadView(handed.name, handed.sha256, handed.file.stat().st_size, kind)
+    try:
+        if kind == "program":
+            return replace(view, program=program_read(handed))
+        if kind == "drawing":
+            return replace(view, drawing=_drawing(handed))
+        return replace(view, measurement=_measurement(handed, _on_part(handed)))
+    except TrueloopError as refused:
+        proposed = _proposed(handed) if kind == "measurement" else ""
+        problem = _problem(without_folder(refused, handed.file.parent))
+        return replace(view, problem=problem, mapping_toml=handed.asked.mapping_toml or proposed)
+
+
+def kind_of(handed: Handed) -> Kind:
+    """Determines the kind by the end of the file's name, else by its first bytes."""
+    ending = Path(handed.name).suffix.lower()
+    if ending in DRAWINGS:
+        return "drawing"
+    if ending in TABLES:
+        return "measurement"
+    with handed.file.open("rb") as file:
+        head = file.read(HEAD)
+    known = any(one.recognises(handed.file, head) for one in KNOWN if one is not tables.FORMAT)
+    return "measurement" if known else "program"
+
+
+def program_read(handed: Handed) -> views.ProgramRead:
+    """Reads a program with what is odd about it. Raises NC errors."""
+    asked = handed.asked
+    source, dialect = read_source(handed.file, asked.dialect)
+    program = read_program(source, dialect, handed.name, asked.unit)
+    findings = check(program, {})
+    return views.ProgramRead(dialect, _unit(program, asked.unit), program.block_count, tuple(map(_found, findings)))
+
+
+def inspected(handed: Handed) -> Inspected:
+    """Returns what was measured. Raises MSR, GEO and JOB errors, among them the file's findings on the part."""
+    found = _on_part(handed)
+    for finding in (one for each in found.on_part for one in each.findings):
+        if finding.severity is Severity.ERROR:
+            raise finding.as_error()
+    return Inspected(tuple((one.run, one.inspection) for one in found.on_part))
+
+
+READINGS: Final[Mapping[str, Callable[[Handed], Any]]] = {
+    one.__name__: one for one in (upload_view, program_read, inspected)
+}
+"""The ways to read a file, by name."""
+CODEC: Final[Codec] = STORED.with_more(
+    *(Handed, Asked, Inspected, UploadView, views.ProgramRead, views.MeasurementRead, views.InspectionRead),
+    *(views.ValueRead, views.DrawingRead, views.Remarked),
+)
+"""What goes to a process that reads files, and comes back from it."""
+
+
+def _unit(program: Program, given: Unit | None) -> Unit | None:
+    """The unit in force at the first length; of a program that cannot be run without its parameters, what was said."""
+    try:
+        told = unit_of_path(given, program.run({}, strict=False))
+    except TrueloopError:
+        return given
+    return recorded_program("", program.dialect.name, "", told).unit
+
+
+def _on_part(handed: Handed) -> FileOnPart:
+    """A measurement's file with the part of an order's job, where one is given. Raises MSR, GEO, JOB and FAC errors."""
+    if handed.order is None:
+        return read_measured(handed.file, _stated(handed))
+    with job_folder(handed.order, handed.programs) as job:
+        part = read_part_of_job(job)
+    return read_measured(handed.file, _stated(handed), part)
+
+
+def _stated(handed: Handed) -> Stated:
+    if not handed.asked.mapping_toml:
+        return Stated(handed.asked.unit)
+    mapping = handed.file.with_name("mapping.toml")
+    mapping.write_text(handed.asked.mapping_toml, encoding="utf-8")
+    return Stated(handed.asked.unit, mapping)
+
+
+def _measurement(handed: Handed, found: FileOnPart) -> views.MeasurementRead:
+    return views.MeasurementRead(
+        found.file.format,
+        found.file.unit,
+        tuple(_inspection(found, one) for one in found.on_part),
+        tuple(views.Remarked("note", "", one.text, line=one.line) for one in found.file.remarks),
+        handed.asked.mapping_toml or (_proposed(handed) if found.file.format.startswith("table") else ""),
+    )
+
+
+def _inspection(file: FileOnPart, one: OnPart) -> views.InspectionRead:
+    rows = list(rows_of(file, one))
+    seen = one.inspection
+    return views.InspectionRead(
+        one.run,
+        seen.part.serial,
+        "" if seen.measured_at is None else seen.measured_at.isoformat(),
+        len(rows),
+        tuple(map(_value, rows[:SHOWN])),
+        tuple(map(_found, one.findings)),
+    )
+
+
+def _value(row: ValueRow) -> views.ValueRead:
+    return views.ValueRead(
+        *(row.characteristic, row.quantity, row.feature, row.by, row.nominal, row.actual, row.deviation),
+        *(row.within, row.unit, row.reason),
+    )
+
+
+def _proposed(handed: Handed) -> str:
+    """The mapping that a table's headings say; "" where there is none to propose."""
+    if Path(handed.name).suffix.lower() not in TABLES:
+        return ""
+    try:
+        written = map_table(handed.file, handed.file.with_name("mapping.toml"), unit=handed.asked.unit).path
+        return written.read_text(encoding="utf-8")
+    except TrueloopError:
+        return ""
+
+
+def _drawing(handed: Handed) -> views.DrawingRead:
+    from trueloop.formats.jobs.new_job import characteristics_toml
+    from trueloop.formats.jobs.profile_of_job import part_table_toml
+    from trueloop.jobs.turned.new import read_drawing
+
+    drawn = read_drawing(handed.file, unit=handed.asked.unit)
+    table = part_table_toml(Path(handed.name).stem, drawn.profile, drawn.notes)
+    return views.DrawingRead(table + characteristics_toml(drawn.asked))
+
+
+def _problem(refused: TrueloopError) -> views.Remarked:
+    said = f"{refused.place}: {refused.message}" if str(refused.place) else refused.message
+    return views.Remarked("error", refused.code.value, said, refused.hint, refused.place.line)
+
+
+def _found(found: Finding) -> views.Remarked:
+    return views.Remarked(found.severity.value, found.code.value, found.message, found.hint, found.place.line)
+
 
 KEPT: Final = timedelta(days=1)
 _UNSAFE: Final = re.compile(r"[^A-Za-z0-9._-]+")

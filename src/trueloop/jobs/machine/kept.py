@@ -8,15 +8,14 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.diagnosis.components import Inspections
-from trueloop.domain.both_inspections import BothInspections, MachineStood
-from trueloop.domain.inspection import CmmPoint, Inspection, Vector
-from trueloop.domain.machine import Machine
+from trueloop.domain.inspection import BothInspections, CmmPoint, Inspection, MachineStood, Vector
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
+from trueloop.domain.tool import Machine
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.of_this_part import require_file_of_part
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import means
 

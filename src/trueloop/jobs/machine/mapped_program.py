@@ -7,8 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from trueloop.domain.limits import Limits
-from trueloop.domain.map_options import USUAL, MapOptions
+from trueloop.domain.option import USUAL, Limits, MapOptions
 from trueloop.domain.record import Record, check_uncorrected, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.input_file import FilePath, readable, require_text

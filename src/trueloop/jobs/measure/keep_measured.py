@@ -19,8 +19,7 @@ from trueloop.formats.jobs.job import Job
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.option_tables import options_from
 from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of, finish_cut, is_changed, said_of_each
-from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, touched_at
-from trueloop.jobs.store.in_doubt import order_in_doubt
+from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, order_in_doubt, touched_at
 from trueloop.jobs.store.judged import judged_parts
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
 from trueloop.jobs.store.keeping import Keeping, accepting
@@ -28,18 +27,18 @@ from trueloop.jobs.store.of_this_part import (
     as_known,
     cuts_of,
     link_of,
+    other_points,
     require_file_of_part,
     require_later,
     require_serial,
+    require_size,
 )
-from trueloop.jobs.store.plausible import other_points, require_size
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.jobs.tools import apart
 from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job
-from trueloop.jobs.turned.inspection import part_type
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.of_edge import inspection_of_edge, require_kept_apart
-from trueloop.jobs.turned.shares import shares_of
+from trueloop.jobs.turned.readings import part_type
+from trueloop.jobs.turned.shares import inspection_of_edge, require_kept_apart, shares_of
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.tool_path import PER_REVOLUTION
 from trueloop.report.measured import FileOnPart

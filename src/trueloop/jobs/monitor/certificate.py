@@ -6,17 +6,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from trueloop.domain.both_inspections import BothInspections
-from trueloop.domain.correction import Correction
-from trueloop.domain.inspection import Inspection
+from trueloop.domain.inspection import BothInspections, Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.model_version import ModelDecision
-from trueloop.domain.page_options import Language, LengthUnit
-from trueloop.domain.part import Part
-from trueloop.domain.part_share import WholePart, joined_shares
-from trueloop.domain.program import ProgramText
+from trueloop.domain.option import Language, LengthUnit
+from trueloop.domain.part import Part, WholePart, joined_shares
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
-from trueloop.domain.record import Record
+from trueloop.domain.record import Correction, ProgramText, Record
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.user import user_name

@@ -19,10 +19,10 @@ from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.realtime.samples_csv import samples_csv
 from trueloop.formats.tables.model_file import model_to_json
 from trueloop.jobs.machine.machine_model import hashes_of, readings_of
-from trueloop.loops.realtime.demo.causes import causes_um
 from trueloop.loops.realtime.demo.cutting import (
     Drives,
     MeasuredPart,
+    causes_um,
     gauging_points,
     measured_part,
     nose_positions,

@@ -8,8 +8,7 @@ import numpy as np
 
 from trueloop.controllers.linuxcnc.realtime.configuration import Configuration, read_configuration
 from trueloop.controllers.linuxcnc.realtime.hal_checks import mm_per_unit
-from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, wiring
-from trueloop.controllers.linuxcnc.realtime.watch_lines import watching
+from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, watching, wiring
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_input

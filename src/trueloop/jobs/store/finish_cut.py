@@ -4,10 +4,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.life import Cut, CuttingConditions, InspectionLink, Ran, Stage
 from trueloop.domain.part import Part
-from trueloop.domain.record import sha256_of
+from trueloop.domain.record import Correction, sha256_of
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.jobs.store.of_this_part import cuts_of

@@ -5,21 +5,50 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any, Final
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stage
+from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge
+from trueloop.errors import Code, Finding, Severity
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.store.mountings import since_mounting
-from trueloop.jobs.store.order import Dated, cutting_order
+from trueloop.jobs.store.order import Dated, cutting_order, since_mounting
 from trueloop.loops.turned import correction as turned
-from trueloop.loops.turned.made_parts import made_part
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.made_parts import made_part, name_of
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
+from trueloop.wording import wording
+
+
+def order_in_doubt(store: Store, cut: Cut, inspected_at: datetime | None) -> Iterator[Finding]:
+    """Yields a warning where the stated order and the times of an edge's finish cuts contradict each other."""
+    if cut.setting is None:
+        return
+    edge = joined(cut.setting.edge.identity)
+    others = [one for one in find(store, Cut, edge=edge, stage=Stage.FINISH) if one.value.identity != cut.identity]
+    dated = [Dated(one.value, _inspected_at(store, one.value), one.row) for one in others]
+    dated.append(Dated(cut, inspected_at, max((one.row for one in others), default=0) + 1))
+    found = cutting_order(dated)
+    doubted = [dated[k].cut.part.serial for k, doubt in zip(found.places, found.in_doubt, strict=True) if doubt]
+    if doubted:
+        yield Finding(
+            Severity.WARNING,
+            Code.STO_ORDER,
+            f"in which order this edge cut {', '.join(map(repr, doubted[:6]))} is in doubt: what is stated, the times "
+            "of the inspections and the serial numbers contradict each other, or neither an order nor times are stated",
+            hint="state it: --order NUMBER counts the parts of the edge as they were cut",
+            values={"serials": doubted[:6]},
+        )
+
+
+def _inspected_at(store: Store, cut: Cut) -> datetime | None:
+    found = finish_inspection(store, cut)
+    return None if found is None else found.measured_at
+
 
 REMEMBERED: Final = "turned"
 """What memory is of: contours that an edge turned."""
@@ -204,3 +233,43 @@ def _ages_min(store: Store, edge: Edge, also: Sequence[Cut]) -> Mapping[Identity
             break
         age += minutes
     return ages
+
+
+def with_history(store: Store, inputs: Inputs) -> Inputs:
+    """Returns the job with the parts of its edge that were cut before its own; unchanged where no edge is stated.
+
+    A job that is run again for a part long finished gets what was known then, and gives the same again. Raises STO
+    errors.
+    """
+    if inputs.edge is None or inputs.memory.memory == "off":
+        return inputs
+    serials = [one.part.serial for one in inputs.inspections if one.part.serial]
+    own = (name_of(inputs.part), serials[0] if serials else "")
+    edge = inputs.edge
+    every = life_of(store, edge)
+    life = [one for one in every if one.of_machine == (inputs.machine is not None)]
+    inputs = replace(inputs, notes=(*inputs.notes, *_left_out(len(every) - len(life), inputs.machine is not None)))
+    parts = history_from(store, edge, life)
+    before = next((k for k, part in enumerate(parts) if (part.part_type, part.serial) == own), len(parts))
+    if not before:
+        first = wording("First part of this edge: corrected by the fit of its own touches.")
+        return replace(inputs, notes=(*inputs.notes, first))
+    return replace(inputs, history=parts[:before])
+
+
+def _left_out(count: int, of_machine: bool) -> tuple[str, ...]:
+    if not count:
+        return ()
+    if of_machine:
+        return (
+            wording(
+                "Parts of this edge corrected without the machine's known errors: {count}. Their errors contain these.",
+                count=count,
+            ),
+        )
+    return (
+        wording(
+            "Parts of this edge corrected for known errors of the machine: {count}. Today's touches contain these.",
+            count=count,
+        ),
+    )

@@ -6,14 +6,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from trueloop.domain.correction import Correction
-from trueloop.domain.inspection import Inspection
+from trueloop.domain.inspection import Inspection, StandardPart
 from trueloop.domain.life import Cut, Quarantine
 from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part
-from trueloop.domain.program import ProgramText
-from trueloop.domain.record import sha256_of
-from trueloop.domain.standard_part import StandardPart
+from trueloop.domain.record import Correction, ProgramText, sha256_of
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import joined

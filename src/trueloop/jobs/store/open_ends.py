@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from trueloop.domain.correction import Correction
 from trueloop.domain.life import InspectionLink, Stage
 from trueloop.domain.part import Part
+from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code, Finding, Severity
 from trueloop.jobs.store.of_this_part import cuts_of

@@ -6,13 +6,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from trueloop.domain.limits import Limits
-from trueloop.domain.record import check_uncorrected, sha256_of
+from trueloop.domain.option import Limits
+from trueloop.domain.record import MARK, check_uncorrected, sha256_of
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import FilePath, read_input
 from trueloop.formats.jobs.surface_job import SurfaceJobFile, SurfaceProgramTable, read_surface_job
-from trueloop.formats.measurements.points_csv import read_points
+from trueloop.formats.measurements.surface_csv import maps_to_csv, pattern_to_json, read_points
 from trueloop.formats.option_tables import options_from
+from trueloop.formats.outputs import Named
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.jobs.surface.points import inspection_of, point_files, read_measured, require_measured_once
@@ -20,10 +21,12 @@ from trueloop.jobs.user import user_name
 from trueloop.loops.surface.compare import Comparison, group_of, require_comparable
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts
 from trueloop.loops.surface.over_parts import without_outliers
-from trueloop.loops.surface.surface import HERE, Part, SurfaceModel, Work, pattern_model
+from trueloop.loops.surface.surface import HERE, Part, SurfaceCorrection, SurfaceModel, Work, maps_of, pattern_model
 from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import Program, read_program
+from trueloop.report.surface.page import maps_picture, surface_page
 from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.compensation.pattern import WrittenPattern, pattern_surface
 from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.compensation.side import require_outer_side
 from trueloop.surface.options import SurfaceOptions
@@ -184,3 +187,81 @@ def _program(path: Path, table: SurfaceProgramTable) -> Program:
     source = read_input(path, Code.NC_FILE, hint="program.finish names the program that cut the parts")
     dialect = table.dialect or guess_dialect(source, str(path), 'program.dialect = "{}"')
     return read_program(source, dialect, str(path), table.unit, table.decimals)
+
+
+def corrected_files(read: ReadSurface, done: RecordedCorrection) -> tuple[list[Named], list[str]]:
+    """All files of a correction, the record last: then its set is complete. A note where the corrected surface had to
+    be left whole.
+
+    >>> job = trueloop.read_surface(trueloop.example("surface/surface.toml"))
+    >>> given = replace(job.inputs, parts=job.inputs.parts[:3], program=None)
+    >>> files, notes = trueloop.corrected_files(job, trueloop.correct_surface(replace(job, inputs=given)))
+    >>> [name for name, _ in files][:3]
+    ['corrected.step', 'pattern.json', 'pattern.html']
+    >>> trueloop.write_all("surface", files, inputs=job.files)[-1].name  # as the command writes them, all or none
+    'record.json'
+    """
+    files, notes, correction = list[Named](), list[str](), done.correction
+    if read.cad_file != "none":
+        mark = f"{MARK}: record {done.record.id}"
+        files, notes = _trimmed_file(read, correction.surface.surface, f"corrected.{read.cad_file}", mark)
+    if correction.program is not None and read.inputs.program is not None:
+        files.append((f"corrected{Path(str(read.inputs.program.file)).suffix}", correction.program.source))
+    files += _report_files(read.inputs.name, correction.model, correction)
+    return [*files, ("record.json", done.record.to_json().encode())], notes
+
+
+def pattern_files(read: ReadSurface, found: SurfaceModel, magnify: float) -> tuple[list[Named], list[str]]:
+    """Returns all files of a pattern; a note where there is no CAD kernel, and so no CAD files."""
+    cad, written, notes = _cad_files(read, found, magnify)
+    return [*cad, *_report_files(read.inputs.name, found, written=written)], notes
+
+
+def _cad_files(
+    read: ReadSurface, found: SurfaceModel, magnify: float
+) -> tuple[list[Named], list[WrittenPattern], list[str]]:
+    """Nominal and pattern as STEP and IGES, in true size and magnified, and what they hold."""
+    files, written, notes = list[Named](), list[WrittenPattern](), list[str]()
+    try:
+        for factor, name in ((1.0, "pattern"), (magnify, f"pattern-x{magnify:g}")):
+            made = pattern_surface(found.surface, found.pattern.mean, factor, found.options.tolerance_mm)
+            mark = f"trueloop: nominal + {factor:g} x machining pattern, not to be cut"
+            written.append(WrittenPattern((f"{name}.step", f"{name}.iges"), factor, made))
+            for file_name in written[-1].files:
+                file, note = _trimmed_file(read, made.surface, file_name, mark)
+                files += file
+                notes += note
+    except TrueloopError as error:
+        if error.code is not Code.SRF_CAD_KERNEL:
+            raise
+        return [], [], [f"the pattern was not written as STEP and IGES: {error.message}; {error.hint}"]
+    return files, written, notes
+
+
+def _report_files(
+    name: str,
+    found: SurfaceModel,
+    correction: SurfaceCorrection | None = None,
+    written: Sequence[WrittenPattern] = (),
+) -> list[Named]:
+    """pattern.json, pattern.html, maps.svg, and the maps of every part."""
+    return [
+        ("pattern.json", pattern_to_json(found.pattern)),
+        ("pattern.html", surface_page(name, found, correction, written).encode()),
+        ("maps.svg", maps_picture(found).encode()),
+        *((f"{maps.name}-maps.csv", maps_to_csv(maps, normal)) for maps, normal in maps_of(found)),
+    ]
+
+
+def _trimmed_file(read: ReadSurface, surface: Surface, name: str, mark: str) -> tuple[list[Named], list[str]]:
+    """A surface as the file `name`, STEP or IGES by its ending, and a note where it had to be left whole."""
+    from trueloop.formats.cad.step import surface_to_bytes  # slow to import
+
+    ending, loops = name.rpartition(".")[2], read.face.loops if read.face else ()
+    try:
+        return [(name, surface_to_bytes(surface, ending, mark, loops))], []
+    except TrueloopError as error:
+        if error.code is not Code.SRF_TRIM:
+            raise
+        note = f"{name} is the whole patch, not trimmed: {error.message}"
+        return [(name, surface_to_bytes(surface, ending, mark))], [note]

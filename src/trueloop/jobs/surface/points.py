@@ -11,7 +11,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
-from trueloop.formats.measurements.points_csv import read_points
+from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.option_tables import options_from
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.options import SurfaceOptions

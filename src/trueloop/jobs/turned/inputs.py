@@ -7,9 +7,8 @@ from pathlib import Path
 
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.limits import Limits
-from trueloop.domain.machine import Machine
-from trueloop.domain.tool import Edge, Tool
+from trueloop.domain.option import Limits
+from trueloop.domain.tool import Edge, Machine, Tool
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.correction_tables import CompensationTable, FeatureFitTable
 from trueloop.formats.jobs.curve_of_job import fit_notes
@@ -21,9 +20,8 @@ from trueloop.formats.tables.tool_tables.known import held_tool
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.characteristics import characteristics_of, joined
 from trueloop.jobs.turned.cut_with import with_cut
-from trueloop.jobs.turned.inspection import part_errors, part_type, read_inspection, read_part_errors
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.readings import read_readings
+from trueloop.jobs.turned.readings import part_errors, part_type, read_inspection, read_part_errors, read_readings
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import PartOnMachine

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from trueloop.domain.page_options import Language, LengthUnit, PageOptions
+from trueloop.domain.option import Language, LengthUnit, PageOptions
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input

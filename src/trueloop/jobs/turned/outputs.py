@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from trueloop.domain.page_options import PageOptions
+from trueloop.domain.option import PageOptions
 from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
 from trueloop.formats.tables.control_tables import table_to_csv
 from trueloop.formats.tables.tool_tables.known import new_table, tool_table_of

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
+from trueloop.domain.proposal import ToolOffset
 from trueloop.domain.record import Record
-from trueloop.domain.tool_offset import ToolOffset
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.outputs import write_all
 from trueloop.formats.record_file import read_record

@@ -15,9 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.components import Components, Inspections, error_components
-from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
-from trueloop.diagnosis.terms.residuals import Residuals
+from trueloop.diagnosis.components import (
+    Components,
+    FrameDiscrepancy,
+    Inspections,
+    error_components,
+    fit_frame_discrepancy,
+    without_discrepancy,
+)
+from trueloop.diagnosis.terms.suspects import Residuals
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.model import MachineModel, State

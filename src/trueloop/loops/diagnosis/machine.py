@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.diagnosis.frames import LEAST_PARTS, Frames, reconcile_frames
-from trueloop.diagnosis.terms.judge import Verdict, judge
-from trueloop.diagnosis.terms.one_after_another import Correlation, one_after_another
-from trueloop.diagnosis.terms.residuals import Residuals
+from trueloop.diagnosis.terms.judge import Correlation, Verdict, judge, one_after_another
+from trueloop.diagnosis.terms.suspects import Residuals
 from trueloop.errors import Finding
 from trueloop.loops.diagnosis.left_on_parts import BothSeen, checked, element_signals, residuals
 from trueloop.machine.model.model import MachineModel

@@ -3,18 +3,13 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from trueloop.diagnosis.causes.cause import Diagnosis
+from trueloop.diagnosis.causes.cause import Diagnosis, SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.causes.judge import judge
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
-from trueloop.diagnosis.components import Components
-from trueloop.diagnosis.features.errors_of import errors_of
-from trueloop.diagnosis.features.feature_error import FeaturePlace
-from trueloop.diagnosis.features.seen_points import SeenPoints
-from trueloop.diagnosis.features.undetermined import undetermined
-from trueloop.diagnosis.part_frame import FrameDiscrepancy
-from trueloop.domain.inspection import Inspection, Reading
+from trueloop.diagnosis.components import Components, FrameDiscrepancy
+from trueloop.diagnosis.features.errors_of import errors_of, undetermined
+from trueloop.diagnosis.features.feature_error import FeaturePlace, SeenPoints
+from trueloop.domain.inspection import Inspection, Reading, StandardPart
 from trueloop.domain.part import Part
-from trueloop.domain.standard_part import StandardPart
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.loops.diagnosis.left_on_parts import BothSeen
 from trueloop.loops.diagnosis.points_of import points_of

@@ -13,15 +13,13 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.features.feature_error import FeaturePlace
-from trueloop.diagnosis.features.seen_points import SeenPoints
+from trueloop.diagnosis.features.feature_error import FeaturePlace, SeenPoints
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.geometry.feature import Feature, Line, is_curved
 from trueloop.geometry.profile import Junction, JunctionKind, Profile
 from trueloop.turned.readings.match import match_inspection
-from trueloop.turned.readings.matched import MatchedReading
-from trueloop.turned.readings.matches import Axis, Matches
+from trueloop.turned.readings.matches import Axis, MatchedReading, Matches
 from trueloop.turned.readings.observed import corrected
 from trueloop.turned.readings.points import AXES
 from trueloop.turned.readings.sizes import is_cylinder, is_face

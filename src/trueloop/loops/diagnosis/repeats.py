@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.diagnosis.features.feature_error import SeenPoints
 from trueloop.diagnosis.features.fixturing import FEWEST, Fixturing, fixturing, unstable
-from trueloop.diagnosis.features.seen_points import SeenPoints
 from trueloop.errors import Finding, Severity
 
 OVERRIDE: Final = "--accept DIA-UNSTABLE"

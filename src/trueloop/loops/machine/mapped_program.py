@@ -12,7 +12,7 @@ from functools import partial
 from typing import Final, TypeAlias
 
 from trueloop._core import NcMapper, nc_survey
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.domain.record import check_uncorrected, mark_of_field, record_id
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.loops.machine.drawn_program import has_shapes, written_out_file

@@ -8,10 +8,17 @@ from typing import Final
 
 from trueloop import __version__
 from trueloop.domain import values
-from trueloop.domain.correction import Correction
-from trueloop.domain.limits import Limits
-from trueloop.domain.map_options import MapOptions
-from trueloop.domain.record import ChangedWord, Product, Record, check_uncorrected, mark_of_field, record_id, sha256_of
+from trueloop.domain.option import Limits, MapOptions
+from trueloop.domain.record import (
+    ChangedWord,
+    Correction,
+    Product,
+    Record,
+    check_uncorrected,
+    mark_of_field,
+    record_id,
+    sha256_of,
+)
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.loops.machine.mapped_program import Mapped
 from trueloop.machine.correct import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm

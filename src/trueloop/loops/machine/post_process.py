@@ -5,8 +5,14 @@ from collections.abc import Collection
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.components import Components, Inspections, error_components
-from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
+from trueloop.diagnosis.components import (
+    Components,
+    FrameDiscrepancy,
+    Inspections,
+    error_components,
+    fit_frame_discrepancy,
+    without_discrepancy,
+)
 from trueloop.machine.model.chain import Vector
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals

@@ -5,9 +5,9 @@ from dataclasses import replace
 from datetime import datetime
 
 from trueloop import __version__
-from trueloop.domain.machine import Machine
-from trueloop.domain.map_options import MapOptions
+from trueloop.domain.option import MapOptions
 from trueloop.domain.record import Product, Record
+from trueloop.domain.tool import Machine
 from trueloop.loops.machine.mapped_program import Mapped
 from trueloop.machine.correct import Setup, compensation_field
 from trueloop.machine.drift import zeroed_at

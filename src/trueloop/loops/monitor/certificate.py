@@ -11,9 +11,8 @@ from datetime import datetime
 from statistics import fmean
 from typing import Final, Literal, TypeAlias
 
-from trueloop.domain.characteristic import Quantity
+from trueloop.domain.characteristic import Judgement, Quantity
 from trueloop.domain.inspection import Inspection, Reading
-from trueloop.domain.judged import Judgement
 from trueloop.domain.part import Part
 from trueloop.errors import Code, TrueloopError
 from trueloop.tolerances.conformance import judge

@@ -15,11 +15,9 @@ from trueloop.loops.monitor.known import PartFacts, known, only
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.tracked import Tracked, TrackedPart
 from trueloop.monitoring.capability import SHARE_OF_FREEDOM, Capability, capability
-from trueloop.monitoring.charts import FEWEST, MOVING_RANGE, Alarm
-from trueloop.monitoring.correlation import Correlation, correlation
+from trueloop.monitoring.charts import FEWEST, MOVING_RANGE, RULES, Alarm
 from trueloop.monitoring.explain import Explained, Explanation, Likely, explained
-from trueloop.monitoring.rules import RULES
-from trueloop.monitoring.segments import Charted, charted
+from trueloop.monitoring.segments import Charted, Correlation, charted, correlation
 from trueloop.wording import wording
 
 

@@ -7,13 +7,11 @@ from datetime import UTC, datetime
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.domain.inspection import Inspection, Reading
-from trueloop.domain.standard_part import StandardPart
+from trueloop.domain.inspection import Inspection, Reading, StandardPart
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.monitor.options import BASELINE
-from trueloop.monitoring.charts import Alarm
+from trueloop.monitoring.charts import RULES, Alarm
 from trueloop.monitoring.gauge_check import Drift, drift, e_n
-from trueloop.monitoring.rules import RULES
 from trueloop.monitoring.segments import Charted, charted
 from trueloop.wording import Um, wording
 

@@ -7,7 +7,7 @@ from typing import Final, Literal
 from trueloop.domain.life import Identity
 from trueloop.domain.proposal import Proposal, ProposalClass, ProposalDecision
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked
 from trueloop.statistics import NORMAL_95
 from trueloop.units import UM_PER_MM

@@ -7,8 +7,7 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import PartType
 from trueloop.errors import Code, Finding, Severity
-from trueloop.loops.post_process.options import LEAST_PARTS
-from trueloop.loops.post_process.series import PartSeen, Series, identity_of, sizes_of
+from trueloop.loops.post_process.series import LEAST_PARTS, PartSeen, Series, identity_of, sizes_of
 from trueloop.units import MM_PER_INCH
 
 EXACT_MM: Final = 1e-9

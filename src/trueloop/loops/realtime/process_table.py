@@ -14,8 +14,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, TrueloopError, in_file
-from trueloop.loops.realtime.added import Added
-from trueloop.loops.realtime.along_moves import Corrected, added_along
+from trueloop.loops.realtime.along_moves import Added, Corrected, added_along
 from trueloop.loops.realtime.driven import SAME_MM, Driven, driven
 from trueloop.loops.realtime.lines import require_kept_path, require_known_lines
 from trueloop.loops.turned.commanded import Run, commanded

@@ -21,15 +21,13 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import NO_COMPENSATION
 from trueloop.probing.calibration import BallCalibration, calibrate
-from trueloop.probing.obstacle import stock_obstacle
 from trueloop.probing.plan import GaugingPoints
 from trueloop.probing.probe_match import match_touches
 from trueloop.probing.probe_plan import Approach, ProbePlan, probing_moves, require_ball_fits
-from trueloop.probing.stylus import Stylus
-from trueloop.simulator.machine import VirtualMachine
-from trueloop.simulator.path import CentrePath, path_along, paths_of_program
+from trueloop.probing.stylus import Stylus, stock_obstacle
+from trueloop.simulator.machine import VirtualMachine, VirtualProbe
+from trueloop.simulator.nose import CentrePath, path_along, paths_of_program
 from trueloop.simulator.presets import Workshop
-from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Stock
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors

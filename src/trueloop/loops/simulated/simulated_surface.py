@@ -18,8 +18,7 @@ from trueloop.loops.surface.surface import maps_of
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion
-from trueloop.simulator.mill import REACH_MM, EndMill, MilledStock, turn_rad
-from trueloop.simulator.virtual_mill import Passes, VirtualMill, passes_over
+from trueloop.simulator.mill import REACH_MM, EndMill, MilledStock, Passes, VirtualMill, passes_over, turn_rad
 from trueloop.statistics import rms
 from trueloop.surface.compensation.cutter import tool_axes
 from trueloop.surface.compensation.shift import SurfaceJob, places

@@ -17,7 +17,7 @@ from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.simulator.path import CentrePath, path_of_positions
+from trueloop.simulator.nose import CentrePath, path_of_positions
 from trueloop.simulator.presets import Workshop
 from trueloop.statistics import rms
 from trueloop.turned.compensation.contour import centre_pieces, shifted_contour

@@ -7,12 +7,11 @@ from typing import Final
 
 from trueloop import __version__
 from trueloop.domain import values
-from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.limits import Limits, check_scatter
+from trueloop.domain.option import Limits, check_scatter
 from trueloop.domain.part import PartType
-from trueloop.domain.program import Program as RecordedProgram
-from trueloop.domain.record import Product, Record, record_id, sha256_of
+from trueloop.domain.record import Correction, Product, Record, record_id, sha256_of
+from trueloop.domain.record import Program as RecordedProgram
 from trueloop.domain.tool import Tool
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.geometry.surface import Surface

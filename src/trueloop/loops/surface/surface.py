@@ -17,8 +17,7 @@ from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_tri
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.on_face import OnFace, Trim, on_face
 from trueloop.surface.options import SurfaceOptions
-from trueloop.surface.pattern.part_maps import PartMaps, part_maps
-from trueloop.surface.pattern.pattern import Pattern, parts_needed, pattern_of
+from trueloop.surface.pattern.pattern import PartMaps, Pattern, part_maps, parts_needed, pattern_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places, places_of, same_places
 from trueloop.surface.separation.separate import Separation, averaged_over_cells, separate

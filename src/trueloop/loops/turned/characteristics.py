@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.domain.judged import Judged
+from trueloop.domain.characteristic import Characteristic, Judged, Quantity
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.loops.turned.commanded import Commanded
@@ -31,8 +30,7 @@ from trueloop.loops.turned.share import index_in
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.statistics import NORMAL_95
 from trueloop.tolerances.conformance import judge
-from trueloop.turned.characteristics.covariance import Covariance, Places, of_measured_part, of_next_cut
-from trueloop.turned.characteristics.judging import judged
+from trueloop.turned.characteristics.judging import Covariance, Places, judged, of_measured_part, of_next_cut
 from trueloop.turned.characteristics.measurand import Measurand, measurand
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel

@@ -7,16 +7,13 @@ from datetime import datetime
 import numpy as np
 
 from trueloop.arrays import Array, by_content
-from trueloop.domain.characteristic import Characteristic
-from trueloop.domain.cut_with import GIVEN, CutWith
+from trueloop.domain.characteristic import Characteristic, Judged
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.judged import Judged
 from trueloop.domain.life import Ran
-from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
-from trueloop.domain.record import Record, sha256_of
-from trueloop.domain.tool import Edge
-from trueloop.domain.tool_offset import HeldTool
+from trueloop.domain.proposal import HeldTool
+from trueloop.domain.record import GIVEN, CutWith, Record, sha256_of
+from trueloop.domain.tool import Edge, Machine
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.commanded import Run
@@ -30,9 +27,8 @@ from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.lean import unasked_u_mm
-from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.compensation.prediction import CorrectionTable, Prediction
 from trueloop.turned.compensation.shift import Shift
-from trueloop.turned.compensation.table import CorrectionTable
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.nose_model import NoseModel

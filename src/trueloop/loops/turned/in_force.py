@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from trueloop.domain.cut_with import GIVEN, CutWith
 from trueloop.domain.life import Ran
-from trueloop.domain.record import ChangedWord, Product, Record, sha256_of
+from trueloop.domain.record import GIVEN, ChangedWord, CutWith, Product, Record, sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.program.program import Program

@@ -13,8 +13,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from trueloop.domain.characteristic import Characteristic
-from trueloop.domain.judged import Judged
+from trueloop.domain.characteristic import Characteristic, Judged
 from trueloop.domain.record import marks_of_record, record_id
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.geometry.profile import Profile

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.arrays import Array, by_content
-from trueloop.domain.limits import Limits
-from trueloop.domain.machine import Machine
+from trueloop.domain.option import Limits
+from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded

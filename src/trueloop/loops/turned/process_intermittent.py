@@ -11,9 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.domain.cut_with import CutWith
-from trueloop.domain.limits import check_scatter
-from trueloop.domain.record import MARKED
+from trueloop.domain.option import check_scatter
+from trueloop.domain.record import MARKED, CutWith
 from trueloop.errors import in_file
 from trueloop.geometry.feature import Line
 from trueloop.loops.misuse import refuse_misuse
@@ -37,9 +36,8 @@ from trueloop.loops.turned.provenance import cumulative_words, id_of, record_of
 from trueloop.loops.turned.remembering import remembering
 from trueloop.loops.turned.written import Writing
 from trueloop.turned.compensation.decide import Decision, decide
-from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.compensation.prediction import Prediction, correction_table
 from trueloop.turned.compensation.shift import Shift
-from trueloop.turned.compensation.table import correction_table
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.fit.prior.remembered import angles_along

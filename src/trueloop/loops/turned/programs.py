@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trueloop.domain.proposal import HeldTool
 from trueloop.domain.record import ChangedWord
-from trueloop.domain.tool_offset import HeldTool
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Inputs

@@ -8,12 +8,11 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from trueloop import __version__
-from trueloop.domain.cut_with import CutWith
-from trueloop.domain.judged import Judged
+from trueloop.domain.characteristic import Judged
 from trueloop.domain.life import Ran
-from trueloop.domain.record import Component, Product, Record, record_id, sha256_of
+from trueloop.domain.proposal import ToolOffset
+from trueloop.domain.record import Component, CutWith, Product, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
-from trueloop.domain.tool_offset import ToolOffset
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Composed, Inputs

@@ -13,19 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array, Integers
-from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.characteristic import Characteristic, Judged, Quantity
 from trueloop.domain.inspection import Reading, Touch
-from trueloop.domain.judged import Judged
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
-from trueloop.turned.readings.shared import own_seen
-from trueloop.turned.readings.shared import shared_words as readings_words
-from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.seen import Seen
+from trueloop.turned.readings.vectors import own_seen
+from trueloop.turned.readings.vectors import shared_words as readings_words
+from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.wording import all_of, wording
 
 T = TypeVar("T")

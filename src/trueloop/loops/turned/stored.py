@@ -4,8 +4,8 @@ from dataclasses import asdict
 from typing import Final
 
 from trueloop.domain import values
-from trueloop.domain.correction import Correction
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
+from trueloop.domain.record import Correction
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Junction, JunctionKind, Profile, Side
@@ -16,15 +16,13 @@ from trueloop.machine.model import model as machine_model
 from trueloop.machine.model.chain import Axis, AxisKind, Chain
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.names import ErrorName
-from trueloop.machine.model.position_basis import PositionBasis
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import Part, PositionBasis, Term
 from trueloop.memory.expected import Expected
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
 from trueloop.turned.compensation.decide import AxisDecision, Decision
 from trueloop.turned.compensation.displaced import Constant, DisplacedFeature, Then
-from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.compensation.prediction import CorrectionTable, Prediction
 from trueloop.turned.compensation.shift import Shift
-from trueloop.turned.compensation.table import CorrectionTable
 from trueloop.turned.error_curve.bad_touches import SuspectTouch
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.curve import ErrorCurve
@@ -40,8 +38,7 @@ from trueloop.turned.fit.spline import EndConditions, Spline
 from trueloop.turned.options import Options
 from trueloop.turned.program.by_tool import ByTool, MovedFeature, ToolAnswer
 from trueloop.turned.program.wear_numbers import WearOffset
-from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.seen import Seen
+from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 
 CODEC: Final = values.CODEC.with_more(
     *(Correction, Limits),

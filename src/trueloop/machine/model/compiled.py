@@ -15,8 +15,7 @@ from trueloop._core import MachineEvaluator
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import ZERO, Vector
-from trueloop.machine.model.jacobian import Influence, influences
-from trueloop.machine.model.kinematics import PROBE_MM, bed_to_work
+from trueloop.machine.model.kinematics import PROBE_MM, Influence, bed_to_work, influences
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import Signals, Term

@@ -12,10 +12,10 @@ from trueloop.arrays import Array, by_content
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import ZERO, Chain, Vector
 from trueloop.machine.model.history import Lag, moved_along
-from trueloop.machine.model.jacobian import influences
-from trueloop.machine.model.kinematics import exact_error_mm
+from trueloop.machine.model.kinematics import exact_error_mm, influences
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import Signals, Term
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 
 @dataclass(frozen=True)
@@ -170,3 +170,78 @@ def design(chain: Chain, terms: tuple[Term, ...], state: State, *, rotations: bo
         influence = columns[term.name].rotation if rotations else columns[term.name].displacement
         blocks.append(influence[:, :, None] * rows[:, None, :])
     return np.concatenate(blocks, axis=2)
+
+
+POINTS = 101
+
+
+@dataclass(frozen=True)
+class TermCurve:
+    """One error along its axis: `position` (m,) mm or rad; values and standard uncertainty (m,) in µm or µrad."""
+
+    error: str
+    unit: str
+    position: Array
+    forward: Array
+    reverse: Array
+    u: Array
+
+
+@dataclass(frozen=True)
+class TermRow:
+    """A row of the overview as numbers."""
+
+    error: str
+    unit: str
+    least: float
+    most: float
+    largest_u: float
+
+
+def curves(model: MachineModel, signals: Signals) -> list[TermCurve]:
+    """Returns every term over its axis' travel (or the range of its data), at the signals given.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+    >>> curve = trueloop.curves(found.model, {"T1": 25.0})[0]
+    >>> print(f"{curve.error} at {curve.position[-1]:.0f} mm: {curve.forward[-1]:.1f} {curve.unit}")
+    EXX at 500 mm: 20.0 µm
+    """
+    where = dict(zip(model.terms, model.slices(), strict=True))
+    return [_curve(model, term, where[term], signals) for term in model.terms]
+
+
+def overview(model: MachineModel, signals: Signals) -> list[TermRow]:
+    """Returns every term's least and largest value. Raises MCH-SIGNAL for a signal that is not given.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+    >>> for row in trueloop.overview(found.model, {"T1": 25.0}):
+    ...     print(f"{row.error} {row.least:.1f} to {row.most:.1f} {row.unit}")
+    EXX 0.0 to 20.0 µm
+    EYY -4.0 to 4.0 µm
+    EZZ -2.6 to 0.0 µm
+    EZ0S 7.3 to 7.3 µm
+    """
+    rows = []
+    for curve in curves(model, signals):
+        both = np.concatenate([curve.forward, curve.reverse])
+        rows.append(TermRow(curve.error, curve.unit, float(both.min()), float(both.max()), float(curve.u.max())))
+    return rows
+
+
+def _curve(model: MachineModel, term: Term, where: slice, signals: Signals) -> TermCurve:
+    axis = model.machine.chain.axis(term.name.axis)
+    low, high = axis.travel if np.all(np.isfinite(axis.travel)) else model.identified.get(axis.name, (0.0, 0.0))
+    position = np.linspace(low, high, POINTS)
+    rows = [
+        np.broadcast_to(term.design(position, np.full(POINTS, way), signals), (POINTS, term.size))
+        for way in (1.0, -1.0)
+    ]
+    variance = np.einsum("ni,ij,nj->n", rows[0], model.covariance[where, where], rows[0])
+    scale = URAD_PER_RAD if term.name.is_rotation else UM_PER_MM
+    forward, reverse = scale * np.stack(rows) @ model.coefficients[where]
+    u = scale * np.sqrt(np.maximum(variance, 0.0))
+    return TermCurve(str(term.name), term.name.unit, position, forward, reverse, u)

@@ -11,8 +11,7 @@ from typing import Final
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import Axis, AxisKind, Chain
 from trueloop.machine.model.names import ErrorName, error_name
-from trueloop.machine.model.position_basis import segments
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import Part, Term, segments
 
 SQUARENESS = ("EC0Y", "EB0Z", "EA0Z")
 

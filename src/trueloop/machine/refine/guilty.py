@@ -10,8 +10,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.model import MachineModel, State, design
 from trueloop.machine.model.names import ErrorName
-from trueloop.machine.model.position_basis import CONSTANT, PositionBasis
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term
 from trueloop.machine.refine.left import LeftOnParts
 
 NEW_DEGREE = 2

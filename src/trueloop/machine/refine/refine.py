@@ -1,16 +1,205 @@
 """`refine`: a machine's model refined, judged on parts left out, with what changed and why in words."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.refine.guilty import Guilty
-from trueloop.machine.refine.judged import Judged, judged
 from trueloop.machine.refine.left import Change, LeftOnParts, changes
 from trueloop.machine.refine.update import Updated, guilty_ones, update
-from trueloop.wording import Wording, wording
+from trueloop.statistics import rms
+from trueloop.wording import Um, Wording, wording
+
+FOLDS = 10
+"""Groups of parts left out one after the other; fewer parts are left out one by one."""
+SURE = 2.0
+"""Standard uncertainties by which a refined model has to be better."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """The residuals of both models in parts left out, mm along the normals, points far off the refined model apart.
+
+    `u_*` are standard uncertainties from the scatter of parts (or, of whole part types, of types). `better_mm` is
+    rms_old − rms_new: of the same points, so its uncertainty is smaller than theirs. `gain` is the same with the points
+    weighted as they scatter, in standard deviations of a point: a part's set-up moves all its points together, so what
+    looks like one counts less.
+    """
+
+    groups: int
+    points: int
+    rms_old_mm: float
+    u_rms_old_mm: float
+    rms_new_mm: float
+    u_rms_new_mm: float
+    largest_old_mm: float
+    largest_new_mm: float
+    better_mm: float
+    u_better_mm: float
+    gain: float
+    u_gain: float
+
+    @property
+    def sure(self) -> bool:
+        """Returns whether the new model is better by more than two standard uncertainties."""
+        return self.gain > SURE * self.u_gain and not self.worse
+
+    @property
+    def worse(self) -> bool:
+        """Returns whether the new model leaves more by more than one standard uncertainty, weighted or not."""
+        return self.better_mm < -self.u_better_mm or self.gain < -self.u_gain
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The judgement by parts left out, and by whole part types left out where there are several."""
+
+    by_part: LeftOut
+    by_type: LeftOut | None
+
+    @property
+    def better(self) -> bool:
+        """Returns whether the refined model may be offered: surely better on parts and no worse on types left out."""
+        return self.by_part.sure and (self.by_type is None or (self.by_type.gain > 0.0 and not self.by_type.worse))
+
+    @property
+    def words(self) -> Wording:
+        """Returns the judgement as text."""
+        said = _words_of_parts(self.by_part)
+        if self.by_type is None:
+            return wording("{parts} One part type only: what it says of others is not known.", parts=said)
+        one = self.by_type
+        return wording(
+            "{parts} {n} part types left out: {old} RMS before, {new} after; largest {most_old} before, {most_new} "
+            "after.",
+            parts=said,
+            n=one.groups,
+            old=Um(one.rms_old_mm, ".2f"),
+            new=Um(one.rms_new_mm, ".2f"),
+            most_old=Um(one.largest_old_mm, ".2f"),
+            most_new=Um(one.largest_new_mm, ".2f"),
+        )
+
+
+def judged(
+    model: MachineModel,
+    seen: LeftOnParts,
+    whole: Updated,
+    updated: Callable[[LeftOnParts], Updated],
+) -> Judged:
+    """Refines anew without each group of parts and without each part type. `whole` is the update by all of them."""
+    numbers = seen.parts
+    group = np.searchsorted(numbers, seen.part) % min(FOLDS, len(numbers))
+    types = np.unique(seen.part_type)
+    by_part = _left_out(model, seen, whole, updated, [group == k for k in np.unique(group)], seen.part)
+    whole_types = [seen.part_type == one for one in types]
+    enough = len(types) > 1 and all(len(np.unique(seen.part[~out])) >= 3 for out in whole_types)
+    unit = seen.part_type if len(types) > 2 else seen.part
+    by_type = _left_out(model, seen, whole, updated, whole_types, unit, len(types)) if enough else None
+    return Judged(by_part, by_type)
+
+
+def _left_out(
+    model: MachineModel,
+    seen: LeftOnParts,
+    whole: Updated,
+    updated: Callable[[LeftOnParts], Updated],
+    folds: Sequence[Flags],
+    unit: Integers,
+    groups: int | None = None,
+) -> LeftOut:
+    left = np.zeros((2, len(seen)))
+    weighted = np.zeros((2, len(seen)))
+    for out in folds:
+        held, found = seen.only(out), updated(seen.only(~out))
+        left[:, out] = held.residual_mm, left_by(model, found.model, held)
+        weighted[:, out] = _whitened(held, left[:, out].T, whole).T
+    kept = ~whole.outlier
+    return _compared(left[:, kept], weighted[:, kept], unit[kept], groups)
+
+
+def left_by(old: MachineModel, new: MachineModel, seen: LeftOnParts) -> Array:
+    """Returns the residual that the new model would have left where the old one left `seen.residual_mm`, (n,)."""
+    moved = np.einsum("ni,ni->n", seen.normal, new.error_mm(seen.state) - old.error_mm(seen.state))
+    left: Array = seen.residual_mm - moved
+    return left
+
+
+def _whitened(seen: LeftOnParts, values: Array, found: Updated) -> Array:
+    """Values (n, k) made as independent as noise, of which each has 1: with the set-ups' and the places' variance.
+
+    Σ = s² (1 + U diag(λ) Uᵀ) with U along what a part's set-up shows: Σ^(−½) = (1 + U (1/√(1 + λ) − 1) Uᵀ) / s.
+    """
+    left, strength, _ = np.linalg.svd(seen.set_ups(), full_matrices=False)
+    variance = found.noise_mm**2 + found.place_mm**2
+    less = 1 / np.sqrt(1 + strength**2 * found.set_up_mm**2 / variance) - 1
+    white: Array = (values + left @ (less[:, None] * (left.T @ values))) / np.sqrt(variance)
+    return white
+
+
+def _compared(left: Array, weighted: Array, unit: Integers, groups: int | None) -> LeftOut:
+    """Compares old and new: `left` and `weighted` hold both, (2, n)."""
+    old, new = (_Level(values, unit) for values in left)
+    gain, u_gain = _better(*(_Level(values, unit) for values in weighted))
+    better, u_better = _better(old, new)
+    return LeftOut(
+        groups or len(np.unique(unit)),
+        left.shape[1],
+        old.rms,
+        old.u,
+        new.rms,
+        new.u,
+        float(np.abs(left[0]).max()),
+        float(np.abs(left[1]).max()),
+        better,
+        u_better,
+        gain,
+        u_gain,
+    )
+
+
+class _Level:
+    """RMS of values, and each unit's share of their mean square."""
+
+    def __init__(self, values: Array, unit: Integers) -> None:
+        units = np.unique(unit)
+        sums = np.array([np.sum(values[unit == one] ** 2) for one in units])
+        self.shares, self.rms = sums * len(units) / len(values), rms(values)
+
+    @property
+    def u(self) -> float:
+        """Returns the standard uncertainty of the RMS from the scatter of units."""
+        return _u_of_mean(self.shares) / (2 * self.rms)
+
+
+def _better(old: _Level, new: _Level) -> tuple[float, float]:
+    """Returns by how much the RMS is less, and its standard uncertainty: of the mean square's, over the sum of both
+    RMS.
+    """
+    return old.rms - new.rms, _u_of_mean(old.shares - new.shares) / (old.rms + new.rms)
+
+
+def _u_of_mean(values: Array) -> float:
+    return float(np.std(values, ddof=1) / np.sqrt(len(values)))
+
+
+def _words_of_parts(one: LeftOut) -> Wording:
+    return wording(
+        "{n} parts left out in turn: {old} RMS before, {new} after, better by {better} ± {u}; largest {most_old} "
+        "before, {most_new} after.",
+        n=one.groups,
+        old=Um(one.rms_old_mm, ".2f"),
+        new=Um(one.rms_new_mm, ".2f"),
+        better=Um(one.better_mm, ".2f"),
+        u=Um(one.u_better_mm, ".2f"),
+        most_old=Um(one.largest_old_mm, ".2f"),
+        most_new=Um(one.largest_new_mm, ".2f"),
+    )
 
 
 @dataclass(frozen=True)

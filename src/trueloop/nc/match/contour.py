@@ -13,9 +13,8 @@ from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_building import part_of
 from trueloop.geometry.feature import Feature, Line, LineOrArc
 from trueloop.geometry.intersection import intersections
-from trueloop.geometry.names import SQUARE, named_by_kind
 from trueloop.geometry.offset import contour_from_centre_path
-from trueloop.geometry.profile import Profile, Side, junctions_of
+from trueloop.geometry.profile import SQUARE, Profile, Side, junctions_of, named_by_kind
 from trueloop.geometry.validate import GAP_MM, checked_profile, runs_as
 from trueloop.nc.match.sides import SidesOfCuts
 from trueloop.nc.program.feed_moves import FeedMove, moves_of_one_kind

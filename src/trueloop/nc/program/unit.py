@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from trueloop.domain.program import Program
+from trueloop.domain.record import Program
 from trueloop.nc.program.program import Unit
 from trueloop.nc.program.tool_path import ToolPath
 

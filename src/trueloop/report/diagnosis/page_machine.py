@@ -7,8 +7,7 @@ from trueloop.report.diagnosis.figures import bar
 from trueloop.report.diagnosis.machine_figures import left_out_figure, left_out_name, residual_figures, signal_of
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape, RefinementShape, TermSetShape
 from trueloop.report.diagnosis.names import escaped, share
-from trueloop.report.markup import esc, items, section, table
-from trueloop.report.shell import figure_block, html_page, on_screen
+from trueloop.report.markup import esc, figure_block, html_page, items, on_screen, section, table
 from trueloop.report.style import plain, signed
 from trueloop.report.texts.texts import ENGLISH, Texts
 

@@ -3,13 +3,23 @@
 from collections.abc import Sequence
 from typing import Final
 
-from trueloop.report.diagnosis.causes import causes_section, findings_section, verdict
-from trueloop.report.diagnosis.names import device_name, error_name, kind_name, with_u
-from trueloop.report.diagnosis.page_series import signs
-from trueloop.report.diagnosis.shapes import FeatureErrorShape, FrameShape, PartDiagnosisShape, PointShape
+from trueloop.report.diagnosis.causes import causes_section, findings_section, unexplained_section, verdict
+from trueloop.report.diagnosis.figures import COVERAGE, SHOWN, fixturing_figure, series_figure
+from trueloop.report.diagnosis.names import device_name, error_name, kind_name, mean_with_u, with_u
+from trueloop.report.diagnosis.shapes import (
+    FeatureErrorShape,
+    FeatureMeansShape,
+    FixtureDiagnosisShape,
+    FixturingShape,
+    FrameShape,
+    JudgedShape,
+    MeanShape,
+    PartDiagnosisShape,
+    PointShape,
+    SeriesDiagnosisShape,
+)
 from trueloop.report.diagnosis.surfaces import surface_figures
-from trueloop.report.markup import esc, section, table
-from trueloop.report.shell import figure_block, html_page
+from trueloop.report.markup import esc, figure_block, html_page, on_screen, section, table
 from trueloop.report.texts.texts import ENGLISH, Texts
 
 LARGEST: Final = 300_000
@@ -153,3 +163,181 @@ def frame_note(frame: FrameShape | None, say: Texts) -> str:
         after=say.size(frame.rms_after_um),
     )
     return f"<p>{said}</p>"
+
+
+def fixture_page(found: FixtureDiagnosisShape, say: Texts = ENGLISH) -> str:
+    """Writes the page as HTML in one file."""
+    figures = "".join(
+        figure_block(f"fixturing-{k + 1}", fixturing_figure(one, say), f"<b>{esc(one.name)}</b>", small=True)
+        for k, one in enumerate(found.fixturings)
+    )
+    how = say(
+        "Repeats at one point, each less their mean, with bars of 95 %; dashed: what they may vary by; grey: a drift "
+        "or a step beyond chance. While a fixturing is unstable nothing else is concluded [4773 §4.1]."
+    )
+    drawn = (
+        (
+            _table(found, say),
+            f"<p class='note'>{how}</p>",
+            on_screen(say),
+            f'<div class="figures pairs">{figures}</div>',
+        )
+        if found.fixturings
+        else (f"<p>{say('No repeats are known.')}</p>",)
+    )
+    body = (
+        f'<header><p class="kicker">{say("trueloop · fixturing")}</p><h1>{esc(found.machine)}</h1>'
+        f"{_verdict(found, say)}</header>"
+        + section("repeats", say("Repeats"), *drawn)
+        + findings_section(found.findings, say)
+    )
+    return html_page(f"{esc(found.machine)} – {say('fixturing')}", body, language=say.language)
+
+
+def _verdict(found: FixtureDiagnosisShape, say: Texts) -> str:
+    unstable = [one.name for one in found.fixturings if not one.stable]
+    if not found.fixturings:
+        words = say("Nothing is concluded; the findings say why.")
+    elif unstable:
+        words = say(
+            "<strong>Unstable</strong>: {names}. Nothing else is concluded until this is mended.",
+            names=esc(", ".join(unstable)),
+        )
+    else:
+        words = say(
+            "<strong>Stable</strong>: {names}. Repeats vary by no more than chance and limits allow.",
+            names=esc(", ".join(one.name for one in found.fixturings)),
+        )
+    return f'<p class="verdict">{words}</p>'
+
+
+def _table(found: FixtureDiagnosisShape, say: Texts) -> str:
+    head = (
+        say("fixturing"), say("repeats"), say("spread ({um})"), say("drift ({um})"), say("step ({um})"),
+        say("limit ({um})"), say("verdict"),
+    )  # fmt: skip
+    rows = [
+        (
+            esc(one.name),
+            str(len(one.values_um)),
+            _judged(one.spread, say, signed=False),
+            _judged(one.drift, say),
+            _judged(one.step, say) + _where(one, say),
+            "–" if one.limit_um is None else say.size(one.limit_um),
+            f"✓ {say('stable')}" if one.stable else f"<strong>✗ {say('unstable')}</strong>",
+        )
+        for one in found.fixturings
+    ]
+    note = say("± 95 %; bold: beyond what chance explains.")
+    return table(head, rows, words=(0, 6), name="fixturings", stacks=True) + f"<p class='note'>{note}</p>"
+
+
+def _judged(one: JudgedShape, say: Texts, *, signed: bool = True) -> str:
+    value = say.error(one.value_um) if signed else say.size(one.value_um)
+    text = f"{value} ± {say.size(COVERAGE * one.standard_u_um)}"
+    return f"<strong>{text}</strong>" if one.significant else text
+
+
+def _where(one: FixturingShape, say: Texts) -> str:
+    if one.step_after is None or not one.step.significant:
+        return ""
+    return "<br>" + say("after repeat {n}", n=one.step_after)
+
+
+def series_page(series: SeriesDiagnosisShape, say: Texts = ENGLISH) -> str:
+    """Writes the page as HTML in one file."""
+    standards = sum(part.standard for part in series.parts)
+    cut = len(series.parts) - standards
+    counted = say("{parts} parts, {n} errors of features.", parts=cut, n=len(series.means))
+    more = " " + say("{n} standard parts.", n=standards) if standards else ""
+    body = (
+        f'<header><p class="kicker">{say("trueloop · diagnosis of a series")}</p><h1>{esc(series.part_type)}</h1>'
+        f'<p class="meta">{counted}{more}</p>{verdict(series.causes, cut, say, series.unexplained)}'
+        f'<p class="note">{signs(say)}</p></header>'
+        + unexplained_section(series.unexplained, say)
+        + causes_section(series.causes, say)
+        + _errors(series, say)
+        + findings_section(series.findings, say)
+    )
+    return html_page(f"{esc(series.part_type)} – {say('diagnosis')}", body, language=say.language)
+
+
+def signs(say: Texts) -> str:
+    """Explains how errors are counted, and which device sees what."""
+    return say(
+        "Errors are along the outward normal, + where material is left on; a radius is a radius. The machine’s probe, "
+        "corrected by the model of the machine, sees what the process did; a CMM or gauge sees what the model left too."
+    )
+
+
+def _errors(series: SeriesDiagnosisShape, say: Texts) -> str:
+    if not series.means:
+        return section("errors", say("Errors over the parts"), f"<p>{say('No part has errors of features.')}</p>")
+    figures, left_out = _figures(series, say)
+    reading = say(
+        "○ machine’s probe, ◆ CMM or gauge, bars of 95 %; dotted: a tool was set. Mean ± its standard uncertainty; "
+        "difference: CMM less machine, of parts that both saw, is what the model of the machine left."
+    )
+    note = say("{n} more errors stand in the table alone.", n=left_out) if left_out else ""
+    return section(
+        "errors",
+        say("Errors over the parts"),
+        means_table(series.means, say),
+        f"<p class='note'>{reading}</p>",
+        on_screen(say),
+        f'<div class="figures pairs">{figures}</div>',
+        f"<p class='note'>{note}</p>" if note else "",
+    )
+
+
+def means_table(means: Sequence[FeatureMeansShape], say: Texts) -> str:
+    """Writes the table of mean and scatter of every error by device, µm."""
+    head = (
+        say("feature"), say("error"), say("parts"), say("machine’s probe<br>({um})"), say("CMM or gauge<br>({um})"),
+        say("difference<br>({um})"), say("scatter over<br>the parts ({um})"),
+    )  # fmt: skip
+    rows = [
+        (
+            esc(error_name(one)),
+            kind_name(one.kind, say),
+            str(max(mean.parts for mean in (one.machine, one.cmm) if mean is not None)),
+            mean_with_u(one.machine, say),
+            mean_with_u(one.cmm, say),
+            mean_with_u(one.difference, say),
+            _scatter(one, say),
+        )
+        for one in means
+    ]
+    return table(head, rows, words=(0, 1), name="errors-table", stacks=True)
+
+
+def _scatter(one: FeatureMeansShape, say: Texts) -> str:
+    known = [mean.scatter_um for mean in (one.machine, one.cmm) if mean is not None and mean.scatter_um is not None]
+    return " / ".join(say.size(value) for value in known) or "–"
+
+
+def _figures(series: SeriesDiagnosisShape, say: Texts) -> tuple[str, int]:
+    """Figures of the errors, those furthest from none first, as far as the page has room; and how many it has not."""
+    done: list[str] = []
+    size = 0
+    for k, one in enumerate(sorted(series.means, key=_surprise, reverse=True)):
+        block = figure_block(f"error-{k + 1}", series_figure(series.parts, one, say), _caption(series, one, say), True)
+        size += len(block.encode())
+        if done and size > LARGEST:
+            break
+        done.append(block)
+    return "".join(done), len(series.means) - len(done)
+
+
+def _surprise(one: FeatureMeansShape) -> float:
+    return max(map(_ratio, (one.machine, one.cmm, one.difference)))
+
+
+def _ratio(mean: MeanShape | None) -> float:
+    return 0.0 if mean is None else abs(mean.mean_um) / max(mean.standard_u_um or 1.0, 0.1)
+
+
+def _caption(series: SeriesDiagnosisShape, one: FeatureMeansShape, say: Texts) -> str:
+    parts = sum(not part.standard for part in series.parts)
+    more = say(", the latest {shown} of {all} parts", shown=SHOWN, all=parts) if parts > SHOWN else ""
+    return f"<b>{esc(error_name(one))}</b>, {kind_name(one.kind, say)}{more}"

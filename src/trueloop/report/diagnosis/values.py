@@ -6,11 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from statistics import fmean, stdev
 from typing import Final
 
-from trueloop.diagnosis.causes.cause import Candidate, Diagnosis
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
-from trueloop.diagnosis.components import Components
+from trueloop.diagnosis.causes.cause import Candidate, Diagnosis, SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.components import Components, FrameDiscrepancy
 from trueloop.diagnosis.features.feature_error import FeatureError
-from trueloop.diagnosis.part_frame import FrameDiscrepancy
 from trueloop.errors import Finding
 from trueloop.report.diagnosis.shapes import (
     CandidateShape,

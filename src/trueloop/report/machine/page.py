@@ -9,9 +9,8 @@ from trueloop.machine.identify.hold_out import HeldOut
 from trueloop.machine.identify.identify import Identification
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.history import Lag
-from trueloop.machine.model.overview import TermCurve, curves
-from trueloop.report.markup import esc, items, section, table
-from trueloop.report.shell import figure_block, html_page
+from trueloop.machine.model.model import TermCurve, curves
+from trueloop.report.markup import esc, figure_block, html_page, items, section, table
 from trueloop.report.style import AFTER, BAND, INK, LEFT_ON, Figure, area, axis, dots, layout, lines, padded, plain
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 

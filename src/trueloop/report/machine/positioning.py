@@ -8,8 +8,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.machine.drift import Drift, DriftTest
 from trueloop.machine.standards import BothWays, Positioning
-from trueloop.report.markup import esc, section, table
-from trueloop.report.shell import figure_block, html_page
+from trueloop.report.markup import esc, figure_block, html_page, section, table
 from trueloop.report.style import (
     AFTER,
     BAND,

@@ -4,8 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, astuple
 from math import degrees, isnan
 
-from trueloop.diagnosis.components import Components
-from trueloop.diagnosis.part_frame import FrameDiscrepancy
+from trueloop.diagnosis.components import Components, FrameDiscrepancy
 from trueloop.machine.drift import DriftModel, DriftRun, DriftTest
 from trueloop.machine.identify.choice import Chosen
 from trueloop.machine.identify.hold_out import HeldOut
@@ -15,8 +14,7 @@ from trueloop.machine.standards import JudgedPattern, Positioning
 from trueloop.report.diagnosis.surfaces import surface_figures
 from trueloop.report.diagnosis.values import point_shape
 from trueloop.report.machine.positioning import POINTS, drift_figure, scale_of, values_of
-from trueloop.report.markup import esc, section, table
-from trueloop.report.shell import figure_block, html_page
+from trueloop.report.markup import esc, figure_block, html_page, section, table
 from trueloop.report.style import plain, signed
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 

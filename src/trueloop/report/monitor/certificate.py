@@ -10,9 +10,8 @@ from pydantic import SkipValidation
 from trueloop import __version__
 from trueloop.domain.record import sha256_of
 from trueloop.loops.monitor.certificate import Certificate, Certified, Outcome
-from trueloop.report.markup import esc, fields, items, section, table
+from trueloop.report.markup import esc, fields, html_page, items, section, table
 from trueloop.report.shape import Shape
-from trueloop.report.shell import html_page
 from trueloop.report.style import VERDICTS as SIGNS
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.wording import wording

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from trueloop.report import style
-from trueloop.report.markup import esc, items, section, table
+from trueloop.report.markup import esc, figure_block, html_page, items, on_screen, section, table
 from trueloop.report.monitor.chart_values import (
     NAMED,
     CapabilityShape,
@@ -15,7 +15,6 @@ from trueloop.report.monitor.chart_values import (
     EpisodeShape,
     SegmentShape,
 )
-from trueloop.report.shell import figure_block, html_page, on_screen
 from trueloop.report.style import Figure, Trace
 from trueloop.report.texts.texts import ENGLISH, Texts
 

@@ -6,7 +6,7 @@ from datetime import datetime
 from pydantic import SkipValidation
 
 from trueloop.loops.monitor.gauge import GaugeSeries
-from trueloop.report.markup import esc, items, section, table
+from trueloop.report.markup import esc, figure_block, html_page, items, on_screen, section, table
 from trueloop.report.monitor.chart_page import chart_figure
 from trueloop.report.monitor.chart_values import (
     CharacteristicChartShape,
@@ -17,7 +17,6 @@ from trueloop.report.monitor.chart_values import (
     segment_shape,
 )
 from trueloop.report.shape import Shape
-from trueloop.report.shell import figure_block, html_page, on_screen
 from trueloop.report.style import plain, signed
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.units import UM_PER_MM

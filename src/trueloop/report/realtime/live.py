@@ -7,12 +7,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from trueloop.realtime.events import ALARMING, Event
-from trueloop.realtime.samples import Samples
-from trueloop.report.markup import esc, section, table
-from trueloop.report.realtime.run import NS_PER_US, trace_names
-from trueloop.report.realtime.trace_figure import ALARM, AXIS_COLOURS, CAUSES, by_unit, signal_colour
-from trueloop.report.shell import html_page
+from trueloop.realtime.samples import ALARMING, Event, Samples
+from trueloop.report.markup import esc, html_page, section, table
+from trueloop.report.realtime.run import ALARM, AXIS_COLOURS, CAUSES, NS_PER_US, by_unit, signal_colour, trace_names
 from trueloop.report.style import plain, signed
 
 WINDOW_S: Final = 60.0

@@ -6,19 +6,24 @@ from typing import Any, Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.realtime.events import Event
+from trueloop.realtime.samples import Event
 from trueloop.report import style
-from trueloop.report.markup import esc, fields, items, section, table
-from trueloop.report.realtime.run import NS_PER_US, FinishedPart, Residual, RunPage, Timing, Trace, largest_um
-from trueloop.report.realtime.trace_figure import (
+from trueloop.report.markup import esc, fields, figure_block, html_page, items, section, table
+from trueloop.report.realtime.run import (
     ALARM,
     AXIS_COLOURS,
     CAUSES,
+    NS_PER_US,
     WIDTHS,
+    FinishedPart,
+    Residual,
+    RunPage,
+    Timing,
+    Trace,
+    largest_um,
     signal_colour,
     trace_figures,
 )
-from trueloop.report.shell import figure_block, html_page
 from trueloop.report.style import LEFT_ON, TAKEN, Figure, plain, signed
 
 PANEL_PX: Final = 170

@@ -1,16 +1,23 @@
-"""What a page of a run shows. All of it but the title may be missing."""
+"""What a page of a run shows. All of it but the title may be missing.
+
+A recorded run over time, one panel below the other: commands, correction by cause for each axis, signals, faults.
+
+Every trace is a band from the least to the largest value of a stretch of time, so that no single period is hidden.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any, Final
 
 import numpy as np
 
 from trueloop.arrays import Array, by_content
-from trueloop.realtime.envelope import Envelope, envelope
-from trueloop.realtime.events import Event, events
-from trueloop.realtime.samples import Samples
-from trueloop.realtime.tally import NONE, Tally, counted
+from trueloop.realtime.envelope import NONE, Envelope, Tally, counted, envelope, merged
+from trueloop.realtime.samples import Event, Samples, events
+from trueloop.report import style
+from trueloop.report.style import Figure
 from trueloop.statistics import rms
+from trueloop.units import SIGNALS
 
 NS_PER_US = 1e3
 
@@ -121,3 +128,116 @@ def largest_um(trace: Trace, what: str) -> dict[str, float]:
     """Returns the largest amount of a column by axis, µm, as `correction`: {"X": 42.1}; zero without a record."""
     columns = {axis.upper(): np.concatenate(trace.envelope.of(f"{what}_{axis}_um")) for axis in trace.axes}
     return {axis: float(np.nanmax(np.abs(values), initial=0.0)) for axis, values in columns.items()}
+
+
+AXIS_COLOURS: Final = {"x": "#0072b2", "y": "#9a3c7d", "z": "#b26a00"}
+CAUSES: Final = {"model": ("#0072b2", 3.0), "table": ("#e69f00", 2.4), "correction": (style.INK, 1.2)}
+"""Colour and width of line by cause: what is in force is drawn last, over what was asked for."""
+SIGNAL_COLOURS: Final = ("#b2182b", "#1b7837", "#542788", "#8c510a", "#2166ac", "#4d4d4d")
+ALARM: Final = "#d55e00"
+PANEL_PX: Final = 150
+GAP_PX: Final = 22
+MARGINS: Final = {"l": 68, "r": 16, "t": 24, "b": 52}
+STRETCHES: Final = {"wide": 900, "narrow": 300}
+WIDTHS: Final = {"wide": 980, "narrow": 370}
+
+
+def trace_figures(trace: Trace) -> dict[str, Figure]:
+    """Draws the trace for a wide window and for a narrow one."""
+    return {kind: trace_figure(trace, WIDTHS[kind], STRETCHES[kind]) for kind in WIDTHS}
+
+
+def trace_figure(trace: Trace, width: int, stretches: int) -> Figure:
+    """Draws the whole run in a picture of this width in px."""
+    drawn = merged(trace.envelope, stretches)
+    panels = [
+        ("command (mm)", [(f"command_{axis}_mm", AXIS_COLOURS[axis], 1.4) for axis in trace.axes]),
+        *(
+            (f"{axis.upper()}: correction (µm)", [(f"{cause}_{axis}_um", *CAUSES[cause]) for cause in CAUSES])
+            for axis in trace.axes
+        ),
+        *(
+            (unit, [(name, signal_colour(trace.signals, name), 1.4) for name in names])
+            for unit, names in by_unit(trace.signals).items()
+        ),
+    ]
+    end = drawn.low.shape[1] * drawn.step_s
+    heights = _domains(len(panels))
+    height = MARGINS["t"] + MARGINS["b"] + len(panels) * PANEL_PX + (len(panels) - 1) * GAP_PX
+    axes: dict[str, Any] = {"xaxis": style.axis("time (s)", 0.0, end, 10 if width > 600 else 5)}
+    data: list[dict[str, Any]] = []
+    for k, (title, columns) in enumerate(panels, 1):
+        key = "" if k == 1 else str(k)
+        ends = _range(drawn, [name for name, *_ in columns], with_zero="correction" in title)
+        axes[f"yaxis{key}"] = style.axis(title, *ends, 6) | {"domain": list(heights[k - 1])}
+        data += [_alarm(span, ends, f"y{key}") for span in alarms(trace, end)]
+        data += [_band(drawn, name, colour, line, f"y{key}") for name, colour, line in columns]
+    return {"data": data, "layout": style.layout(width, height, margin=MARGINS, **axes)}
+
+
+def by_unit(signals: Sequence[str]) -> dict[str, list[str]]:
+    """Signals of one unit share a panel."""
+    found: dict[str, list[str]] = {}
+    for name in signals:
+        unit = next((f"signals ({said})" for suffix, said in SIGNALS.items() if name.endswith(suffix)), "signals")
+        found.setdefault(unit, []).append(name)
+    return found
+
+
+def signal_colour(signals: Sequence[str], name: str) -> str:
+    """Returns the colour of a signal, by its place among all."""
+    return SIGNAL_COLOURS[signals.index(name) % len(SIGNAL_COLOURS)]
+
+
+def alarms(trace: Trace, end_s: float) -> list[tuple[float, float, str]]:
+    """Returns when something was wrong: from, to, and what."""
+    following = [*(event.time_s for event in trace.events[1:]), end_s]
+    return [
+        (event.time_s, until, event.in_words())
+        for event, until in zip(trace.events, following, strict=True)
+        if event.alarming
+    ]
+
+
+def _domains(count: int) -> list[tuple[float, float]]:
+    """Shares of the plotting area, from its top."""
+    whole = count * PANEL_PX + (count - 1) * GAP_PX
+    tops = [whole - k * (PANEL_PX + GAP_PX) for k in range(count)]
+    return [(0.0 if top == PANEL_PX else (top - PANEL_PX) / whole, top / whole) for top in tops]
+
+
+def _range(drawn: Envelope, names: Sequence[str], with_zero: bool) -> tuple[float, float]:
+    values = np.concatenate([np.concatenate(drawn.of(name)) for name in names])
+    values = values[np.isfinite(values)]
+    if with_zero or not len(values):
+        return style.padded(values.tolist(), 0.08, 0.1)
+    low, high = float(values.min()), float(values.max())
+    pad = 0.08 * max(high - low, 0.1)
+    return low - pad, high + pad
+
+
+def _band(drawn: Envelope, name: str, colour: str, line: float, panel: str) -> dict[str, Any]:
+    """A closed outline for each run of stretches that were recorded."""
+    low, high = drawn.of(name)
+    x: list[float | None] = []
+    y: list[float | None] = []
+    for run in _runs(np.isfinite(low)):
+        time, least, most = drawn.time_s[run], low[run], high[run]
+        x += [*time.tolist(), *time[::-1].tolist(), None]
+        y += [*most.tolist(), *least[::-1].tolist(), None]
+    return style.lines(x, y, colour, line, fill="toself", fillcolor=colour, yaxis=panel, name=name)
+
+
+def _alarm(span: tuple[float, float, str], ends: tuple[float, float], panel: str) -> dict[str, Any]:
+    """A rectangle over the time in which something was wrong, which says what."""
+    start, end, said = span
+    x, y = [start, start, end, end], [ends[0], ends[1], ends[1], ends[0]]
+    hover = [f"{start:.3f} s: {style.label(said)}"] * 4
+    area = style.lines([*x], [*y], ALARM, 0.8, fill="toself", fillcolor="rgba(213,94,0,0.14)", yaxis=panel)
+    return area | {"hovertext": hover, "hoverinfo": "text"}
+
+
+def _runs(good: Array) -> list[slice]:
+    """The unbroken runs of true values."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
+    return [slice(int(a), int(b)) for a, b in zip(ends[::2], ends[1::2], strict=True)]

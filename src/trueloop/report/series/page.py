@@ -4,10 +4,9 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
-from trueloop.report.markup import esc, items, section, table
+from trueloop.report.markup import esc, figure_block, html_page, items, on_screen, section, table
 from trueloop.report.series.figure import SHOWN, series_figure
 from trueloop.report.series.values import CharacteristicSeriesShape, PartShape, SeriesShape
-from trueloop.report.shell import figure_block, html_page, on_screen
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.wording import Wording
 

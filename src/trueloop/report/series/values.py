@@ -6,10 +6,9 @@ from typing import Any, Literal
 from pydantic import SkipValidation
 
 from trueloop.errors import Finding
-from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import effect_of
 from trueloop.loops.post_process.replay import Replay, Replayed
-from trueloop.loops.post_process.series import Series
+from trueloop.loops.post_process.series import Series, SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked, TrackedPart, capability
 from trueloop.report.shape import Shape
 from trueloop.statistics import NORMAL_95

@@ -6,8 +6,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.loops.surface.compare import Comparison, Group, PartFigures, Spread
-from trueloop.report.markup import esc, items, section, table
-from trueloop.report.shell import html_page
+from trueloop.report.markup import esc, html_page, items, section, table
 from trueloop.report.style import plain, signed
 from trueloop.report.surface.maps import DeviationMap, caption, colour_range_um, flat
 from trueloop.report.surface.summary import as_words

@@ -13,7 +13,7 @@ from trueloop.arrays import Array
 from trueloop.loops.surface.surface import SurfaceModel
 from trueloop.report.markup import esc
 from trueloop.report.style import FAINT, INK, LEFT_ON, SOFT, TAKEN, plain, round_step, signed
-from trueloop.surface.pattern.part_maps import PartMaps
+from trueloop.surface.pattern.pattern import PartMaps
 from trueloop.surface.separation.places import Places
 from trueloop.units import UM_PER_MM
 

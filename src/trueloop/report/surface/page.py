@@ -11,8 +11,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.loops.surface.figures import headline, unsupported_at
 from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel, maps_of
-from trueloop.report.markup import esc, items, section, table
-from trueloop.report.shell import html_page
+from trueloop.report.markup import esc, html_page, items, section, table
 from trueloop.report.style import plain, signed
 from trueloop.report.surface.maps import (
     DeviationMap,
@@ -26,7 +25,7 @@ from trueloop.report.surface.maps import (
 )
 from trueloop.surface.compensation.pattern import WrittenPattern
 from trueloop.surface.on_face import MAPS
-from trueloop.surface.pattern.part_maps import PartMaps, part_maps
+from trueloop.surface.pattern.pattern import PartMaps, part_maps
 from trueloop.units import UM_PER_MM
 
 WIDTH: Final = 960

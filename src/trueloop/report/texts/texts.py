@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, TypeVar
 
-from trueloop.domain.page_options import Language, LengthUnit, PageOptions
+from trueloop.domain.option import Language, LengthUnit, PageOptions
+from trueloop.report.shape import Shape
 from trueloop.report.style import plain, signed
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 from trueloop.wording import MINUS, Signed, Um, Wording
@@ -134,3 +135,21 @@ class Texts:
 
 
 ENGLISH: Final = Texts()
+
+
+S = TypeVar("S", bound=Shape)
+
+
+def said(shape: S, say: Texts) -> S:
+    """Returns the shape with every sentence translated by `say`; numbers and names stay."""
+    return type(shape).model_validate(_said(shape.model_dump(), say))
+
+
+def _said(value: Any, say: Texts) -> Any:
+    if isinstance(value, Wording):
+        return say.note(value)
+    if isinstance(value, dict):
+        return {name: _said(one, say) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_said(one, say) for one in value]
+    return value

@@ -4,14 +4,13 @@ import json
 import math
 from collections.abc import Iterator
 
-from trueloop.domain.cut_with import CutWith
+from trueloop.domain.record import CutWith
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import between_cuts_words
 from trueloop.report.program_diff import changed_lines, diff
-from trueloop.report.turned.by_tool import by_tool_as_dict
-from trueloop.report.turned.characteristics import characteristics_as_dicts
+from trueloop.report.turned.characteristic_table import characteristics_as_dicts
+from trueloop.report.turned.decisions import by_tool_as_dict
 from trueloop.report.turned.features import FeatureSummary, feature_summaries, worst_of
-from trueloop.report.turned.header import header
 from trueloop.report.turned.remembered import memory_as_dict
 from trueloop.report.turned.shapes import (
     AxesShape,
@@ -30,7 +29,7 @@ from trueloop.report.turned.shapes import (
     SuspectShape,
     TouchShape,
 )
-from trueloop.report.turned.summary import headline
+from trueloop.report.turned.summary import header, headline
 from trueloop.report.turned.touch_table import touch_rows
 from trueloop.statistics import rms
 from trueloop.turned.error_curve.coverage import coverage_factor

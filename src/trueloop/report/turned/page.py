@@ -11,25 +11,20 @@ from typing import Final
 from urllib.parse import quote
 
 from trueloop.loops.turned.correction import Correction
-from trueloop.report.markup import esc, section, table
+from trueloop.report.markup import esc, figure_block, html_page, on_screen, section, table
 from trueloop.report.program_diff import changed_lines, program_diff
-from trueloop.report.shell import figure_block, html_page, on_screen
 from trueloop.report.style import Figure
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.report.turned.by_tool import by_tool_block
 from trueloop.report.turned.characteristic_table import characteristic_table
-from trueloop.report.turned.composed import composed_section
-from trueloop.report.turned.decisions import decisions
+from trueloop.report.turned.decisions import by_tool_block, decisions
 from trueloop.report.turned.features import kind_of_correction
 from trueloop.report.turned.figures import whiskers
-from trueloop.report.turned.figures.curves import error_curve
+from trueloop.report.turned.figures.curves import error_curve, uncertainty
 from trueloop.report.turned.figures.junctions import junctions
 from trueloop.report.turned.figures.part_drawing import times
-from trueloop.report.turned.figures.uncertainty import uncertainty
-from trueloop.report.turned.header import header, header_fields
 from trueloop.report.turned.remembered import memory_section
-from trueloop.report.turned.summary import feature_table, offset_words, to_run, verdict
-from trueloop.report.turned.touch_table import touches_csv, touches_table
+from trueloop.report.turned.summary import feature_table, header, header_fields, offset_words, to_run, verdict
+from trueloop.report.turned.touch_table import composed_section, touches_csv, touches_table
 from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.units import UM_PER_MM
 

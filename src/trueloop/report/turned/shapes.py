@@ -7,7 +7,7 @@ uncertainties are one standard deviation, expanded ones hold 95 %.
 from typing import Literal
 
 from trueloop.report.shape import Shape
-from trueloop.report.turned.header import Header
+from trueloop.report.turned.summary import Header
 
 
 class JudgementShape(Shape):

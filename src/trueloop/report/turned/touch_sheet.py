@@ -6,8 +6,7 @@ from typing import Final
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.geometry.profile import Profile
 from trueloop.report import style
-from trueloop.report.markup import esc, section, table
-from trueloop.report.shell import figure_block, html_page
+from trueloop.report.markup import esc, figure_block, html_page, section, table
 from trueloop.report.style import Figure
 from trueloop.report.turned.figures.part_drawing import diagonal_mm, material, outline_mm
 from trueloop.units import MM_PER_INCH

@@ -6,8 +6,8 @@ from typing import Any, Final
 
 from trueloop.domain.codec import Codec
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.jobs.factory.upload_read import CODEC as READ
-from trueloop.jobs.factory.upload_read import Handed
+from trueloop.jobs.factory.uploads import CODEC as READ
+from trueloop.jobs.factory.uploads import Handed
 
 
 @dataclass(frozen=True)

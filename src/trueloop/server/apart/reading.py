@@ -20,8 +20,7 @@ from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.factory.upload_read import Asked, Handed
-from trueloop.jobs.factory.uploads import Upload, handed
+from trueloop.jobs.factory.uploads import Asked, Handed, Upload, handed
 from trueloop.server.apart.answers import CODEC, Answer, Question
 from trueloop.server.guarded import Service
 

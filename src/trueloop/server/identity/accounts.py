@@ -7,11 +7,10 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Row, func, insert, select, update
 
-from trueloop.domain.page_options import LengthUnit
+from trueloop.domain.option import LengthUnit
 from trueloop.errors import Code, TrueloopError
-from trueloop.server.identity.noted import note
 from trueloop.server.identity.passwords import hashed
-from trueloop.server.identity.who import ROLES, Role
+from trueloop.server.identity.who import ROLES, Role, note
 from trueloop.storage.factory_tables import ACCOUNT, SESSION, stamp
 from trueloop.storage.store import Store
 

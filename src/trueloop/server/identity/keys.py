@@ -9,8 +9,7 @@ from typing import Any, Final, Literal
 from sqlalchemy import Row, insert, select, update
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.server.identity.noted import note
-from trueloop.server.identity.who import Who
+from trueloop.server.identity.who import Who, note
 from trueloop.storage.factory_tables import API_KEY, stamp
 from trueloop.storage.store import Store
 

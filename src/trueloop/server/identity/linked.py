@@ -8,7 +8,7 @@ from sqlalchemy import Row, select
 
 from trueloop.errors import TrueloopError
 from trueloop.server.identity.accounts import Change, change_account, subject_of
-from trueloop.server.identity.trusted import Oidc, refused
+from trueloop.server.identity.provider import Oidc, refused
 from trueloop.server.identity.who import ROLES, Role
 from trueloop.storage.factory_tables import ACCOUNT
 from trueloop.storage.store import Store

@@ -1,10 +1,15 @@
 """Who asks: `Who`, a person with a session or the holder of a key."""
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-from trueloop.domain.page_options import LengthUnit
+from sqlalchemy import Connection, insert
+
+from trueloop.domain.option import LengthUnit
+from trueloop.storage.factory_tables import EVENT, stamp
 
 Role = Literal["viewer", "operator", "engineer", "admin", "cell", "metrics"]
 ROLES: tuple[Role, ...] = ("viewer", "operator", "engineer", "admin")
@@ -33,3 +38,9 @@ class Who:
     def person(self) -> bool:
         """Returns whether it is a person with a session, not a program with a key."""
         return bool(self.session)
+
+
+def note(connection: Connection, now: datetime, who: str, what: str, subject: str, values: Mapping[str, str]) -> None:
+    """Writes a line of the event log."""
+    document = json.dumps(dict(values), ensure_ascii=False)
+    connection.execute(insert(EVENT).values(at=stamp(now), who=who, what=what, subject=subject, document=document))

@@ -6,7 +6,7 @@ from datetime import datetime
 from fastapi import Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.guarded import By, Here, Service, router
 from trueloop.server.identity import accounts, sessions

@@ -1,17 +1,18 @@
 """What is shown: read out of the store by `factory/shown`, each list with its place signed."""
 
-from collections.abc import Callable
-from typing import Annotated, Final, TypeVar
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Final, TypeVar
 
 from fastapi import Query, Response
 from fastapi.responses import PlainTextResponse
 from pydantic import TypeAdapter
 
 from trueloop.domain.factory import PartState
-from trueloop.domain.page_options import Language
+from trueloop.domain.option import Language
 from trueloop.factory.shown import machines, orders, parts, programs, records, series
 from trueloop.factory.shown.orders import today
-from trueloop.factory.tasks import task_of
+from trueloop.factory.tasks import Task, task_of
 from trueloop.factory.views.orders import (
     LinksView,
     OrderRow,
@@ -27,12 +28,31 @@ from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, Se
 from trueloop.jobs.factory.correction_page import correction_curves, correction_page, curve_picture
 from trueloop.jobs.factory.links import links_view
 from trueloop.jobs.factory.memory import tool_memory
-from trueloop.report.turned.curve_pictures import CurvePicture
+from trueloop.report.turned.figures.curves import CurvePicture
 from trueloop.server import etags, pages
 from trueloop.server.cursors import Cursor, Limit, cursor_of, place_of
+from trueloop.server.etags import Say
 from trueloop.server.guarded import Here, RowPath, Service, router
-from trueloop.server.reader import Say
-from trueloop.server.routes.task_view import TaskView, task_view
+
+
+@dataclass(frozen=True)
+class TaskView:
+    """`state`: waiting, running, done, failed; `progress` 0 to 1; `problem`: code, message and hint of a refusal."""
+
+    id: int
+    kind: str
+    subject: str
+    state: str
+    progress: float
+    said: str
+    problem: Mapping[str, Any] | None
+    result: Mapping[str, str] | None
+
+
+def task_view(task: Task) -> TaskView:
+    """Without what only workers need."""
+    return TaskView(task.id, task.kind, task.subject, task.state, task.progress, task.said, task.problem, task.result)
+
 
 T = TypeVar("T")
 Sha = str

@@ -9,14 +9,14 @@ from typing import Annotated, Literal, TypeVar
 from fastapi import Query, Request
 
 from trueloop.jobs.diagnose import diagnosed
-from trueloop.jobs.diagnose.asked import Asked
+from trueloop.jobs.diagnose.diagnosed import Asked
 from trueloop.jobs.monitor.charts import charts_of
 from trueloop.loops.monitor.options import BASELINE, ChartOptions
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
 from trueloop.report.monitor.chart_values import ChartsShape
-from trueloop.report.texts.said import said
+from trueloop.report.texts.texts import said
+from trueloop.server.etags import Say
 from trueloop.server.guarded import Here, Service, router
-from trueloop.server.reader import Say
 
 routes = router()
 Rule = Annotated[int, Query(ge=1, le=8)]

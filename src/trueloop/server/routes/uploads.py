@@ -7,14 +7,13 @@ from fastapi import Query, Request
 from pydantic import AwareDatetime, Field
 from starlette.concurrency import run_in_threadpool
 
-from trueloop.domain.page_options import Language
+from trueloop.domain.option import Language
 from trueloop.factory.shown.records import certificate_row
 from trueloop.factory.views.parts import CertificateRow
 from trueloop.factory.views.uploads import ImportedView, Kind, UploadView
-from trueloop.jobs.factory.certify import certify
+from trueloop.jobs.factory.correction_page import certify
 from trueloop.jobs.factory.imports import OfPart, import_measurement, import_program
-from trueloop.jobs.factory.upload_read import Asked, inspected, program_read, upload_view
-from trueloop.jobs.factory.uploads import add_upload, upload_of
+from trueloop.jobs.factory.uploads import Asked, add_upload, inspected, program_read, upload_of, upload_view
 from trueloop.server.apart.reading import read_apart
 from trueloop.server.guarded import By, Here, Row, factory_by, router
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import Feet, closest
+from trueloop.geometry.surface import Feet, Surface, closest
 from trueloop.nc.program.program import Program, Word
 from trueloop.nc.program.tool_path import ToolPath
 

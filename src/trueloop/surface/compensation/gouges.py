@@ -9,8 +9,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import closest
+from trueloop.geometry.surface import Surface, closest
 from trueloop.nc.program.along import points_along, said_ends
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import NO_COMPENSATION, ToolPath

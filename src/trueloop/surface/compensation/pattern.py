@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from trueloop.domain.limits import Limits
+from trueloop.domain.option import Limits
 from trueloop.geometry.surface import Surface
 from trueloop.surface.compensation.shift import CorrectedSurface, Deviation, corrected_surface
 from trueloop.surface.options import SurfaceOptions

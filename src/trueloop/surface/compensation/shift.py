@@ -10,11 +10,9 @@ from typing import Annotated, Final, Protocol
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.domain.limits import Limits, allowed_by
-from trueloop.domain.option import Option
+from trueloop.domain.option import Limits, Option, allowed_by
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import closest
+from trueloop.geometry.surface import Surface, closest
 from trueloop.geometry.surface_fit import fit_parameterised
 from trueloop.nc.program.along import lengths_mm, points_along
 from trueloop.nc.program.program import Program

@@ -12,8 +12,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import Feet, closest
+from trueloop.geometry.surface import Feet, Surface, closest
 from trueloop.statistics import rms
 
 ROUNDS: Final = 20

@@ -12,12 +12,10 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError, in_file
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import Feet, closest
+from trueloop.geometry.surface import Feet, Surface, closest
 from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, best_fit
-from trueloop.surface.deviations.duplicates import averaged, first_of_place
 from trueloop.surface.deviations.plausibility import findings_of, refuse_outside, refuse_twice, reported_twice
-from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.deviations.points import MeasuredPoints, averaged, first_of_place
 
 PLACES = 60
 

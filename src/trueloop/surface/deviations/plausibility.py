@@ -7,10 +7,8 @@ import numpy as np
 
 from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import Feet, closest
-from trueloop.surface.deviations.duplicates import SAME_MM, Duplicates
-from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.geometry.surface import Feet, Surface, closest
+from trueloop.surface.deviations.points import SAME_MM, Duplicates, MeasuredPoints
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 CONFLICT: Final = 6.0

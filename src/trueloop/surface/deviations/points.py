@@ -1,6 +1,9 @@
 """Points of a surface as they were measured."""
 
 from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
 
 from trueloop.arrays import Array, Integers
 from trueloop.errors import Place
@@ -23,3 +26,93 @@ class MeasuredPoints:
     def place(self, number: int) -> Place:
         """Where a point, counted from 1, was read."""
         return Place(self.file, None if self.lines is None else int(self.lines[number - 1]))
+
+
+SAME_MM: Final = 1e-4
+"""Points whose feet on the surface are closer than this are at one place."""
+NEIGHBOURS: Final = 2000
+"""Points whose nearest neighbours say how much errors change from one point to the next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Duplicates:
+    """What was measured more than once: `spare` (m,) are the points, counted from 0, whose errors went into the mean of
+    an earlier one; `places` is how many such places there are.
+
+    Of all of them the two errors of one place that differ most: `difference_mm`, between the points `pair`.
+    `typical_mm` is the median difference between a point and its nearest neighbour elsewhere.
+    """
+
+    spare: Integers
+    places: int
+    difference_mm: float
+    pair: tuple[int, int]
+    typical_mm: float
+
+
+def first_of_place(points_mm: Array, within_mm: float = SAME_MM) -> Integers:
+    """For each point (n, 3) the first point of its place, (n,), counted from 0: a chain of points, each within that
+    distance of another one, is one place. The distance is kept to a tenth.
+
+    In O(n log n), and memory in proportion to n: points in one spot, of which there may be any number, are joined
+    before pairs are looked for.
+    """
+    from scipy.sparse import coo_array  # slow to import
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
+    first = _first_of_spot(np.rint(points_mm / (within_mm / 10)))
+    spots = np.unique(first)
+    near = KDTree(points_mm[spots]).query_pairs(within_mm, output_type="ndarray")
+    graph = coo_array((np.ones(len(near), bool), near.T), shape=(len(spots), len(spots)))
+    _, group = connected_components(graph, directed=False)
+    _, earliest = np.unique(group, return_index=True)
+    first[spots] = spots[earliest[group]]
+    return first[first]
+
+
+def _first_of_spot(spots: Array) -> Integers:
+    """For each row (n, 3) the first one equal to it."""
+    order = np.lexsort(spots.T)  # stable: of equal rows the first one comes first
+    begins = np.concatenate([[True], np.any(np.diff(spots[order], axis=0) != 0, axis=1)])
+    first = np.empty(len(spots), int)
+    first[order] = order[np.flatnonzero(begins)][np.cumsum(begins) - 1]
+    return first
+
+
+def averaged(points_mm: Array, error_mm: Array) -> tuple[Array, Duplicates | None]:
+    """Errors (n,) of points whose feet (n, 3) are given, each place's mean at its first point and nan at its others;
+    and what was averaged, None where no place was measured twice.
+    """
+    first = first_of_place(points_mm)
+    spare = np.flatnonzero(first != np.arange(len(first)))
+    if not len(spare):
+        return error_mm, None
+    count = np.bincount(first, minlength=len(first))
+    mean = np.bincount(first, error_mm, minlength=len(first)) / np.maximum(count, 1)
+    found = np.where(count > 0, mean, np.nan)
+    difference, pair = _widest(first, error_mm, np.flatnonzero(count > 1))
+    typical = _between_neighbours(points_mm[count > 0], found[count > 0])
+    return found, Duplicates(spare, int(np.count_nonzero(count > 1)), difference, pair, typical)
+
+
+def _widest(first: Integers, error_mm: Array, places: Integers) -> tuple[float, tuple[int, int]]:
+    """The largest difference between two errors of one place, and the points that have them, the earlier one first."""
+    members = np.flatnonzero(np.isin(first, places))
+    order = members[np.lexsort((error_mm[members], first[members]))]
+    start = np.flatnonzero(np.diff(first[order], prepend=-1))
+    end = np.append(start[1:], len(order)) - 1
+    spread = error_mm[order[end]] - error_mm[order[start]]
+    worst = int(np.argmax(spread))
+    a, b = sorted((int(order[start[worst]]), int(order[end[worst]])))
+    return float(spread[worst]), (a, b)
+
+
+def _between_neighbours(points_mm: Array, error_mm: Array) -> float:
+    from scipy.spatial import KDTree  # slow to import
+
+    if len(points_mm) < 2:
+        return 0.0
+    some = np.arange(0, len(points_mm), -(-len(points_mm) // NEIGHBOURS))
+    _, near = KDTree(points_mm).query(points_mm[some], k=2)
+    return float(np.median(np.abs(error_mm[some] - error_mm[np.asarray(near)[:, 1]])))

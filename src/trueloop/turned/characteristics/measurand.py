@@ -21,8 +21,8 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_crossings import sign_changes
 from trueloop.geometry.feature import Arc, Feature, Line
+from trueloop.geometry.intersection import sign_changes
 from trueloop.geometry.profile import Profile
 
 ALONG: Final = 1e-6

@@ -1,11 +1,11 @@
-"""A compensated contour against the limits of a correction (`domain.limits`), and against its nose."""
+"""A compensated contour against the limits of a correction (`domain.option`), and against its nose."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.domain.limits import Limits, allowed_by
+from trueloop.domain.option import Limits, allowed_by
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import is_curved, least_radius_mm
 from trueloop.turned.compensation.contour import CentrePiece

@@ -5,7 +5,7 @@ A tool stands at machine = program + work offset + tool offset: by what is added
 
 from dataclasses import replace
 
-from trueloop.domain.tool_offset import ExpandedU
+from trueloop.domain.proposal import ExpandedU
 from trueloop.nc.edit.number_text import resolution_of, rounded
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath

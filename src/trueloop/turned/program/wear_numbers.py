@@ -6,7 +6,7 @@ A tool stands at machine = program + work offset + tool offset: by what is added
 from dataclasses import dataclass
 from typing import Literal
 
-from trueloop.domain.tool_offset import ExpandedU, HeldTool, ToolOffset
+from trueloop.domain.proposal import ExpandedU, HeldTool, ToolOffset
 from trueloop.units import MM_PER_INCH
 from trueloop.wording import Signed, wording
 

@@ -15,8 +15,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.geometry.feature import distance_mm
 from trueloop.geometry.profile import Profile
-from trueloop.turned.readings.matched import By, MatchedReading, feature_named
-from trueloop.turned.readings.matches import Axis, Left, MatchedTouch, Matches
+from trueloop.turned.readings.matches import Axis, By, Left, MatchedReading, MatchedTouch, Matches, feature_named
 from trueloop.turned.readings.points import along_and_off, match_points
 from trueloop.turned.readings.sizes import (
     Candidate,

@@ -1,10 +1,70 @@
 """The result for each value of an inspection: matched with a feature, kept as no error of the profile, or neither."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, TypeAlias
 
 from trueloop.domain.inspection import CmmPoint, Reading, Touch
-from trueloop.turned.readings.matched import By, MatchedReading
+from trueloop.geometry.profile import Profile
+
+By: TypeAlias = Literal["name", "geometry"]
+
+
+@dataclass(frozen=True)
+class MatchedReading:
+    """A reading with the feature it is of, by its index in the profile.
+
+    `other_index` is the feature from which a length counts; None: it counts from the part's zero, or is no length.
+    `by`: found by the feature's name, or by place and nominal value; then `distance_mm` is how far these are from the
+    feature's own.
+    """
+
+    reading: Reading
+    feature_index: int
+    other_index: int | None = None
+    by: By = "name"
+    distance_mm: float = 0.0
+
+
+def match_by_name(profile: Profile, reading: Reading) -> MatchedReading | None:
+    """Returns the reading on the feature that it names; None where it names none of the profile's.
+
+    A length whose `other` is not empty needs both by name. A reading without a feature is taken by its characteristic.
+    """
+    index = feature_named(profile, reading.feature or reading.characteristic)
+    other = feature_named(profile, reading.other) if reading.other else None
+    if index is None or (reading.other and other is None):
+        return None
+    return MatchedReading(reading, index, other)
+
+
+def feature_named(profile: Profile, name: str) -> int | None:
+    """Returns the index of the feature of that name, else of the only one whose name differs in case, blanks and signs
+    alone.
+    """
+    names = profile.names
+    if name in names:
+        return names.index(name)
+    return _only_ones(names).get(_letters(name))
+
+
+def matched_by_name(profile: Profile, readings: Iterable[Reading]) -> tuple[MatchedReading, ...]:
+    """Returns the readings that name a feature of the profile, in their order; the others are left out."""
+    found = (match_by_name(profile, reading) for reading in readings)
+    return tuple(one for one in found if one is not None)
+
+
+@lru_cache(maxsize=16)
+def _only_ones(names: tuple[str, ...]) -> Mapping[str, int]:
+    """Returns the index by the letters of the names, of those that no other has: a file may hold a million points."""
+    letters = [_letters(name) for name in names]
+    return {one: k for k, one in enumerate(letters) if one and letters.count(one) == 1}
+
+
+def _letters(name: str) -> str:
+    return "".join(filter(str.isalnum, name.casefold()))
+
 
 Axis: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
 """The axis of an inspection's frame that runs along the spindle; minus: towards the chuck."""

@@ -8,8 +8,7 @@ from typing import Final
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.geometry.feature import Feature
-from trueloop.geometry.names import kind_of
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import Profile, kind_of
 
 ANVIL_MM: Final = 6.5
 """Width of a micrometer's faces: over less length there is one place to measure, at the middle."""

@@ -3,10 +3,9 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
+from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing, Seen, seen
 from trueloop.controllers.linuxcnc.cell.decide import Asked, Do, Patience, decide
-from trueloop.controllers.linuxcnc.cell.known import RunNow
-from trueloop.controllers.linuxcnc.cell.witness import Seen, seen
+from trueloop.controllers.linuxcnc.cell.journal import RunNow
 from trueloop.domain.factory import FactKind
 
 KEY = "O1.1.0.1"

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
-from trueloop.controllers.linuxcnc.cell.temperatures import Temperature, read_pins
+from trueloop.controllers.linuxcnc.cell.linuxcnc import Task, Temperature, read_pins
 
 
 def _process(folder: Path, number: int, *words: str) -> None:

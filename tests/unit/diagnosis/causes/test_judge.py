@@ -9,10 +9,9 @@ import pytest
 from studies.diagnosed.seen import seen_series
 from studies.diagnosed.shop import Shop, cut_series
 from studies.diagnosed.truth import Fault, Truth, Wrong
-from trueloop.diagnosis.causes.cause import Diagnosis
+from trueloop.diagnosis.causes.cause import Diagnosis, SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.causes.judge import judge
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
-from trueloop.diagnosis.features.seen_points import SeenPoints
+from trueloop.diagnosis.features.feature_error import SeenPoints
 from trueloop.errors import Code, TrueloopError
 
 TOOLS = ("T1", "T2", "T3")

@@ -8,13 +8,11 @@ import pytest
 
 from trueloop.arrays import Array
 from trueloop.diagnosis.causes.catalogue import CAUSES
-from trueloop.diagnosis.causes.cause import Over
-from trueloop.diagnosis.causes.hypotheses import asked
-from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.causes.cause import Over, SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.causes.judge import asked
 from trueloop.diagnosis.causes.surface import SurfaceErrors, surface_errors
 from trueloop.diagnosis.causes.ways import Way, block_of, ways
-from trueloop.diagnosis.features.feature_error import FeaturePlace
-from trueloop.diagnosis.features.seen_points import SeenPoints
+from trueloop.diagnosis.features.feature_error import FeaturePlace, SeenPoints
 
 PLACES = {
     "near": FeaturePlace("near", "face", (5.0, 20.0), (10.0, 10.0), "T1"),

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.support.stores import cut, link, part, touched
-from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.diagnosis.causes.cause import SeenBy
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.life import InspectionLink, Stage

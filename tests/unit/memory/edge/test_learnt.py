@@ -7,8 +7,7 @@ import pytest
 
 from tests.support.kept import EDGE, MADE_AT
 from trueloop.arrays import Array
-from trueloop.domain.edge_life import EdgeLife
-from trueloop.domain.life import EdgeEvent, EdgeEventKind
+from trueloop.domain.life import EdgeEvent, EdgeEventKind, EdgeLife
 from trueloop.memory.edge.learnt import Learnt, learnt
 from trueloop.memory.edge.predict import predict
 from trueloop.memory.made_part import CutErrors, MadePart

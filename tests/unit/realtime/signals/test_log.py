@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trueloop.formats.measurements.history_csv import read_history
-from trueloop.formats.realtime.signal_log import KEPT, SignalLog
+from trueloop.formats.realtime.samples_csv import KEPT, SignalLog
 
 COLUMNS = ("T1_degC", "spindle_rpm")
 

@@ -12,7 +12,7 @@ import pytest
 from tests.support.signals import Kept, reading, until
 from trueloop.controllers.linuxcnc.realtime.signals import mtconnect
 from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import MtConnect, fetched, is_address, read_current
-from trueloop.controllers.linuxcnc.realtime.signals.time_stamps import unix_s
+from trueloop.controllers.linuxcnc.realtime.signals.readings import unix_s
 
 
 def current(values: dict[str, tuple[str, float]], created: datetime | None = None) -> bytes:

@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 
 from tests.support.signals import Kept
-from trueloop.controllers.linuxcnc.realtime.signals.past import Clock, Past
+from trueloop.controllers.linuxcnc.realtime.signals.past import Clock, Past, Replay
 from trueloop.controllers.linuxcnc.realtime.signals.readings import Board
-from trueloop.controllers.linuxcnc.realtime.signals.replayed import Replay
 from trueloop.formats.measurements.history_csv import read_history
-from trueloop.formats.realtime.signal_log import SignalLog
+from trueloop.formats.realtime.samples_csv import SignalLog
 from trueloop.machine.model.history import History, Lag, signals_at_end
-from trueloop.realtime.lags import LagRules, from_history
+from trueloop.realtime.bank import LagRules, from_history
 
 LAG = Lag("screw", "T1", 20.0)
 RULES = LagRules(settle=5.0, gap=0.2)

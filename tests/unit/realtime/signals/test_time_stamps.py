@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.controllers.linuxcnc.realtime.signals.readings import NEVER_S, NOTHING, Board, Reading
-from trueloop.controllers.linuxcnc.realtime.signals.time_stamps import reported_s, unix_s
+from trueloop.controllers.linuxcnc.realtime.signals.readings import NEVER_S, NOTHING, Board, Reading, reported_s, unix_s
 
 moments = st.datetimes(datetime(2001, 1, 1), datetime(2090, 1, 1), timezones=st.just(UTC))
 

@@ -12,7 +12,7 @@ from studies.diagnosed.truth import Fault, Truth, Wrong
 from studies.diagnosis_cases import process_case
 from studies.diagnosis_causes_study import answer
 from studies.diagnosis_terms_study import Measured, trial
-from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.diagnosis.causes.cause import SeenBy
 
 EXACT = Shop(cut_mm=0.0, probe_mm=0.0, cmm_mm=0.0, cooled_k=0.0, parts=6, set_anew=())
 

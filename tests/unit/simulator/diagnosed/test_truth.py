@@ -13,7 +13,7 @@ from studies.diagnosed.seen import machine_seen, seen_points, seen_series, toget
 from studies.diagnosed.shop import Series, Shop, cut_series
 from studies.diagnosed.truth import Fault, Truth, Wrong
 from trueloop.arrays import Array
-from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.diagnosis.causes.cause import SeenBy
 from trueloop.diagnosis.features.feature_error import ErrorKind
 
 QUIET = Shop(cut_mm=0.0, probe_mm=0.0, cmm_mm=0.0, cooled_k=0.0, stock=0.0)

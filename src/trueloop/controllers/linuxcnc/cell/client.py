@@ -9,13 +9,11 @@ from hashlib import sha256
 from itertools import takewhile
 from typing import Final, TypeVar
 
-from trueloop.controllers.linuxcnc.cell.control import Control, ControlNow
+from trueloop.controllers.linuxcnc.cell.control import Control, ControlNow, seen
 from trueloop.controllers.linuxcnc.cell.decide import Action, Asked, Do, Patience, decide
-from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal
-from trueloop.controllers.linuxcnc.cell.known import Known, RunNow, known, with_entry
+from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal, Known, RunNow, known, with_entry
 from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
 from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service, encoded
-from trueloop.controllers.linuxcnc.cell.witness import seen
 from trueloop.domain.factory import FactKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.witness import log_lines

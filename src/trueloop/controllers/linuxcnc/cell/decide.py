@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
-from trueloop.controllers.linuxcnc.cell.known import RunNow
-from trueloop.controllers.linuxcnc.cell.witness import Seen
+from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing, Seen
+from trueloop.controllers.linuxcnc.cell.journal import RunNow
 from trueloop.domain.factory import FactKind
 
 

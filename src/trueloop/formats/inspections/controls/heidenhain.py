@@ -20,8 +20,7 @@ from typing import Final, Literal
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
-from trueloop.formats.inspections.controls.meaning import MM_PER, Meaning, meaning_of, unit_of
-from trueloop.formats.inspections.controls.one_part import inspection_of
+from trueloop.formats.inspections.controls.meaning import MM_PER, Meaning, inspection_of, meaning_of, unit_of
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
 from trueloop.formats.inspections.shared.checks import stated_deviations
 from trueloop.formats.inspections.shared.text import NUMBER, beginning, number_in, read_decoded

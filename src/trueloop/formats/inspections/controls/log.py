@@ -14,8 +14,15 @@ from typing import Final, Literal, TypeAlias
 
 from trueloop.domain.inspection import CmmPoint, Inspection, Vector
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.controls.meaning import MM_PER, LogTable, Meaning, meaning_of, not_stated, unit_of
-from trueloop.formats.inspections.controls.one_part import inspection_of
+from trueloop.formats.inspections.controls.meaning import (
+    MM_PER,
+    LogTable,
+    Meaning,
+    inspection_of,
+    meaning_of,
+    not_stated,
+    unit_of,
+)
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
 from trueloop.formats.inspections.shared.text import NUMBER, beginning, number_in, read_decoded
 

@@ -13,15 +13,19 @@ x_is = "diameter"
 "DIAMETER 7" = "journal"
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
 from pydantic import Field, model_validator
 
 from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import CmmPoint, Inspection, Reading
+from trueloop.domain.part import Part, PartType
+from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Stated, Unit
+from trueloop.formats.inspections.shared.checks import numbered
 from trueloop.formats.toml_tables import Count, Finite, NotNegative, Table, read_tables
 from trueloop.units import MM_PER_INCH
 
@@ -140,4 +144,28 @@ def not_stated(path: Path, what: str, example: Sequence[str], line: int | None =
         hint=f"say so in a mapping, --mapping FILE.toml, for instance:{shown}",
         place=Place(str(path), line),
         values={"file": path.name},
+    )
+
+
+DEVICE = "probe of the machine tool"
+
+
+def inspection_of(
+    path: Path,
+    meaning: Meaning,
+    readings: Iterable[Reading] = (),
+    points: Iterable[CmmPoint] = (),
+    *,
+    ball_radius_mm: float = 0.0,
+) -> Inspection:
+    """Returns the values as an inspection; part and serial number as far as the mapping states them."""
+    sizes, touched = numbered(readings), tuple(points)
+    return Inspection(
+        part=Part(PartType(meaning.part), meaning.serial),
+        measured="CMM points" if not sizes else "readings and CMM points" if touched else "readings",
+        sha256=sha256_of(path.read_bytes()),
+        count=len(sizes) + len(touched),
+        values=(*sizes, *touched),
+        device=DEVICE,
+        ball_radius_mm=ball_radius_mm if touched else 0.0,
     )

@@ -17,11 +17,11 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.controls.meaning import (
     MM_PER,
     VariableTable,
+    inspection_of,
     meaning_of,
     not_stated,
     unit_of,
 )
-from trueloop.formats.inspections.controls.one_part import inspection_of
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
 from trueloop.formats.inspections.shared.text import MOST, beginning, read_decoded
 

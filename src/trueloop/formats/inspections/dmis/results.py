@@ -2,16 +2,25 @@
 
 Points, diameters, radii and coordinates are features of DMIS, lengths distances; every other characteristic is a
 `USETOL` that names its quantity, for DMIS has no word that leaves open which form or angle is meant.
+
+A DMIS inspection program of a turned part: points with their normals, and diameters of circles.
+
+The part's frame has to be in force: z along the axis, away from the chuck, points turned from x to y. Between touches
+the ball is led by GOTO; `SNSET/CLRSRF` is left out, because a retreat along one axis may lead through a collar. From
+files and manuals seen: DMISMN, UNITS, MODE, SNSET, FEAT, TOL/DIAM, MEAS, PTMEAS, GOTO/CART, ENDMES, OUTPUT, TEXT/OPER,
+ENDFIL. From memory of DMIS 5.2: DISPLY/STOR,DMIS and PRCOMP.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Final
 
-from trueloop.domain.characteristic import Quantity
+from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.dmis.features import NOWHERE, Some
-from trueloop.formats.inspections.dmis.writing import comment, number, numbers, quoted, statements_text
+from trueloop.probing.cmm_plan import CmmApproach, CmmMove, way_back
 
 DECIMALS: Final = 7
 """Decimals of lengths in mm, enough that inches come back to their last decimal."""
@@ -166,3 +175,140 @@ def _field(value: float | None) -> str:
 
 def _fields(values: Iterable[float | None]) -> str:
     return ",".join(_field(value) for value in values)
+
+
+WIDTH: Final = 78
+"""Characters of a line; the standard allows 80 of one, from memory."""
+
+
+def statements_text(statements: Iterable[str]) -> str:
+    """Statements as lines, long ones continued by `$` behind a comma."""
+    return "\n".join(line for statement in statements for line in _lines(statement)) + "\n"
+
+
+def comment(text: str) -> str:
+    """Returns a comment line; what would continue it or end it is left out."""
+    return "$$ " + " ".join(text.replace("$", " ").split())
+
+
+def quoted(text: str) -> str:
+    """Returns a text in quotes, on one line."""
+    return "'" + " ".join(text.splitlines()).replace("'", "''") + "'"
+
+
+def number(value: float, decimals: int = 4) -> str:
+    """Returns a number with at most so many decimals, never `-0`."""
+    text = f"{round(value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def numbers(values: Iterable[float], decimals: int = 4) -> str:
+    """Returns numbers joined by commas."""
+    return ",".join(number(value, decimals) for value in values)
+
+
+class Labels:
+    """Labels for names: letters, digits, `_` and `-`, beginning with a letter, no two alike in capitals."""
+
+    def __init__(self) -> None:
+        self._taken: dict[str, int] = {}
+
+    def new(self, name: str, prefix: str = "P") -> str:
+        """Returns an unused label like the name."""
+        label = re.sub(r"[^A-Za-z0-9_-]", "_", name) or prefix
+        label = label if label[0].isalpha() else prefix + label
+        count = self._taken[label.upper()] = self._taken.get(label.upper(), 0) + 1
+        return label if count == 1 else self.new(f"{label}_{count}", prefix)
+
+
+def _lines(statement: str) -> Iterable[str]:
+    while len(statement) > WIDTH and not statement.startswith("$$"):
+        cut = statement.rfind(",", 0, WIDTH - 1) + 1 or WIDTH - 1
+        yield statement[:cut] + "$"
+        statement = statement[cut:]
+    yield statement
+
+
+NORMAL_DECIMALS = 6
+
+
+@dataclass(frozen=True)
+class MeasuredCircle:
+    """A diameter to be measured as a circle of touches at one z; limits are those of the characteristic."""
+
+    characteristic: Characteristic
+    z_mm: float
+    moves: tuple[CmmMove, ...]
+
+
+def dmis_program(
+    name: str, points: Sequence[CmmMove], circles: Sequence[MeasuredCircle], approach: CmmApproach, source: str
+) -> str:
+    """Returns the program, in mm. Every point and circle is measured and output, with its tolerance if it has one."""
+    labels, lines = Labels(), _heading(name, approach, source)
+    for move in points:
+        lines += _point_to_touch(labels.new(move.touch.name), move)
+    for circle in circles:
+        lines += _circle(labels.new(circle.characteristic.name, "D"), circle)
+    moves = [*points, *(move for circle in circles for move in circle.moves)]
+    return statements_text([*lines, *(_goto(position) for position in way_back(moves)), "ENDFIL"])
+
+
+def _heading(name: str, approach: CmmApproach, source: str) -> list[str]:
+    return [
+        f"DMISMN/{quoted(name)},05.2",
+        comment(f"inspection program made by trueloop from {source}"),
+        comment("part coordinates: z along the axis away from the chuck, origin as on the drawing, y = 0 at 0 degrees"),
+        comment(
+            f"moves for a ball of {number(2 * approach.ball_radius_mm)} mm; {number(approach.clearance_mm)} mm stay "
+            "free around the part; the stem is not looked at"
+        ),
+        "UNITS/MM,ANGDEC",
+        "DISPLY/STOR,DMIS",
+        "TEXT/OPER,'Align the part first: the moves are in its coordinates'",
+        "PRCOMP/ON",
+        f"SNSET/APPRCH,{number(approach.approach_mm)}",
+        f"SNSET/RETRCT,{number(approach.approach_mm)}",
+        "MODE/PROG,MAN",
+    ]
+
+
+def _point_to_touch(label: str, move: CmmMove) -> list[str]:
+    place = f"{numbers(move.touch.nominal_mm)},{numbers(move.touch.outward_normal, NORMAL_DECIMALS)}"
+    return [
+        comment(f"{move.touch.name} on {move.touch.feature}"),
+        f"F({label})=FEAT/POINT,CART,{place}",
+        *map(_goto, move.way_mm),
+        f"MEAS/POINT,F({label}),1",
+        f"PTMEAS/CART,{place}",
+        "ENDMES",
+        f"OUTPUT/FA({label})",
+    ]
+
+
+def _circle(label: str, circle: MeasuredCircle) -> list[str]:
+    asked = circle.characteristic
+    nominal = asked.nominal
+    limits = [number(one - nominal) for one in (asked.lower_limit, asked.upper_limit) if one is not None]
+    stated = len(limits) == 2  # DMIS has no word for a limit on one side alone
+    touches = [
+        line
+        for move in circle.moves
+        for line in (
+            *map(_goto, move.way_mm),
+            f"PTMEAS/CART,{numbers(move.touch.nominal_mm)},{numbers(move.touch.outward_normal, NORMAL_DECIMALS)}",
+        )
+    ]
+    return [
+        comment(f"{asked.name}: {asked.quantity} of {asked.feature}"),
+        f"F({label})=FEAT/CIRCLE,OUTER,CART,0,0,{number(circle.z_mm)},0,0,1,{number(nominal)}",
+        *([f"T({label})=TOL/DIAM,{','.join(limits)}"] if stated else []),
+        f"MEAS/CIRCLE,F({label}),{len(circle.moves)}",
+        *touches,
+        "ENDMES",
+        f"OUTPUT/FA({label}),TA({label})" if stated else f"OUTPUT/FA({label})",
+    ]
+
+
+def _goto(position: Sequence[float]) -> str:
+    return f"GOTO/CART,{numbers(position)}"

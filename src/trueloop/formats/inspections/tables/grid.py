@@ -1,14 +1,28 @@
-"""A table as cells of text, whatever it was written by: CSV with any separator, or a sheet of a workbook."""
+"""A table as cells of text, whatever it was written by: CSV with any separator, or a sheet of a workbook.
+
+A sheet of a workbook (.xlsx, .xlsm, .xlsb, .xls, .ods) as cells of text.
+
+Only cells are read: neither macros nor the document's properties, in which names of people are kept. A cell holds what
+was computed last; an error, such as #REF!, is an empty cell. Dates become text as ISO 8601 writes them.
+"""
 
 import csv
+import datetime
 import io
+import re
+import zipfile
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.shared.text import HINT
+
+if TYPE_CHECKING:
+    from python_calamine import CalamineSheet
 
 Row: TypeAlias = Sequence[str]
 SEPARATORS: Final = ("\t", ";", "|", ",")
@@ -84,3 +98,126 @@ def _split(text: str, separator: str, path: Path) -> tuple[list[list[str]], list
             Code.MSR_FILE, f"no table: {error}", hint=HINT, place=Place(str(path), reader.line_num)
         ) from error
     return rows, lines
+
+
+Cell: TypeAlias = int | float | str | bool | datetime.time | datetime.date | datetime.datetime | datetime.timedelta
+ZIP: Final = b"PK\x03\x04"
+OLE: Final = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+SUFFIXES: Final = frozenset((".xlsx", ".xlsm", ".xlsb", ".xls", ".ods"))
+LARGEST: Final = 400_000_000
+"""Bytes that a workbook may unpack to: a sheet of a million cells has about 50 million."""
+MOST_PACKED: Final = 200.0
+"""Times that a file in it may be larger than packed; sheets of real workbooks are 5 to 30 times."""
+SMALL: Final = 10_000_000
+"""Bytes below which it does not matter how a file is packed."""
+MOST_CELLS: Final = 20_000_000
+WIDE_OR_TALL: Final = re.compile(rb"""\sr=["'](?:[A-Z]{2,3}\d|[A-Z]\d{6})""")
+CELL: Final = re.compile(rb"""\sr=["']([A-Z]{1,3})(\d{1,7})["']""")
+
+
+def is_workbook(path: Path, head: bytes) -> bool:
+    """Returns whether name and first bytes are a workbook's: other kinds of file are archives as well."""
+    return path.suffix.lower() in SUFFIXES and head.startswith((ZIP, OLE))
+
+
+def sheets_of(path: Path) -> dict[str, Grid]:
+    """Returns the sheets by their names, hidden ones and those without cells left out.
+
+    Raises MSR-FILE for one that is damaged, locked by a password, or unpacks to more than is read.
+    """
+    from python_calamine import CalamineError, CalamineWorkbook, SheetVisibleEnum
+
+    with readable(path, Code.MSR_FILE, hint=HINT):
+        content = path.read_bytes()
+    if content.startswith(ZIP):
+        _require_harmless(content, path)
+    try:
+        with CalamineWorkbook.from_filelike(io.BytesIO(content)) as book:
+            seen = [one.name for one in book.sheets_metadata if one.visible == SheetVisibleEnum.Visible]
+            sheets = {name: book.get_sheet_by_name(name) for name in seen}
+            cells = {name: _unmerged(sheet) for name, sheet in sheets.items() if sheet.height}
+    except CalamineError as error:
+        raise _refusal(path, f"cannot be read as a workbook: {error}") from error
+    except BaseException as error:
+        if type(error).__name__ != "PanicException":  # what a fault of the library becomes, no Exception
+            raise
+        raise _refusal(path, "cannot be read as a workbook: it is damaged") from error
+    return {
+        name: Grid(
+            path,
+            [[text_of(cell) for cell in row] for row in rows],
+            range(1, len(rows) + 1),
+            path.suffix[1:].lower(),
+            sheet=name,
+        )
+        for name, rows in cells.items()
+    }
+
+
+def _unmerged(sheet: "CalamineSheet") -> list[list[Cell]]:
+    """The cells of a sheet; one that spans several rows holds its value in each of them."""
+    rows: list[list[Cell]] = sheet.to_python(skip_empty_area=False)
+    for (top, left), (bottom, _) in sheet.merged_cell_ranges or ():
+        for row in rows[top + 1 : bottom + 1]:
+            row[left] = rows[top][left]
+    return rows
+
+
+def text_of(cell: Cell) -> str:
+    """Returns a cell as text: numbers as short as they are exact, dates as ISO 8601.
+
+    >>> text_of(12.0), text_of(0.1), text_of(datetime.datetime(2026, 3, 5, 7, 30))
+    ('12', '0.1', '2026-03-05 07:30:00')
+    """
+    if isinstance(cell, str):
+        return cell.strip()
+    if isinstance(cell, float):
+        return str(int(cell)) if cell.is_integer() and abs(cell) < 1e15 else repr(cell)
+    return str(cell)
+
+
+def _require_harmless(content: bytes, path: Path) -> None:
+    """By the archive's directory, before anything is unpacked; then by how large a sheet its cells span."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            files = archive.infolist()
+            total = sum(one.file_size for one in files)
+            packed = max((one for one in files if one.file_size > SMALL), key=_ratio, default=None)
+            if total > LARGEST:
+                raise _refusal(path, f"unpacks to {total / 1e6:.0f} MB; {LARGEST / 1e6:.0f} MB are read")
+            if packed is not None and _ratio(packed) > MOST_PACKED:
+                raise _refusal(
+                    path,
+                    f"holds a file that unpacks to {_ratio(packed):.0f} times its size; {MOST_PACKED:.0f} is the most",
+                )
+            for one in files:
+                if "/worksheets/" in one.filename or one.filename == "content.xml":
+                    _require_small(archive.read(one), path)
+    except (zipfile.BadZipFile, zlib.error, RuntimeError, OSError, EOFError, ValueError) as error:
+        raise _refusal(path, f"is a damaged workbook: {error}") from error
+
+
+def _ratio(one: zipfile.ZipInfo) -> float:
+    return one.file_size / max(one.compress_size, 1)
+
+
+def _require_small(sheet: bytes, path: Path) -> None:
+    """A cell far to the right and one far below would make a sheet of all cells between."""
+    if WIDE_OR_TALL.search(sheet):
+        columns, rows = zip(*CELL.findall(sheet), strict=True)
+        cells = max(map(int, rows)) * max(map(_column, set(columns)))
+        if cells > MOST_CELLS:
+            raise _refusal(path, f"has a sheet that spans {cells:.3g} cells; {MOST_CELLS:.3g} are read")
+
+
+def _column(letters: bytes) -> int:
+    number = 0
+    for letter in letters:
+        number = 26 * number + letter - 64
+    return number
+
+
+def _refusal(path: Path, why: str) -> TrueloopError:
+    return TrueloopError(
+        Code.MSR_FILE, f"{path.name!r} {why}", hint="save the sheet as CSV in UTF-8", place=Place(str(path))
+    )

@@ -12,18 +12,22 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
 from trueloop.formats.inspections.shared.text import beginning, read_decoded
-from trueloop.formats.inspections.tables.common import Common, title_of, unit_of_headings, unit_of_title
-from trueloop.formats.inspections.tables.grid import Grid, grid_of_text
+from trueloop.formats.inspections.tables.grid import Grid, grid_of_text, is_workbook, sheets_of
 from trueloop.formats.inspections.tables.header import Header, find_header, header_at, score
 from trueloop.formats.inspections.tables.long import Long, long_of
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.mapping import read_mapping, require_columns
 from trueloop.formats.inspections.tables.propose import propose
-from trueloop.formats.inspections.tables.readings import with_readings
+from trueloop.formats.inspections.tables.readings import (
+    Common,
+    title_of,
+    unit_of_headings,
+    unit_of_title,
+    with_readings,
+)
 from trueloop.formats.inspections.tables.roles import NOMINAL_POINT, NORMAL, POINT, Role
 from trueloop.formats.inspections.tables.sizes import sizes_of
 from trueloop.formats.inspections.tables.values import length_factor, lengths_of, numbers_of
-from trueloop.formats.inspections.tables.workbook import is_workbook, sheets_of
 from trueloop.units import MM_PER_INCH
 
 

@@ -6,7 +6,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
-from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
+from trueloop.domain.proposal import HeldTool, TableRow, ToolOffset
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_input
 from trueloop.formats.tables.tool_tables import fanuc_g10, haas_ofs, heidenhain_t, linuxcnc_tbl, siemens_toa

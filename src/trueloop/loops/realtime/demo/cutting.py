@@ -2,6 +2,10 @@
 
 Three parts are compared that differ in nothing but what is said: the same drift of the process, the same noise of the
 measuring machine. Lengths in mm, X a radius, part errors positive where material is left on.
+
+The residuals of the corrector on the virtual lathe, cause by cause: the errors of the tool's path in the cuts.
+
+Only here is the truth asked. Components along the normal of the path, µm RMS; they add up along the path, not in RMS.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,13 +18,13 @@ from trueloop.arrays import Array, Flags, by_content
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.loops.realtime.demo.part import NOSE_RADIUS_MM, SET_AT_MM, TOOL_OFFSET_MM, WORK_ZERO_Z_MM
+from trueloop.machine.model.model import MachineModel
 from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
-from trueloop.realtime.judge import DrivenRun
+from trueloop.realtime.judge import DrivenRun, error_mm, travel_ways
 from trueloop.simulator.lathe import WarmLathe, WarmUp
 from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.path import CentrePath, path_of_positions
+from trueloop.simulator.nose import CentrePath, Nose, path_of_positions
 from trueloop.simulator.process import Repeatability, Stock
 
 POINTS_PER_MM: Final = 2.0
@@ -114,3 +118,42 @@ def measured_part(nose_mm: Array, cuts: Sequence[Flags], points: GaugingPoints, 
 def _cut(paths: Sequence[CentrePath], process: Repeatability, rng: np.random.Generator) -> Stock:
     machine = VirtualMachine(nose=Nose(NOSE_RADIUS_MM), repeatability=process)
     return machine.cut(Stock(), paths, rng)
+
+
+def causes_um(
+    lathe: WarmLathe,
+    run: DrivenRun,
+    model: MachineModel,
+    signals: Mapping[str, Array],
+    warm: WarmUp,
+    set_mm: Array,
+    cuts: Sequence[Flags],
+) -> dict[str, float]:
+    """Returns the RMS of each, over all periods that cut.
+
+    `warm` and `signals`, what sensors without noise would say, are those of each period; `set_mm` is what setting the
+    tool took out.
+    """
+    drives, way = run.drive_mm[:, ::2], travel_ways(run.command_mm)
+    slides = lathe.lost.follow(drives)
+    lost = -0.5 * way[:, ::2] * [lathe.lost.x_mm, lathe.lost.z_mm]
+    truth = lathe.error_mm(slides, -np.array(TOOL_OFFSET_MM), warm) + lost
+    quiet = DrivenRun(run.period_s, run.command_mm, run.drive_mm, signals, run.line, run.in_force, run.tool_mm)
+    modelled, as_felt = (error_mm(model, r, run.drive_mm, way)[:, ::2] for r in (quiet, run))
+    parts = {
+        "the model's form and its readings": truth - modelled - set_mm,
+        "noise of the sensors": modelled - as_felt,
+        "the corrector: numerics and slew": drives + as_felt - run.command_mm[:, ::2],
+        "drives that turn round by less than their lost motion": slides - drives - lost,
+    }
+    return {name: _normal_rms_um(off, run, cuts) for name, off in parts.items()}
+
+
+def _normal_rms_um(off_mm: Array, run: DrivenRun, cuts: Sequence[Flags]) -> float:
+    """Returns the RMS along the normal of the commanded path; its mean stays in."""
+    found = []
+    for cut in cuts:
+        along = np.gradient(run.command_mm[cut][:, ::2], axis=0)
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+        found.append(off_mm[cut, 0] * along[:, 1] - off_mm[cut, 1] * along[:, 0])
+    return float(1e3 * np.sqrt(np.mean(np.concatenate(found) ** 2)))

@@ -1,13 +1,18 @@
 """The error curve of one feature: touches, fit, band, knots and end conditions; below it what the cut should leave."""
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.outcome import EARLIER_PARTS, Outcome, between_cuts_words, causes_um, outcomes
 from trueloop.report import style
-from trueloop.report.style import Figure, Trace
+from trueloop.report.markup import esc, table
+from trueloop.report.still import svg
+from trueloop.report.style import Figure, Trace, plain
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.turned.error_curve.curve import ErrorCurve
@@ -169,3 +174,82 @@ def _after(correction: Correction, index: int, s: Array, along: Array, say: Text
 def _reach(trace: Trace) -> list[float]:
     spread = trace["error_y"]["array"] if "error_y" in trace else [0.0] * len(trace["y"])
     return [y + sign * u for y, u in zip(trace["y"], spread, strict=True) for sign in (-1, 1)]
+
+
+@dataclass(frozen=True)
+class CurvePicture:
+    """The curve of the profile's `number`-th feature, from 0; `said`: what the picture shows, for who cannot see it."""
+
+    number: int
+    feature: str
+    said: str
+
+
+def curve_pictures(correction: Correction, say: Texts) -> Iterator[CurvePicture]:
+    """Yields the features with a curve: one touch makes a constant, of which no picture shows more than its number."""
+    for number, feature in enumerate(correction.profile.features):
+        if len(correction.touches.of_feature(number)) > 1:
+            yield CurvePicture(number, feature.name, _said(correction, number, say))
+
+
+def curve_svg(correction: Correction, number: int, width: int, say: Texts) -> str:
+    """Draws the picture of one of them."""
+    return svg(error_curve(correction, number, width, say), style.label(_said(correction, number, say)))
+
+
+def _said(correction: Correction, number: int, say: Texts) -> str:
+    curve, rows = correction.model.curves[number], correction.touches.of_feature(number)
+    along = np.linspace(0.0, curve.length_mm, SAMPLES)
+    value, band = curve.value_mm(along) * UM_PER_MM, curve.half_band_mm(along) * UM_PER_MM
+    left = np.abs(correction.prediction.after_mm[rows]) * UM_PER_MM
+    return say(
+        "Error curve of {feature}: {n} touches, fitted from {low} to {high} {um} (+ is material left on), 95 % band at "
+        "most ± {band} {um}; predicted after the cut at most {left} {um}.",
+        feature=correction.profile.features[number].name,
+        n=len(rows),
+        low=say.error(float(np.min(value))),
+        high=say.error(float(np.max(value))),
+        band=say.size(float(np.max(band))),
+        left=say.size(float(np.nanmax(left))),
+    )
+
+
+def uncertainty(correction: Correction, say: Texts = ENGLISH) -> str:
+    """Writes the budget of every feature, what its columns mean, and the source of the figures between cuts (HTML)."""
+    headings = (
+        say("feature"), say("probe"), say("curve"), say("process"), say("between cuts,<br>whole cut"),
+        say("between cuts,<br>along the cut"), say("no touch"),
+        *((say("earlier parts"),) if _by_memory(correction) else ()), say("U (95 %)"),
+    )  # fmt: skip
+    columns = say(
+        "Standard uncertainties of the finished part's error in {um}, at the place of the feature where U is largest. "
+        "Probe: its repeatability, in the fitted curve. Curve: the scatter of the touched cut, in the fitted curve. "
+        "Process: the scatter of the finish cut by itself. Between cuts: what the finish cut does otherwise than the "
+        "semi-finish cut, which the touches of one part cannot show. No touch: of an error that was estimated from "
+        "other features."
+    )
+    if _by_memory(correction):
+        columns += " " + say("Earlier parts: all of the next cut's error, its scatter included, where they tell it.")
+    rows = [_row(correction, one, say) for one in outcomes(correction)]
+    words = esc(say.note(between_cuts_words(correction.options.between_cuts)))
+    return f"{table(headings, rows, words=(0,), name='budget', stacks=True)}<p>{words}</p><p class='note'>{columns}</p>"
+
+
+def budget_words(correction: Correction) -> str:
+    """Describes the largest of each cause over all features, as plain text."""
+    causes = [causes_um(outcome.budget) for outcome in outcomes(correction)]
+    named = {cause: None for one in causes for cause in one}
+    largest = ", ".join(f"{cause} {plain(max(one.get(cause, 0.0) for one in causes))}" for cause in named)
+    return f"Uncertainty budget, largest standard uncertainties in µm: {largest}."
+
+
+def _by_memory(correction: Correction) -> bool:
+    return any(curve.next_cut is not None for curve in correction.model.curves)
+
+
+def _row(correction: Correction, outcome: Outcome, say: Texts) -> list[str]:
+    found = causes_um(outcome.budget)
+    if _by_memory(correction):
+        found.setdefault(EARLIER_PARTS, 0.0)
+    causes = [say.size(um) for um in found.values()]
+    return [esc(correction.profile.names[outcome.index]), *causes, say.size(outcome.expanded_u_mm * UM_PER_MM)]

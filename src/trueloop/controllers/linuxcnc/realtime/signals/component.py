@@ -18,9 +18,9 @@ from trueloop.controllers.linuxcnc.realtime.signals.past import Past
 from trueloop.controllers.linuxcnc.realtime.signals.readings import NOTHING, Board, Reader, Reading, Say, ended, wait
 from trueloop.controllers.linuxcnc.realtime.signals.setup import Setup
 from trueloop.errors import TrueloopError
-from trueloop.formats.realtime.signal_log import SignalLog
+from trueloop.formats.realtime.samples_csv import SignalLog
 from trueloop.machine.model.history import History
-from trueloop.realtime.lags import LagState, from_history
+from trueloop.realtime.bank import LagState, from_history
 
 EVERY_S: Final = 0.05
 AGAIN_S: Final = 1.0

@@ -9,9 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from trueloop.controllers.linuxcnc.realtime.signals.readings import Intake
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Intake, reported_s, unix_s
 from trueloop.controllers.linuxcnc.realtime.signals.serial_lines import not_installed
-from trueloop.controllers.linuxcnc.realtime.signals.time_stamps import reported_s, unix_s
 
 KEEP_ALIVE_S: Final = 10
 CONNECT_S: Final = 5.0

@@ -16,8 +16,7 @@ from urllib.parse import urlsplit
 from xml.parsers import expat
 
 from trueloop.controllers.linuxcnc.realtime.signals.mqtt import number
-from trueloop.controllers.linuxcnc.realtime.signals.readings import Intake, wait
-from trueloop.controllers.linuxcnc.realtime.signals.time_stamps import reported_s, unix_s
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Intake, reported_s, unix_s, wait
 
 LARGEST: Final = 4_000_000
 TIMEOUT_S: Final = 3.0

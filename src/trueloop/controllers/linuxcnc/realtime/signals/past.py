@@ -1,15 +1,21 @@
 """The slow thread: what the past of the sensors makes of the lags, and the log of all that was read."""
 
+import math
 import threading
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from trueloop.controllers.linuxcnc.realtime.signals.readings import Board, Reading, Say, wait
-from trueloop.errors import TrueloopError
-from trueloop.formats.realtime.signal_log import SignalLog
-from trueloop.machine.model.history import Lag
-from trueloop.realtime.lags import LagRules, LagState, advanced
+import numpy as np
+
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Board, Feed, Intake, Reading, Say, wait
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.measurements.history_csv import read_history
+from trueloop.formats.realtime.samples_csv import SignalLog
+from trueloop.formats.realtime.signals_toml import SignalsFile
+from trueloop.formats.toml_tables import Located
+from trueloop.machine.model.history import History, Lag
+from trueloop.realtime.bank import LagRules, LagState, advanced, from_history
 
 
 @dataclass(frozen=True)
@@ -100,3 +106,108 @@ class Past(threading.Thread):
         if fault and fault != self._fault:
             self._say(fault)
         self._fault = fault
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A log from `start_s` on, of its own time, at `speed` times its pace; straight between its rows.
+
+    `began_s`: when that row was due, on the monotonic clock. `columns` are signals of the log by name here.
+    """
+
+    log: History
+    columns: dict[str, str]
+    began_s: float
+    start_s: float
+    speed: float = 1.0
+    every_s: float = 0.1
+
+    def __call__(self, intake: Intake, stop: threading.Event) -> None:
+        """Reads until the log ends; from then on its signals grow old."""
+        while not stop.is_set():
+            now_s = time.monotonic()
+            row_s = self.start_s + self.speed * (now_s - self.began_s)
+            for name, column in self.columns.items():
+                if row_s <= self.log.time_s[-1]:
+                    intake.put(name, float(np.interp(row_s, self.log.time_s, self.log.signals[column])), now_s)
+                else:
+                    intake.refuse(name, f"the log ended at {self.log.time_s[-1]:g} s")
+            wait(stop, now_s, self.every_s)
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """All sources that are logs, by name; `units` and `states` by signal and lag."""
+
+    feeds: Mapping[str, Feed]
+    units: Mapping[str, str]
+    states: Mapping[str, LagState | None]
+    speed: float = 1.0
+
+
+def replayed(file: Located[SignalsFile], names: Sequence[str], lags: Sequence[Lag], clock: Clock) -> Replayed:
+    """Prepares the replays that give these signals.
+
+    Raises RTC-SOURCE for a signal that its log does not hold and for logs at different speeds, and as `read_history`.
+    """
+    feeds: dict[str, Feed] = {}
+    units: dict[str, str] = {}
+    states: dict[str, LagState | None] = {}
+    for source in dict.fromkeys(file.model.signals[name].source for name in names):
+        columns = {n: file.model.signals[n].recorded or n for n in names if file.model.signals[n].source == source}
+        feed = _replay(file, source, columns, clock)
+        feeds[source] = feed
+        units.update({name: feed.log.units[column] for name, column in columns.items()})
+        states.update({lag.name: _state(feed, lag, clock) for lag in lags if lag.of in columns})
+    return Replayed(feeds, units, states, _speed(file, list(feeds)))
+
+
+def _replay(file: Located[SignalsFile], source: str, columns: dict[str, str], clock: Clock) -> Replay:
+    table = file.model.replay[source]
+    log = read_history(file.path.parent / table.file)
+    for name, column in columns.items():
+        if column not in log.signals:
+            with file.at("signals", name):
+                raise TrueloopError(
+                    Code.RTC_SOURCE,
+                    f"signal {name!r}: {table.file!r} holds no {column!r}, but {len(log.signals)} others: "
+                    f"{', '.join(log.signals)}",
+                    hint="say under which name it was logged: recorded = …",
+                )
+    start_s = float(log.time_s[0]) if table.start_s is None else table.start_s
+    with file.at("replay", source, "start_s"):
+        _check_start(log, start_s)
+    return Replay(log, columns, clock.monotonic_s, start_s, table.speed)
+
+
+def _check_start(log: History, start_s: float) -> None:
+    first, last = float(log.time_s[0]), float(log.time_s[-1])
+    if not first <= start_s < last:
+        raise TrueloopError(
+            Code.RTC_SOURCE,
+            f"the log is from {first:g} to {last:g} s: it cannot begin at {start_s:g} s",
+            hint="start_s counts as the log's own column time_s does",
+        )
+
+
+def _state(feed: Replay, lag: Lag, clock: Clock) -> LagState | None:
+    """A lag where the replay begins: in equilibrium at the log's first row, straight between rows however far apart."""
+    start_s, column = feed.start_s, feed.columns[lag.of]
+    until = feed.log.until(start_s)
+    times = np.append(until.time_s[until.time_s < start_s], start_s)
+    values = np.interp(times, feed.log.time_s, feed.log.signals[column])
+    rules = LagRules(gap=math.inf, equilibrium_s=float(times[0]))
+    state = from_history(lag, rules, History(times, {lag.of: values}))
+    return state and replace(state, time_s=clock.log_s, since_s=clock.log_s)
+
+
+def _speed(file: Located[SignalsFile], used: Sequence[str]) -> float:
+    speeds = {file.model.replay[source].speed for source in used}
+    if len(speeds) > 1:
+        with file.at("replay", used[1], "speed"):
+            raise TrueloopError(
+                Code.RTC_SOURCE,
+                f"logs are played again at {len(speeds)} speeds: {', '.join(f'{s:g}' for s in sorted(speeds))}",
+                hint="one speed for all: lags run on one clock",
+            )
+    return next(iter(speeds), 1.0)

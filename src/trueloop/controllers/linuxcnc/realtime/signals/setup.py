@@ -9,17 +9,16 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.controllers.linuxcnc.realtime.signals import sources
-from trueloop.controllers.linuxcnc.realtime.signals.past import Clock
+from trueloop.controllers.linuxcnc.realtime.signals.past import Clock, Replayed, replayed
 from trueloop.controllers.linuxcnc.realtime.signals.readings import Feed
-from trueloop.controllers.linuxcnc.realtime.signals.replayed import Replayed, replayed
 from trueloop.controllers.linuxcnc.realtime.signals.sources import CONSTANT, SPINDLE
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.realtime.signal_log import SignalLog
+from trueloop.formats.realtime.samples_csv import SignalLog
 from trueloop.formats.realtime.signals_toml import SignalsFile, SignalTable
 from trueloop.formats.toml_tables import Located
 from trueloop.machine.model.history import Lag
+from trueloop.realtime.bank import LagRules, LagState
 from trueloop.realtime.image import Signal
-from trueloop.realtime.lags import LagRules, LagState
 from trueloop.units import SIGNALS
 
 UNITS: Final = {"degC": "°C", "degF": "°C", "rpm": "rev/min"}
