@@ -17,8 +17,7 @@ from typing import Any, Final
 
 from scripts.running_lathe import RunningLathe, running_lathe
 from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
-from trueloop.controllers.linuxcnc.cell.journal import read
-from trueloop.controllers.linuxcnc.cell.known import known
+from trueloop.controllers.linuxcnc.cell.journal import known, read
 from trueloop.controllers.linuxcnc.cell.linuxcnc import LinuxCnc
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
 from trueloop.domain.factory import BlockKind

@@ -1,9 +1,10 @@
 """The errors of one part anywhere, from its touches and readings, by the state of all terms (`estimate`).
 
 A touch sees the error at its place, less the reference's share where the part's z was taken from a touch; a reading
-sees a weighted sum of errors (`touches.error_vectors`). All are linear in the terms, so that the error at any place has a mean
-and a covariance, on features that were measured and on those that were not. Many touches of one feature are averaged
-over short stretches, by the same linear rule: a scan of thousands of points costs what some hundred touches do.
+sees a weighted sum of errors (`touches.error_vectors`). All are linear in the terms, so that the error at any place has
+a mean and a covariance, on features that were measured and on those that were not. Many touches of one feature are
+averaged over short stretches, by the same linear rule: a scan of thousands of points costs what some hundred touches
+do.
 """
 
 import math
