@@ -16,6 +16,7 @@ from trueloop.domain.factory import BlockKind, FactKind, PartState, StepState
 from trueloop.domain.inspection import CmmPoint, Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage, edge_name
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.proposal import Proposal, ToolOffset
 from trueloop.domain.record import Correction, ProgramText
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code, TrueloopError
@@ -32,6 +33,7 @@ from trueloop.factory.shown.records import (
     certificate_rows,
     event_rows,
     events_after,
+    known_of,
     transfer_rows,
 )
 from trueloop.factory.shown.series import series_rows, series_view
@@ -272,6 +274,20 @@ def test_a_proposal_is_shown_and_accepted_once(shop: Shop) -> None:
     with pytest.raises(TrueloopError) as twice:
         shop.do(ask.DecideProposal(number, "rejected", "no"))
     assert twice.value.code is Code.FAC_STALE
+
+
+@pytest.mark.parametrize("known_mm", [None, (0.003, None)])
+def test_a_proposed_offset_is_shown_with_how_well_it_is_known(
+    shop: Shop, known_mm: tuple[float | None, float | None] | None
+) -> None:
+    number = proposed(shop)
+    with known_of(shop.store) as known:
+        one = known.first(Proposal, number)
+    offset = ToolOffset(3, -0.012, 0.004, True, "diameter", "mm", expanded_u_mm=known_mm)
+    keep(shop.store, [replace(one, id="of-a-tool", tool_offset=offset)])
+    shown = proposal_view(shop.store, "of-a-tool", shop.now)
+    assert (shown.tool, shown.dx_mm, shown.dz_mm) == ("T3", -0.012, 0.004)
+    assert (shown.u_stated, shown.dx_u_mm, shown.dz_u_mm) == (known_mm is not None, *(known_mm or (None, None)))
 
 
 def test_of_two_who_decide_at_once_one_wins(shop: Shop, place: str) -> None:

@@ -51,7 +51,9 @@ function All() {
 
 function One({ id }: { id: string }) {
   const text = useText();
-  const { name, signed } = useLengths();
+  const { name, signed, plain } = useLengths();
+  const known = (axis: string, u: number | null) =>
+    u === null ? text("proposal.undetermined", { axis }) : `${axis} ± ${plain("mm", u)} ${name("mm")}`;
   const found = useShown<Proposal>(`proposals/${encodeURIComponent(id)}`);
   return (
     <>
@@ -63,7 +65,8 @@ function One({ id }: { id: string }) {
           <>
             <p className="soft">
               {one.made_by} <Age at={one.made_at} /> {one.why}
-              {one.tool && ` · ${one.tool}: X ${signed("mm", one.dx_mm)} ${name("mm")}, Z ${signed("mm", one.dz_mm)} ${name("mm")}`}
+              {one.tool && ` · ${one.tool}: X ${signed("mm", one.dx_mm)} ${name("mm")} (${text("proposal.radius")}), Z ${signed("mm", one.dz_mm)} ${name("mm")}`}
+              {one.tool && one.u_stated && ` (${known("X", one.dx_u_mm)}, ${known("Z", one.dz_u_mm)}; 95 %)`}
             </p>
             <Section title={text("proposal.effects")}>
               <figure className="curve">

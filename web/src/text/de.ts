@@ -140,6 +140,8 @@ export const de: Record<Key, string> = {
   "proposal.accepted": "angenommen",
   "proposal.rejected": "abgelehnt",
   "proposal.superseded": "überholt",
+  "proposal.radius": "Radius",
+  "proposal.undetermined": "{axis} durch das Gemessene nicht bestimmt",
   "diff.count": "Unterschiede: {count}",
 
   "order.none": "Es gibt noch keinen Auftrag.",

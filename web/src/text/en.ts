@@ -139,6 +139,8 @@ export const en = {
   "proposal.accepted": "accepted",
   "proposal.rejected": "rejected",
   "proposal.superseded": "superseded",
+  "proposal.radius": "radius",
+  "proposal.undetermined": "{axis} not determined by what was measured",
   "diff.count": "Differences: {count}",
 
   "order.none": "There is no order yet.",

@@ -147,6 +147,8 @@ def _view(
     one: Proposal, state: str, decision: ProposalDecision | None, book: Book | None, now: datetime
 ) -> ProposalView:
     offset = one.tool_offset
+    u_mm = None if offset is None else offset.expanded_u_mm
+    dx_u_mm, dz_u_mm = u_mm or (None, None)
     return ProposalView(
         id=one.id,
         etag=state,
@@ -159,6 +161,9 @@ def _view(
         tool="" if offset is None else f"T{offset.tool}",
         dx_mm=None if offset is None else offset.x_radius_mm,
         dz_mm=None if offset is None else offset.z_mm,
+        u_stated=u_mm is not None,
+        dx_u_mm=dx_u_mm,
+        dz_u_mm=dz_u_mm,
         alarms=one.alarms,
         why=one.why,
         refusal=_refusal(one, book, now) if state == "open" and book is not None else "",

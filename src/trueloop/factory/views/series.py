@@ -165,7 +165,8 @@ class EffectView:
 class ProposalView:
     """A proposal, and what was decided. `state`: open, accepted, rejected, superseded. `refusal`: why it is not open to
     acceptance now, with the code; empty where it is. `corrections`: ids of those that `last_serial`, the last part
-    behind it, was cut by; in a list left out.
+    behind it, was cut by; in a list left out. `dx_mm` is on the radius; `dx_u_mm`, `dz_u_mm` (95 %) are None of an axis
+    that the measurements do not determine, and where `u_stated` is false.
     """
 
     id: str
@@ -179,6 +180,9 @@ class ProposalView:
     tool: str
     dx_mm: float | None
     dz_mm: float | None
+    u_stated: bool
+    dx_u_mm: float | None
+    dz_u_mm: float | None
     alarms: tuple[str, ...]
     why: str
     refusal: str
