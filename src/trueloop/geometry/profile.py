@@ -203,10 +203,10 @@ def kind_of(feature: Feature) -> str:
         return "curve"
     if isinstance(feature, Arc):
         return "arc"
-    angle = float(contact_angle_rad(feature.outward_normal(0.0)))
-    if abs(math.sin(angle)) > SQUARE:
+    (x0, z0), (x1, z1), least = feature.start_mm, feature.end_mm, SQUARE * feature.length_mm
+    if abs(z1 - z0) > least:
         return "cylinder"
-    return "face" if abs(math.cos(angle)) > SQUARE else "cone"
+    return "face" if abs(x1 - x0) > least else "cone"
 
 
 def named_by_kind(features: Iterable[Feature]) -> tuple[Feature, ...]:

@@ -52,8 +52,9 @@ def chained(pieces: Sequence[Piece], body: str, within_mm: float = WITHIN_MM) ->
     if not pieces:
         return []
     z = [value for piece in pieces for value in _extent(piece.feature, within_mm)]
-    chains = _chains([part for piece in pieces for part in _at_extremes(piece, min(z), max(z), within_mm)], within_mm)
-    return [found for chain in chains for found in _sides(chain, (min(z), max(z)), body, within_mm)]
+    low, high = min(z), max(z)
+    chains = _chains([part for piece in pieces for part in _at_extremes(piece, low, high, within_mm)], within_mm)
+    return [found for chain in chains for found in _sides(chain, (low, high), body, within_mm)]
 
 
 def _extent(feature: Feature, within_mm: float) -> tuple[float, float]:
@@ -115,7 +116,7 @@ def _chains(pieces: Sequence[Piece], within_mm: float) -> Iterator[list[Piece]]:
 
 
 def _rightmost(pieces: Sequence[Piece], last: int, onward: Sequence[int]) -> int:
-    return max(onward, key=lambda k: _right(pieces[last].feature, pieces[k].feature))
+    return onward[0] if len(onward) == 1 else max(onward, key=lambda k: _right(pieces[last].feature, pieces[k].feature))
 
 
 def _right(before: Feature, after: Feature) -> float:
@@ -186,8 +187,8 @@ def _one(first: Piece, second: Piece, within_mm: float) -> Piece | None:
     if math.dist(a.end_mm, b.start_mm) > 2 * within_mm:
         return None
     if isinstance(a, Line) and isinstance(b, Line):
-        whole = replace(a, end_mm=b.end_mm)
-        straight = abs(float(whole.locate(a.end_mm)[1])) < within_mm and _right(a, b) < 1
+        whole = Line(a.name, a.start_mm, b.end_mm)
+        straight = _aside(whole, a.end_mm) < within_mm and _right(a, b) < 1
         return replace(first, feature=whole, share=share) if straight else None
     if isinstance(a, Arc) and isinstance(b, Arc):
         apart = math.dist(a.centre_mm, b.centre_mm) + abs(a.radius_mm - b.radius_mm)
@@ -195,3 +196,9 @@ def _one(first: Piece, second: Piece, within_mm: float) -> Piece | None:
         whole_arc = replace(a, end_mm=b.end_mm, sweep_rad=a.sweep_rad + b.sweep_rad)
         return replace(first, feature=whole_arc, share=share) if same else None
     return None
+
+
+def _aside(line: Line, point: Point) -> float:
+    """The distance of a point from a line; `Line.locate` is for many points."""
+    (x0, z0), (x1, z1), (x, z) = line.start_mm, line.end_mm, point
+    return abs((x - x0) * (z1 - z0) - (z - z0) * (x1 - x0)) / line.length_mm

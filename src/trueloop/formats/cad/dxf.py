@@ -17,8 +17,8 @@ import numpy as np
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.box_index import TooDenseError
 from trueloop.formats.cad.dxf_chain import Segment, chains_of
+from trueloop.formats.cad.dxf_document import Document, open_document
 from trueloop.formats.cad.dxf_entities import CHAIN_WITHIN_MM
-from trueloop.formats.cad.dxf_lines import layer_of
 from trueloop.formats.cad.dxf_outline import mapped_feature
 from trueloop.formats.cad.dxf_sheet import Sheet, read_sheet
 from trueloop.formats.cad.dxf_views import Candidate, View
@@ -128,14 +128,14 @@ def read_dxf_sheet(
     """Reads all contours of one side of a drawing, as `read_dxf` does. Raises as that, but for the choice."""
     path, side = Path(path), Side(side)
     with _refusing_damage(path):
-        drawing = _open(path)
-        mm_per_unit, unit_note = _scale(drawing, unit, path)
-        sheet = read_sheet(drawing, mm_per_unit, layer)
+        document = open_document(path)
+        mm_per_unit, unit_note = _scale(document.drawing, unit, path)
+        sheet = read_sheet(document, mm_per_unit, layer)
         if side is Side.INSIDE and not _of_side(sheet, side):
-            hidden = read_sheet(drawing, mm_per_unit, layer, hidden=True)
+            hidden = read_sheet(document, mm_per_unit, layer, hidden=True)
             sheet = hidden if _of_side(hidden, side) else sheet
         if not any(half.segments for view in sheet.views for half in view.halves):
-            raise _nothing(layer, drawing, path)
+            raise _nothing(layer, document, path)
     contours = _single_chain(sheet, side, path) or _of_side(sheet, side)
     return DxfSheet(sheet, contours, (unit_note, *sheet.notes), path)
 
@@ -208,13 +208,6 @@ def _about(one: Candidate, read: DxfSheet, zero: Zero) -> Iterator[str]:
             yield f"Another contour is there, number {k}: {other.described}."
 
 
-def _open(path: Path) -> "Drawing":
-    # ezdxf takes a tenth of a second to import, and most jobs have no drawing.
-    from ezdxf.filemanagement import readfile
-
-    return readfile(path)
-
-
 @contextmanager
 def _refusing_damage(path: Path) -> Iterator[None]:
     """What ezdxf raises over a damaged file, while it is opened or as its entities are asked, in words."""
@@ -250,9 +243,9 @@ def _scale(drawing: "Drawing", unit: str | None, path: Path) -> tuple[float, str
     return MM_PER_UNIT[code], f"One drawing unit is {MM_PER_UNIT[code]:g} mm, {source}."
 
 
-def _nothing(layer: str | None, drawing: "Drawing", path: Path) -> TrueloopError:
+def _nothing(layer: str | None, document: Document, path: Path) -> TrueloopError:
     where = f"layer '{layer}'" if layer else "the model space"
-    layers = sorted({layer_of(entity) for entity in drawing.modelspace()})
+    layers = sorted({one.layer for one in document.entities})
     return _refusal(
         path,
         f"0 lines, arcs and polylines off the axis in {where}",

@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Final, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from trueloop.formats.cad.contour import Contour, Piece, chained
 from trueloop.formats.cad.dxf_chain import Segment
@@ -127,6 +128,8 @@ class _Cells:
         onward = [one for one in self.at[node] if one != _back(step)]
         if not onward:
             return _back(step)
+        if len(onward) == 1:
+            return onward[0]
         return min(onward, key=lambda one: turn_rad(arriving, heading(self._feature(one), first=True)))
 
     def _feature(self, step: Step) -> Feature:
@@ -135,10 +138,11 @@ class _Cells:
 
     def _area(self, walk: Sequence[Step]) -> float:
         """Positive where the walk turns left about it, which those about the bounded cells do not."""
-        points = np.concatenate(
-            [feature.point_mm(np.linspace(0, feature.length_mm, 9)[:-1]) for feature in map(self._feature, walk)]
-        )
-        x, z = points.T
+        points: list[ArrayLike] = []
+        for feature in map(self._feature, walk):
+            line = isinstance(feature, Line)
+            points += [feature.start_mm] if line else [*feature.point_mm(np.linspace(0, feature.length_mm, 9)[:-1])]
+        x, z = np.array(points).T
         return float(np.sum(z * np.roll(x, -1) - x * np.roll(z, -1))) / 2
 
     def _is_axis(self, step: Step) -> bool:
@@ -148,9 +152,15 @@ class _Cells:
         """At most places beside its edges."""
         places = []
         for feature in map(self._feature, walk):
-            half, aside = feature.length_mm / 2, min(ASIDE_MM, feature.length_mm / 10)
-            x, z = feature.point_mm(half) - aside * feature.outward_normal(half)
-            places.append(hatched((float(x), float(z))))
+            length = feature.length_mm
+            aside = min(ASIDE_MM, length / 10)
+            if isinstance(feature, Line):  # written out: a drawing has many
+                (x0, z0), (x1, z1) = feature.start_mm, feature.end_mm
+                right = aside / length
+                places.append(hatched(((x0 + x1) / 2 - right * (z1 - z0), (z0 + z1) / 2 + right * (x1 - x0))))
+            else:
+                x, z = feature.point_mm(length / 2) - aside * feature.outward_normal(length / 2)
+                places.append(hatched((float(x), float(z))))
         return sum(places) > len(places) / 2
 
     def _meets_ends_only(self, walk: Sequence[Step]) -> bool:

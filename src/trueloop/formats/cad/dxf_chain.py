@@ -41,7 +41,7 @@ def chains_of(segments: Sequence[Segment], within_mm: float, path: Path) -> list
     """
     if not segments:
         return []
-    ends = np.array([end for segment in segments for end in segment.ends])
+    ends = np.array([value for segment in segments for end in segment.ends for value in end]).reshape(-1, 2)
     tree = KDTree(ends)
     meets = [[other for other in near if other != end] for end, near in enumerate(_nearest(tree, ends, within_mm))]
     for end, others in enumerate(meets):

@@ -1,16 +1,15 @@
 """Entities of a drawing as features in mm, x up and z to the right on the sheet."""
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
 
 from trueloop.formats.cad.dxf_chain import Segment
-from trueloop.formats.cad.dxf_lines import layer_of
+from trueloop.formats.cad.dxf_document import Drawn, drawn
 from trueloop.geometry.curve_kinds import b_spline
-from trueloop.geometry.feature import Arc, Line, Point
+from trueloop.geometry.feature import Arc, Feature, Line, Point
 
 CHAIN_WITHIN_MM: Final = 1e-3
 """Ends of drawn entities that lie closer are one point."""
@@ -21,35 +20,46 @@ DEEPEST: Final = 8
 """Blocks within blocks are read so deep."""
 
 
-def unfolded(entities: Sequence[Any], deep: int = 0) -> Iterator[Any]:
+def unfolded(entities: Iterable[Drawn], deep: int = 0) -> Iterator[Drawn]:
     """Yields the entities, those of blocks in place of the block, on its layer where theirs is 0."""
-    for entity in entities:
-        if entity.dxftype() != "INSERT" or deep >= DEEPEST:
-            yield entity
+    for one in entities:
+        if one.kind != "INSERT" or deep >= DEEPEST:
+            yield one
             continue
-        parts = list(entity.virtual_entities())
-        for part in parts:
-            if layer_of(part) == "0":
-                part.dxf.layer = layer_of(entity)
-        yield from unfolded(parts, deep + 1)
+        parts = map(drawn, one.entity.virtual_entities())
+        yield from unfolded([part._replace(layer=one.layer) if part.layer == "0" else part for part in parts], deep + 1)
 
 
-def segments_of(entities: Sequence[Any], mm_per_unit: float) -> Iterator[Segment]:
+def segments_of(entities: Iterable[Drawn], mm_per_unit: float) -> Iterator[Segment]:
     """Yields lines, arcs, polylines with bulges, ellipses, splines, each on its layer; no circles and no others."""
-    for entity in entities:
-        kind, layer = entity.dxftype(), layer_of(entity)
-        if kind in ("LWPOLYLINE", "POLYLINE"):
-            for part in segments_of(list(entity.virtual_entities()), mm_per_unit):
-                yield replace(part, layer=layer)
-        elif kind == "LINE":
-            ends = (_point(entity.dxf.start, mm_per_unit), _point(entity.dxf.end, mm_per_unit))
-            if math.dist(*ends) > CHAIN_WITHIN_MM:
-                yield Segment(Line("", *ends), layer)
-        elif kind == "ARC":
-            if (arc := _arc(entity, mm_per_unit)).length_mm > CHAIN_WITHIN_MM:
-                yield Segment(arc, layer)
-        elif kind in ("SPLINE", "ELLIPSE") and (curve := _spline(entity)) is not None:
-            yield _curve(curve, mm_per_unit, layer)
+    for one in entities:
+        feature: Feature | None = None
+        if one.kind in ("LWPOLYLINE", "POLYLINE"):
+            parts = (drawn(part)._replace(layer=one.layer) for part in one.entity.virtual_entities())
+            yield from segments_of(parts, mm_per_unit)
+        elif one.kind == "LINE":
+            feature = _line(one, mm_per_unit)
+        elif one.kind == "ARC":
+            feature = _arc(one.entity, mm_per_unit) if one.entity else _plain_arc(one.numbers, mm_per_unit)
+        elif one.kind in ("SPLINE", "ELLIPSE") and (curve := _spline(one.entity)) is not None:
+            yield _curve(curve, mm_per_unit, one.layer)
+        if feature is not None and feature.length_mm > CHAIN_WITHIN_MM:
+            yield Segment(feature, one.layer)
+
+
+def _line(one: Drawn, mm_per_unit: float) -> Line:
+    if one.entity:
+        return Line("", _point(one.entity.dxf.start, mm_per_unit), _point(one.entity.dxf.end, mm_per_unit))
+    x0, y0, x1, y1 = one.numbers
+    return Line("", _at(x0, y0, mm_per_unit), _at(x1, y1, mm_per_unit))
+
+
+def _plain_arc(numbers: Sequence[float], mm_per_unit: float) -> Arc:
+    """An arc in the plane, counter-clockwise on the sheet from one angle to the other."""
+    x, y, radius, first, last = numbers
+    turns = [math.radians(angle) for angle in (first, last)]
+    start, end = (_at(abs(radius) * math.cos(a) + x, abs(radius) * math.sin(a) + y, mm_per_unit) for a in turns)
+    return Arc("", start, end, _at(x, y, mm_per_unit), -math.radians((last - first) % 360 or 360))
 
 
 def _arc(entity: Any, mm_per_unit: float) -> Arc:
@@ -83,7 +93,11 @@ def _curve(spline: Any, mm_per_unit: float, layer: str) -> Segment:
 
 
 def _point(vector: Any, mm_per_unit: float) -> Point:
-    point = float(vector.y) * mm_per_unit, float(vector.x) * mm_per_unit
-    if not all(abs(value) <= MOST_MM for value in point):
-        raise ValueError(f"a point at {vector}")
+    return _at(float(vector.x), float(vector.y), mm_per_unit)
+
+
+def _at(x: float, y: float, mm_per_unit: float) -> Point:
+    point = y * mm_per_unit, x * mm_per_unit
+    if not (abs(point[0]) <= MOST_MM and abs(point[1]) <= MOST_MM):
+        raise ValueError(f"a point at x = {x:g}, y = {y:g}")
     return point

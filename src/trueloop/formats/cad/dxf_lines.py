@@ -3,10 +3,12 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from trueloop.arrays import Array
 from trueloop.formats.cad.dxf_chain import Segment
+from trueloop.formats.cad.dxf_document import Drawn
 from trueloop.geometry.feature import Line
 
 if TYPE_CHECKING:
@@ -52,27 +54,50 @@ class CentreLine:
         return f"{'x' if self.vertical else 'y'} = {self.at_mm:g} mm"
 
 
-def is_shown(drawing: "Drawing", entity: Any) -> bool:
-    """Returns whether it is on a layer that is shown and plotted."""
-    layer = _layer_of(drawing, entity)
-    shown = layer is None or not (layer.is_off() or layer.is_frozen())
-    return shown and layer_of(entity).casefold() != NOT_PLOTTED
+class Meanings:
+    """What lines of a drawing mean, by their own line type and their layer, of which a drawing has few."""
 
+    def __init__(self, drawing: "Drawing") -> None:
+        self._layers = drawing.layers
+        self._edge, self._hidden, self._centre = map(
+            lru_cache(maxsize=4096), (self._is_edge, self._is_hidden, self._is_centre)
+        )
 
-def is_edge(drawing: "Drawing", entity: Any) -> bool:
-    """Returns whether it is drawn as visible edges are: in a continuous line, and not on a layer of axes."""
-    plain = _line_type(drawing, entity) in ("continuous", "byblock", "")
-    return is_shown(drawing, entity) and plain and not is_centre(drawing, entity)
+    def is_edge(self, one: Drawn) -> bool:
+        """Returns whether it is drawn as visible edges are: in a continuous line, and not on a layer of axes."""
+        return self._edge(one.layer, one.line_type)
 
+    def is_hidden_edge(self, one: Drawn) -> bool:
+        """Returns whether it is drawn as hidden edges are: dashed."""
+        return self._hidden(one.layer, one.line_type)
 
-def is_hidden_edge(drawing: "Drawing", entity: Any) -> bool:
-    """Returns whether it is drawn as hidden edges are: dashed."""
-    return is_shown(drawing, entity) and _line_type(drawing, entity).startswith(HIDDEN)
+    def is_centre(self, one: Drawn) -> bool:
+        """Returns whether it is drawn as axes are, by its line type or its layer's name."""
+        return self._centre(one.layer, one.line_type)
 
+    def _is_edge(self, layer: str, own: str) -> bool:
+        plain = self._line_type(layer, own) in ("continuous", "byblock", "")
+        return self._is_shown(layer) and plain and not self._is_centre(layer, own)
 
-def is_centre(drawing: "Drawing", entity: Any) -> bool:
-    """Returns whether it is drawn as axes are, by its line type or its layer's name."""
-    return _line_type(drawing, entity).startswith(CENTRE) or layer_of(entity).casefold().startswith(CENTRE)
+    def _is_hidden(self, layer: str, own: str) -> bool:
+        return self._is_shown(layer) and self._line_type(layer, own).startswith(HIDDEN)
+
+    def _is_centre(self, layer: str, own: str) -> bool:
+        return self._line_type(layer, own).startswith(CENTRE) or layer.casefold().startswith(CENTRE)
+
+    def _is_shown(self, layer: str) -> bool:
+        """Whether a layer is shown and plotted."""
+        known = self._layer(layer)
+        return (known is None or not (known.is_off() or known.is_frozen())) and layer.casefold() != NOT_PLOTTED
+
+    def _line_type(self, layer: str, own: str) -> str:
+        if own != "bylayer":
+            return own
+        known = self._layer(layer)
+        return "continuous" if known is None else str(known.dxf.get("linetype", "CONTINUOUS")).casefold()
+
+    def _layer(self, name: str) -> Any:
+        return self._layers.get(name) if name in self._layers else None
 
 
 def centre_lines(segments: Sequence[Segment]) -> list[CentreLine]:
@@ -87,11 +112,6 @@ def centre_lines(segments: Sequence[Segment]) -> list[CentreLine]:
         else:
             found.append(one)
     return found
-
-
-def layer_of(entity: Any) -> str:
-    """Returns the layer it is on; 0, as the format has it, where it names none."""
-    return str(entity.dxf.get("layer", "0"))
 
 
 def _level(segments: Sequence[Segment]) -> Iterator[CentreLine]:
@@ -109,16 +129,3 @@ def _meet(a: CentreLine, b: CentreLine) -> bool:
     """Whether two pieces on one line are closer than the shorter of them is long."""
     gap = max(a.low_mm, b.low_mm) - min(a.high_mm, b.high_mm)
     return gap <= min(a.length_mm, b.length_mm)
-
-
-def _line_type(drawing: "Drawing", entity: Any) -> str:
-    own = str(entity.dxf.get("linetype", "BYLAYER")).casefold()
-    if own != "bylayer":
-        return own
-    layer = _layer_of(drawing, entity)
-    return "continuous" if layer is None else str(layer.dxf.get("linetype", "CONTINUOUS")).casefold()
-
-
-def _layer_of(drawing: "Drawing", entity: Any) -> Any:
-    name = layer_of(entity)
-    return drawing.layers.get(name) if name in drawing.layers else None

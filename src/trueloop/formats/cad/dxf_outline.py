@@ -7,6 +7,9 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from trueloop.arrays import Array
@@ -50,11 +53,10 @@ class Half:
 
 def halves(segments: Sequence[Segment], within_mm: float) -> list[Half]:
     """Returns the drawing above the axis, cut where it crosses it, and that below, turned up, if it differs."""
-    pieces = [piece for segment in segments for piece in _cut(segment, _crossings(segment.feature), within_mm)]
     upper, lower = list[Segment](), list[Segment]()
-    for piece in pieces:
-        at = float(piece.feature.point_mm(piece.feature.length_mm / 2)[0])
-        (upper if at > 0 else lower).append(piece)
+    for segment in segments:
+        for piece in _cut(segment, _crossings(segment.feature), within_mm):
+            (upper if _place_of(piece.feature)[0] > 0 else lower).append(piece)
     turned = [replace(piece, feature=mapped_feature(piece.feature, _UP, np.zeros(2))) for piece in lower]
     if not upper:
         return [Half(tuple(turned), (), 0, turned_up=True)]
@@ -91,22 +93,46 @@ def cut_where_met(segments: Sequence[Segment], within_mm: float) -> list[Segment
     """Segments cut where others meet or cross them between their ends; what is drawn twice, once."""
     if not segments:
         return []
-    low, high = (np.array(each) for each in zip(*(_box(segment.feature) for segment in segments), strict=True))
-    points = np.array([end for segment in segments for end in segment.ends] + _all_crossings(segments, low, high))
-    on = _points_on(segments, overlapping(low - within_mm, high + within_mm, points, points), points, within_mm)
-    found: dict[tuple[int, ...], Segment] = {}
+    ends = _ends(segments)
+    low, high = ends.min(axis=1), ends.max(axis=1)
     for index, segment in enumerate(segments):
-        met = [(float(x), float(z)) for x, z in points[on[index]]] if index in on else []
-        for piece in _cut(segment, met, within_mm) if met else [segment]:
-            run = (*sorted(piece.ends), _place_of(piece.feature))
-            found.setdefault(tuple(round(value / within_mm) for place in run for value in place), piece)
-    return list(found.values())
+        if not isinstance(segment.feature, Line):
+            low[index], high[index] = _box(segment.feature)
+    points = np.concatenate([ends.reshape(-1, 2), _all_crossings(segments, ends, low, high)])
+    pairs = overlapping(low - within_mm, high + within_mm, points, points)
+    on = _points_on(segments, ends, pairs, points, within_mm)
+    pieces: list[Segment] = []
+    for index, segment in enumerate(segments):
+        if index in on:
+            pieces += _cut(segment, [(float(x), float(z)) for x, z in points[on[index]]], within_mm)
+        else:
+            pieces.append(segment)
+    return _once(pieces, within_mm)
 
 
-def _points_on(segments: Sequence[Segment], pairs: Pairs, points: Array, within_mm: float) -> dict[int, list[int]]:
+def _ends(segments: Sequence[Segment]) -> Array:
+    """Starts and ends, (n, 2, 2)."""
+    flat = [value for one in segments for end in one.ends for value in end]
+    return np.array(flat, dtype=np.float64).reshape(-1, 2, 2)
+
+
+def _once(pieces: Sequence[Segment], within_mm: float) -> list[Segment]:
+    """The pieces without those that run, in either direction, through the places of an earlier one."""
+    ends = _ends(pieces)
+    exchanged = (ends[:, 0, 0] > ends[:, 1, 0]) | ((ends[:, 0, 0] == ends[:, 1, 0]) & (ends[:, 0, 1] > ends[:, 1, 1]))
+    ends[exchanged] = ends[exchanged][:, ::-1]
+    places = np.array([value for piece in pieces for value in _place_of(piece.feature)]).reshape(-1, 2)
+    runs = np.rint(np.concatenate([ends.reshape(-1, 4), places], axis=1) / within_mm)
+    _, first = np.unique(runs, axis=0, return_index=True)
+    return [pieces[k] for k in np.sort(first).tolist()]
+
+
+def _points_on(
+    segments: Sequence[Segment], ends: Array, pairs: Pairs, points: Array, within_mm: float
+) -> dict[int, list[int]]:
     """By segment, which points lie on it between its ends, of those whose box they are in."""
     lines = np.array([isinstance(segment.feature, Line) for segment in segments])
-    start, end = (np.array([segment.ends[k] for segment in segments]) for k in (0, 1))
+    start, end = ends[:, 0], ends[:, 1]
     length = np.array([segment.feature.length_mm for segment in segments])
     i, j = pairs[lines[pairs[:, 0]]].T
     direction, off = (end[i] - start[i]) / length[i, None], points[j] - start[i]
@@ -125,26 +151,25 @@ def _points_on(segments: Sequence[Segment], pairs: Pairs, points: Array, within_
     return found
 
 
-def _all_crossings(segments: Sequence[Segment], low: Array, high: Array) -> list[Point]:
-    """Where segments cross each other."""
+def _all_crossings(segments: Sequence[Segment], ends: Array, low: Array, high: Array) -> Array:
+    """Where segments cross each other, (n, 2)."""
     features = [segment.feature for segment in segments]
     pairs = overlapping(low, high, low, high)
     pairs = pairs[pairs[:, 0] < pairs[:, 1]]
     lines = np.array([isinstance(feature, Line) for feature in features])
     both = lines[pairs].all(axis=1)
-    found = _line_crossings(segments, pairs[both])
-    return found + [
+    found = [
         point
         for i, j in pairs[~both].tolist()
         for point in intersections(features[i], features[j])
         if all(0 < float(feature.locate(point)[0]) < feature.length_mm for feature in (features[i], features[j]))
     ]
+    return np.concatenate([_line_crossings(ends, pairs[both]), np.array(found, dtype=np.float64).reshape(-1, 2)])
 
 
-def _line_crossings(segments: Sequence[Segment], pairs: Pairs) -> list[Point]:
-    """Where pairs of lines cross between their ends."""
-    start, end = (np.array([segment.ends[k] for segment in segments]) for k in (0, 1))
-    (i, j), along = pairs.T, end - start
+def _line_crossings(ends: Array, pairs: Pairs) -> Array:
+    """Where pairs of lines cross between their ends, (n, 2)."""
+    start, (i, j), along = ends[:, 0], pairs.T, ends[:, 1] - ends[:, 0]
     apart = start[j] - start[i]
     sine = _cross(along[i], along[j])
     length = np.linalg.norm(along, axis=1)
@@ -152,7 +177,8 @@ def _line_crossings(segments: Sequence[Segment], pairs: Pairs) -> list[Point]:
     safe = np.where(crossing, sine, 1.0)
     first, second = _cross(apart, along[j]) / safe, _cross(apart, along[i]) / safe
     on = crossing & (first > 0) & (first < 1) & (second > 0) & (second < 1)
-    return [(float(x), float(z)) for x, z in (start[i] + first[:, None] * along[i])[on]]
+    crossings: Array = (start[i] + first[:, None] * along[i])[on]
+    return crossings
 
 
 def _cross(a: Array, b: Array) -> Array:
@@ -160,10 +186,7 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _box(feature: Feature) -> tuple[Array, Array]:
-    """The lowest and highest x and z, a little more where it is curved."""
-    if isinstance(feature, Line):
-        ends = np.array((feature.start_mm, feature.end_mm))
-        return ends.min(axis=0), ends.max(axis=0)
+    """The lowest and highest x and z of a curved feature, and a little more."""
     points = feature.point_mm(np.linspace(0, feature.length_mm, BOXED_AT))
     spare = feature.length_mm / BOXED_AT
     return points.min(axis=0) - spare, points.max(axis=0) + spare
@@ -174,55 +197,64 @@ class Graph:
 
     def __init__(self, pieces: Sequence[Segment], within_mm: float) -> None:
         self.pieces, self.within_mm = pieces, within_mm
-        self.points: list[Point] = []
-        self._near: dict[tuple[int, int], list[int]] = {}
-        self.ends = [tuple(self._node(end) for end in piece.ends) for piece in pieces]
+        self.points, nodes = _met(_ends(pieces).reshape(-1, 2), within_mm)
+        self.ends = [(a, b) for a, b in nodes.reshape(-1, 2).tolist()]
         self.at: list[list[int]] = [[] for _ in self.points]
         for index, (a, b) in enumerate(self.ends):
             self.at[a].append(index)
             self.at[b].append(index)
 
-    def _node(self, point: Point) -> int:
-        """The first point within the tolerance, looked for in the cells of that size about it; else a new one."""
-        x, z = (math.floor(value / self.within_mm) for value in point)
-        near = [node for i in (x - 1, x, x + 1) for j in (z - 1, z, z + 1) for node in self._near.get((i, j), ())]
-        for node in sorted(near):
-            if math.dist(self.points[node], point) <= self.within_mm:
-                return node
-        self.points.append(point)
-        self._near.setdefault((x, z), []).append(len(self.points) - 1)
-        return len(self.points) - 1
-
     def on_axis(self, node: int) -> bool:
         """Returns whether a point of the graph is on the axis."""
         return abs(self.points[node][0]) <= self.within_mm
 
-    def components(self) -> Iterator[set[int]]:
-        """Yields the connected components, as sets of pieces."""
-        seen = set[int]()
-        for first in range(len(self.pieces)):
-            if first in seen:
-                continue
-            found, new = set[int](), {first}
-            while new:
-                found |= new
-                new = {other for index in new for node in self.ends[index] for other in self.at[node]} - found
-            seen |= found
-            yield found
+    def components(self) -> Iterator[list[int]]:
+        """Yields the connected components, as ascending numbers of pieces, those with the lowest first."""
+        if not self.pieces:
+            return
+        a, b = np.array(self.ends).T
+        count = len(self.points)
+        _, labels = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(count, count)), directed=False)
+        found: dict[int, list[int]] = {}
+        for index, label in enumerate(labels[a].tolist()):
+            found.setdefault(label, []).append(index)
+        yield from found.values()
 
-    def leading_on(self, component: set[int]) -> set[int]:
+    def leading_on(self, component: Sequence[int]) -> set[int]:
         """Returns the component without pieces that end in the open, removed one after the other."""
-        edges = set(component)
-        left = list(component)
+        edges, left = set(component), list(component)
+        count: dict[int, int] = {}
+        for index in component:
+            for node in self.ends[index]:
+                count[node] = count.get(node, 0) + 1
         while left:
             index = left.pop()
-            if index in edges and any(self._is_open(node, edges) for node in self.ends[index]):
+            if index in edges and any(count[node] == 1 and not self.on_axis(node) for node in self.ends[index]):
                 edges.remove(index)
-                left += [other for node in self.ends[index] for other in self.at[node] if other in edges]
+                for node in self.ends[index]:
+                    count[node] -= 1
+                    if count[node] == 1:
+                        left += [other for other in self.at[node] if other in edges]
         return edges
 
-    def _is_open(self, node: int, edges: set[int]) -> bool:
-        return not self.on_axis(node) and sum(other in edges for other in self.at[node]) == 1
+
+def _met(ends: Array, within_mm: float) -> tuple[list[Point], NDArray[np.int64]]:
+    """Points that are apart, and by end which of them it is: the first within the tolerance; else it is a new one."""
+    _, first, which = np.unique((ends + 0.0).view(np.complex128).ravel(), return_index=True, return_inverse=True)
+    order = np.argsort(first)  # places in the order in which they come first
+    places, which = ends[first[order]], np.argsort(order)[which]
+    near: dict[int, list[int]] = {}
+    for i, j in KDTree(places).query_pairs(within_mm * (1 + 1e-12), output_type="ndarray").tolist():
+        near.setdefault(max(i, j), []).append(min(i, j))
+    number, points = np.zeros(len(places), dtype=np.int64), list[Point]()
+    founder = dict[int, bool]()
+    for k, (x, z) in enumerate(places.tolist()):
+        met = sorted(j for j in near.get(k, ()) if founder[j] and math.dist(places[j], (x, z)) <= within_mm)
+        founder[k] = not met
+        number[k] = number[met[0]] if met else len(points)
+        if not met:
+            points.append((x, z))
+    return points, number[which]
 
 
 def heading(feature: Feature, *, first: bool) -> float:
@@ -254,6 +286,8 @@ def _crossings(feature: Feature) -> list[Point]:
 
 def _cut(segment: Segment, points: Sequence[Point], within_mm: float) -> list[Segment]:
     """The segment cut at points on it, those at its ends aside."""
+    if not points:
+        return [segment]
     feature = segment.feature
     where = (float(feature.locate(point)[0]) for point in points)
     inner: list[float] = []
@@ -287,9 +321,11 @@ def mapped_feature(feature: Feature, matrix: Array, offset_mm: Array) -> Feature
     if isinstance(feature, Curve):
         return mapped(feature, matrix, offset_mm)
 
+    ((xx, xz), (zx, zz)), (dx, dz) = matrix.tolist(), offset_mm.tolist()
+
     def to(point: Point) -> Point:
-        x, z = matrix @ np.array(point) + offset_mm
-        return float(x), float(z)
+        x, z = point
+        return xx * x + xz * z + dx, zx * x + zz * z + dz
 
     if isinstance(feature, Line):
         return Line(feature.name, to(feature.start_mm), to(feature.end_mm))

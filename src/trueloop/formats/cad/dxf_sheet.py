@@ -3,14 +3,15 @@
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.formats.cad.dxf_chain import Segment
+from trueloop.formats.cad.dxf_document import Document, Drawn
 from trueloop.formats.cad.dxf_entities import CHAIN_WITHIN_MM, READ, segments_of, unfolded
-from trueloop.formats.cad.dxf_lines import CentreLine, centre_lines, is_centre, is_edge, is_hidden_edge, layer_of
+from trueloop.formats.cad.dxf_lines import CentreLine, Meanings, centre_lines
 from trueloop.formats.cad.dxf_views import (
     LIKE,
     Candidate,
@@ -22,9 +23,6 @@ from trueloop.formats.cad.dxf_views import (
     view_about,
 )
 from trueloop.geometry.feature import Line, Point
-
-if TYPE_CHECKING:
-    from ezdxf.document import Drawing
 
 FLAT: Final = 0.01
 """Outlines of hatched areas are taken as straight between places so near to them, in drawing units."""
@@ -43,15 +41,16 @@ class Sheet:
     notes: tuple[str, ...]
 
 
-def read_sheet(drawing: "Drawing", mm_per_unit: float, layer: str | None = None, *, hidden: bool = False) -> Sheet:
+def read_sheet(document: Document, mm_per_unit: float, layer: str | None = None, *, hidden: bool = False) -> Sheet:
     """Reads the model space, on one layer or on all; with `hidden` its hidden edges as if they were visible."""
     wanted = None if layer is None else layer.casefold()
-    everything = list(unfolded(list(drawing.modelspace())))
-    entities = [one for one in everything if wanted in (None, layer_of(one).casefold())]
-    drawn = [one for one in entities if is_edge(drawing, one) or (hidden and is_hidden_edge(drawing, one))]
+    meanings = Meanings(document.drawing)
+    everything = list(unfolded(document.entities))
+    entities = everything if wanted is None else [one for one in everything if one.layer.casefold() == wanted]
+    drawn = [one for one in entities if meanings.is_edge(one) or (hidden and meanings.is_hidden_edge(one))]
     edges = list(segments_of(drawn, mm_per_unit))
-    axes = centre_lines(list(segments_of([one for one in everything if is_centre(drawing, one)], mm_per_unit)))
-    hatched = _hatched([one for one in entities if one.dxftype() == "HATCH"], mm_per_unit)
+    axes = centre_lines(list(segments_of([one for one in everything if meanings.is_centre(one)], mm_per_unit)))
+    hatched = _hatched([one for one in entities if one.kind == "HATCH"], mm_per_unit)
     views, notes = _views(edges, axes, hatched)
     candidates, more = _candidates(views)
     left_out = [*_left_out(entities, drawn, hidden), *notes, *more]
@@ -84,6 +83,8 @@ def _views(
 def _nearest(edges: Sequence[Segment], axis: CentreLine, axes: Sequence[CentreLine]) -> list[Segment]:
     """The edges to which none of the other axes is nearer."""
     others = [other for other in axes if other is not axis]
+    if not others:
+        return list(edges)
     return [one for one in edges if all(axis.distance_mm(at) <= other.distance_mm(at) for other in others
                                         for at in [one.feature.point_mm(one.feature.length_mm / 2)])]  # fmt: skip
 
@@ -123,14 +124,14 @@ def _from_left(one: Candidate) -> tuple[float, float]:
     return across, up
 
 
-def _hatched(hatches: Sequence[Any], mm_per_unit: float) -> Callable[[Point], bool]:
+def _hatched(hatches: Sequence[Drawn], mm_per_unit: float) -> Callable[[Point], bool]:
     """Whether a place of the sheet, to the right and up, is in a hatched area; islands are not."""
     from ezdxf import path
 
     rings = [
         np.array([(point.x, point.y) for point in outline.flattening(FLAT)]) * mm_per_unit
         for hatch in hatches
-        for outline in path.from_hatch(hatch)
+        for outline in path.from_hatch(hatch.entity)
     ]
     return lambda place: sum(_is_in(ring, place) for ring in rings if len(ring) > 2) % 2 == 1
 
@@ -143,10 +144,10 @@ def _is_in(ring: Array, place: Point) -> bool:
     return bool(np.count_nonzero(at > x) % 2)
 
 
-def _left_out(entities: Sequence[Any], drawn: Sequence[Any], hidden: bool) -> Iterator[str]:
-    for kind, count in sorted(Counter(e.dxftype() for e in entities if e.dxftype() not in {*READ, "HATCH"}).items()):
+def _left_out(entities: Sequence[Drawn], drawn: Sequence[Drawn], hidden: bool) -> Iterator[str]:
+    for kind, count in sorted(Counter(e.kind for e in entities if e.kind not in {*READ, "HATCH"}).items()):
         yield f"{count} {kind} entities were not read."
-    read, kept = (sum(e.dxftype() in READ for e in some) for some in (entities, drawn))
+    read, kept = (sum(e.kind in READ for e in some) for some in (entities, drawn))
     if (aside := read - kept) > 0:
         yield f"{aside} entities on hidden layers or not drawn in a continuous line were left out."
     if hidden:

@@ -3,12 +3,13 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from trueloop.formats.cad.contour import Contour
-from trueloop.formats.cad.dxf_cells import walled
+from trueloop.formats.cad.dxf_cells import Walled, walled
 from trueloop.formats.cad.dxf_chain import Segment
 from trueloop.formats.cad.dxf_lines import CentreLine
 from trueloop.formats.cad.dxf_outline import Half, halves, mapped_feature
@@ -26,8 +27,19 @@ class View:
     axis: CentreLine
     halves: tuple[Half, ...]
     hatched: Callable[[Point], bool]
+    within_mm: float
     on_axis: int = 0
     """Lines that lie on the axis."""
+
+    @cached_property
+    def walls(self) -> tuple[list[Walled], ...]:
+        """Returns the parts of each half that close cells."""
+
+        def of_half(half: Half) -> list[Walled]:
+            sign = -1.0 if half.turned_up else 1.0
+            return walled(half.segments, lambda point: self.hatched((sign * point[0], point[1])), self.within_mm)
+
+        return tuple(map(of_half, self.halves))
 
     def on_sheet(self, point: Point) -> Point:
         """Returns the place of the view's (x, z) on the sheet: to the right and up."""
@@ -64,10 +76,11 @@ class Candidate:
 
 def view_about(axis: CentreLine, segments: Sequence[Segment], hatched: Callable[[Point], bool], within: float) -> View:
     """Returns the view of an axis: all that lies beside it."""
-    placed = [replace(one, feature=_placed(one.feature, axis)) for one in segments]
+    here = not axis.vertical and axis.at_mm == 0
+    placed = segments if here else [Segment(_placed(one.feature, axis), one.layer) for one in segments]
     beside = [one for one in placed if _overlaps(one.feature, axis) and not _on_axis(one.feature, within)]
     on_axis = sum(_on_axis(one.feature, within) for one in placed)
-    view = View(axis, tuple(halves(beside, within)), lambda point: False, on_axis)
+    view = View(axis, tuple(halves(beside, within)), lambda point: False, within, on_axis)
     return replace(view, hatched=lambda point: hatched(view.on_sheet(point)))
 
 
@@ -78,8 +91,8 @@ def candidates_of(view: View, within: float, *, alone: bool) -> list[Candidate]:
     hatched or `alone` on the sheet.
     """
     found: list[Candidate] = []
-    for number, half in enumerate(view.halves):
-        new = list(_of_half(view, half, within, alone))
+    for number, (half, parts) in enumerate(zip(view.halves, view.walls, strict=True)):
+        new = list(_of_half(view, half, parts, within, alone))
         if number == 0:
             found += new
         elif not any(one.side is Side.INSIDE for one in found):
@@ -120,13 +133,7 @@ def same_shape(a: Candidate, b: Candidate, within: float) -> bool:
     return bool(pairs) and all(math.dist((p[0], p[1] + by), q) < 10 * within for p, q in pairs)
 
 
-def _of_half(view: View, half: Half, within: float, alone: bool) -> Iterator[Candidate]:
-    sign = -1.0 if half.turned_up else 1.0
-
-    def hatched(point: Point) -> bool:
-        return view.hatched((sign * point[0], point[1]))
-
-    parts = walled(half.segments, hatched, within)
+def _of_half(view: View, half: Half, parts: Sequence[Walled], within: float, alone: bool) -> Iterator[Candidate]:
     meeting = [any(abs(x) <= within for one in part.full for x, _ in _ends(one)) for part in parts]
     for part, meets in zip(parts, meeting, strict=True):
         by_itself = (alone or part.hatched) and not any(meeting)

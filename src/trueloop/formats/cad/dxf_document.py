@@ -1,0 +1,226 @@
+"""Opens a DXF drawing. Plain lines and arcs, of which it may hold 100,000, are read here; all else is left to ezdxf.
+
+An entity is plain if its group codes are those that every CAD system writes, each once, in the plane and in model
+space. ezdxf reads the file without them: in its place each run of them has one point on a layer of its own.
+"""
+
+import io
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import islice, pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from ezdxf.document import Drawing
+
+RUN: Final = "run-of-plain-entities-5c1f0b2e"
+"""The layer of the points that stand for runs of plain entities."""
+BLOCK_LINES: Final = 1 << 17
+"""Lines of the file that are looked at together; an even number."""
+PLAIN: Final = {
+    "LINE": ((10, 20, 11, 21), ("AcDbEntity", "AcDbLine"), (10, 11)),
+    "ARC": ((10, 20, 40, 50, 51), ("AcDbEntity", "AcDbCircle", "AcDbArc"), (10,)),
+    "CIRCLE": ((10, 20, 40), ("AcDbEntity", "AcDbCircle"), (10,)),
+}
+"""By kind: group codes of its numbers, its subclass markers, and the codes that begin its points."""
+ASIDE_INT: Final = {62, 370, 420}
+ASIDE: Final = {0, 5, 6, 8, 100, 330} | ASIDE_INT
+"""Group codes besides: handle, line type, layer, marker, owner, colours, width of the line."""
+
+
+class Drawn(NamedTuple):
+    """An entity: kind, layer, name of its own line type in small letters; its `numbers` in drawing units and degrees,
+    in the order of `PLAIN`, or the entity of ezdxf.
+    """
+
+    kind: str
+    layer: str
+    line_type: str
+    numbers: tuple[float, ...]
+    entity: Any
+
+
+@dataclass(frozen=True)
+class Document:
+    """A drawing, and the entities of its model space in the order of the file."""
+
+    drawing: "Drawing"
+    entities: tuple[Drawn, ...]
+
+
+class _UnusualError(ValueError):
+    """The file is not laid out so that plain entities could be told from the rest."""
+
+
+class _Shape(NamedTuple):
+    """Where in a plain entity its values are."""
+
+    numbers: tuple[int, ...]
+    checked: tuple[int, ...]
+    """Coordinates z, which do not count but have to be numbers."""
+    ints: tuple[int, ...]
+    layer: int
+    line_type: int
+    owner: int
+    markers: tuple[int, ...]
+
+
+def drawn(entity: Any) -> Drawn:
+    """Returns an entity of ezdxf as drawn; on layer 0, as the format has it, where it names none."""
+    line_type = str(entity.dxf.get("linetype", "BYLAYER")).casefold()
+    return Drawn(entity.dxftype(), str(entity.dxf.get("layer", "0")), line_type, (), entity)
+
+
+def open_document(path: Path) -> Document:
+    """Opens a drawing. Raises what ezdxf raises of it."""
+    # ezdxf takes a tenth of a second to import, and most jobs have no drawing.
+    from ezdxf.filemanagement import read, readfile
+    from ezdxf.lldxf.const import DXFError
+
+    try:
+        rest, runs, owners = _separated(path)
+        drawing = read(rest)
+    except (ValueError, LookupError, TypeError, AttributeError, StopIteration, DXFError):
+        drawing, runs = readfile(path), []  # either reads it or refuses it with its place in the file
+    else:
+        if owners & {layout.layout_key for layout in drawing.layouts if layout.name != "Model"}:
+            drawing, runs = readfile(path), []
+    return Document(drawing, tuple(_in_order(drawing, runs)))
+
+
+def _in_order(drawing: "Drawing", runs: Sequence[list[Drawn]]) -> Iterator[Drawn]:
+    for entity in drawing.modelspace():
+        one = drawn(entity)
+        if one.layer == RUN and one.kind == "POINT" and runs:
+            yield from runs[int(entity.dxf.location.x)]
+        else:
+            yield one
+
+
+def _separated(path: Path) -> tuple[io.StringIO, list[list[Drawn]], set[str]]:
+    """The file without its plain entities, these in runs, and the handles of their owners. Raises _UnusualError."""
+    from ezdxf.filemanagement import dxf_file_info
+    from ezdxf.lldxf.validator import is_binary_dxf_file, is_dxf_file
+
+    if is_binary_dxf_file(str(path)) or not is_dxf_file(str(path)):
+        raise _UnusualError
+    info = dxf_file_info(path)
+    with_markers = info.version > "AC1009"
+    rest, runs, owners = io.StringIO(), list[list[Drawn]](), set[str]()
+    sections, inside, in_run, linked = 0, False, False, False
+    with path.open(encoding=info.encoding, errors="surrogateescape") as file:
+        for codes, values, lines in _entities(file):
+            kind = values[0].rstrip("\n") if values and codes[0] == 0 else ""
+            if inside and not linked and kind in PLAIN and (one := _plain(kind, codes, values, with_markers, owners)):
+                if not in_run:
+                    rest.write(f"0\nPOINT\n8\n{RUN}\n10\n{len(runs)}\n20\n0\n30\n0\n")
+                    runs.append([])
+                runs[-1].append(one)
+                in_run = True
+                continue
+            in_run = False
+            if kind == "SECTION":
+                inside = codes[1:2] == (2,) and values[1].rstrip("\n") == "ENTITIES"
+                sections += inside
+            elif kind == "ENDSEC":
+                inside = False
+            linked = kind in ("POLYLINE", "VERTEX", "ATTRIB") or (kind == "INSERT" and 66 in codes)
+            rest.writelines(lines)
+    if sections != 1:
+        raise _UnusualError
+    rest.seek(0)
+    return rest, runs, owners
+
+
+class _Codes(dict[str, int]):
+    """Group codes by the lines that hold them."""
+
+    def __missing__(self, line: str) -> int:
+        self[line] = code = int(line)
+        return code
+
+
+def _entities(file: Iterator[str]) -> Iterator[tuple[tuple[int, ...], list[str], list[str]]]:
+    """Group codes, values and lines from each code 0 to the next. Raises ValueError at what is no group code."""
+    known = _Codes()
+    lines, codes, done = list[str](), list[int](), 0
+    while block := list(islice(file, BLOCK_LINES)):
+        lines += block
+        codes += [known[line] for line in block[::2]]
+        starts = [0, *(k for k in range(done, len(codes)) if codes[k] == 0 and k)]
+        for a, b in pairwise(starts):
+            yield tuple(codes[a:b]), lines[2 * a + 1 : 2 * b : 2], lines[2 * a : 2 * b]
+        last = starts[-1]
+        del lines[: 2 * last], codes[:last]
+        done = len(codes)
+    if codes:
+        yield tuple(codes), lines[1::2], lines
+
+
+def _plain(
+    kind: str, codes: tuple[int, ...], values: Sequence[str], with_markers: bool, owners: set[str]
+) -> Drawn | None:
+    shape = _shape(kind, codes)
+    if shape is None or len(values) != len(codes):
+        return None
+    markers = tuple(values[k].rstrip("\n") for k in shape.markers)
+    if markers != (PLAIN[kind][1] if with_markers else ()):
+        return None
+    try:
+        numbers = tuple([float(values[k]) for k in shape.numbers])
+        aside = [float(values[k]) for k in shape.checked] + [int(values[k]) for k in shape.ints]
+    except ValueError:
+        return None
+    layer, line_type = (_name(values[k]) if k else "" for k in (shape.layer, shape.line_type))
+    if layer is None or line_type is None or not all(map(math.isfinite, (*numbers, *aside))):
+        return None
+    if shape.owner:
+        owners.add(values[shape.owner].rstrip("\n"))
+    return Drawn(kind, layer or "0", line_type.casefold() or "bylayer", numbers, None)
+
+
+@lru_cache(maxsize=256)
+def _shape(kind: str, codes: tuple[int, ...]) -> _Shape | None:
+    """Where the values of an entity are, if it is plain."""
+    numbers, _, points = PLAIN[kind]
+    heights = {first + 20 for first in points}
+    once = [code for code in codes if code != 100]
+    if len(set(once)) != len(once) or not set(numbers) <= set(codes) or set(codes) - ASIDE - heights - set(numbers):
+        return None
+    at = {code: k for k, code in enumerate(codes)}
+    for first in points:  # x, y and z of a point follow one another
+        if at[first + 10] != at[first] + 1 or at.get(first + 20, at[first] + 2) != at[first] + 2:
+            return None
+    marks = tuple(k for k, code in enumerate(codes) if code == 100)
+    if marks and not _in_their_classes(at, marks, numbers):
+        return None
+    return _Shape(
+        tuple(at[code] for code in numbers),
+        tuple(at[code] for code in heights & set(at)),
+        tuple(at[code] for code in ASIDE_INT & set(at)),
+        at.get(8, 0),
+        at.get(6, 0),
+        at.get(330, 0),
+        marks,
+    )
+
+
+def _in_their_classes(at: dict[int, int], marks: Sequence[int], numbers: Sequence[int]) -> bool:
+    """Whether layer and line type follow the first subclass marker, the geometry the second, angles the third."""
+    ends = [*marks, math.inf]
+    if len(marks) < 2 or not all(ends[0] < at.get(code, ends[0] + 0.5) < ends[1] for code in (8, 6)):
+        return False
+    return all(marks[-1] < at[code] if code in (50, 51) else marks[1] < at[code] < ends[2] for code in numbers)
+
+
+@lru_cache(maxsize=4096)
+def _name(line: str) -> str | None:
+    """A name of a layer or a line type; None of one that ezdxf has rules for."""
+    from ezdxf.lldxf.validator import is_valid_table_name
+
+    name = line.rstrip("\n")
+    usual = name and name == name.strip() and "\\" not in name and name != RUN and is_valid_table_name(name)
+    return name if usual else None
