@@ -74,6 +74,10 @@ def read(
     serial: Annotated[
         str | None, typer.Option("--serial", help="Serial number of the part.  [default: part.serial of the job]")
     ] = None,
+    points: Annotated[
+        Path | None,
+        typer.Option("--points", metavar="CSV", help="List of the points that were touched.  [default: the job's]"),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place.
@@ -82,9 +86,9 @@ def read(
     """
     from trueloop.formats.measurements.touches_csv import touches_to_csv
     from trueloop.jobs.measure.keep_measured import Shown, keep_inspections
-    from trueloop.jobs.measure.probing import inspection_of_log, read_logged_touches, read_probing
+    from trueloop.jobs.measure.probing import inspection_of_log, read_listed, read_logged_touches, read_probing
 
-    probing = read_probing(job)
+    probing = read_probing(job) if points is None else read_listed(job, points)
     matched = read_logged_touches(probing, log, control)
     print_findings(matched.findings)
     inspection, shown = inspection_of_log(log, matched.touches), Shown("semifinish")

@@ -35,7 +35,7 @@ def fitted_sizes(
     at their weights. Without observations: the priors' medians. The search begins at the most probable of the medians
     and of `starts`.
     """
-    if not parts:
+    if not any(map(len, parts)):
         return catalogue.medians
     badness, first = Badness(catalogue, parts), [catalogue.medians, *starts]
     start = first[0] if len(first) == 1 else min(first, key=lambda one: badness.of(catalogue.logarithms(one))[0])

@@ -34,6 +34,7 @@ COMMANDS = (
     "probe calibrate",
     "measure map",
     "measure convert",
+    "measure next",
     "measure plan",
     "measure read",
     "measure sheet",

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from trueloop.cli.measure.map import map_columns
+from trueloop.cli.measure.next import next_measurement
 from trueloop.cli.measure.plan import plan
 from trueloop.cli.measure.read import read
 from trueloop.cli.measure.sheet import sheet
@@ -44,6 +45,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.command()(convert)
+app.command("next")(next_measurement)
 app.command()(plan)
 app.command()(read)
 app.command()(sheet)

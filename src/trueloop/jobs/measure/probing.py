@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
+
+import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
@@ -15,6 +17,7 @@ from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.inspections.dmis.results import MeasuredCircle, dmis_program
 from trueloop.formats.jobs.job import Job, locate_turned_job, read_turned_job
 from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
+from trueloop.formats.measurements.cmm_plan_csv import read_cmm_plan
 from trueloop.formats.measurements.touches_csv import read_probe_log, read_touches
 from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
@@ -54,8 +57,11 @@ class ProbingJob:
     files: tuple[Path, ...]
 
 
-def read_probing(path: Path) -> ProbingJob:
-    """Reads a job and its probe file, places the points and plans the ways. Raises JOB, GEO, TCH and PRB errors."""
+def read_probing(path: Path, chosen: JobPoints | None = None) -> ProbingJob:
+    """Reads a job and its probe file, places the points and plans the ways. Raises JOB, GEO, TCH and PRB errors.
+
+    `chosen` points take the place of the job's.
+    """
     job, part = read_turned_job(path), read_part(path)
     if job.gauging.probe is None:
         raise TrueloopError(
@@ -68,9 +74,17 @@ def read_probing(path: Path) -> ProbingJob:
     probe = read_probe(probe_file, job.own_programs.semifinish_allowance_mm or 0.0)
     obstacle = stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
     with in_file(path):
-        points = points_of_job(path, job, part, CLEAR_OF_ENDS * probe.stylus.ball_radius_mm)
+        margin_mm = CLEAR_OF_ENDS * probe.stylus.ball_radius_mm
+        points = points_of_job(path, job, part, margin_mm) if chosen is None else chosen
         plan = probe_plan(part.profile, points.points, obstacle, probe.stylus, probe.approach, points.names)
     return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file, *points.files))
+
+
+def read_listed(path: Path, points: Path) -> ProbingJob:
+    """Reads a job and its probe with a list of points in place of the job's. Raises as `read_probing`, TCH errors."""
+    with in_file(points):
+        chosen = points_at(read_part(path).profile, read_cmm_plan(points))
+    return read_probing(path, replace(chosen, files=(points,)))
 
 
 def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> MatchedTouches:
@@ -116,6 +130,22 @@ def points_of_job(path: Path, job: Job, part: ReadPart, margin_mm: float) -> Job
         vectors = error_vectors(profile, read_touches(file), Gauging())
     points = GaugingPoints(vectors.feature_index, vectors.arc_length_mm, vectors.nominal_mm, vectors.outward_normal)
     return JobPoints(points, list(vectors.point), (file,))
+
+
+def points_at(profile: Profile, touches: Sequence[CmmTouch]) -> JobPoints:
+    """Returns places on features of a profile as points to probe. Raises TCH-PLAN for a feature it does not have."""
+    for one in touches:
+        if one.feature not in profile.names:
+            raise TrueloopError(
+                Code.TCH_PLAN,
+                f"point {one.name!r} is on {one.feature!r}, which is not one of the {len(profile.names)} features",
+                hint=f"the part's features are: {', '.join(profile.names)}",
+            )
+    index = np.array([profile.names.index(one.feature) for one in touches], dtype=np.intp)
+    pairs = zip(index.tolist(), touches, strict=True)
+    along = np.array([float(profile.features[i].locate(one.place_mm)[0]) for i, one in pairs])
+    places, normals = (np.array([getattr(one, name) for one in touches]) for name in ("place_mm", "normal"))
+    return JobPoints(GaugingPoints(index, along, places, normals), [one.name for one in touches])
 
 
 def _spacings(job: Job, profile: Profile, reachable_mm: Array, margin_mm: float) -> dict[str, Spacing]:

@@ -178,8 +178,11 @@ class ReadCuts:
     notes: tuple[str, ...]
 
 
-def read_cuts(files: JobFiles) -> ReadCuts:
-    """Reads a job whole. Raises what reading raises, also where the set-up of a feature is in doubt."""
+def read_cuts(files: JobFiles, unmeasured: Measured | None = None) -> ReadCuts:
+    """Reads a job whole. Raises what reading raises, also where the set-up of a feature is in doubt.
+
+    `unmeasured` stands in for the touches and readings of a part that was not measured yet.
+    """
     for one in files.of_setups:
         one.require_uncorrected()
     read, job, sources = read_setups(files), files.job, files.sources
@@ -188,7 +191,8 @@ def read_cuts(files: JobFiles) -> ReadCuts:
     if job.machine is not None:
         ball_mm = options_from(Gauging, job).ball_radius_mm
         machine = read_part_on_machine(sources, files.path, job.machine, ball_mm)
-    measured, after = read_measured(files, read.profile, machine), job.gauging.finish_touches
+    measured = read_measured(files, read.profile, machine) if unmeasured is None else unmeasured
+    after = job.gauging.finish_touches if unmeasured is None else None
     finish = None if after is None else read_part_errors(sources.file(after), job, read.profile)
     pairs = zip(read.found.setups, read.files, strict=True)
     if not job.setups:

@@ -84,14 +84,7 @@ def _refuse_misuse(inputs: Inputs) -> list[str]:
 
 def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     cut = inputs.in_force.cut_with
-    matched = commanded(
-        *(inputs.program, inputs.semifinish, inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm, inputs.run),
-        force=inputs.in_force,
-    )
-    machine = None if inputs.machine is None else placed(inputs.machine, matched)
-    if machine is not None and inputs.in_force.composed:
-        kept = of_process(machine, inputs.profile, matched.in_force, inputs.nose_radius_mm)
-        matched = replace(matched, in_force=kept)
+    matched, machine = _matched(inputs)
     surface = _surface(inputs, machine)
     tools = contour_tools(inputs.program, matched, inputs.called is not None)
     model, memory = _error_model(inputs, matched, surface)
@@ -153,6 +146,35 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     )
 
 
+def process_errors(inputs: Inputs) -> ErrorVectors:
+    """Returns touches and readings without the shares of machine and programs: what error curves are fitted to.
+
+    Raises NC, GEO and MCH errors.
+    """
+    matched, machine = _matched(inputs)
+    return _of_process(inputs, matched, _surface(inputs, machine))
+
+
+def _matched(inputs: Inputs) -> tuple[Commanded, InMachine | None]:
+    """Returns the programs matched with the profile, and the part as it stands in a machine whose errors are known."""
+    matched = commanded(
+        *(inputs.program, inputs.semifinish, inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm, inputs.run),
+        force=inputs.in_force,
+    )
+    machine = None if inputs.machine is None else placed(inputs.machine, matched)
+    if machine is not None and inputs.in_force.composed:
+        kept = of_process(machine, inputs.profile, matched.in_force, inputs.nose_radius_mm)
+        matched = replace(matched, in_force=kept)
+    return matched, machine
+
+
+def _of_process(inputs: Inputs, matched: Commanded, surface: Surface) -> ErrorVectors:
+    touches = surface.touches
+    seen = tuple(one.less(matched.measured_along(one.feature_index, one.arc_length_mm)) for one in touches.seen)
+    error_mm = touches.error_mm - surface.cut_in_mm - matched.measured_at(touches)
+    return replace(touches, error_mm=error_mm, seen=seen)
+
+
 def _asked(inputs: Inputs) -> By:
     """Returns how to correct, where that is open. A contour in force is kept, unless an offset is wanted in its
     place.
@@ -177,10 +199,7 @@ def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> tuple[
     """Returns the error curves of the touches without the shares of machine and programs; and memory's share of
     them.
     """
-    touches, options = surface.touches, inputs.options
-    seen = tuple(one.less(matched.measured_along(one.feature_index, one.arc_length_mm)) for one in touches.seen)
-    error_mm = touches.error_mm - surface.cut_in_mm - matched.measured_at(touches)
-    process = replace(touches, error_mm=error_mm, seen=seen)
+    process, options = _of_process(inputs, matched, surface), inputs.options
     model = fit_profile(inputs.profile, process, options, inputs.nose)
     check_scatter(model.scatter_mm, options.limits, model.farthest_words)
     remembered, memory = remembering(inputs, model)

@@ -88,15 +88,15 @@ def _own_vectors(vectors: ErrorVectors, own: OwnContour, inputs: Inputs) -> Erro
     features = own.profile.features
     along = [float(features[i].locate(point)[0]) for i, point in zip(index, chosen.nominal_mm, strict=True)]
     gauged = tuple(name for name in chosen.gauged if name in chosen.point)
-    seen = tuple(_own_seen(one, own, inputs) for one in own_seen(chosen.seen, _own_of(own)))
+    seen = tuple(_own_seen(one, own, inputs.profile) for one in own_seen(chosen.seen, _own_of(own)))
     placed = replace(chosen, feature_index=index, arc_length_mm=np.array(along), gauged=gauged, seen=seen)
     return placed.chosen(np.lexsort((placed.arc_length_mm, placed.feature_index)))
 
 
-def _own_seen(seen: Seen, own: OwnContour, inputs: Inputs) -> Seen:
+def _own_seen(seen: Seen, own: OwnContour, profile: Profile) -> Seen:
     index = np.array([own.index_of(int(i)) for i in seen.feature_index], dtype=np.intp)
     pairs = zip(seen.feature_index.tolist(), seen.arc_length_mm, strict=True)
-    points = [inputs.profile.features[i].point_mm(s) for i, s in pairs]
+    points = [profile.features[i].point_mm(s) for i, s in pairs]
     along = [float(own.profile.features[i].locate(point)[0]) for i, point in zip(index, points, strict=True)]
     return replace(seen, feature_index=index, arc_length_mm=np.array(along))
 
@@ -149,6 +149,18 @@ def vectors_in(frame: SetupFrame, vectors: ErrorVectors, profile: Profile) -> Er
 def _seen_in(frame: SetupFrame, seen: Seen, profile: Profile) -> Seen:
     index, along = _places(frame, seen.feature_index, seen.arc_length_mm, profile)
     return replace(seen, feature_index=index, arc_length_mm=along)
+
+
+def seen_of_edge(seen: Sequence[Seen], frame: SetupFrame, own: OwnContour | None, profile: Profile) -> tuple[Seen, ...]:
+    """Returns what is of features of this edge alone, placed along its own contour; `seen` are of the part's profile.
+
+    All of it for the only tool of a job (None).
+    """
+    placed = [_seen_in(frame, one, profile) for one in seen]
+    if own is None:
+        return tuple(placed)
+    mine, in_frame = set(_own_of(own)), frame.profile(profile)
+    return tuple(_own_seen(one, own, in_frame) for one in placed if mine.issuperset(one.feature_index.tolist()))
 
 
 def _places(frame: SetupFrame, index: Integers, along_mm: Array, profile: Profile) -> tuple[NDArray[np.intp], Array]:

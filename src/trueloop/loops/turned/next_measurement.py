@@ -1,0 +1,287 @@
+"""The measurements of a part that lower most, a minute, what is not known of its next cut.
+
+A candidate is a functional h of the errors with an instrument of standard uncertainty u. Measured, it takes
+(C h)(C h)ᵀ / (hᵀ C h + u²) from the covariance C of the coefficients, whatever its value: the gain is known beforehand.
+The candidate with the largest gain a minute is taken, then the next one given that it is measured. A drawing with
+limits decides by the probability that the next part is out of these; else the mean square of the error along the
+contour does. The means do not count: a correction takes them out.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.arrays import Array
+from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.estimate.places import Places, joined
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.correction import Inputs
+from trueloop.tolerances.conformance import judge
+from trueloop.turned.characteristics.measurand import measurand
+from trueloop.turned.fit.between_cuts import BetweenCuts
+from trueloop.turned.fit.prior.part_state import PartState, part_state, places_on
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+Instrument: TypeAlias = Literal["probe", "micrometer", "cmm"]
+
+PLACES: Final = 9
+"""Places of each feature at which the error of the contour is weighed."""
+
+OUT: Final = 1e-3
+"""No measurement is needed for characteristics that are out of their limits with less than this probability."""
+
+WORTHWHILE: Final = 0.02
+"""A measurement that lowers the root mean square of the next part's error by a smaller share is not needed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A measurement that can be taken: Σ weight · e(feature, arc length), arrays (n,), in the frame of an edge.
+
+    `standard_u_mm` is that of its value from the instrument; `minutes` it takes; `feature` names it in the part.
+    """
+
+    name: str
+    feature: str
+    instrument: Instrument
+    feature_index: NDArray[np.intp]
+    arc_length_mm: Array
+    weight: Array
+    standard_u_mm: float
+    minutes: float
+
+
+@dataclass(frozen=True, eq=False)
+class Edge:
+    """One edge's part in a plan: the state after what was measured of its features, and what can be measured yet."""
+
+    inputs: Inputs
+    state: PartState
+    candidates: tuple[Candidate, ...]
+
+
+@dataclass(frozen=True)
+class NextMeasurement:
+    """One measurement of a plan, with what is not known of the next part before and after it (`Plan.criterion`)."""
+
+    name: str
+    feature: str
+    instrument: Instrument
+    minutes: float
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Measurements in the order of their gain a minute.
+
+    `criterion`: "probability_out": the largest probability, over all characteristics with limits, that the next part is
+    out of them; "rms_um": the root mean square of the next part's error along the contour, µm. `worst` is the
+    characteristic of that probability, "" without limits. `enough`: no further measurement is needed, or none lowers
+    what is not known by more than `WORTHWHILE`.
+    """
+
+    criterion: Literal["probability_out", "rms_um"]
+    before: float
+    chosen: tuple[NextMeasurement, ...]
+    worst: str
+    enough: bool
+
+    @property
+    def after(self) -> float:
+        """Returns what is not known of the next part when all measurements of the plan are taken."""
+        return self.chosen[-1].after if self.chosen else self.before
+
+    @property
+    def minutes(self) -> float:
+        """Returns how long the measurements take together."""
+        return math.fsum(one.minutes for one in self.chosen)
+
+
+def state_of(inputs: Inputs, process: ErrorVectors) -> PartState:
+    """Returns the state of one edge's features given its touches and readings without the shares of the programs."""
+    return part_state(inputs.profile, process)
+
+
+def next_measurements(edges: Sequence[Edge], count: int) -> Plan:
+    """Returns at most `count` measurements, over all edges; fewer where fewer are needed."""
+    known = [_Known(edge) for edge in edges]
+    limited = any(one.limited for one in known)
+    first, chosen, enough = _worth(known, limited), list[NextMeasurement](), False
+    while len(chosen) < count:
+        before = _worth(known, limited)
+        if limited and before[0] < OUT:
+            enough = True
+            break
+        found = _best(known, limited)
+        if found is None:
+            enough = True
+            break
+        known[found[0]].measure(found[1])
+        candidate, after = known[found[0]].edge.candidates[found[1]], _worth(known, limited)
+        chosen.append(
+            NextMeasurement(
+                candidate.name, candidate.feature, candidate.instrument, candidate.minutes, before[0], after[0]
+            )
+        )
+    last = _worth(known, limited)
+    return Plan("probability_out" if limited else "rms_um", first[0], tuple(chosen), last[1], enough)
+
+
+def _worth(known: "Sequence[_Known]", limited: bool) -> tuple[float, str]:
+    """Returns the largest probability of all characteristics with its name, or the RMS along all contours in µm."""
+    if limited:
+        return max((one for edge in known for one in edge.out()), default=(0.0, ""))
+    length = math.fsum(edge.length_mm for edge in known)
+    return 1e3 * math.sqrt(math.fsum(edge.next_mm2 * edge.length_mm for edge in known) / length), ""
+
+
+def _best(known: "Sequence[_Known]", limited: bool) -> tuple[int, int] | None:
+    """Returns the edge and the candidate with the largest gain a minute; None where none is worth its time."""
+    total = math.fsum(edge.at_stake(limited) for edge in known)
+    best: tuple[float, int, int] | None = None
+    for k, edge in enumerate(known):
+        for j, gain in enumerate(edge.gains(limited).tolist()):
+            a_minute = gain / edge.edge.candidates[j].minutes
+            if gain > 2.0 * WORTHWHILE * total and (best is None or a_minute > best[0]):
+                best = (a_minute, k, j)
+    return None if best is None else best[1:]
+
+
+class _Known:
+    """What is known of one edge's errors while a plan is made: the covariance of the coefficients."""
+
+    def __init__(self, edge: Edge) -> None:
+        self.edge, state = edge, edge.state
+        profile, between = edge.inputs.profile, edge.inputs.options.between_cuts
+        index, along, length = _contour(profile)
+        self.length_mm = float(np.sum(length))
+        parts = [(one.feature_index, one.arc_length_mm) for one in edge.candidates]
+        zero_z_mm, touches = edge.inputs.part_zero_z_mm, _touches(state)
+        sizes = [(asked, measurand(profile, asked, touches, zero_z_mm)) for asked in _limited(edge)]
+        parts += [(index, along), *((one.feature_index, one.arc_length_mm) for _, one in sizes)]
+        places, functional = _seen(state, np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts]))
+        whole = state.updated.state.at(places)
+        rows = functional @ whole.design(places)
+        scatter = whole.catalogue.repeatability_mm2(places, whole.sizes)[: functional.shape[0]]
+        self.covariance = whole.covariance
+        ends = np.cumsum([len(a) for a, _ in parts])
+        slices = [slice(end - len(a), end) for end, (a, _) in zip(ends.tolist(), parts, strict=True)]
+        count = len(edge.candidates)
+        weights = [one.weight for one in edge.candidates]
+        self.rows = _stacked([w @ rows[at] for w, at in zip(weights, slices, strict=False)], rows.shape[1])
+        own = [float(w**2 @ scatter[at]) for w, at in zip(weights, slices, strict=False)]
+        self.noise = np.array([one.standard_u_mm**2 for one in edge.candidates]) + np.array(own)
+        self.along = rows[slices[count]] * np.sqrt(length / self.length_mm)[:, None]
+        normal = _normals(profile, index, along)
+        self.other_mm2 = float(_varies(between, normal, np.eye(len(index))).mean() + scatter[slices[count]].mean())
+        self.sizes = []
+        for (asked, size), at in zip(sizes, slices[count + 1 :], strict=True):
+            other = _varies(between, _normals(profile, size.feature_index, size.arc_length_mm), size.gains)
+            self.sizes.append((asked, size.nominal, size.gains @ rows[at], other + size.gains**2 @ scatter[at]))
+
+    @property
+    def limited(self) -> bool:
+        """Returns whether the drawing has limits for this edge's features."""
+        return bool(self.sizes)
+
+    @property
+    def next_mm2(self) -> float:
+        """Returns the mean square of the next part's error along the contour."""
+        return float(np.einsum("ij,jk,ik->", self.along, self.covariance, self.along)) + self.other_mm2
+
+    def out(self) -> list[tuple[float, str]]:
+        """Returns the probability of each characteristic to be out of its limits."""
+        return [
+            (_out(asked, nominal, _variance(rows, self.covariance) + other), asked.name)
+            for asked, nominal, rows, other in self.sizes
+        ]
+
+    def at_stake(self, limited: bool) -> float:
+        """Returns the sum of the probabilities, or the mean square times the length."""
+        return math.fsum(p for p, _ in self.out()) if limited else self.next_mm2 * self.length_mm
+
+    def gains(self, limited: bool) -> Array:
+        """Returns by how much each candidate lowers `at_stake`, (n,)."""
+        seen = self.covariance @ self.rows.T
+        variance = np.einsum("ij,ji->i", self.rows, seen) + self.noise
+        if not limited:
+            return np.asarray(np.sum((self.along @ seen) ** 2, axis=0) / variance * self.length_mm)
+        gained = np.zeros(len(variance))
+        for asked, nominal, rows, other in self.sizes:
+            before = _variance(rows, self.covariance) + other
+            less = (rows @ seen) ** 2 / variance
+            now = _out(asked, nominal, before)
+            gained += [now - _out(asked, nominal, before - less[:, k]) for k in range(len(variance))]
+        return gained
+
+    def measure(self, k: int) -> None:
+        """Takes candidate k as measured."""
+        seen = self.covariance @ self.rows[k]
+        self.covariance = self.covariance - np.outer(seen, seen) / float(self.rows[k] @ seen + self.noise[k])
+
+
+def _limited(edge: Edge) -> list[Characteristic]:
+    asked = edge.inputs.characteristics
+    return [
+        one
+        for one in asked
+        if (one.lower_limit is not None or one.upper_limit is not None)
+        and one.quantity in (Quantity.DIAMETER, Quantity.LENGTH, Quantity.ANGLE, Quantity.RADIUS)
+    ]
+
+
+def _out(asked: Characteristic, nominal: Array, variance: Array) -> float:
+    """Returns the probability of the size least likely to be in: its mean is the nominal one after a correction."""
+    each = (
+        judge(float(value), math.sqrt(max(float(v), 1e-18)), None, asked.lower_limit, asked.upper_limit).probability_in
+        for value, v in zip(nominal, variance, strict=True)
+    )
+    return 1.0 - min(one for one in each if one is not None)
+
+
+def _variance(rows: Array, covariance: Array) -> Array:
+    return np.asarray(np.einsum("ij,jk,ik->i", rows, covariance, rows))
+
+
+def _varies(between: BetweenCuts, normal: Array, gains: Array) -> Array:
+    """Returns the variances of functionals (m, n) by what differs between two cuts, (m,)."""
+    common = np.sum((gains @ normal) ** 2, axis=1) * between.common_difference_mm**2
+    return np.asarray(common + np.sum(gains**2, axis=1) * between.scatter_difference_mm**2)
+
+
+def _contour(profile: Profile) -> tuple[NDArray[np.intp], Array, Array]:
+    """Returns feature, arc length and the length that it stands for, of places along all features, (n,) each."""
+    lengths = np.array([feature.length_mm for feature in profile.features])
+    share = (np.arange(PLACES) + 0.5) / PLACES
+    index = np.repeat(np.arange(len(lengths), dtype=np.intp), PLACES)
+    return index, np.outer(lengths, share).ravel(), np.repeat(lengths / PLACES, PLACES)
+
+
+def _normals(profile: Profile, index: NDArray[np.intp], along: Array) -> Array:
+    pairs = zip(index.tolist(), along.tolist(), strict=True)
+    return np.array([profile.features[i].outward_normal(s) for i, s in pairs]).reshape(-1, 2)
+
+
+def _touches(state: PartState) -> NDArray[np.intp]:
+    return np.bincount(state.vectors.feature_index, minlength=len(state.profile.features)).astype(np.intp)
+
+
+def _seen(state: PartState, index: NDArray[np.intp], along: Array) -> tuple[Places, Array]:
+    """Returns the places of the terms and the functional of their errors that the part's frame shows, (n, N)."""
+    places, vectors = places_on(state.profile, index, along), state.vectors
+    reference = np.flatnonzero(vectors.at_reference)[:1]
+    if not len(reference):
+        return places, np.eye(len(index))
+    own = places_on(state.profile, vectors.feature_index[reference], vectors.arc_length_mm[reference])
+    share = _normals(state.profile, index, along)[:, 1] / vectors.outward_normal[reference[0], 1]
+    return joined([places, own]), np.column_stack([np.eye(len(index)), -share])
+
+
+def _stacked(rows: Sequence[Array], count: int) -> Array:
+    return np.array(rows).reshape(-1, count)

@@ -1,0 +1,149 @@
+"""The measurements planned next, judged by conditioning a normal distribution as a whole and by drawn parts."""
+
+import itertools
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trueloop.arrays import Array
+from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.jobs.measure.next_measurement import _edges, _places, _size, _touch, next_of_job
+from trueloop.jobs.turned.job import read_cuts
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.loops.turned.next_measurement import OUT, Candidate, Edge, next_measurements
+from trueloop.turned.fit.prior.part_state import places_on
+from trueloop.turned.touches.touches import Gauging
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SHAFT = EXAMPLES / "shaft" / "job.toml"
+
+
+def edge_of(path: Path, asked: tuple[Characteristic, ...] = ()) -> Edge:
+    """The only edge of a job with a touch of a probe at every place, one minute each."""
+    cuts = read_cuts(JobFiles.of(path))
+    profile = cuts.read.profile
+    seen = [(one.feature, "probe", _touch(profile, one, "probe", Gauging())) for one in _places(profile, cuts)]
+    (edge,) = _edges(cuts, seen, {"probe": 1.0, "micrometer": 1.0, "cmm": 1.0})  # type: ignore[arg-type]
+    return replace(edge, inputs=replace(edge.inputs, characteristics=asked))
+
+
+def conditioned(edge: Edge, taken: list[Candidate], contour: tuple[Array, Array, Array]) -> float:
+    """Mean square, µm², along the contour when these are measured too: C − C_m (C_mm + N)⁻¹ C_mᵀ, all at once."""
+    index, along, share = contour
+    state, profile = edge.state.updated.state, edge.inputs.profile
+    at = np.concatenate([index, *(one.feature_index for one in taken)]).astype(np.intp)
+    s = np.concatenate([along, *(one.arc_length_mm for one in taken)])
+    covariance = state.predict(places_on(profile, at, s), repeatability=False).covariance_mm2
+    scatter = state.sizes["repeatability"] ** 2
+    n = len(index)
+    noise = np.diag([one.standard_u_mm**2 + scatter for one in taken])
+    cross = covariance[:n, n:]
+    left = covariance[:n, :n] - cross @ np.linalg.solve(covariance[n:, n:] + noise, cross.T)
+    between = edge.inputs.options.between_cuts
+    return 1e6 * (float(share @ np.diag(left)) + between.difference_mm**2 + scatter)
+
+
+def contour_of(edge: Edge) -> tuple[Array, Array, Array]:
+    """Nine places in the middle of equal stretches of each feature."""
+    features = edge.inputs.profile.features
+    index = np.repeat(np.arange(len(features)), 9)
+    along = np.concatenate([one.length_mm * (np.arange(9) + 0.5) / 9 for one in features])
+    share = np.repeat([one.length_mm for one in features], 9)
+    return np.asarray(index, dtype=np.float64), along, share / share.sum()
+
+
+def test_a_plan_expects_what_conditioning_on_all_of_it_at_once_gives() -> None:
+    edge = edge_of(SHAFT)
+    plan, contour = next_measurements([edge], 4), contour_of(edge)
+    by_name = {one.name: one for one in edge.candidates}
+    assert plan.criterion == "rms_um" and len(plan.chosen) >= 2
+    for count in range(len(plan.chosen) + 1):
+        taken = [by_name[one.name] for one in plan.chosen[:count]]
+        expected_um = math.sqrt(conditioned(edge, taken, contour))
+        found = plan.before if count == 0 else plan.chosen[count - 1].after
+        assert found == pytest.approx(expected_um, rel=1e-6)
+
+
+def test_the_first_measurement_is_the_best_of_all_and_two_are_near_the_best_pair() -> None:
+    edge = edge_of(SHAFT)
+    contour, each = contour_of(edge), edge.candidates
+    alone = {one.name: conditioned(edge, [one], contour) for one in each}
+    plan = next_measurements([edge], 2)
+    assert plan.chosen[0].name == min(alone, key=alone.__getitem__)
+    few = sorted(each, key=lambda one: alone[one.name])[::4]
+    best = min(conditioned(edge, list(pair), contour) for pair in itertools.combinations(few, 2))
+    assert plan.chosen[1].after ** 2 <= 1.02 * best
+
+
+def test_minutes_decide_between_instruments() -> None:
+    """A touch that takes a hundred times as long is not taken, where another one is at hand that shows as much."""
+    edge = edge_of(SHAFT)
+    first = next_measurements([edge], 1).chosen[0].name
+    slow = tuple(replace(one, minutes=100.0) if one.name == first else one for one in edge.candidates)
+    assert next_measurements([replace(edge, candidates=slow)], 1).chosen[0].name != first
+
+
+def length(limit_mm: float) -> Characteristic:
+    """The length of the shaft's untouched shoulder from the part's zero."""
+    return Characteristic("12", Quantity.LENGTH, "shoulder-1", 12.0, 12.0 - limit_mm, 12.0 + limit_mm)
+
+
+def test_limits_decide_what_is_measured_and_whether() -> None:
+    narrow, wide = (next_measurements([edge_of(SHAFT, (length(limit),))], 5) for limit in (0.012, 0.4))
+    assert narrow.criterion == wide.criterion == "probability_out"
+    assert narrow.chosen[0].feature in ("shoulder-1", "shoulder-2", "end-face")
+    assert narrow.after < narrow.before and narrow.worst == "12"
+    assert wide.chosen == () and wide.enough and wide.before < OUT
+
+
+def test_parts_drawn_from_what_is_known_come_out_as_often_as_the_plan_expects() -> None:
+    """50,000 faces drawn where a correction by the expected error leaves them: the probability is a share of parts."""
+    asked = length(0.012)
+    edge = edge_of(SHAFT, (asked,))
+    index = edge.inputs.profile.names.index("shoulder-1")
+    middle_mm = edge.inputs.profile.features[index].length_mm / 2
+    place = places_on(edge.inputs.profile, np.array([index]), np.array([middle_mm]))
+    state, between = edge.state.updated.state, edge.inputs.options.between_cuts
+    drawn = np.random.default_rng(5).standard_normal((4, 50_000))
+    u_mm = [float(state.predict(place, repeatability=False).standard_u_mm[0]), state.sizes["repeatability"]]
+    u_mm += [between.common_difference_mm, between.scatter_difference_mm]
+    out = np.mean(np.abs(np.array(u_mm) @ drawn) > 0.012)
+    assert next_measurements([edge], 1).before == pytest.approx(float(out), abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["two-sides/two-sides.toml", "grooved/grooved.toml", "piecs11/job.toml"])
+def test_every_place_of_a_part_is_a_candidate_of_the_edge_that_cuts_it(name: str) -> None:
+    """Several tools, two set-ups, one of which looks the other way, inches: the same place, whatever the frame."""
+    cuts = read_cuts(JobFiles.of(EXAMPLES / name))
+    profile, setups = cuts.read.profile, [(setup, cut) for setup in cuts.setups for cut in setup.cuts]
+    places = {one.name: one for one in _places(profile, cuts)}
+    seen = [(one.feature, "probe", _touch(profile, one, "probe", Gauging())) for one in places.values()]
+    edges = _edges(cuts, seen, {"probe": 1.0})  # type: ignore[arg-type]
+    found = []
+    for (setup, _), edge in zip(setups, edges, strict=True):
+        for one in edge.candidates:
+            point = edge.inputs.profile.features[int(one.feature_index[0])].point_mm(float(one.arc_length_mm[0]))
+            expected = setup.frame.point(places[one.name.removesuffix(" (probe)")].place_mm)
+            assert point == pytest.approx(expected, abs=1e-6)
+            found.append(one.name)
+    assert len(found) == len(set(found)) >= 0.9 * len(places)
+
+
+def test_a_diameter_is_twice_the_error_and_a_length_the_difference_of_two_faces() -> None:
+    profile = read_cuts(JobFiles.of(SHAFT)).read.profile
+    seat = _size(profile, Characteristic("d", Quantity.DIAMETER, "seat-30", 30.0, at_z_mm=-20.0), Gauging())
+    assert seat.weight == pytest.approx([2.0])
+    apart = _size(profile, Characteristic("l", Quantity.LENGTH, "shoulder-1", 12.0, other="end-face"), Gauging())
+    both = dict(zip((profile.names[i] for i in apart.feature_index), apart.weight, strict=True))
+    assert both == pytest.approx({"shoulder-1": -1.0, "end-face": 1.0})
+
+
+def test_a_part_that_was_not_measured_yet_is_planned_from_the_priors(tmp_path: Path) -> None:
+    for file in ("job.toml", "finish.nc"):
+        (tmp_path / file).write_bytes((SHAFT.parent / file).read_bytes())
+    before, after = next_of_job(tmp_path / "job.toml", 3), next_of_job(SHAFT, 3)
+    assert before.plan.before > 2.0 * after.plan.before
+    assert before.plan.chosen[-1].after < before.plan.before
