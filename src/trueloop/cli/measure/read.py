@@ -9,12 +9,11 @@ import typer
 
 from trueloop.cli.options import StoreChoice, kept_as_dict, print_findings
 from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines, wide_console
-from trueloop.report.measured import FileOnPart, OnPart, ValueRow, rows_of
 
 if TYPE_CHECKING:
     from trueloop.jobs.measure.keep_measured import Shown
     from trueloop.jobs.store.keep_facts import KeptFacts
-    from trueloop.report.measured import FileOnPart
+    from trueloop.report.measured import FileOnPart, OnPart, ValueRow
 
 Files = Annotated[
     list[Path], typer.Argument(metavar="FILE…", help="What a gauge, a measuring machine or a control wrote.")
@@ -176,8 +175,10 @@ NAMED: Final = 6
 VERDICTS: Final = {True: "in", False: "OUT", None: ""}
 
 
-def print_file(file: FileOnPart) -> None:
+def print_file(file: "FileOnPart") -> None:
     """The file's own facts, a table for each inspection, what was not matched, and remarks."""
+    from trueloop.report.measured import rows_of
+
     read = file.file
     count = len(file.on_part)
     print_lines(
@@ -199,7 +200,7 @@ def print_file(file: FileOnPart) -> None:
     print_lines([""])
 
 
-def _heading(one: OnPart) -> str:
+def _heading(one: "OnPart") -> str:
     inspection, matches = one.inspection, one.matches
     part = inspection.part
     said = [
@@ -218,7 +219,7 @@ def _heading(one: OnPart) -> str:
     return f"{said[0]} {', '.join(said[1:])}"
 
 
-def _print_table(rows: list[ValueRow], *, matched: bool) -> None:
+def _print_table(rows: "list[ValueRow]", *, matched: bool) -> None:
     if not rows:
         return
     from rich.table import Table
@@ -240,7 +241,7 @@ def _print_table(rows: list[ValueRow], *, matched: bool) -> None:
         print_lines([f"… and {len(rows) - MOST} more: --json has all"])
 
 
-def _cells(row: ValueRow, *, matched: bool) -> list[str]:
+def _cells(row: "ValueRow", *, matched: bool) -> list[str]:
     from rich.markup import escape
 
     name = row.characteristic if row.repeat == 1 else f"{row.characteristic} ({row.repeat})"
@@ -256,11 +257,11 @@ def _number(value: float | None, form: str) -> str:
     return "" if value is None else format(value, form)
 
 
-def _place(row: ValueRow) -> str:
+def _place(row: "ValueRow") -> str:
     return " ".join(f"{one:.4f}" for one in row.place_mm)
 
 
-def _print_left(rows: list[ValueRow]) -> None:
+def _print_left(rows: "list[ValueRow]") -> None:
     if not rows:
         return
     print_lines(["", f"not matched: {len(rows)}"])
@@ -271,7 +272,7 @@ def _print_left(rows: list[ValueRow]) -> None:
         print_lines([f"  … and {len(rows) - MOST} more: --json has all"])
 
 
-def _print_kept(rows: list[ValueRow]) -> None:
+def _print_kept(rows: "list[ValueRow]") -> None:
     """By reason, for they are many where each circle has its position and its form."""
     if not rows:
         return

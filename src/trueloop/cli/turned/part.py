@@ -12,16 +12,12 @@ from trueloop.cli.program_file import OfSide, OfTip, ProgramFile, Reading
 from trueloop.cli.shared_options import not_negative
 from trueloop.cli.terminal import AsJson, busy, guarded, print_json, wide_console
 from trueloop.errors import in_file
-from trueloop.geometry.offset import CentrePath
-from trueloop.geometry.profile import Profile
-from trueloop.geometry.setup_frame import SetupFrame
-from trueloop.report.turned.profile import kind_in_words
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from trueloop.domain.characteristic import Characteristic
+    from trueloop.geometry.offset import CentrePath
     from trueloop.geometry.profile import Profile
+    from trueloop.geometry.setup_frame import SetupFrame
 
 app = typer.Typer(
     help="The nominal profile: show it, or make it from a program, a drawing or a solid.",
@@ -198,9 +194,11 @@ def from_step(
     table.hand_over(profile, (*read.notes, *asked.notes), file, asked.characteristics)
 
 
-def print_profile(name: str, profile: Profile, centre: CentrePath, setups: Sequence[SetupFrame] = ()) -> None:
+def print_profile(name: str, profile: "Profile", centre: "CentrePath", setups: "Sequence[SetupFrame]" = ()) -> None:
     """The features as a table, each with the junction that follows it; then the frames of several set-ups."""
     from rich.table import Table
+
+    from trueloop.report.turned.profile import kind_in_words
 
     console = wide_console()
     table = Table(box=None, pad_edge=False)
