@@ -129,3 +129,47 @@ def test_what_is_not_followed_is_refused_by_its_name(dialect: str, text: str, wo
         mapped(tmp_path, head + text, SHIFT, dialect)
     assert refused.value.code is Code.NC_OPAQUE
     assert re.search(re.escape(words), refused.value.message)
+
+
+PATTERN = "G17 G71 G90 G94 F300\nG0 X0 Y0 Z50\nMCALL CYCLE81(30,5,2,-21.5)\nHOLES2(R1+10,20,5,0,0,4)\nMCALL\nG0 X50\n"
+AT_A_PLACE = KLARTEXT.replace("6 CYCL CALL M3", "6 CYCL CALL POS X+40 Y+20 Z-2.5 FMAX")
+OLD = """0 BEGIN PGM A MM
+1 TOOL CALL 1 Z S900 F300
+2 L X+0 Y+0 Z+2 R0 FMAX
+3 CYCL DEF 1.0 PECKING
+4 CYCL DEF 1.1 SET UP 2
+5 CYCL DEF 1.2 DEPTH -15
+6 CYCL DEF 1.3 PECKG 15
+7 CYCL DEF 1.4 DWELL 0
+8 CYCL DEF 1.5 F80
+9 L X+10 Y+20 FMAX M99
+10 END PGM A MM
+"""
+
+
+def test_a_pattern_is_displaced_by_its_reference_point(tmp_path: Path) -> None:
+    written = lines(tmp_path, "R1=1\n" + PATTERN, SHIFT, "siemens")
+    assert written[3:6] == ["MCALL CYCLE81(29.9500,4.9500,2,-21.5500)", "HOLES2(R1+10+0.1,20.2000,5,0,0,4)", "MCALL"]
+    assert written[6] == "G0 X50.1000"
+
+
+def test_a_pattern_whose_holes_are_displaced_differently_is_refused(tmp_path: Path) -> None:
+    """Along X by 0.1 % of X: the holes at X 16 and at X 6 lie 0.01 mm apart of what one reference point can do."""
+    wider = function_field(lambda p: np.column_stack([1e-3 * p[:, 0], 0 * p[:, 0], 0 * p[:, 0]]), "wider")
+    with pytest.raises(TrueloopError, match="one definition states one value") as refused:
+        lines(tmp_path, "R1=1\n" + PATTERN, wider, "siemens")
+    assert refused.value.code is Code.NC_MAP
+
+
+def test_a_call_at_a_place_is_displaced_by_its_own_words(tmp_path: Path) -> None:
+    written = lines(tmp_path, AT_A_PLACE, SHIFT, "heidenhain")
+    assert "6 CYCL CALL POS X+40.1000 Y+20.2000 Z-2.5500 FMAX" in written
+
+
+def test_heights_that_count_from_where_the_tool_stands_follow_it(tmp_path: Path) -> None:
+    written = lines(tmp_path, OLD, SHIFT, "heidenhain")
+    changed = OLD.replace("X+0 Y+0 Z+2", "X+0.1000 Y+0.2000 Z+1.9500").replace("X+10 Y+20", "X+10.1000 Y+20.2000")
+    assert written == changed.splitlines()
+    with pytest.raises(TrueloopError, match=r"Z is displaced by 17\.00 µm more") as refused:
+        lines(tmp_path, OLD, LOWER, "heidenhain")
+    assert refused.value.code is Code.NC_MAP

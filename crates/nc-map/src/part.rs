@@ -117,6 +117,7 @@ impl Writing {
     ) -> Result<Vec<Course>, Refused> {
         let mut courses = Vec::with_capacity(path.len());
         let mut called = path.drilled.iter().filter(|hole| hole.said.is_some()).peekable();
+        let mut placed = path.placed.iter().peekable();
         for index in 0..path.len() {
             let role = roles.get(&(path.block[index] as usize));
             let saying = Saying::of(path, index);
@@ -125,6 +126,10 @@ impl Writing {
             while called.next_if(|hole| hole.end <= index).is_some() {}
             if let Some(hole) = called.peek().filter(|hole| hole.first <= index) {
                 self.standing[hole.third] = Standing::Said; // by the cycle, in its definition
+            }
+            while let Some(place) = placed.next_if(|place| place.of_move <= index) {
+                place.axes.into_iter().for_each(|axis| self.standing[axis] = Standing::Said);
+                // by its arguments
             }
             let mut fate = fate(path, index, role, before, self.standing);
             if unknown.contains(&(path.block[index] as usize)) || !unknown.is_empty() && !is_finite(path, index) {
@@ -149,6 +154,7 @@ impl Writing {
     ) -> Result<(), Refused> {
         let (path, program) = (writer.path, writer.program);
         let (mut rest, mut holes) = (pieces, path.drilled.iter().peekable());
+        let mut placed = path.placed.iter().peekable();
         let mut registers: Vec<usize> =
             roles.iter().filter(|(_, role)| **role == Role::Register).map(|(block, _)| *block).collect();
         registers.sort_unstable();
@@ -177,7 +183,11 @@ impl Writing {
             let own = rest.iter().take_while(|piece| piece.of_move == index).count();
             let (here, after) = rest.split_at(own);
             rest = after;
+            let pattern = placed.next_if(|place| place.of_move == index);
             let written = match course.fate {
+                Fate::Displaced | Fate::Arrives | Fate::Returns if pattern.is_some() => {
+                    pattern.map_or(Ok(()), |place| writer.place_of_pattern(place, here))
+                }
                 Fate::Displaced | Fate::Arrives => writer.write(index, here, course),
                 Fate::Returns => {
                     arrive(writer, index, here);

@@ -19,6 +19,9 @@ pub(crate) fn lengths(codes: impl Iterator<Item = G> + Clone) -> Letters {
     if codes.clone().any(|code| matches!(code, G::RoughContour(Rough::Pattern) | G::Setting(..))) {
         letters.remove(b'R'); // a number of passes, or of machining conditions
     }
+    if codes.clone().any(|code| matches!(code, G::Drill(_) | G::DrillAlong(..))) {
+        letters.remove(b'K'); // how often a hole is drilled
+    }
     if codes.into_iter().any(|code| code == G::DiameterByWord) {
         letters.remove(b'X');
     }
@@ -52,7 +55,11 @@ impl Runner<'_> {
     /// Lengths without a decimal point count steps of the control, or whole units.
     pub(crate) fn count_steps(&mut self, request: &mut Request) {
         let Some(parameter) = self.program.dialect().rules.point else { return };
-        let letters = lengths(request.codes().iter().map(|(code, _)| *code));
+        let mut letters = lengths(request.codes().iter().map(|(code, _)| *code));
+        let moves = request.codes().iter().any(|(code, _)| matches!(code, G::Motion(_)));
+        if self.state.modal.motion == Motion::Drill && !moves {
+            letters.remove(b'K');
+        }
         for letter in b'A'..=b'Z' {
             let counts = letters.has(letter) && request.pointless.has(letter);
             if !counts || request.get(letter).is_none_or(|value| value == 0.0) {

@@ -18,6 +18,8 @@ use crate::run::Runner;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CalledHole {
     drill: Drill,
+    /// Top of the workpiece.
+    surface: f64,
     /// Where feed begins.
     plane: f64,
     bottom: f64,
@@ -28,6 +30,32 @@ pub(crate) struct CalledHole {
     said: Said,
 }
 
+impl CalledHole {
+    /// Its heights count from where the tool stands.
+    pub fn is_relative(&self) -> bool {
+        self.said.is_relative()
+    }
+
+    pub fn surface(&self) -> f64 {
+        self.surface
+    }
+
+    pub fn retract(&self) -> f64 {
+        self.retract
+    }
+
+    /// Raises all of it by a height that is written at those bytes.
+    pub fn raise(&mut self, by: f64, span: (u32, u32)) {
+        for height in [&mut self.surface, &mut self.plane, &mut self.bottom, &mut self.retract] {
+            *height += by;
+        }
+        self.said = Said { plane: [(0, 0); 2], depth: [span, (0, 0)] };
+    }
+}
+
+/// Lines of a cycle that is defined by numbered lines: `CYCL DEF 1.0` to `1.5`.
+const LINES: usize = 6;
+
 /// What M89 and CYCL CALL run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Defined {
@@ -37,6 +65,8 @@ pub(crate) struct Defined {
     pub modal: bool,
     /// Where the surface's coordinate (Q203) was given last.
     pub surface: (u32, u32),
+    /// The values of its numbered lines, program units.
+    lines: [Option<f64>; LINES],
 }
 
 /// What keeps a cycle from being followed.
@@ -98,9 +128,57 @@ impl Runner<'_> {
     pub(crate) fn define_cycle(&mut self, cycle: Option<(u16, Drill)>, word: i32) {
         let in_one_line = self.word_text(word).contains('=');
         (self.state.defined.cycle, self.state.defined.modal) = (cycle.filter(|_| !in_one_line), false);
+        self.state.defined.lines = [None; LINES];
         if self.state.defined.cycle.is_none() {
             self.note_opaque(word, "what it does is not in the path");
         }
+    }
+
+    /// A numbered line of the cycle being defined: `CYCL DEF 1.2 DEPTH -15`.
+    pub(crate) fn cycle_line(&mut self, word: i32) {
+        let text = self.word_text(word);
+        let Some((head, rest)) = text.split_once('.') else { return };
+        let line = rest.bytes().next().filter(u8::is_ascii_digit).map_or(0, |digit| usize::from(digit - b'0'));
+        let starts = |(index, byte): (usize, char)| {
+            let parameter = byte == 'Q' && rest.as_bytes().get(index + 1).is_some_and(u8::is_ascii_digit);
+            (index > 0 && (byte.is_ascii_digit() || matches!(byte, '+' | '-' | '.')) || parameter).then_some(index)
+        };
+        let Some(from) = rest.char_indices().find_map(starts) else { return };
+        let written = rest.get(from..).unwrap_or("").trim().replace(',', ".");
+        let value = written.parse().unwrap_or_else(|_| self.value(self.word_start(word) + head.len() + 1 + from).0);
+        if let Some(slot) = self.state.defined.lines.get_mut(line) {
+            *slot = Some(value).filter(|value: &f64| value.is_finite());
+        }
+        let [_, _, depth, peck, ..] = self.state.defined.lines;
+        let is_pecking = self.state.defined.cycle.is_some_and(|(number, _)| number == 1) && line == 3;
+        if is_pecking && peck.zip(depth).is_some_and(|(peck, depth)| peck.abs() < depth.abs()) {
+            self.note_opaque(word, "its pecks are not in the path");
+        }
+    }
+
+    /// By the numbered lines of cycles 1 (pecking) and 2 (tapping): their heights count from where the tool stands.
+    fn hole_of_lines(&self, number: u16, drill: Drill) -> Made<CalledHole> {
+        let [_, Some(clearance), Some(depth), _, fourth, fifth] = self.state.defined.lines else {
+            return Err(format!("the lines {number}.1 and {number}.2 are not both given"));
+        };
+        if depth >= 0.0 {
+            return Err(format!("its depth is {depth}"));
+        }
+        let mm = self.state.modal.mm();
+        let here = self.state.position[self.state.modal.plane.axes().2];
+        let surface = here - clearance.abs() * mm;
+        let unit = if self.state.modal.inch { self.program.dialect().rules.inch_feed * mm } else { mm };
+        let feed = if number == 1 { fifth } else { fourth };
+        let feed = feed.filter(|feed| *feed > 0.0).map_or(f64::NAN, |feed| feed * unit);
+        fitting(CalledHole {
+            drill,
+            surface,
+            plane: here,
+            bottom: surface + depth * mm,
+            retract: here,
+            feeds: [feed; 2],
+            said: Said::RELATIVE,
+        })
     }
 
     /// By the arguments `(RTP, RFP, SDIS, DP, DPR, …)`, with which all of these cycles begin.
@@ -133,6 +211,7 @@ impl Runner<'_> {
         };
         fitting(CalledHole {
             drill,
+            surface: reference * mm,
             plane: (reference + clearance.unwrap_or(0.0).abs()) * mm,
             bottom: bottom * mm,
             retract: retract * mm,
@@ -165,7 +244,10 @@ impl Runner<'_> {
     }
 
     /// By the Q parameters of a cycle that CYCL DEF defines.
-    fn defined_hole(&self, number: u16, drill: Drill) -> Made<CalledHole> {
+    pub(crate) fn defined_hole(&self, number: u16, drill: Drill) -> Made<CalledHole> {
+        if number < 3 {
+            return self.hole_of_lines(number, drill);
+        }
         let mm = self.state.modal.mm();
         let q = |number: u32| self.state.store.get(&Key::Number(number)).filter(|value| value.is_finite());
         let (Some(clearance), Some(depth), Some(surface)) = (q(200), q(201), q(203)) else {
@@ -173,6 +255,9 @@ impl Runner<'_> {
         };
         if number == 240 && q(343).is_some_and(|by| by != 0.0) {
             return Err("its depth is that of a diameter, which the tool decides".to_owned());
+        }
+        if number == 202 && q(214).is_none_or(|way| way != 0.0) {
+            return Err("it lifts off sideways (Q214)".to_owned());
         }
         if depth >= 0.0 {
             return Err(format!("its depth Q201 is {depth}"));
@@ -182,6 +267,7 @@ impl Runner<'_> {
         let feed = |value: Option<f64>| value.filter(|feed| *feed > 0.0).map_or(f64::NAN, |feed| feed * unit);
         fitting(CalledHole {
             drill,
+            surface: surface * mm,
             plane: (surface + clearance) * mm,
             bottom: (surface + depth) * mm,
             retract: (surface + clearance.max(q(204).unwrap_or(0.0))) * mm,
@@ -191,7 +277,7 @@ impl Runner<'_> {
     }
 
     /// Down from where the tool stands, and out again.
-    fn drill_here(&mut self, hole: &CalledHole) {
+    pub(crate) fn drill_here(&mut self, hole: &CalledHole) {
         let third = self.state.modal.plane.axes().2;
         let (at, feed, first) = (self.state.position, self.state.modal.feed, self.path.len());
         if at[third] != hole.plane {
@@ -227,11 +313,11 @@ impl Runner<'_> {
         });
     }
 
-    fn not_followed(&mut self, word: i32, why: &str) {
+    pub(crate) fn not_followed(&mut self, word: i32, why: &str) {
         self.warn_opaque(word, &format!("what it does is not in the path: {why}"));
     }
 
-    fn warn_opaque(&mut self, word: i32, what: &str) {
+    pub(crate) fn warn_opaque(&mut self, word: i32, what: &str) {
         let message = format!("{}: {what}", self.word_text(word));
         let hint = "write the holes out as moves, or as a cycle that is followed";
         self.warn(finding::OPAQUE, self.word_start(word), message, hint);

@@ -4,8 +4,10 @@ use crate::dialect::{FlowStyle, PoleFrom, ToolOffset, G};
 use crate::drill::Drill;
 use crate::finding::{self, Severity};
 use crate::hole::Hole;
+use crate::hole_places::Pattern;
 use crate::lap::Lap;
 use crate::modal::{Compensation, FeedMode, FeedUnit, Motion, Plane};
+use crate::parameters::Key;
 use crate::profile_cycle::Profile;
 use crate::removal::Removal;
 use crate::request::{Jump, Request};
@@ -39,6 +41,8 @@ pub(crate) enum Action {
     HoleCycle(Drill, i32),
     ModalCycle(i32),
     CallCycle(i32),
+    CallCycleAt(i32),
+    Pattern(Pattern, i32),
     Lap(Lap, i32),
     CallMacro(i32),
     ModalMacro(i32),
@@ -107,6 +111,8 @@ impl Runner<'_> {
             Action::HoleCycle(drill, word) => self.cycle_here(drill, word),
             Action::ModalCycle(word) => self.modal_cycle(word),
             Action::CallCycle(word) => self.call_defined(word),
+            Action::CallCycleAt(word) => self.call_at(request, word),
+            Action::Pattern(pattern, word) => self.pattern(pattern, word),
             Action::Thread(word) => self.thread_cycle(request, word),
             Action::Nothing => {}
         }
@@ -249,6 +255,9 @@ impl Runner<'_> {
                 self.state.modal.motion = Motion::Opaque;
             }
             G::DefineCycle(cycle) => self.define_cycle(cycle, word),
+            G::CycleLine => self.cycle_line(word),
+            G::CallCycleAt => modal.motion = Motion::Line,
+            G::SystemData => self.forget_read(word),
             G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
             G::OpaqueMode => self.unfollowed(word),
             G::ToleranceCycle => self.tolerance_cycle(word),
@@ -264,6 +273,20 @@ impl Runner<'_> {
         }
         let beside_move = code == G::OpaqueMode && self.program.dialect().flow == FlowStyle::Labels; // M128
         action_of(code, word).filter(|_| !beside_move)
+    }
+
+    /// FN 18: the parameter that it names has no value that the program gives; one that was given for it stays.
+    fn forget_read(&mut self, word: i32) {
+        let text = self.word_text(word).to_ascii_uppercase();
+        let digits = text.split_once("SYSREAD").map_or("", |(_, rest)| rest.trim_start().trim_start_matches('Q'));
+        let digits: String = digits.chars().take_while(char::is_ascii_digit).collect();
+        let Some(key) = digits.parse().ok().map(Key::Number) else {
+            return self.note_opaque(word, "what it reads is not known");
+        };
+        match self.options.parameters.iter().find(|(given, _)| *given == key) {
+            Some((_, value)) => self.state.store.set(key, *value),
+            None => self.state.store.forget(&key),
+        }
     }
 
     fn word_ends_with(&self, word: i32, text: &[u8]) -> bool {
@@ -365,7 +388,7 @@ impl Runner<'_> {
     }
 
     fn apply_feed_speed_tool(&mut self, request: &Request, action: Action) {
-        if self.is_corner(request) || action == Action::Nothing {
+        if self.is_corner(request) || matches!(action, Action::Nothing | Action::CallCycleAt(_)) {
         } else if let Some(feed) = request.get(b'F') {
             if std::mem::take(&mut self.state.feed_by_revolution) {
                 self.set_feed_mode(FeedMode::PerMinute);
@@ -419,7 +442,9 @@ pub(crate) fn action_of(code: G, word: i32) -> Option<Action> {
         G::HoleCycle(drill) => Some(Action::HoleCycle(drill, word)),
         G::ModalCycle => Some(Action::ModalCycle(word)),
         G::CallCycle => Some(Action::CallCycle(word)),
-        G::DefineCycle(_) => Some(Action::Nothing),
+        G::CallCycleAt => Some(Action::CallCycleAt(word)),
+        G::Pattern(pattern) => Some(Action::Pattern(pattern, word)),
+        G::DefineCycle(_) | G::CycleLine | G::SystemData => Some(Action::Nothing),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
         G::Setting(..) | G::ToleranceCycle | G::Swivel | G::Preset => Some(Action::Nothing),
         _ => None,

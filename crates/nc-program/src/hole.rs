@@ -75,3 +75,13 @@ pub struct Said {
     /// Depths.
     pub depth: [(u32, u32); 2],
 }
+
+impl Said {
+    /// No height is written: they count from where the tool stands.
+    pub(crate) const RELATIVE: Self = Self { plane: [(0, 0); 2], depth: [(0, 0); 2] };
+
+    /// Whether the heights count from where the tool stands.
+    pub fn is_relative(&self) -> bool {
+        self.plane.iter().chain(&self.depth).all(|(start, end)| end <= start)
+    }
+}

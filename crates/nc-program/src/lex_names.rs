@@ -1,6 +1,6 @@
 //! Words of more than a letter, as the lexer meets them: names of the dialect's list, variables, labels, calls.
 
-use crate::dialect::{FlowStyle, Naming};
+use crate::dialect::{FlowStyle, Naming, G};
 use crate::lex::Lexer;
 use crate::names::{self, Name};
 use crate::number;
@@ -56,6 +56,10 @@ impl Lexer<'_> {
                 return self.address(start, value, letter);
             }
             Name::Flow(_) => return self.push(start, self.text_end(end), 0, WordKind::Flow, f64::NAN),
+            // `L Z 25.000`: an axis and its value, which no plane has.
+            Name::Code(G::Plane(_)) if self.is_axis_value(start, end) => {
+                return self.address(start, end, self.source[start].to_ascii_uppercase());
+            }
             Name::Text(_) => self.text_end(end),
             Name::Code(_) | Name::Function(_) => end,
             Name::Inert => match self.arguments_end(end) {
@@ -64,6 +68,13 @@ impl Lexer<'_> {
             },
         };
         self.push(start, end, 0, WordKind::Name, index as f64);
+    }
+
+    /// Whether a name is one letter with a number after blanks.
+    fn is_axis_value(&self, start: usize, end: usize) -> bool {
+        let value = self.scanner.skip_space(end);
+        let starts = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'+' | b'-');
+        end == start + 1 && self.source.get(value).is_some_and(starts)
     }
 
     /// A value after an address: a plain number, or something to be computed.

@@ -139,6 +139,21 @@ impl Store {
         }
     }
 
+    /// Takes a value away.
+    pub fn forget(&mut self, key: &Key) {
+        match key {
+            Key::Number(number) => {
+                if let Some(slot) = self.numbered.get_mut(*number as usize) {
+                    *slot = None;
+                }
+            }
+            Key::Name(name) => {
+                self.global.remove(&**name);
+                self.local.remove(&**name);
+            }
+        }
+    }
+
     /// Enters a subroutine: the arguments become #1, #2, …, the rest of #1 to #30 zero; the other local parameters are put away.
     pub fn enter(&mut self, arguments: &[f64]) {
         self.put_locals_away(LAST_LOCAL);

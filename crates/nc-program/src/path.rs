@@ -1,6 +1,7 @@
 //! The tool path: moves with their geometry and where each comes from.
 
 use crate::hole::Drilled;
+use crate::hole_places::Placed;
 use crate::modal::Modal;
 use crate::program::Program;
 use crate::trace::Executed;
@@ -87,6 +88,8 @@ pub struct ToolPath {
     pub calls: Vec<[i32; 2]>,
     /// Holes of drilling cycles, in order.
     pub drilled: Vec<Drilled>,
+    /// Moves to the places of hole patterns.
+    pub placed: Vec<Placed>,
     /// Dwells: the move that comes next, and the time, s; NaN where the program counts revolutions.
     pub dwells: Vec<(usize, f64)>,
     /// The block that states the unit before any length, and whether it is the inch.
@@ -175,6 +178,7 @@ impl ToolPath {
         self.call.truncate(moves);
         self.arcs.truncate(self.arcs.partition_point(|arc| arc.of_move < moves));
         self.drilled.truncate(self.drilled.partition_point(|hole| hole.end <= moves));
+        self.placed.truncate(self.placed.partition_point(|placed| placed.of_move < moves));
     }
 
     /// A block calls others.

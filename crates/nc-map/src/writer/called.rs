@@ -6,7 +6,7 @@ use crate::part::Course;
 use crate::pieces::Piece;
 use crate::refusal::Refused;
 use crate::value::takes_terms;
-use nc_program::{number, Drilled, Said};
+use nc_program::{number, Drilled, Placed, Said};
 
 impl Writer<'_> {
     /// Writes the heights of a hole into the cycle that drills it; those of a later hole have to come out the same.
@@ -29,10 +29,18 @@ impl Writer<'_> {
         }
         let depth = wanted.bottom[third] - self.path.end[hole.bottom][third];
         let plane = wanted.plane - hole.plane;
+        if said.is_relative() {
+            let off = (depth - self.carried[third]).abs().max((plane - self.carried[third]).abs());
+            return if off > self.tolerance_mm + here.step.unit * here.state.mm() {
+                Err(self.leaning(&here, third, off))
+            } else {
+                Ok(())
+            };
+        }
         let mut by = None;
         for (spans, wanted) in [(said.plane, plane), (said.depth, depth)] {
             for span in spans.into_iter().filter(|(start, end)| end > start) {
-                let done = self.height_of_cycle(&here, span, wanted)?;
+                let done = self.value_of_cycle(&here, span, wanted)?;
                 by = by.or(Some(done));
             }
         }
@@ -40,8 +48,19 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Moves a height value by so many mm; returns by how much it was moved.
-    fn height_of_cycle(&mut self, here: &Here, (start, end): (u32, u32), by_mm: f64) -> Result<f64, Refused> {
+    /// Writes the reference point of a hole pattern; every place of it has to come out the same.
+    pub fn place_of_pattern(&mut self, placed: &Placed, pieces: &[Piece]) -> Result<(), Refused> {
+        let here = self.place(placed.of_move);
+        let end = self.path.end[placed.of_move];
+        let wanted = pieces.last().map_or(end, |piece| piece.end);
+        for (axis, span) in placed.axes.into_iter().zip(placed.said) {
+            self.carried[axis] = self.value_of_cycle(&here, span, wanted[axis] - end[axis])?;
+        }
+        Ok(())
+    }
+
+    /// Moves a value of a cycle's definition by so many mm; returns by how much it was moved.
+    fn value_of_cycle(&mut self, here: &Here, (start, end): (u32, u32), by_mm: f64) -> Result<f64, Refused> {
         let (program, step, unit) = (self.program, here.step, here.state.mm());
         let (start, end) = (start as usize, end as usize);
         if let Some(known) = self.heights.get(&start).copied() {

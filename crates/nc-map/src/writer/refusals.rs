@@ -101,9 +101,10 @@ impl Writer<'_> {
 
     pub(super) fn other_hole(&self, here: &Here, by_mm: f64, known_mm: f64) -> Refused {
         let message = format!(
-            "this hole is displaced by {by_mm:.5} mm along its axis, and the first one of its cycle by {known_mm:.5} mm"
+            "this hole is displaced by {by_mm:.5} mm along an axis, and the first one of its cycle by {known_mm:.5} mm"
         );
-        let hint = "define the cycle anew before it, or allow a larger tolerance: one definition states one height";
+        let hint =
+            "define the cycle anew before it, or allow a larger tolerance: one definition states one value for all";
         Refused::block(self.block_start(here.block), message, hint)
     }
 

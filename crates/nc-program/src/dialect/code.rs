@@ -2,6 +2,7 @@
 
 use crate::curve::PoleFrom;
 use crate::drill::Drill;
+use crate::hole_places::Pattern;
 use crate::lap::Lap;
 use crate::modal::{Compensation, FeedMode, Motion, Plane, SpindleMode};
 use crate::pass::Pass;
@@ -124,8 +125,16 @@ pub enum G {
     ModalCycle,
     /// A cycle of that number is defined by Q parameters; `None` where it is not followed.
     DefineCycle(Option<(u16, Drill)>),
+    /// Gives such a cycle the value of a numbered line.
+    CycleLine,
     /// Runs it.
     CallCycle,
+    /// Runs it at the block's place.
+    CallCycleAt,
+    /// A hole pattern by its arguments.
+    Pattern(Pattern),
+    /// Gives a parameter a value of the control's own.
+    SystemData,
     /// Ends the points of a spline, which is cut.
     EndSpline,
     /// Runs the blocks from N of P to N of Q, then goes back to where it began.

@@ -12,6 +12,7 @@ use super::{
 use crate::controls;
 use crate::drill::Drill;
 use crate::flow::Flow;
+use crate::hole_places::Pattern;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::removal::Removal;
 
@@ -203,6 +204,8 @@ const NAMES: Names = Names::of(&[
     ("GOTOB", Name::Flow(Flow::Jump)),
     ("GOTOC", Name::Flow(Flow::Jump)),
     ("H#", INERT),
+    ("HOLES1", Name::Text(G::Pattern(Pattern::Row))),
+    ("HOLES2", Name::Text(G::Pattern(Pattern::Circle))),
     ("HOLES#", CYCLE),
     ("I1", Name::Address(b'i')),
     ("ISOCALL", FRAME),
