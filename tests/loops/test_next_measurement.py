@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.loops.test_several_tools_in_machine import MACHINE, ZERO, placed
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.jobs.measure.next_measurement import _edges, _places, _size, _touch, next_of_job
@@ -147,3 +148,15 @@ def test_a_part_that_was_not_measured_yet_is_planned_from_the_priors(tmp_path: P
     before, after = next_of_job(tmp_path / "job.toml", 3), next_of_job(SHAFT, 3)
     assert before.plan.before > 2.0 * after.plan.before
     assert before.plan.chosen[-1].after < before.plan.before
+
+
+def test_tools_that_stand_in_a_machine_with_a_model_are_planned_as_without_it(tmp_path: Path) -> None:
+    """The model takes its errors out of the touches; what is not known of the process stays within their scatter."""
+    path = placed(tmp_path, MACHINE + f"work_zero_mm = {list(ZERO)}\n")
+    inside = next_of_job(path, 4).plan
+    text = path.read_text()
+    path.write_text(text.replace(MACHINE + f"work_zero_mm = {list(ZERO)}\n", ""))
+    outside = next_of_job(path, 4).plan
+    assert inside.criterion == outside.criterion == "rms_um"
+    assert 0.5 < inside.before / outside.before < 2.0
+    assert inside.after <= inside.before
