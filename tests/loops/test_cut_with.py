@@ -8,7 +8,7 @@ import pytest
 from tests.support.cli import run
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.keeping import Keeping
-from trueloop.jobs.store.opened import Choice
+from trueloop.jobs.store.where import Choice
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
 
 PROGRAM = """O1

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from trueloop.errors import Finding
     from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.jobs.store.keeping import Keeping
-    from trueloop.jobs.store.opened import Choice
+    from trueloop.jobs.store.where import Choice
 
 
 def with_groups(command: Callable[..., Any]) -> Callable[..., Any]:

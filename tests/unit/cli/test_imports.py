@@ -3,8 +3,11 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 LOADED = """
 import json, sys
@@ -24,6 +27,12 @@ def loaded(*words: str) -> set[str]:
 
 def test_the_version_imports_no_command() -> None:
     assert loaded("--version") == {"trueloop", "trueloop.cli", "trueloop.cli.main", "trueloop.cli.plain_output"}
+
+
+def test_a_job_without_a_store_loads_no_store(tmp_path: Path) -> None:
+    found = loaded("compensate", str(EXAMPLES / "modbas2" / "job.toml"), "-o", str(tmp_path / "made"))
+    assert "trueloop.jobs.turned.compensate" in found
+    assert not [name for name in found if name.startswith("trueloop.storage")]
 
 
 @pytest.mark.parametrize(("command", "own"), [("tool", "trueloop.cli.tool"), ("explain", "trueloop.cli.help")])

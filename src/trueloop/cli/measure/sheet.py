@@ -17,7 +17,7 @@ Output = Annotated[
 @guarded
 def sheet(job: Job, output: Output = None) -> None:
     """List the diameters and lengths to measure by hand, each with an empty cell: to print, or to fill in."""
-    from trueloop.jobs.turned.characteristics import gauge_sheet_of, write_sheet
+    from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of, write_sheet
 
     planned = gauge_sheet_of(job)
     if output is None:

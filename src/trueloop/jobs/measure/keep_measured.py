@@ -33,7 +33,7 @@ from trueloop.jobs.store.of_this_part import (
     require_serial,
     require_size,
 )
-from trueloop.jobs.store.opened import store_of
+from trueloop.jobs.store.where import store_of
 from trueloop.jobs.tools import apart
 from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles

@@ -16,7 +16,8 @@ from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.input_file import FilePath
 from trueloop.jobs.db.named import named_row
 from trueloop.jobs.store.keeping import Keeping
-from trueloop.jobs.store.opened import Choice, opened
+from trueloop.jobs.store.opened import opened
+from trueloop.jobs.store.where import Choice
 from trueloop.jobs.turned.compensate import correct_job
 from trueloop.loops.realtime.process_table import Placed, machine_of, process_table
 from trueloop.loops.turned.commanded import Run

@@ -14,7 +14,7 @@ from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.realtime.corrected_job import CorrectedProgram, Placing, table_of_job, table_of_record
 from trueloop.jobs.store.keeping import Keeping
-from trueloop.jobs.store.opened import Choice
+from trueloop.jobs.store.where import Choice
 from trueloop.machine.model.chain import ZERO, Vector
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.validity import require_serial

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from trueloop.errors import Finding, Severity, TrueloopError
-from trueloop.jobs.store.opened import Choice
+from trueloop.jobs.store.where import Choice
 
 if TYPE_CHECKING:
     from trueloop.jobs.store.keep_facts import KeptFacts

@@ -10,7 +10,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
-from trueloop.jobs.store.opened import store_of
+from trueloop.jobs.store.where import store_of
 from trueloop.jobs.turned.job import ReadJob, read_cuts, read_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.outputs import METRIC, new_tables, outputs_of, outputs_of_part
@@ -224,7 +224,7 @@ def with_memory(store: "Store | None", inputs: Inputs, memory: Use | None) -> In
     from trueloop.jobs.store.history import with_history
     from trueloop.jobs.store.keep_correction import part_of
     from trueloop.jobs.tools import with_edge
-    from trueloop.jobs.turned.cut_with import with_stored_cut  # slow to import, and most jobs have no store
+    from trueloop.jobs.turned.stored_cut import with_stored_cut  # slow to import, and most jobs have no store
 
     return with_history(store, with_edge(store, with_stored_cut(store, inputs, part_of(inputs))))
 

@@ -18,7 +18,7 @@ from trueloop.geometry.feature import is_curved
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile, Side
 from trueloop.geometry.validate import checked_profile
-from trueloop.jobs.turned.characteristics import GaugeSheet
+from trueloop.jobs.turned.gauge_sheet import GaugeSheet
 from trueloop.loops.turned.commanded import Run, commanded
 from trueloop.nc.program.program import Program, Unit
 from trueloop.nc.program.unit import unit_of_path
