@@ -39,7 +39,9 @@ def _entry(a: Array, b: Array, radius_over_angle: Callable[[Array], Array], orig
         """Where the ray crosses the half planes of these contact angles."""
         angle = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
         m = -np.column_stack([np.sin(angle), np.cos(angle)])
-        crossed: Array = (radius_over_angle(angle) + np.maximum(m @ a, m @ b) - m @ origin) / (m @ direction)
+        beyond = radius_over_angle(angle) + np.maximum(m @ a, m @ b) - m @ origin
+        with np.errstate(divide="ignore"):  # a ray along a half plane's edge never crosses it: that is at infinity
+            crossed: Array = beyond / (m @ direction)
         return crossed
 
     enters = _largest(lambda turned: crossing(facing + turned))
