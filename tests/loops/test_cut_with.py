@@ -1,5 +1,6 @@
 """What cut a measured part is a fact: the next correction is the whole one, however the last one was carried out."""
 
+import math
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -240,6 +241,37 @@ def test_another_feed_or_speed_of_the_semi_finish_cut_is_reported(tmp_path: Path
     assert "another feed than the finish cut, 0.25 for 0.1" in feed
     (speed,) = words(PROGRAM.replace("S1500", "S3000"))
     assert "another spindle speed than the finish cut, 3000 for 1500" in speed
+
+
+@pytest.mark.parametrize(
+    ("rough_mm", "said"),
+    [
+        (0.5, None),  # radii: as deep as the finish cut
+        (0.55, None),
+        (2.0, "The semi-finish cut is 2 mm deep on cylinder-2, the finish cut 0.5 mm"),
+        (0.2, "The semi-finish cut is 0.2 mm deep on cylinder-2, the finish cut 0.5 mm"),
+    ],
+)
+def test_another_depth_of_the_semi_finish_cut_is_reported(tmp_path: Path, rough_mm: float, said: str | None) -> None:
+    """Along the cylinder of Ø 30: the pass before, the semi-finish pass 0.5 mm outside the finish pass, on the radius.
+
+    On the other features the semi-finish pass takes 5 mm and more, of which the program shows nothing.
+    """
+
+    def body(more_mm: float) -> str:
+        cut, corner, chamfer = 2 * more_mm, more_mm, f"C{1.0 + (2.0 - math.sqrt(2.0)) * more_mm:.3f}"
+        return (
+            f"G0 X0 Z2.\nG42 G1 Z{corner} F0.1\nX{30 + cut} ,{chamfer}\nZ{-30 + corner}\nX{36 + cut} ,{chamfer}\n"
+            f"Z-50.\nG40 X{42 + cut}\nG0 X100. Z100.\n"
+        )
+
+    head = "O2\nG21 G40 G99\nT0303\nG97 S1500 M3\nG0 X40. Z2.\n"
+    pass_before = f"G42 G1 X{30 + 2 * (0.5 + rough_mm)} Z2. F0.1\nZ-20.\nG40 X50.\n"
+    (tmp_path / "semi.nc").write_text(f"{head}{pass_before}{body(0.5)}M30\n")
+    programs = 'semifinish = "semi.nc"\nsemifinish_allowance_mm = 0.5\nfinish_lines = [5, 13]'
+    notes = correct(tmp_path, 1, FIRST, "contour", programs).correction.notes
+    found = [note for note in notes if "mm deep on" in note]
+    assert [note.partition(": what was")[0] for note in found] == ([] if said is None else [said])
 
 
 def test_a_part_too_large_by_one_amount_on_all_sides_may_have_its_allowance_on(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ error, a slip), the touches contain it, and the process must not be blamed for i
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.geometry.feature import Feature, Point
 from trueloop.geometry.profile import Profile, Side
+from trueloop.loops.turned.conditions import conditions_words, depth_words
 from trueloop.loops.turned.deviations import SAMPLES, of_contour, of_surface, unevenness_mm
 from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.nc.check.rapid import sides_of_cuts
@@ -35,9 +35,6 @@ from trueloop.turned.compensation.shift import ZERO, Shift
 from trueloop.turned.compensation.targets import Cut
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um, wording
-
-SAME_SHARE: Final = 0.02
-"""Feeds and speeds that differ by no more than this share are the same."""
 
 
 @dataclass(frozen=True)
@@ -164,12 +161,14 @@ def commanded(
     """
     path = run.of(program)
     match, tip = _matched(program, path, run, profile, nose_radius_mm, 0.0)
-    other = match
+    other, conditions = match, list[str]()
     if semifinish is not None:
         before = run.of(semifinish)
         called_there = run.called if run.moves(semifinish, before) else None
         own = replace(run, called=called_there, lines=None)
-        other, _ = _matched(semifinish, before, own, profile, nose_radius_mm, allowance_mm)
+        other, tip_before = _matched(semifinish, before, own, profile, nose_radius_mm, allowance_mm)
+        roughed = of_centre(run.with_roughing(semifinish), tip_mm(semifinish.dialect, tip_before, nose_radius_mm))
+        conditions = [*conditions_words(path, match, before, other), *depth_words(match, other, feed_moves(roughed))]
     elif force.program is not None:
         before = run.of(force.program)
         other, _ = _matched(force.program, before, replace(run, lines=force.lines), profile, nose_radius_mm, 0.0)
@@ -197,7 +196,7 @@ def commanded(
             *_tip_words(program, tip, nose_radius_mm),
             *(f"{found.message}; {found.hint}." for found in path_mode_findings(program, path)),
             *_notes(profile, finish, slips, wording("finish")),
-            *(() if semifinish is None else _conditions_words(path, match, before, other)),
+            *conditions,
             *(_notes(profile, measured, meant, wording("semi-finish")) if semifinish is not None else ()),
         ),
     )
@@ -283,36 +282,6 @@ def _tip_words(program: Program, tip: int, nose_radius_mm: float) -> list[str]:
 
 def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:
     return program.dialect.step_mm(bool(path.inch[match.features[0].moves[0].move.index]))
-
-
-def _conditions_words(path: ToolPath, match: ContourMatch, before: ToolPath, other: ContourMatch) -> Iterator[str]:
-    """Describes feed and speed of the two cuts where they differ: touched errors repeat at equal ones alone [6811
-    §2.0].
-    """
-    for what, name, mode in (
-        (wording("feed"), "feed", "feed_mode"),
-        (wording("spindle speed"), "spindle_speed", "spindle_mode"),
-    ):
-        semifinish, finish = _usual(before, other, name, mode), _usual(path, match, name, mode)
-        if semifinish is None or finish is None or semifinish == finish:
-            continue
-        (was, its), (now, new) = semifinish, finish
-        if its != new or abs(was - now) > SAME_SHARE * abs(now):
-            yield wording(
-                "The semi-finish cut has another {what} than the finish cut, {was:g} for {now:g}: what was measured "
-                "repeats in the finish cut only under the same conditions.",
-                what=what,
-                was=was,
-                now=now,
-            )
-
-
-def _usual(path: ToolPath, match: ContourMatch, name: str, mode: str) -> tuple[float, int] | None:
-    """Returns the median over the moves along the contour, and its mode; None where the program states none."""
-    moves = [m.move.index for feature in match.features for m in feature.moves]
-    values = np.asarray(getattr(path, name))[moves]
-    known = values[np.isfinite(values) & (values > 0.0)]
-    return (float(np.median(known)), int(np.median(getattr(path, mode)[moves]))) if len(known) else None
 
 
 def _peak_mm(feature: Feature, deviation: Shift) -> float:
