@@ -1,13 +1,10 @@
-"""What a user may choose, stated once: at the field of the frozen dataclass that the code computes with.
+"""Options of a user, stated once: at the field of the frozen dataclass that the code computes with; and the limits of a
+correction, beyond any of which it is refused, never clamped in silence.
 
     correction_mm: Annotated[float, Option("compensation.max_correction_um", "A larger …", above=0)] = 0.150
 
 Keys of job files, their defaults and bounds, options of commands, the JSON schema and the tables of the documentation
-are read from there.
-
-What limits a correction: beyond any of these it is refused, never clamped in silence.
-
-Of a turned part, of a surface, and of a program that a machine model or a field corrects.
+are read from there. The limits hold for turned parts, surfaces, and programs that a machine model or a field corrects.
 """
 
 import math
