@@ -98,7 +98,7 @@ class LatheMachine:
             cell.kill()
 
     def settled(self, key: str, address: str) -> None:
-        """Clients that end as they are told to, until nothing that one of them noted is left to deliver."""
+        """Starts and ends clients until the journal holds nothing that is not delivered."""
         for _ in range(10):
             with self._cell(key, address) as cell:
                 time.sleep(5.0)

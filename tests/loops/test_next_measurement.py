@@ -15,7 +15,7 @@ from trueloop.jobs.measure.next_measurement import _edges, _places, _size, _touc
 from trueloop.jobs.turned.job import read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.next_measurement import OUT, Candidate, Edge, next_measurements
-from trueloop.turned.fit.prior.part_state import places_on
+from trueloop.turned.fit.prior.part_state import in_frame, places_on
 from trueloop.turned.touches.touches import Gauging
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -35,12 +35,12 @@ def conditioned(edge: Edge, taken: list[Candidate], contour: tuple[Array, Array,
     """Mean square, µm², along the contour when these are measured too: C − C_m (C_mm + N)⁻¹ C_mᵀ, all at once."""
     index, along, share = contour
     state, profile = edge.state.updated.state, edge.inputs.profile
-    at = np.concatenate([index, *(one.feature_index for one in taken)]).astype(np.intp)
-    s = np.concatenate([along, *(one.arc_length_mm for one in taken)])
+    at = np.concatenate([index, *(one.seen.feature_index for one in taken)]).astype(np.intp)
+    s = np.concatenate([along, *(one.seen.arc_length_mm for one in taken)])
     covariance = state.predict(places_on(profile, at, s), repeatability=False).covariance_mm2
     scatter = state.sizes["repeatability"] ** 2
     n = len(index)
-    noise = np.diag([one.standard_u_mm**2 + scatter for one in taken])
+    noise = np.diag([one.seen.standard_u_mm**2 + scatter for one in taken])
     cross = covariance[:n, n:]
     left = covariance[:n, :n] - cross @ np.linalg.solve(covariance[n:, n:] + noise, cross.T)
     between = edge.inputs.options.between_cuts
@@ -59,7 +59,7 @@ def contour_of(edge: Edge) -> tuple[Array, Array, Array]:
 def test_a_plan_expects_what_conditioning_on_all_of_it_at_once_gives() -> None:
     edge = edge_of(SHAFT)
     plan, contour = next_measurements([edge], 4), contour_of(edge)
-    by_name = {one.name: one for one in edge.candidates}
+    by_name = {one.seen.name: one for one in edge.candidates}
     assert plan.criterion == "rms_um" and len(plan.chosen) >= 2
     for count in range(len(plan.chosen) + 1):
         taken = [by_name[one.name] for one in plan.chosen[:count]]
@@ -71,10 +71,10 @@ def test_a_plan_expects_what_conditioning_on_all_of_it_at_once_gives() -> None:
 def test_the_first_measurement_is_the_best_of_all_and_two_are_near_the_best_pair() -> None:
     edge = edge_of(SHAFT)
     contour, each = contour_of(edge), edge.candidates
-    alone = {one.name: conditioned(edge, [one], contour) for one in each}
+    alone = {one.seen.name: conditioned(edge, [one], contour) for one in each}
     plan = next_measurements([edge], 2)
     assert plan.chosen[0].name == min(alone, key=alone.__getitem__)
-    few = sorted(each, key=lambda one: alone[one.name])[::4]
+    few = sorted(each, key=lambda one: alone[one.seen.name])[::4]
     best = min(conditioned(edge, list(pair), contour) for pair in itertools.combinations(few, 2))
     assert plan.chosen[1].after ** 2 <= 1.02 * best
 
@@ -83,7 +83,7 @@ def test_minutes_decide_between_instruments() -> None:
     """A touch that takes a hundred times as long is not taken, where another one is at hand that shows as much."""
     edge = edge_of(SHAFT)
     first = next_measurements([edge], 1).chosen[0].name
-    slow = tuple(replace(one, minutes=100.0) if one.name == first else one for one in edge.candidates)
+    slow = tuple(replace(one, minutes=100.0) if one.seen.name == first else one for one in edge.candidates)
     assert next_measurements([replace(edge, candidates=slow)], 1).chosen[0].name != first
 
 
@@ -126,10 +126,12 @@ def test_every_place_of_a_part_is_a_candidate_of_the_edge_that_cuts_it(name: str
     found = []
     for (setup, _), edge in zip(setups, edges, strict=True):
         for one in edge.candidates:
-            point = edge.inputs.profile.features[int(one.feature_index[0])].point_mm(float(one.arc_length_mm[0]))
-            expected = setup.frame.point(places[one.name.removesuffix(" (probe)")].place_mm)
+            point = edge.inputs.profile.features[int(one.seen.feature_index[0])].point_mm(
+                float(one.seen.arc_length_mm[0])
+            )
+            expected = setup.frame.point(places[one.seen.name.removesuffix(" (probe)")].place_mm)
             assert point == pytest.approx(expected, abs=1e-6)
-            found.append(one.name)
+            found.append(one.seen.name)
     assert len(found) == len(set(found)) >= 0.9 * len(places)
 
 
@@ -142,12 +144,16 @@ def test_a_diameter_is_twice_the_error_and_a_length_the_difference_of_two_faces(
     assert both == pytest.approx({"shoulder-1": -1.0, "end-face": 1.0})
 
 
-def test_a_part_that_was_not_measured_yet_is_planned_from_the_priors(tmp_path: Path) -> None:
+def test_a_part_that_was_not_measured_yet_is_planned_from_the_priors(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     for file in ("job.toml", "finish.nc"):
         (tmp_path / file).write_bytes((SHAFT.parent / file).read_bytes())
     before, after = next_of_job(tmp_path / "job.toml", 3), next_of_job(SHAFT, 3)
+    assert (before.measured, after.measured) == (False, True)
     assert before.plan.before > 2.0 * after.plan.before
     assert before.plan.chosen[-1].after < before.plan.before
+    assert capfd.readouterr() == ("", "")
 
 
 def test_tools_that_stand_in_a_machine_with_a_model_are_planned_as_without_it(tmp_path: Path) -> None:
@@ -160,3 +166,39 @@ def test_tools_that_stand_in_a_machine_with_a_model_are_planned_as_without_it(tm
     assert inside.criterion == outside.criterion == "rms_um"
     assert 0.5 < inside.before / outside.before < 2.0
     assert inside.after <= inside.before
+
+
+def test_limits_of_a_tool_of_whose_features_nothing_was_measured_are_weighed(tmp_path: Path) -> None:
+    """The grooved part with its touches of the groove left out: the groove's own limits ask for one there."""
+    given = EXAMPLES / "grooved"
+    for file in ("finish.nc", "grooved.toml", "touches.csv"):
+        (tmp_path / file).write_bytes((given / file).read_bytes())
+    edges = _edges(read_cuts(JobFiles.of(tmp_path / "grooved.toml")), [], {})
+    own = {name for edge in edges[1:] for name in edge.inputs.profile.names}
+    rows = (tmp_path / "touches.csv").read_text().splitlines()
+    kept = [row for row in rows if not any(f",{name}," in row for name in own)]
+    assert len(kept) < len(rows)
+    (tmp_path / "touches.csv").write_text("\n".join(kept) + "\n")
+    name = edges[1].inputs.profile.names[0]
+    text = (tmp_path / "grooved.toml").read_text()
+    limits = (
+        f'[[part.characteristic]]\nname = "groove"\nquantity = "length"\nfeature = "{name}"\ntolerance = "±0.01"\n\n'
+    )
+    at = text.index("\n[", text.index("[part]") + 5) + 1
+    (tmp_path / "grooved.toml").write_text(text[:at] + limits + text[at:])
+    plan = next_of_job(tmp_path / "grooved.toml", 1).plan
+    assert (plan.criterion, plan.worst) == ("probability_out", "groove")
+    assert plan.chosen[0].feature in own
+
+
+def test_the_face_that_z_was_taken_from_has_no_error_left_to_measure() -> None:
+    """Its error is 0 by definition: with the other sign of its share it would be twice its own uncertainty."""
+    edges = _edges(read_cuts(JobFiles.of(EXAMPLES / "dxf" / "job.toml")), [], {})
+    states = [edge.state for edge in edges if edge.state.vectors.at_reference.any()]
+    assert states
+    for state in states:
+        k = np.flatnonzero(state.vectors.at_reference)
+        there = state.vectors.feature_index[k], state.vectors.arc_length_mm[k]
+        assert state.at(*there).standard_u_mm == pytest.approx([0.0], abs=1e-9)
+        places, functional = in_frame(state.profile, state.vectors, *there)
+        assert functional @ np.ones(len(places)) == pytest.approx([0.0])

@@ -143,13 +143,13 @@ class StoreChoice:
 
 
 def print_findings(findings: "Iterable[Finding]") -> None:
-    """What was noticed, on stderr."""
+    """Prints findings on stderr."""
     for found in findings:
         typer.echo(str(found), err=True)
 
 
 def kept_as_dict(kept: "KeptFacts | None") -> dict[str, object]:
-    """What was kept, for machines: nothing where there is no store."""
+    """Returns the facts that were stored, for JSON: nothing without a store."""
     if kept is None:
         return {}
     new: dict[str, int] = {}

@@ -140,7 +140,7 @@ def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def reader_gone(end: BaseException) -> bool:
-    """Whether a command ends because nobody reads its stdout: rich and click make a SystemExit of the broken pipe."""
+    """Returns whether stdout is closed: rich and click make a SystemExit of the broken pipe."""
     return isinstance(end, BrokenPipeError) or isinstance(end.__context__, BrokenPipeError)
 
 

@@ -99,6 +99,8 @@ def _probability(squared: Array, good: Array, noise: Array, catalogue: Catalogue
 
 def _inverted(covariance: Array) -> tuple[Array, Array]:
     """Lower Cholesky factor and inverse, (n, n) each."""
+    if not len(covariance):  # LAPACK takes no empty matrix and prints that on stderr
+        return covariance, covariance
     factor = cholesky(covariance, lower=True, check_finite=False)
     inverse = lapack.dpotri(factor, lower=True)[0]
     inverse = np.tril(inverse) + np.tril(inverse, -1).T

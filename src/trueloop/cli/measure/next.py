@@ -66,6 +66,10 @@ def next_measurement(
     if as_json:
         print_json(found.as_dict())
         return
+    if not found.measured:
+        typer.echo(
+            "No file of touches or readings that the job names is there: planned as for a part not measured yet."
+        )
     _show(found.plan)
 
 

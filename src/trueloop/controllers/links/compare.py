@@ -65,7 +65,7 @@ def _tokens(line: bytes, dialect: str, passes: AbstractSet[Change]) -> list[_Tok
 
 
 def _between(line: bytes, start: int, end: int, opened: bytes) -> Iterator[tuple[str, int, bytes]]:
-    """What stands between two words: a comment, or what the reader takes for no word."""
+    """Text between two words: a comment, or characters that the reader does not take for a word."""
     text = line[start:end]
     if kept := text.strip(BLANK):
         yield "comment" if kept.startswith(opened) else "text", start + text.index(kept), kept

@@ -42,7 +42,7 @@ class Agent:
 
 
 class Adapter:
-    """What was last said of each key, and those who are told. Nothing here ever waits for an agent."""
+    """The latest observation of each key, and its subscribers. No method waits for an agent."""
 
     def __init__(self, values: Mapping[str, Value], say: Say, backlog: int = BACKLOG) -> None:
         self._values, self._say, self._backlog = dict(values), say, backlog

@@ -23,11 +23,11 @@ from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
 PROCESS_MM: Final = (
     (0.0005, 0.0003, 0.25), (0.0005, 0.0010, 0.2), (0.0015, 0.0003, 0.2), (0.0015, 0.0010, 0.2), (0.0040, 0.0030, 0.15),
 )  # fmt: skip
-"""What cuts of a sound process differ by from part to part: a tool, a feature beside that, and how probable each is."""
+"""Standard deviations from part to part of a sound process: of a tool, of a feature beside it; with probabilities."""
 SCATTER_MM: Final = ((0.0002, 0.4), (0.0008, 0.4), (0.0018, 0.2))
-"""What places of one sound part differ by, with how probable each is beforehand."""
+"""Standard deviations from place to place of one sound part, with prior probabilities."""
 CHATTER_MM: Final = (0.003, 0.008)
-"""What places of shafts differ by beside that where there is waviness, each as probable."""
+"""Further standard deviations from place to place of wavy shafts, equally probable."""
 
 _DATUM: Final = "z counts from a face that each device finds anew, on a part that is not unclamped for it"
 _PROCESS: Final = "a part clamped again, a turret indexed, minutes of heat: some micrometres at most"
@@ -106,7 +106,7 @@ def of_one_size(name: str) -> Sizes:
 
 
 def columns(terms: tuple[Term, ...], places: Places, unit: bool = False) -> Array:
-    """What one standard deviation of each coefficient leaves at places, (n, m); `unit`: the coefficients alone.
+    """Returns the errors by one standard deviation of each at places, (n, m); `unit`: the coefficients alone.
 
     A coefficient that does nothing at any of the places is left out.
     """

@@ -11,13 +11,12 @@ import numpy as np
 from trueloop.controllers.probing import probing_program
 from trueloop.controllers.probing.settings import settings_of
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
 from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.measure.probing import points_at, program_of, read_measuring, read_probing
+from trueloop.jobs.measure.probing import points_at, program_of, reached, read_measuring, read_probing
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.inputs import Measured
 from trueloop.jobs.turned.job import ReadCuts, read_cuts
@@ -31,7 +30,7 @@ from trueloop.loops.turned.next_measurement import (
     state_of,
 )
 from trueloop.loops.turned.process_intermittent import process_errors
-from trueloop.loops.turned.share import own_inputs, seen_of_edge
+from trueloop.loops.turned.share import inputs_of_edge, seen_of_edge
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_plan
 from trueloop.probing.plan import MARGIN_MM, Spacing, equally_spaced
@@ -56,11 +55,16 @@ POINTS: Final = 7
 
 @dataclass(frozen=True)
 class NextOf:
-    """A job's plan, and what its measurements are: points for a ball and sizes for a gauge, in the part's frame."""
+    """A job's plan, and what its measurements are: points for a ball and sizes for a gauge, in the part's frame.
+
+    `measured`: some of the files of touches and readings that the job names are there; else it is planned from the
+    priors alone.
+    """
 
     part: str
     profile: Profile
     plan: Plan
+    measured: bool
     touches: Mapping[str, CmmTouch]
     sizes: Mapping[str, Characteristic]
     inch: bool
@@ -82,7 +86,12 @@ class NextOf:
         plan = self.plan
         return {
             **{"part": self.part, "criterion": plan.criterion, "before": plan.before, "after": plan.after},
-            **{"minutes": plan.minutes, "enough": plan.enough, "characteristic": plan.worst or None},
+            **{
+                "minutes": plan.minutes,
+                "enough": plan.enough,
+                "measured": self.measured,
+                "characteristic": plan.worst or None,
+            },
             "measurements": [
                 {
                     **{"name": one.name, "feature": one.feature, "instrument": one.instrument},
@@ -105,7 +114,8 @@ def next_of_job(
     errors.
     """
     files = JobFiles.of(path)
-    cuts = read_cuts(files, None if _was_measured(files) else _unmeasured(files))
+    measured = _was_measured(files)
+    cuts = read_cuts(files, None if measured else Measured((), _no_vectors(), (), ()))
     profile, gauging = cuts.read.profile, options_from(Gauging, files.job)
     asked = characteristics_of(files.located, profile)
     places = _places(profile, cuts)
@@ -123,7 +133,7 @@ def next_of_job(
     first = files.of_setups[0]
     program = first.finish_program()
     inch = unit_of_path(program.unit, first.run.of(program))["unit"] == "inch"
-    return NextOf(files.job.part.name, profile, plan, touches, sizes, inch, (path, *files.sources.files))
+    return NextOf(files.job.part.name, profile, plan, measured, touches, sizes, inch, (path, *files.sources.files))
 
 
 def written_files(found: NextOf, source: Path, control: str | None = None) -> dict[str, str]:
@@ -156,10 +166,6 @@ def _was_measured(files: JobFiles) -> bool:
     return any(one is not None and (files.path.parent / one).exists() for one in named)
 
 
-def _unmeasured(files: JobFiles) -> Measured:
-    return Measured((), _no_vectors(), (), ())
-
-
 def _no_vectors() -> ErrorVectors:
     none, pairs = np.zeros(0), np.zeros((0, 2))
     return ErrorVectors((), np.zeros(0, np.intp), none, none, none, np.zeros(0, np.bool_), pairs, pairs)
@@ -190,16 +196,7 @@ def _probed(path: Path, files: JobFiles, profile: Profile, places: Sequence[CmmT
     if files.job.gauging.probe is None or files.job.setups:
         return tuple(places)
 
-    def reached(touch: CmmTouch) -> bool:
-        try:
-            read_probing(path, points_at(profile, [touch]))
-        except TrueloopError as error:
-            if not error.code.startswith("PRB-") or error.code is Code.PRB_FILE:
-                raise
-            return False
-        return True
-
-    return tuple(one for one in places if reached(one))
+    return reached(path, places)
 
 
 def _touch(profile: Profile, touch: CmmTouch, kind: Instrument, gauging: Gauging) -> Seen:
@@ -227,25 +224,10 @@ def _edges(
     edges = []
     for setup in cuts.setups:
         for own, whole in setup.cuts:
-            inputs = own_inputs(whole, own)
-            if inputs is None:
-                assert own is not None  # the only tool of a job has all that was measured
-                nothing = replace(whole, touches=_no_vectors(), profile=own.profile, characteristics=())
-                inputs = replace(nothing, nose_radius_mm=own.edge.nose_radius_mm, called=own.edge)
+            inputs = inputs_of_edge(whole, own)
             measured = len(inputs.touches.point) > 0
             state = state_of(inputs, process_errors(inputs) if measured else inputs.touches)
             mine = seen_of_edge([one for _, _, one in seen], setup.frame, own, cuts.read.profile)
-            candidates = tuple(
-                Candidate(
-                    one.name,
-                    *kinds[one.name],
-                    one.feature_index,
-                    one.arc_length_mm,
-                    one.weight,
-                    one.standard_u_mm,
-                    minutes[kinds[one.name][1]],
-                )
-                for one in mine
-            )
+            candidates = tuple(Candidate(one, *kinds[one.name], minutes[kinds[one.name][1]]) for one in mine)
             edges.append(Edge(inputs, state, candidates))
     return edges

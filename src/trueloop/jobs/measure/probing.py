@@ -28,7 +28,7 @@ from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_moves, cmm_plan
 from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
 from trueloop.probing.probe_match import MatchedTouches, match_touches, renamed
 from trueloop.probing.probe_plan import ProbePlan, probe_plan
-from trueloop.probing.stylus import stock_obstacle
+from trueloop.probing.stylus import Obstacle, stock_obstacle
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
 REPORTING_SURFACES: Final = ("renishaw",)
@@ -63,6 +63,16 @@ def read_probing(path: Path, chosen: JobPoints | None = None) -> ProbingJob:
     `chosen` points take the place of the job's.
     """
     job, part = read_turned_job(path), read_part(path)
+    probe_file, probe, obstacle = _probe(path, job, part)
+    with in_file(path):
+        margin_mm = CLEAR_OF_ENDS * probe.stylus.ball_radius_mm
+        points = points_of_job(path, job, part, margin_mm) if chosen is None else chosen
+        plan = probe_plan(part.profile, points.points, obstacle, probe.stylus, probe.approach, points.names)
+    return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file, *points.files))
+
+
+def _probe(path: Path, job: Job, part: ReadPart) -> tuple[Path, ReadProbe, Obstacle]:
+    """Returns the job's probe with its file, and what it must not touch. Raises PRB errors."""
     if job.gauging.probe is None:
         raise TrueloopError(
             Code.PRB_FILE,
@@ -72,12 +82,25 @@ def read_probing(path: Path, chosen: JobPoints | None = None) -> ProbingJob:
         )
     probe_file = path.parent / job.gauging.probe
     probe = read_probe(probe_file, job.own_programs.semifinish_allowance_mm or 0.0)
-    obstacle = stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
-    with in_file(path):
-        margin_mm = CLEAR_OF_ENDS * probe.stylus.ball_radius_mm
-        points = points_of_job(path, job, part, margin_mm) if chosen is None else chosen
-        plan = probe_plan(part.profile, points.points, obstacle, probe.stylus, probe.approach, points.names)
-    return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file, *points.files))
+    return probe_file, probe, stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
+
+
+def reached(path: Path, touches: Sequence[CmmTouch]) -> tuple[CmmTouch, ...]:
+    """Returns the places that ball and stem of the job's probe reach. Raises as `read_probing`."""
+    job, part = read_turned_job(path), read_part(path)
+    _, probe, obstacle = _probe(path, job, part)
+
+    def reach(touch: CmmTouch) -> bool:
+        try:
+            points = points_at(part.profile, [touch])
+            probe_plan(part.profile, points.points, obstacle, probe.stylus, probe.approach, points.names)
+        except TrueloopError as error:
+            if error.code not in (Code.PRB_BALL, Code.PRB_REACH):
+                raise
+            return False
+        return True
+
+    return tuple(one for one in touches if reach(one))
 
 
 def read_listed(path: Path, points: Path) -> ProbingJob:

@@ -17,14 +17,13 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.estimate.places import Places, joined
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Inputs
 from trueloop.tolerances.conformance import judge
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.fit.between_cuts import BetweenCuts
-from trueloop.turned.fit.prior.part_state import PartState, part_state, places_on
-from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.fit.prior.part_state import PartState, in_frame, part_state
+from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 
 Instrument: TypeAlias = Literal["probe", "micrometer", "cmm"]
 
@@ -40,18 +39,14 @@ WORTHWHILE: Final = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A measurement that can be taken: Σ weight · e(feature, arc length), arrays (n,), in the frame of an edge.
+    """A measurement that can be taken, as it sees the errors of an edge's contour; the value of `seen` counts nothing.
 
-    `standard_u_mm` is that of its value from the instrument; `minutes` it takes; `feature` names it in the part.
+    `minutes` it takes; `feature` names it in the part.
     """
 
-    name: str
+    seen: Seen
     feature: str
     instrument: Instrument
-    feature_index: NDArray[np.intp]
-    arc_length_mm: Array
-    weight: Array
-    standard_u_mm: float
     minutes: float
 
 
@@ -126,7 +121,7 @@ def next_measurements(edges: Sequence[Edge], count: int) -> Plan:
         candidate, after = known[found[0]].edge.candidates[found[1]], _worth(known, limited)
         chosen.append(
             NextMeasurement(
-                candidate.name, candidate.feature, candidate.instrument, candidate.minutes, before[0], after[0]
+                candidate.seen.name, candidate.feature, candidate.instrument, candidate.minutes, before[0], after[0]
             )
         )
     last = _worth(known, limited)
@@ -161,11 +156,12 @@ class _Known:
         profile, between = edge.inputs.profile, edge.inputs.options.between_cuts
         index, along, length = _contour(profile)
         self.length_mm = float(np.sum(length))
-        parts = [(one.feature_index, one.arc_length_mm) for one in edge.candidates]
+        parts = [(one.seen.feature_index, one.seen.arc_length_mm) for one in edge.candidates]
         zero_z_mm, touches = edge.inputs.part_zero_z_mm, _touches(state)
         sizes = [(asked, measurand(profile, asked, touches, zero_z_mm)) for asked in _limited(edge)]
         parts += [(index, along), *((one.feature_index, one.arc_length_mm) for _, one in sizes)]
-        places, functional = _seen(state, np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts]))
+        index_of_all, along_all = np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts])
+        places, functional = in_frame(profile, state.vectors, index_of_all, along_all)
         whole = state.updated.state.at(places)
         rows = functional @ whole.design(places)
         scatter = whole.catalogue.repeatability_mm2(places, whole.sizes)[: functional.shape[0]]
@@ -173,10 +169,10 @@ class _Known:
         ends = np.cumsum([len(a) for a, _ in parts])
         slices = [slice(end - len(a), end) for end, (a, _) in zip(ends.tolist(), parts, strict=True)]
         count = len(edge.candidates)
-        weights = [one.weight for one in edge.candidates]
+        weights = [one.seen.weight for one in edge.candidates]
         self.rows = _stacked([w @ rows[at] for w, at in zip(weights, slices, strict=False)], rows.shape[1])
         own = [float(w**2 @ scatter[at]) for w, at in zip(weights, slices, strict=False)]
-        self.noise = np.array([one.standard_u_mm**2 for one in edge.candidates]) + np.array(own)
+        self.noise = np.array([one.seen.standard_u_mm**2 for one in edge.candidates]) + np.array(own)
         self.along = rows[slices[count]] * np.sqrt(length / self.length_mm)[:, None]
         normal = _normals(profile, index, along)
         self.other_mm2 = float(_varies(between, normal, np.eye(len(index))).mean() + scatter[slices[count]].mean())
@@ -270,17 +266,6 @@ def _normals(profile: Profile, index: NDArray[np.intp], along: Array) -> Array:
 
 def _touches(state: PartState) -> NDArray[np.intp]:
     return np.bincount(state.vectors.feature_index, minlength=len(state.profile.features)).astype(np.intp)
-
-
-def _seen(state: PartState, index: NDArray[np.intp], along: Array) -> tuple[Places, Array]:
-    """Returns the places of the terms and the functional of their errors that the part's frame shows, (n, N)."""
-    places, vectors = places_on(state.profile, index, along), state.vectors
-    reference = np.flatnonzero(vectors.at_reference)[:1]
-    if not len(reference):
-        return places, np.eye(len(index))
-    own = places_on(state.profile, vectors.feature_index[reference], vectors.arc_length_mm[reference])
-    share = _normals(state.profile, index, along)[:, 1] / vectors.outward_normal[reference[0], 1]
-    return joined([places, own]), np.column_stack([np.eye(len(index)), -share])
 
 
 def _stacked(rows: Sequence[Array], count: int) -> Array:

@@ -30,8 +30,13 @@ T = TypeVar("T")
 
 
 def own_inputs(inputs: Inputs, own: OwnContour | None) -> Inputs | None:
-    """Returns the inputs of this edge's contour from those of the whole part, with this edge's tool; None where nothing
-    of it was measured.
+    """Returns the inputs of this edge's contour as `inputs_of_edge`; None where nothing of it was measured."""
+    mine = inputs_of_edge(inputs, own)
+    return mine if own is None or len(mine.touches.point) else None
+
+
+def inputs_of_edge(inputs: Inputs, own: OwnContour | None) -> Inputs:
+    """Returns the inputs of this edge's contour from those of the whole part, with this edge's tool.
 
     All of them for the only tool of a job (None), which cuts the whole profile. Of readings of features that several
     edges cut it has what they state of its own. Characteristics of these are left out, which a note says.
@@ -39,8 +44,6 @@ def own_inputs(inputs: Inputs, own: OwnContour | None) -> Inputs | None:
     if own is None:
         return inputs
     touches = _own_vectors(inputs.touches, own, inputs)
-    if not len(touches.point):
-        return None
     finish = None if inputs.finish_touches is None else _own_vectors(inputs.finish_touches, own, inputs)
     asked = tuple(one for one in inputs.characteristics if _is_own(one, own, inputs))
     return replace(

@@ -106,18 +106,22 @@ def _angles(profile: Profile) -> Array:
 def _at(
     state: State, profile: Profile, vectors: ErrorVectors, feature_index: NDArray[np.intp], arc_length_mm: Array
 ) -> Normal:
-    places = places_on(profile, feature_index, arc_length_mm)
-    reference = np.flatnonzero(vectors.at_reference)
-    if not len(reference):
-        return state.predict(places, repeatability=False)
+    return state.predict(*in_frame(profile, vectors, feature_index, arc_length_mm), repeatability=False)
+
+
+def in_frame(
+    profile: Profile, vectors: ErrorVectors, feature_index: NDArray[np.intp], arc_length_mm: Array
+) -> tuple[Places, Array]:
+    """Returns places and the functional of their errors that a part's frame shows at n places of its profile.
+
+    N = n, and the functional is 1, where z is as reported; where z was taken from a touch, that is the last of the
+    N = n + 1 places, and what its error shifts is taken off: (n, N).
+    """
+    places, k = places_on(profile, feature_index, arc_length_mm), np.flatnonzero(vectors.at_reference)[:1]
+    if not len(k):
+        return places, np.eye(len(places))
     pairs = zip(feature_index.tolist(), arc_length_mm.tolist(), strict=True)
     normal_z = np.array([profile.features[i].outward_normal(s)[1] for i, s in pairs])
-    return state.predict(*_less_reference(profile, vectors, places, normal_z), repeatability=False)
-
-
-def _less_reference(profile: Profile, vectors: ErrorVectors, places: Places, normal_z: Array) -> tuple[Places, Array]:
-    """Places (n + 1,), the reference last, and the functional (n, n + 1) of their errors that a part's frame shows."""
-    k = np.flatnonzero(vectors.at_reference)[:1]
     own = places_on(profile, vectors.feature_index[k], vectors.arc_length_mm[k])
     return joined([places, own]), np.column_stack([np.eye(len(places)), -normal_z / vectors.outward_normal[k[0], 1]])
 
