@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.support.surfaces import points_to_csv
 from trueloop.formats.cad.step import write_surface
-from trueloop.formats.measurements.surface_csv import points_to_csv
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.dialect import dialect_named

@@ -6,14 +6,13 @@ corrected: a tool is set to be right.
 """
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.memory.level.filter import best_correction, cautious, learned, moved_on, predicted, unknown
 from trueloop.memory.level.step import TURNING, LevelPrior
-from trueloop.memory.level.whitening import FIRST, next_weight
 
 Rule: TypeAlias = Callable[[Array, Array, bool], Array]
 """(error, correction, set before this part) → correction of the next part."""
@@ -68,14 +67,26 @@ def known_gain(scatter_mm: float, drift_mm: float, gain: float, setting_mm: floa
     return made
 
 
+FIRST_WEIGHT: Final = 0.75
+"""Of those "between 0.50 and 0.75" [4773 §2.5], that of its Fig. 9."""
+REDUCED: Final = 0.8
+LEAST_WEIGHT: Final = 0.1
+
+
 def whitening(series: int) -> Rule:
-    """The weight by the signs of what is left."""
-    weight, signs = np.full(series, FIRST), np.empty((series, 0))
+    """The weight by the signs of what is left: [4773 §3.5] reduces it "by a standard percentage" where a correction
+    changes its sign over several iterations, and increases it where it hardly changes.
+    """
+    weight, signs = np.full(series, FIRST_WEIGHT), np.empty((series, 0))
 
     def rule(error: Array, correction: Array, anew: bool) -> Array:
         nonlocal weight, signs
         signs = np.column_stack([np.empty((series, 0)) if anew else signs, np.sign(error)])[:, -3:]
-        weight = next_weight(weight, signs)
+        if signs.shape[-1] == 3:
+            same = signs[:, :-1] * signs[:, 1:]
+            changed, stayed = (same < 0).all(axis=-1), (same > 0).all(axis=-1)
+            factor = np.where(changed, REDUCED, np.where(stayed, 1 / REDUCED, 1.0))
+            weight = np.clip(weight * factor, LEAST_WEIGHT, 1.0)
         return correction + weight * error
 
     return rule

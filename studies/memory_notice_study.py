@@ -4,7 +4,7 @@ The edge model judges parts of a shop that it was not made from (`trueloop.simul
 seventh has the event. Tables of `studies.memory_study`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -15,7 +15,7 @@ from trueloop.arrays import Array, Integers
 from trueloop.domain.life import Stage
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed
-from trueloop.memory.noticing.part import cleaned, notice_part
+from trueloop.memory.noticing.part import notice_part
 from trueloop.simulator.series import Event, Series, Shop, What, draw
 
 HISTORIES: Final = 60
@@ -53,6 +53,29 @@ NOISES: Final = (
     ("t₄", replace(SHOP, heavy_tails=True)),
     ("2 % gross touches", replace(SHOP, gross_share=0.02)),
 )
+
+
+def cleaned(part: MadePart, found: Mapping[Stage, Noticed]) -> MadePart:
+    """The part as it may be learned from: without the touches that were left out, and without its finish inspection
+    where that is in quarantine.
+    """
+    before, after = (found.get(stage, Noticed()) for stage in (Stage.SEMIFINISH, Stage.FINISH))
+    touches = part.semifinish.chosen(_stays(len(part.semifinish), before))
+    if part.finish is None or after.quarantine:
+        return replace(part, semifinish=touches, finish=None, correction_mm=None, from_memory_mm=None)
+    stays = _stays(len(part.finish), after)
+    taken, added = part.correction_mm, part.from_memory_mm
+    return replace(
+        part,
+        semifinish=touches,
+        finish=part.finish.chosen(stays),
+        correction_mm=None if taken is None else taken[stays],
+        from_memory_mm=None if added is None else added[stays],
+    )
+
+
+def _stays(places: int, found: Noticed) -> Integers:
+    return np.delete(np.arange(places), [touch.index for touch in found.left_out])
 
 
 def events(histories: int = HISTORIES, shop: Shop = SHOP) -> str:

@@ -35,7 +35,7 @@ from trueloop.simulator.nose import CentrePath, Nose, Transfer, path_along, path
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.process import Backlash, Deflection, Repeatability, Stock
 from trueloop.turned.compensation.contour import CentrePiece
-from trueloop.turned.readings.matches import matched_by_name
+from trueloop.turned.readings.matches import match_by_name
 from trueloop.turned.readings.vectors import with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging
@@ -143,7 +143,7 @@ def path_of(pieces: Sequence[CentrePiece]) -> CentrePath:
 def read_by_hand(inputs: Inputs, readings: Sequence[Reading], stock: Stock, rng: np.random.Generator) -> ErrorVectors:
     """The diameters of the part at the places of the readings, as a micrometer shows them."""
     profile, zero_mm = inputs.profile, ZERO_MM * rng.standard_normal()
-    matched = matched_by_name(profile, readings)
+    matched = [one for one in (match_by_name(profile, reading) for reading in readings) if one is not None]
     at = []
     for one in matched:
         feature = profile.features[one.feature_index]

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from tests.support.surfaces import SQUARE, on_grid, random_surface, sphere, wavy_surface
+from tests.support.surfaces import SQUARE, on_grid, points_to_csv, random_surface, sphere, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import read_face, read_faces, write_surface
-from trueloop.formats.measurements.surface_csv import points_to_csv, read_points
+from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.jobs.surface.job import ReadSurface, compare_jobs, read_surface

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studies.simulator_study import boring
 from tests.support.probing import EXAMPLES, example
 from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import contact_angle_rad
@@ -15,7 +16,7 @@ from trueloop.loops.simulated.simulated import Trial, calibrated, simulate, tria
 from trueloop.loops.simulated.study import Study, study
 from trueloop.simulator.machine import ErrorTerm, MachineError
 from trueloop.simulator.nose import SAME
-from trueloop.simulator.presets import Workshop, boring, nist
+from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.turned.fit.between_cuts import NONE
 
@@ -203,5 +204,5 @@ def test_moves_that_leave_the_path_between_the_places_they_were_chosen_by_are_ma
     limits = replace(inputs.options.limits, slope=0.2)
     options = replace(inputs.options, between_cuts=NONE, errors_follow="nose", limits=limits)
     bush = trial_of(replace(inputs, options=options))
-    made = simulate(bush, boring(Repeatability(0.003, 1.0), SAME), 400_024)
+    made = simulate(bush, boring(Repeatability(0.003, 1.0)), 400_024)
     assert b"(trueloop corrected" in made.correction.corrected_program

@@ -45,7 +45,9 @@ def test_a_displaced_program_s_correction_comes_back(tmp_path: Path) -> None:
     options, target = MapOptions(limit_mm=0.05), tmp_path / "mapped.ngc"
     field = similarity_field(shift_mm=(0.0, 0.0, -0.02))
     done = displace_program(EXAMPLES / "surface" / "finish.ngc", target, field, options)
-    envelope = machine.enveloped(read_record(tmp_path / "mapped.record.json"), done, options)
+    envelope = Correction(
+        read_record(tmp_path / "mapped.record.json"), {"limit_mm": options.limit_mm, "slope": options.slope}, done
+    )
     assert machine.CODEC.from_json(machine.CODEC.to_json(envelope), Correction) == envelope
     assert pickle.loads(pickle.dumps(envelope)) == envelope
     assert envelope.identity == (done.record,) and envelope.source_sha256 == done.source_sha256

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tests.support.refusals import refused
+from tests.support.surfaces import points_to_csv
 from trueloop.errors import Code
 from trueloop.formats.jobs.surface_job import read_surface_job
-from trueloop.formats.measurements.surface_csv import points_to_csv
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.surface.correction import SurfaceInputs
 

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from tests.support.refusals import refused
-from tests.support.surfaces import wavy_surface
+from tests.support.surfaces import points_to_csv, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, Place
 from trueloop.formats.jobs.surface_job import read_surface_job
-from trueloop.formats.measurements.surface_csv import points_to_csv
 from trueloop.jobs.surface.job import correct_surface, read_surface
 from trueloop.loops.surface.surface import model_of
 

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from tests.support.refusals import refused
-from tests.support.surfaces import square_places, wavy_surface
+from tests.support.surfaces import points_to_csv, square_places, wavy_surface
 from trueloop.arrays import Array
 from trueloop.domain.option import Limits
 from trueloop.errors import Code
-from trueloop.formats.measurements.surface_csv import points_to_csv
 from trueloop.jobs.surface.job import correct_surface, read_surface
 from trueloop.loops.surface.surface import SurfaceModel, correct, model_of, pattern_model
 from trueloop.report.surface.maps import colour_range_um

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.support.dmis import read_text
 from trueloop.domain.inspection import CmmPoint, Reading
 from trueloop.errors import TrueloopError
-from trueloop.formats.inspections.dmis.reader import read_dmis_text, statements_of
+from trueloop.formats.inspections.dmis.reader import dmis_text, statements_of
 
 LABELS = st.text("ABCxyz019-_.", min_size=1, max_size=8)
 LENGTHS = st.integers(-(10**7), 10**7).map(lambda tenths: f"{tenths / 1e4:.4f}")
@@ -102,7 +102,8 @@ def _lower(text: str, words: tuple[str, ...]) -> str:
 def test_every_byte_is_kept(text: str) -> None:
     assert "".join(statement.raw for statement in statements_of(text)) == text
     content = text.encode()
-    assert read_dmis_text(content, Path("part.dmo")).as_bytes() == content
+    decoded, encoding = dmis_text(content, Path("part.dmo"))
+    assert decoded.encode(encoding) == content
 
 
 @given(FILES, st.integers(0, 2**32), st.integers(1, 12))

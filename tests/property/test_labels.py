@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.labels import copies, materials, numbers, part_labels, patterns, program_labels
-from trueloop.domain.labels import Label, PartLabel, contradictions, label_of, labels_in, names_part, read_label
+from trueloop.domain.labels import Label, PartLabel, contradictions, labels_in, names_part, read_label
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, TrueloopError
 
@@ -53,7 +53,6 @@ def test_a_text_is_a_label_or_is_refused_where_no_label_goes_on(text: str) -> No
 @given(part_labels)
 def test_the_label_of_a_part_agrees_with_it_and_with_no_other_copy(label: PartLabel) -> None:
     part = Part(PartType(label.number.lower(), material=label.material), label.copy)
-    assert label_of(part, label.pattern) == label
     assert names_part(label, part)
     assert not contradictions(label, part.part_type, part.serial)
     if label.copy:

@@ -6,8 +6,8 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.machine.identify.observations import Observations
-from trueloop.machine.model.chain import AxisKind, Chain
-from trueloop.machine.model.kinematics import exact_error_mm
+from trueloop.machine.model.chain import AxisKind, Chain, Vector
+from trueloop.machine.model.kinematics import Values, exact_error_mm, influences
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, Term, block_diagonal, segments
@@ -86,3 +86,12 @@ def random_directions(count: int, rng: np.random.Generator, plane: bool = False)
         vectors[:, 1] = 0.0
     unit: Array = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     return unit
+
+
+def first_order_error_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, values: Values) -> Array:
+    """E to first order, (n, 3), work coordinates: the influences' sum."""
+    columns = influences(chain, positions, tool_mm)
+    total = np.zeros((len(positions), 3))
+    for name, value in values.items():
+        total += columns[name].displacement * np.broadcast_to(value, (len(positions),))[:, None]
+    return total

@@ -7,7 +7,8 @@ from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
-from trueloop.simulator.mill import MilledStock, ball_end
+from trueloop.simulator.mill import EndMill, MilledStock
+from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
@@ -65,3 +66,18 @@ def ball_centres(program: bytes, radius_mm: float) -> Array:
 def left_on_mm(centres_mm: Array, radius_mm: float, points_mm: Array, normal: Array) -> Array:
     """What a ball through these centres leaves at points of a surface, along its normals."""
     return MilledStock().cut_by(ball_end(radius_mm), [centres_mm]).height_mm(points_mm, normal, 0.5)
+
+
+def ball_end(radius_mm: float, radius_error_mm: float = 0.0) -> EndMill:
+    """A ball end, whose axis does not matter."""
+    return EndMill(Cutter(radius_mm, radius_mm), radius_error_mm=radius_error_mm)
+
+
+def points_to_csv(points_mm: Array, shape: tuple[int, int] | None = None) -> bytes:
+    """Points as `read_points` reads them, to a nanometre; `shape` of a grid."""
+    lines = ["row,column,x_mm,y_mm,z_mm" if shape else "x_mm,y_mm,z_mm"]
+    for k, point in enumerate(points_mm):
+        if np.all(np.isfinite(point)):
+            place = f"{k // shape[1] + 1},{k % shape[1] + 1}," if shape else ""
+            lines.append(place + ",".join(f"{value:.6f}" for value in point))
+    return ("\n".join(lines) + "\n").encode()

@@ -5,8 +5,7 @@ unknown variance. Sizes are tried on a grid, the noise's variance is integrated 
 one value scatters by to begin with.
 """
 
-from collections.abc import Hashable, Mapping, Sequence
-from itertools import product
+from collections.abc import Hashable, Mapping
 from typing import Final, TypeVar
 
 import numpy as np
@@ -16,19 +15,6 @@ from trueloop.arrays import Array
 H = TypeVar("H", bound=Hashable)
 SIZES: Final = (0.3, 2.0, 10.0, 60.0, 400.0)
 """Variances of what a cause leaves, in variances of the noise: what is tried."""
-
-
-def evidence(values: Array, blocks: Sequence[tuple[Array, Sequence[float]]]) -> float:
-    """Logarithm of the marginal likelihood of values (n,), in units of their noise.
-
-    `blocks` are columns (n, k), each with the variances that are tried of its coefficients; all pairs of variances are
-    tried, each as probable as any other.
-    """
-    rows = np.hstack([np.zeros((len(values), 0)), *[rows for rows, _ in blocks]])
-    of = np.repeat(np.arange(len(blocks)), [rows.shape[1] for rows, _ in blocks])
-    tried = np.array(list(product(*[sizes for _, sizes in blocks]))).reshape(-1, len(blocks))
-    found = log_student(rows.T @ rows, rows.T @ values, float(values @ values), len(values), tried[:, of])
-    return float(np.logaddexp.reduce(found) - np.log(len(found)))
 
 
 def log_student(gram: Array, right: Array, squares: Array | float, count: int, variances: Array) -> Array:

@@ -205,13 +205,6 @@ def _refused(text: str, at: int, expected: str) -> TrueloopError:
     )
 
 
-def label_of(part: Part, pattern: str) -> PartLabel:
-    """Makes the label of a part with that pattern of inspection points. Raises LAB-FORM for a field unfit for one."""
-    kind = part.part_type
-    fields = (kind.drawing or kind.name, kind.material, pattern, part.serial)
-    return PartLabel(*(field.upper() for field in fields))
-
-
 def contradictions(
     label: Label, part_type: PartType | None, serial: str = "", stage: Stage | None = None, place: Place | None = None
 ) -> tuple[Finding, ...]:

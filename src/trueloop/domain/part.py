@@ -47,11 +47,6 @@ EDGE: Final = re.compile(r"T\d+( D\d+)?( \((left|right|outer|inner) corner\))?")
 SETUP: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 
 
-def share_name(part: str, setup: str, edge: str) -> str:
-    """Names the part type of what an edge cuts: `grooved, T5 (left corner)`; in a set-up `shaft, second, T2`."""
-    return ", ".join(filter(None, (part, setup, edge)))
-
-
 def whole_of(names: Sequence[str]) -> str | None:
     """Returns the name of the part that types of these names are shares of; None: they are not shares of one part.
 

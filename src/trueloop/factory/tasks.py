@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any, Final
 
-from sqlalchemy import and_, insert, or_, select, update
+from sqlalchemy import and_, or_, select, update
 
 from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
@@ -66,16 +66,6 @@ class Working:
 
 Runner = Callable[[Store, Task, Working], Mapping[str, str]]
 """Does a task; what it returns is kept as the result. What it raises as `TrueloopError` is the task's problem."""
-
-
-def add_task(store: Store, kind: str, subject: str, values: Mapping[str, str], by: str, now: datetime) -> int:
-    """Adds a task without a decision behind it, such as the import of a file. Returns its number."""
-    at = stamp(now)
-    row = {"kind": kind, "subject": subject, "document": json.dumps(dict(values)), "made_by": by, "state": "waiting"}
-    more = {"said": "", "worker": "", "tries": 0, "progress": 0.0, "made_at": at, "changed_at": at}
-    with store.writing() as connection:
-        done = connection.execute(insert(TASK).values(**row, **more))
-        return int((done.inserted_primary_key or (0,))[0])
 
 
 def task_of(store: Store, number: int) -> Task:

@@ -154,7 +154,6 @@ Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False, strict=T
 Positive = Annotated[float, Field(gt=0, le=MOST, allow_inf_nan=False, strict=True)]
 NotNegative = Annotated[float, Field(ge=0, le=MOST, allow_inf_nan=False, strict=True)]
 Vector = tuple[Finite, Finite, Finite]
-Share = Annotated[float, Field(gt=0, le=1, strict=True)]
 Count = Annotated[int, Field(ge=1, le=MOST_COUNTED, strict=True)]
 
 

@@ -109,13 +109,6 @@ def signal_columns(named: Iterable[tuple[str, str]]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def joined(parts: Sequence[Samples]) -> Samples:
-    """Parts of one record, one after the other."""
-    first = parts[0]
-    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns}
-    return Samples(first.period_s, first.axes, first.signals, columns)
-
-
 _NAMES: Final = _core.realtime_names()
 PHASES: Final = tuple(name for _, name, _ in _NAMES["phases"])
 """Names of the phases, by the number that `rtec.phase` shows."""

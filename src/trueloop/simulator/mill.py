@@ -59,11 +59,6 @@ class EndMill:
         return CutterSweep(np.ascontiguousarray(centres_mm), ring, corner, along)
 
 
-def ball_end(radius_mm: float, radius_error_mm: float = 0.0) -> EndMill:
-    """Returns a ball end, whose axis does not matter."""
-    return EndMill(Cutter(radius_mm, radius_mm), radius_error_mm=radius_error_mm)
-
-
 @dataclass(frozen=True)
 class MilledStock:
     """Endless material less the passes cut so far."""
@@ -99,12 +94,6 @@ class MilledStock:
 def turn_rad(cutter: Cutter) -> float:
     """Returns the angle that a cutter's axis may turn between two places: a chord of its radius R is R δ²/8 off."""
     return float(np.sqrt(8 * TURN_MM / cutter.radius_mm))
-
-
-def raster(contact_mm: Array, normal: Array, cutter: EndMill) -> Sequence[Array]:
-    """Returns passes along the rows of a grid of contacts and normals, (rows, n, 3) each, every other one backwards."""
-    centres = cutter.centres_mm(contact_mm, normal)
-    return [row if k % 2 == 0 else row[::-1] for k, row in enumerate(centres)]
 
 
 @dataclass(frozen=True)

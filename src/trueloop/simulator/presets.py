@@ -6,7 +6,7 @@ from typing import Final
 
 from trueloop.simulator.machine import REFERENCE_C, VirtualMachine, VirtualProbe
 from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.nose import SAME, Nose, Transfer
+from trueloop.simulator.nose import Nose, Transfer
 from trueloop.simulator.process import Deflection, Repeatability
 from trueloop.units import UM_PER_MM
 
@@ -52,16 +52,6 @@ def nist(repeatability: Repeatability | None = None, transfer: Transfer = NIST_T
     """
     nose = Nose(NOSE_RADIUS_MM, tuple(map(math.radians, WORN_AT_DEG)), tuple(w / UM_PER_MM for w in WORN_BY_UM))
     return workshop_of(nose, TOOL_MM_PER_N, repeatability, transfer)
-
-
-def boring(repeatability: Repeatability | None = None, transfer: Transfer = SAME) -> Workshop:
-    """Returns the lathe with a boring bar: an insert worn a fifth as much, in a bore at mirrored contact angles.
-
-    The bar gives way by five times as much as an outside tool: an overhang of some four diameters (both assumed).
-    """
-    angles = tuple(-math.radians(angle) for angle in reversed(WORN_AT_DEG))
-    nose = Nose(NOSE_RADIUS_MM, angles, tuple(w / UM_PER_MM / 5.0 for w in reversed(WORN_BY_UM)))
-    return workshop_of(nose, 5.0 * TOOL_MM_PER_N, repeatability, transfer)
 
 
 def workshop_of(nose: Nose, tool_mm_per_n: float, repeatability: Repeatability | None, transfer: Transfer) -> Workshop:

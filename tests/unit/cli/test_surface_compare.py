@@ -16,10 +16,10 @@ from OCP.STEPControl import STEPControl_Reader
 
 from tests.support.chromium import console_errors, dump_dom
 from tests.support.cli import run
+from tests.support.surfaces import points_to_csv
 from trueloop.arrays import Array
 from trueloop.cli.terminal import ExitStatus
 from trueloop.formats.cad.kernel import kernel
-from trueloop.formats.measurements.surface_csv import points_to_csv
 from trueloop.jobs.surface.job import read_nominal, read_surface
 from trueloop.loops.surface.surface import model_of, pattern_model
 

@@ -12,7 +12,6 @@ from trueloop.domain.labels import (
     PartLabel,
     ProgramLabel,
     contradictions,
-    label_of,
     labels_in,
     names_part,
     read_label,
@@ -149,13 +148,6 @@ def test_which_parts_nists_alias_means() -> None:
     assert names_part(alias, Part(PartType("2511"), "139"))
     assert not names_part(alias, Part(PartType("2511"), "140"))
     assert not names_part(alias, Part(PartType("MODBAS2"), "2512"))
-
-
-def test_a_part_that_no_label_can_name_is_refused() -> None:
-    with pytest.raises(TrueloopError, match="LAB-FORM"):
-        label_of(Part(FACETST, "SN-0042"), "P1")
-    with pytest.raises(TrueloopError, match="LAB-FORM"):
-        label_of(Part(PartType("shaft", material="C45")), "P1")
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,14 @@
 """Tasks are done once, or again after their worker is gone; the step CORRECT gives what the command line gives."""
 
+import json
+from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
+from sqlalchemy import insert
 
 from tests.support.factory import AT, CELL, ENGINEER, Shop
 from trueloop.domain.factory import Block, BlockKind, Conditions, FactKind, PartState
@@ -13,13 +16,23 @@ from trueloop.domain.record import ProgramText
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
-from trueloop.factory.tasks import LEASE_S, Working, add_task, lease, run_task, task_of
+from trueloop.factory.tasks import LEASE_S, Working, lease, run_task, task_of
 from trueloop.jobs.factory.runners import RUNNERS
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job
+from trueloop.storage.factory_tables import TASK, stamp
 from trueloop.storage.store import Store, keep
 
 MODBAS2 = Path(__file__).parents[3] / "src" / "trueloop" / "examples" / "modbas2"
+
+
+def add_task(store: Store, kind: str, subject: str, values: Mapping[str, str], by: str, now: datetime) -> int:
+    at = stamp(now)
+    row = {"kind": kind, "subject": subject, "document": json.dumps(dict(values)), "made_by": by, "state": "waiting"}
+    more = {"said": "", "worker": "", "tries": 0, "progress": 0.0, "made_at": at, "changed_at": at}
+    with store.writing() as connection:
+        done = connection.execute(insert(TASK).values(**row, **more))
+        return int((done.inserted_primary_key or (0,))[0])
 
 
 def test_a_task_is_leased_once_and_again_when_its_worker_is_gone(store: Store) -> None:

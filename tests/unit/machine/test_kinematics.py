@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from tests.support.machines import first_order_error_mm
 from trueloop.machine.model.chain import ZERO, Chain
-from trueloop.machine.model.kinematics import exact_error_mm, first_order_error_mm, influences, tool_in_work_mm
+from trueloop.machine.model.kinematics import exact_error_mm, influences, tool_in_work_mm
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import PRESETS, chain_of
 

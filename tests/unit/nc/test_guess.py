@@ -1,9 +1,11 @@
 """The dialect is recognised by its words, and asked for where they leave a doubt."""
 
+from time import process_time
+
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.program.guess import guess_dialect
+from trueloop.nc.program.guess import guess_dialect, scores
 
 
 @pytest.mark.parametrize(
@@ -27,3 +29,11 @@ def test_what_fanuc_and_haas_write_alike_is_asked_with_the_scores_and_their_reas
     assert asked.value.code is Code.NC_DIALECT
     assert "fanuc-mill 9 points (O1000" in asked.value.message and "haas-mill 9 points" in asked.value.message
     assert "--dialect fanuc-mill" in (asked.value.hint or "")
+
+
+def test_a_long_program_of_plain_blocks_is_scored_in_time_that_grows_with_its_length() -> None:
+    """A mark searched from every line to the end of the file would take seconds."""
+    source = b"".join(b"X%d.%05d Y-0.00029 Z0.25776\n" % (k % 50, k) for k in range(4000))
+    began = process_time()
+    scores(source)
+    assert process_time() - began < 1.0

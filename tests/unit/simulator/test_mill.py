@@ -5,12 +5,18 @@ import math
 import numpy as np
 import pytest
 
+from tests.support.surfaces import ball_end
 from trueloop.arrays import Array
-from trueloop.simulator.mill import EndMill, MilledStock, ball_end, raster, turn_rad
+from trueloop.simulator.mill import EndMill, MilledStock, turn_rad
 from trueloop.surface.compensation.cutter import Cutter
 
 CUTTER = ball_end(3.0)
 UP = np.array([0.0, 0.0, 1.0])
+
+
+def raster(contact_mm: Array, normal: Array, cutter: EndMill) -> list[Array]:
+    """Passes along the rows of a grid of contacts and normals, (rows, n, 3) each, every other one backwards."""
+    return [row if k % 2 == 0 else row[::-1] for k, row in enumerate(cutter.centres_mm(contact_mm, normal))]
 
 
 def cusp_height_mm(step_over_mm: float, cutter_radius_mm: float, curvature_per_mm: float = 0.0) -> float:

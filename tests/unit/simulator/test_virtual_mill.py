@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.support.surfaces import wavy_surface
+from tests.support.surfaces import ball_end, wavy_surface
 from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
@@ -16,7 +16,6 @@ from trueloop.simulator.mill import (
     Passes,
     VirtualCmm,
     VirtualMill,
-    ball_end,
     passes_over,
 )
 from trueloop.simulator.process import WAVES, SurfaceProcess, Variation, published_process

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from tests.support.surfaces import NEAR, SQUARE, on_grid, random_surface
-from trueloop.surface.separation.moran import Null, geary_c, moran_i
+from trueloop.surface.separation.moran import EXPONENT, Null, Weights, geary_of, moran_i
 from trueloop.surface.separation.neighbourhood import (
     Neighbourhood,
     expected_geary_c,
@@ -33,7 +33,7 @@ def test_statistics_are_those_of_esda(exponent: float) -> None:
     theirs = Moran(values, w, transformation="O", permutations=0)
     geary = Geary(values, w, transformation="O", permutations=0)
     assert moran_i(points, values, exponent) == pytest.approx(theirs.I, abs=1e-12)
-    assert geary_c(points, values, exponent) == pytest.approx(geary.C, abs=1e-12)
+    assert geary_of(Weights(points, exponent).times, values - np.mean(values)) == pytest.approx(geary.C, abs=1e-12)
 
 
 def simulated_residuals(draws: int, seed: int) -> np.ndarray:
@@ -44,7 +44,9 @@ def simulated_residuals(draws: int, seed: int) -> np.ndarray:
 def test_geary_s_c_of_residuals_is_that_of_their_values_and_as_expected() -> None:
     """Residuals of a spline have no mean; neighbours that are alike bring C below what is expected of residuals."""
     draws = simulated_residuals(400, 3).T
-    assert NEAR.geary_c(draws[0]) == pytest.approx(geary_c(SQUARE.points_mm, draws[0]), rel=1e-9)
+    assert NEAR.geary_c(draws[0]) == pytest.approx(
+        geary_of(Weights(SQUARE.points_mm, EXPONENT).times, draws[0] - np.mean(draws[0])), rel=1e-9
+    )
     found, expected = np.array([NEAR.geary_c(z) for z in draws]), expected_geary_c(NEAR, SIZE)
     assert expected > 1.05
     assert abs(np.mean(found) - expected) < 4 * np.std(found) / np.sqrt(len(found))

@@ -5,11 +5,11 @@ import pytest
 
 from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.surface.pattern.outlier import outliers
-from trueloop.surface.pattern.pattern import Pattern, common_size, fit_variance_mm2, parts_needed, pattern_of
+from trueloop.surface.pattern.pattern import Pattern, common_size, parts_needed, pattern_of
 from trueloop.surface.separation.outlying_point import student
 from trueloop.surface.separation.places import projector
 from trueloop.surface.separation.separate import Separation, of_size, separate
-from trueloop.surface.separation.spline_surface import Size
+from trueloop.surface.separation.spline_surface import Size, basis
 
 NOISE_MM, BETWEEN_MM = 0.0022, 0.0025
 NAMES = tuple(f"S{k}" for k in range(1, 11))
@@ -69,7 +69,9 @@ def test_the_scatter_of_equal_parts_is_the_variance_of_the_fit() -> None:
     rng = np.random.default_rng(17)
     same = [of_size(SQUARE, rng.normal(0, NOISE_MM, 625), Size(9, 9), NEAR) for _ in range(40)]
     pattern = pattern_of(same, [f"P{k}" for k in range(40)], size=Size(9, 9))
-    own = fit_variance_mm2(same[0], GRID, GRID)
+    along = basis(Size(9, 9), 0, GRID)
+    one_way = np.diag(along @ np.linalg.inv(along.T @ along) @ along.T)  # the grid of touches is GRID both ways
+    own = same[0].sigma_mm ** 2 * np.outer(one_way, one_way)
     assert np.mean(pattern.scatter_grid_mm(GRID, GRID) ** 2) == pytest.approx(np.mean(own), rel=0.1)
 
 

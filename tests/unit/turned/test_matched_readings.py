@@ -2,7 +2,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
-from trueloop.turned.readings.matches import feature_named, match_by_name, matched_by_name
+from trueloop.turned.readings.matches import feature_named, match_by_name
 
 PROFILE = checked_profile(
     [
@@ -42,8 +42,3 @@ def test_a_length_needs_both_of_its_features() -> None:
     assert found is not None
     assert (found.feature_index, found.other_index) == (1, 3)
     assert match_by_name(PROFILE, reading("shoulder", "bore")) is None
-
-
-def test_readings_keep_their_order_and_those_without_a_feature_are_left_out() -> None:
-    found = matched_by_name(PROFILE, [reading("seat-2"), reading("bore"), reading("shoulder")])
-    assert [one.feature_index for one in found] == [2, 1]

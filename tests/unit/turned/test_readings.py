@@ -14,7 +14,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.turned.readings.matches import MatchedReading, matched_by_name
+from trueloop.turned.readings.matches import MatchedReading, match_by_name
 from trueloop.turned.readings.observed import datum_of, repeated, seen_by
 from trueloop.turned.readings.vectors import with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
@@ -44,9 +44,13 @@ def reading(feature: str, quantity: Quantity, actual: float, z_mm: float | None 
 
 
 def matched(*readings: Reading) -> tuple[MatchedReading, ...]:
-    found = matched_by_name(PROFILE, readings)
-    assert len(found) == len(readings)
-    return found
+    return named(PROFILE, *readings)
+
+
+def named(profile: Profile, *readings: Reading) -> tuple[MatchedReading, ...]:
+    found = [match_by_name(profile, one) for one in readings]
+    assert None not in found
+    return tuple(one for one in found if one is not None)
 
 
 def seen(one: Reading) -> Seen:
@@ -136,7 +140,7 @@ def test_a_collar_between_faces_that_look_apart_grows_by_both_errors() -> None:
         ]
     )
     length = Reading("l", Quantity.LENGTH, 10.007, feature="right", other="left", standard_u=0.002)
-    (group,) = repeated(collar, matched_by_name(collar, [length]), Gauging())
+    (group,) = repeated(collar, named(collar, length), Gauging())
     sees = seen_by(collar, group, None)
     assert sees.weight.tolist() == [1.0, 1.0]
     assert sees.value_mm == pytest.approx(0.007)

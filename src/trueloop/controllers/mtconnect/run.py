@@ -18,7 +18,6 @@ from trueloop.controllers.mtconnect.agent import HEARTBEAT, Limits, Said, nothin
 from trueloop.controllers.mtconnect.items import Condition, Machine, Value, lines
 from trueloop.errors import Code, TrueloopError
 
-PORT: Final = 7878
 PING_MS: Final = 10_000
 """An agent asks so often whether the adapter lives."""
 BACKLOG: Final = 1_000_000

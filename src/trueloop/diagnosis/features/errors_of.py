@@ -212,12 +212,6 @@ def _along_z(form: Form) -> tuple[float, float]:
     return n_z * value, abs(n_z) * u
 
 
-EDGES = wording(
-    "Edges are not judged: what servo lag rounds off is tenths of a millimetre wide, and a ball does not see it."
-)
-"""[4773 §4.2 e]: 0.0005 mm/(mm/min) · 0.08 mm/rev · 4000 rev/min = 0.16 mm."""
-
-
 def undetermined(points: SeenPoints, places: Mapping[str, FeaturePlace]) -> tuple[Finding, ...]:
     """Feature by feature which errors cannot be had from the points, why, and how many points could."""
     found: list[Finding] = []

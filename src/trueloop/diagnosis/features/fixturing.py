@@ -103,7 +103,6 @@ FALSE_ALARMS: Final = 0.01
 EACH: Final = FALSE_ALARMS / 3.0
 FEWEST: Final = 5
 """Repeats below which a step cannot be told from a drift."""
-POWER: Final = 0.9
 
 
 class Instability(StrEnum):

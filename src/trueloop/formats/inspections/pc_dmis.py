@@ -192,7 +192,6 @@ AXIS: Final = {
     **dict.fromkeys(("TP", "F"), Quantity.FORM),
 }
 """`M` is the dimension's own size; `T`, `S`, `RT`, `RS` and `PR` are deviations along a vector or a polar radius."""
-NUMBERS: Final = ("nominal", "actual", "deviation", "plus", "minus", "outside")
 NOT_READ: Final = ("V",)
 FACTOR: Final = {"MM": 1.0, "IN": MM_PER_INCH, "INCH": MM_PER_INCH, "DEG": 1.0}
 ZONES: Final = (Quantity.FORM, Quantity.RUNOUT)

@@ -119,18 +119,6 @@ def read_points(path: Path) -> PointsFile:
     return _gridded(rows, points, np.column_stack([rows.numbers(name) for name in GRID]))
 
 
-def points_to_csv(points_mm: Array, shape: tuple[int, int] | None = None) -> bytes:
-    """Points as `read_points` reads them, to a nanometre."""
-    grid = shape is not None
-    lines = [",".join((*GRID, *COORDINATES) if grid else COORDINATES)]
-    columns = shape[1] if shape is not None else 1
-    for k, point in enumerate(points_mm):
-        if np.all(np.isfinite(point)):
-            place = f"{k // columns + 1},{k % columns + 1}," if grid else ""
-            lines.append(place + ",".join(f"{value:.6f}" for value in point))
-    return ("\n".join(lines) + "\n").encode()
-
-
 def _gridded(rows: Rows, points: PointsFile, places: Array) -> PointsFile:
     index = places.astype(int)
     for k in np.flatnonzero(np.any((index != places) | (index < 1) | (index > MOST_LINES), axis=1))[:1]:

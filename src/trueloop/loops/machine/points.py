@@ -8,7 +8,7 @@ from typing import Final
 
 from trueloop import __version__
 from trueloop.domain import values
-from trueloop.domain.option import Limits, MapOptions
+from trueloop.domain.option import Limits
 from trueloop.domain.record import (
     ChangedWord,
     Correction,
@@ -127,8 +127,3 @@ def record_of_points(
 
 
 CODEC: Final = values.CODEC.with_more(Correction, Mapped, CorrectedPoints)
-
-
-def enveloped(record: Record, done: Mapped, options: MapOptions) -> Correction[Mapped]:
-    """Puts a program displaced by a field in the envelope that all products share."""
-    return Correction(record, {"limit_mm": options.limit_mm, "slope": options.slope}, done)

@@ -181,15 +181,6 @@ def influences(
     return found
 
 
-def first_order_error_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, values: Values) -> Array:
-    """Returns E to first order, (n, 3), work coordinates."""
-    columns = influences(chain, positions, tool_mm)
-    total = np.zeros((len(positions), 3))
-    for name, value in values.items():
-        total += columns[name].displacement * np.broadcast_to(value, (len(positions),))[:, None]
-    return total
-
-
 def _steps(axes: tuple[Axis, ...], sense: float, chain: Chain, positions: Array) -> list[tuple[Axis, Frames]]:
     """Returns each axis with the nominal frame after it."""
     frame = _bed(len(positions))

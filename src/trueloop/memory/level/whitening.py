@@ -1,24 +1,19 @@
-"""The weight by the signs of the remaining errors: for series without a model, and as a monitor beside one.
+"""A monitor of corrections by the signs of the remaining errors.
 
 [4773 §2.5] warns of adjustments that "change their sign and steadily increase", and asks for a smaller weight; §3.5 has
 the weight of a correction that changes its sign over several iterations reduced "by a standard percentage", and
 increased where its value changes very little. Where the weight is right, what is left is white: a sign is as likely to
-change as not. Two changes in a row and two times the same sign are then equally likely, a quarter of parts each, and
-the weight stays about where it is.
+change as not.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.memory.level.step import PartReading, Step, Weight
 from trueloop.wording import wording
 
-FIRST: Final = 0.75
-"""The first weight: of those "between 0.50 and 0.75" [4773 §2.5], that of its Fig. 9."""
 REDUCED: Final = 0.8
 """The factor by which a weight is multiplied, or divided to increase it: the standard percentage is 20 %."""
 LEAST: Final = 0.1
@@ -26,43 +21,6 @@ LATEST: Final = 12
 """Pairs of parts that the monitor looks at, and as many as it needs."""
 SUSPECT: Final = 0.01
 """The probability of signs as uneven by chance below which the monitor reports them."""
-
-
-def next_weight(weight: Array | float, signs: Array) -> Array:
-    """Returns the weight after parts whose errors have had these signs, (…, parts), the latest last; weights (…)."""
-    if signs.shape[-1] < 3:
-        return np.asarray(weight, float) * np.ones(signs.shape[:-1])
-    same = signs[..., -3:-1] * signs[..., -2:]
-    changed, stayed = (same < 0).all(axis=-1), (same > 0).all(axis=-1)
-    factor = np.where(changed, REDUCED, np.where(stayed, 1 / REDUCED, 1.0))
-    return np.asarray(np.clip(weight * factor, LEAST, 1.0))
-
-
-def whitened_steps(readings: Sequence[PartReading], first: float = FIRST) -> tuple[Step, ...]:
-    """Returns one step a part, in the order in which they were cut: C moves by weight times the error that is left.
-
-    Signs of before a setting of the tool count no more. A part in quarantine moves nothing.
-    """
-    weight, signs = first, np.empty(0)
-    done: list[Step] = []
-    for reading in readings:
-        before, reason = weight, str(wording("in quarantine: nothing is learned from this part"))
-        if reading.counts:
-            signs = np.append(np.empty(0) if reading.set_before else signs, np.sign(reading.error_mm))
-            weight = float(next_weight(weight, signs))
-            reason = _reason(weight, before, signs)
-        change = weight * reading.error_mm if reading.counts else 0.0
-        moved = Weight(weight if reading.counts else 0.0, before if done else None, reason)
-        done.append(Step(reading.correction_mm + change, change, moved, reading.error_mm - change))
-    return tuple(done)
-
-
-def _reason(weight: float, before: float, signs: Array) -> str:
-    if weight < before:
-        return wording("the sign of the error changed twice in a row: the correction overshoots")
-    if weight > before:
-        return wording("the error kept its sign three times: the correction falls short")
-    return wording("first parts: too few signs to judge by") if len(signs) < 3 else wording("as before")
 
 
 @dataclass(frozen=True)

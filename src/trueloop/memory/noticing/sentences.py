@@ -20,15 +20,6 @@ def is_slip(gain: float, slips: tuple[float, ...] = SLIPS) -> bool:
     return any(abs(gain - known) < NEAR for known in slips)
 
 
-def of_number(beyond_mm: float) -> str:
-    """Describes one number that differs from its prediction, mm."""
-    return wording(
-        "the part differs by {beyond} from what was predicted: the tool was set or changed, an offset was entered, "
-        "or the part was clamped otherwise",
-        beyond=Um(beyond_mm, "+.1f"),
-    )
-
-
 def of_level(shift: Array, before_finish: bool) -> str:
     """Describes a part with a displaced level: (dX, dZ), mm."""
     x, z = Um(shift[0], "+.1f"), Um(shift[1], "+.1f")

@@ -20,7 +20,7 @@ MARKS: Final[tuple[tuple[str, int, tuple[str, ...], str], ...]] = (
     (r"\bTOOL CALL\b|\bFMAX\b|\bCYCL DEF\b", 5, ("heidenhain",), "TOOL CALL, FMAX or CYCL DEF"),
     (r"^%_N_\w+_(MPF|SPF)|^;\$PATH=", 10, ("siemens",), "a head %_N_NAME_MPF"),
     (r"\b(GOTO[FB]|DIAMO[NF]|SUPA|MCALL|CYCLE\d+\s*\(|A?TRANS\b|MSG\s*\(|G500\b)", 6, ("siemens",), "CYCLE, DIAMON"),
-    (r"^[^(;]*\bR\d+\s*=|\b(CR|RND|CHR)\s*=", 5, ("siemens",), "R1= or CR="),
+    (r"^[^(;\n]*\bR\d+\s*=|\b(CR|RND|CHR)\s*=", 5, ("siemens",), "R1= or CR="),
     (r"#<\w+>|^\s*o<?\w+>?\s+(sub|call|if|while|repeat)\b", 8, ("linuxcnc",), "#<name> or an O word"),
     (r"\(\s*(debug|print|msg)\s*,|\bG64\s*P|\bG43\.1|\bG3[38]\.", 5, ("linuxcnc",), "(MSG, …), G64 P or G38.2"),
     (r"\(UPD\s*,|\bTOV\(", 10, ("ge2000t",), "(UPD, …)"),

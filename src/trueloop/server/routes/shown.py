@@ -55,7 +55,6 @@ def task_view(task: Task) -> TaskView:
 
 
 T = TypeVar("T")
-Sha = str
 routes = router()
 _LIFE: Final = TypeAdapter(PartLife)
 

@@ -21,7 +21,7 @@ from trueloop.surface.pattern.support import Support, between, faded
 from trueloop.surface.separation.outlying_point import COVERAGE, MANY, student
 from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.separate import Separation, of_size, separate
-from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
 from trueloop.units import UM_PER_MM
 
 DRIFT_LEAST_PARTS = 5
@@ -194,20 +194,6 @@ def _missed_mm(parts: Sequence[Separation]) -> float:
 def _comparable(parts: Sequence[Separation]) -> bool:
     """Returns whether all parts were measured at the same places."""
     return all(part.near is parts[0].near for part in parts)
-
-
-def fit_variance_mm2(part: Separation, u: Array, v: Array) -> Array:
-    """Variance that the random part gives a part's model at every u with every v, on a full grid of touches."""
-    rows, columns, size = part.places.rows, part.places.columns, part.deterministic.size
-    if rows is None or columns is None:
-        raise TrueloopError(
-            Code.SRF_GRID, f"the {len(part.places.u)} places are scattered, not a grid", hint="measure along a grid"
-        )
-    along, across = (
-        np.einsum("ai,ij,aj->a", b, np.linalg.inv(d.T @ d), b)
-        for b, d in ((basis(size, 0, u), basis(size, 0, rows)), (basis(size, 1, v), basis(size, 1, columns)))
-    )
-    return np.asarray(part.sigma_mm**2 * np.outer(along, across))
 
 
 def parts_needed(pattern: Pattern, target_mm: float, coverage: float = COVERAGE) -> int:

@@ -253,12 +253,6 @@ def moran_i(points_mm: Array, values: Array, exponent: float = EXPONENT) -> floa
     return float(len(z) * products / (total * (z @ z)))
 
 
-def geary_c(points_mm: Array, values: Array, exponent: float = EXPONENT) -> float:
-    """Geary's C = (n − 1) Σ c (zᵢ − zⱼ)² / (2 S0 Σ z²), about 1 for spatial randomness; raises as `moran_i`."""
-    points, z = _checked(points_mm, values, exponent)
-    return geary_of(Weights(points, exponent).times, z)
-
-
 def geary_of(weighted: Callable[[Array], Array], z: Array) -> float:
     """Geary's C of values (n,) about zero, from what multiplies the weights with vectors (n, k)."""
     rows, products = weighted(np.stack([np.ones_like(z), z], axis=1)).T

@@ -1,6 +1,6 @@
 """The result for each value of an inspection: matched with a feature, kept as no error of the profile, or neither."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, TypeAlias
@@ -47,12 +47,6 @@ def feature_named(profile: Profile, name: str) -> int | None:
     if name in names:
         return names.index(name)
     return _only_ones(names).get(_letters(name))
-
-
-def matched_by_name(profile: Profile, readings: Iterable[Reading]) -> tuple[MatchedReading, ...]:
-    """Returns the readings that name a feature of the profile, in their order; the others are left out."""
-    found = (match_by_name(profile, reading) for reading in readings)
-    return tuple(one for one in found if one is not None)
 
 
 @lru_cache(maxsize=16)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from trueloop.formats.inspections.dmis.reader import read_dmis_text, statements_of
+from trueloop.formats.inspections.dmis.reader import dmis_text, statements_of
 from trueloop.formats.inspections.dmis.words import Words, words_of
 
 
@@ -65,7 +65,8 @@ def test_a_statement_has_the_line_on_which_it_begins() -> None:
     + ["FILNAM/'轴'\r\nF(直径)=FEAT/POINT,CART,1,2,3\n".encode("gb18030"), b"\xfe\xff\x00U\x00N\x00\r\x00\n"],
 )
 def test_every_byte_is_kept_in_any_encoding(content: bytes) -> None:
-    assert read_dmis_text(content, Path("part.dmo")).as_bytes() == content
+    text, encoding = dmis_text(content, Path("part.dmo"))
+    assert "".join(one.raw for one in statements_of(text)).encode(encoding) == content
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Changes noticed of whole parts, and of one number."""
+"""Changes noticed of whole parts."""
 
 from dataclasses import replace
 
@@ -7,12 +7,9 @@ import pytest
 
 from trueloop.arrays import Array
 from trueloop.domain.life import Stage
-from trueloop.memory.level.kalman import steps
-from trueloop.memory.level.step import PartReading
-from trueloop.memory.level.whitening import whitened_steps
 from trueloop.memory.made_part import CutErrors, MadePart
-from trueloop.memory.noticing.alarm import Noticed, What
-from trueloop.memory.noticing.part import cleaned, notice_part, notice_step
+from trueloop.memory.noticing.alarm import What
+from trueloop.memory.noticing.part import notice_part
 
 ANGLES = np.radians(np.linspace(10, 85, 12))
 CORRECTION = 0.018 + 0.006 * np.cos(4 * ANGLES)
@@ -70,41 +67,3 @@ def test_a_turned_edge_is_noticed_before_the_finish_cut(history: tuple[MadePart,
     found = notice_part(history, replace(part, semifinish=seen(error)))[Stage.SEMIFINISH]
     assert found.own_fit
     assert any("turned" in alarm.says for alarm in found.alarms)
-
-
-def last(*more: PartReading) -> Noticed:
-    """Eight parts in hand, corrected by 20 µm, then these."""
-    rng = np.random.default_rng(2)
-    known = [PartReading(0.02 * (k == 0) + 0.001 * rng.normal(), 0.02 * (k > 0)) for k in range(8)]
-    readings = [*known, *more]
-    return notice_step(steps(readings)[-1], readings[-1], len(readings) - 1)
-
-
-def test_one_number() -> None:
-    assert last(PartReading(0.002, 0.02)) == Noticed()
-    moved = last(PartReading(-0.030, 0.02))
-    assert moved.alarms[0].what is What.LEVEL
-    assert "differs by −" in moved.alarms[0].says
-    assert not moved.quarantine
-    missed, twice = last(PartReading(0.020, 0.02)), last(PartReading(-0.020, 0.02))
-    assert "not run" in missed.alarms[0].says
-    assert "twice" in twice.alarms[0].says
-    assert missed.quarantine and twice.quarantine
-
-
-def test_a_rule_without_a_model_predicts_nothing() -> None:
-    reading = PartReading(0.01)
-    with pytest.raises(ValueError, match="without an innovation"):
-        notice_step(whitened_steps([reading])[0], reading, 3)
-
-
-def test_what_is_left_out_or_in_quarantine_is_not_learned(history: tuple[MadePart, ...]) -> None:
-    gross = made(6, np.random.default_rng(9), gross=0.030)
-    clean = cleaned(gross, notice_part(history, gross))
-    assert clean.semifinish.point == tuple(f"P{k}" for k in range(1, 13) if k != 5)
-    assert clean.semifinish.error_mm == pytest.approx(np.delete(gross.semifinish.error_mm, 4))
-    assert clean.finish == gross.finish
-    missed = made(6, np.random.default_rng(9), arrived=0.0)
-    without = cleaned(missed, notice_part(history, missed))
-    assert (without.finish, without.correction_mm) == (None, None)
-    assert without.semifinish == missed.semifinish

@@ -48,24 +48,6 @@ class Statement:
     raw: str
 
 
-@dataclass(frozen=True)
-class DmisText:
-    """A file as statements; `as_bytes` of what `read_dmis_text` gave is the file."""
-
-    statements: tuple[Statement, ...]
-    encoding: str
-
-    def as_bytes(self) -> bytes:
-        """Returns the file's bytes, unchanged."""
-        return "".join(statement.raw for statement in self.statements).encode(self.encoding)
-
-
-def read_dmis_text(content: bytes, path: Path) -> DmisText:
-    """Reads the statements of a file's bytes. Raises MSR-FILE where they are no text."""
-    text, encoding = dmis_text(content, path)
-    return DmisText(tuple(statements_of(text)), encoding)
-
-
 def dmis_text(content: bytes, path: Path) -> tuple[str, str]:
     """Returns a file's text and an encoding that gives its bytes again: Latin-1 where no likelier one does."""
     _, encoding = decoded(content, path)

@@ -89,8 +89,6 @@ def _rows(vectors: Array) -> list[Vector | None]:
 
 
 NAMES: Final = frozenset((".csv", ".tsv", ".tab"))
-TITLES: Final = (Role.PART, Role.SERIAL, Role.DATE, Role.TIME, Role.OPERATOR, Role.DEVICE)
-"""Roles that lines above the headings may state for the whole file."""
 
 
 def recognises(path: Path, head: bytes) -> bool:
