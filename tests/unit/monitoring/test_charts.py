@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from trueloop.errors import Code, TrueloopError
 from trueloop.monitoring.charts import Baseline, baseline, cusum, ewma, individuals, moving_range
 
 BASE = Baseline(10.0, 2.0, 20)
@@ -13,6 +14,22 @@ def test_a_baseline_is_the_mean_and_the_mean_moving_range_over_d2() -> None:
     found = baseline([10.0, 12.0, 8.0, 10.0, 14.0, 12.0, 8.0, 10.0])
     assert (found.centre, found.count) == (10.5, 8)
     assert found.sigma == pytest.approx(20.0 / 7.0 / 1.1283792, rel=1e-7)
+
+
+@pytest.mark.parametrize("values", [[5.0], [1.0, 2.0, 1.0, 2.0, 1.0, 2.0, 1.0], [3.0] * 8])
+def test_too_few_or_equal_values_make_no_baseline(values: list[float]) -> None:
+    with pytest.raises(TrueloopError) as refusal:
+        baseline(values)
+    assert refusal.value.code is Code.MON_FEW and refusal.value.values == {"count": len(values)}
+
+
+def test_a_range_an_average_or_a_sum_on_its_limit_is_no_alarm() -> None:
+    """16 is 3 σ off, half of it 1.5 σ: with weight 0.5 the first average has a σ of 0.5. 12 adds 0.5 σ to the sum."""
+    limit = float(moving_range(np.array([0.0, 0.0]), BASE).high[1])
+    assert moving_range(np.array([0.0, limit]), BASE).alarms == ()
+    assert ewma(np.array([16.0]), BASE, 0.5, 3.0).alarms == ()
+    assert [chart.alarms for chart in cusum(np.array([12.0, 12.0]), BASE, 0.5, 1.0)] == [(), ()]
+    assert ewma(np.array([16.01]), BASE, 0.5, 3.0).alarms != ()
 
 
 def test_individuals_are_marked_beyond_three_sigma() -> None:

@@ -19,8 +19,8 @@ def step(first: int, count: int) -> Array:
     return (np.arange(count) >= first).astype(float)
 
 
-def integrated(z: Array, shape: Array) -> float:
-    """The marginal likelihood of a shape against that of nothing, by quadrature over its size.
+def integrated(z: Array, shape: Array, power: int = 0) -> float:
+    """The marginal likelihood of a shape against that of nothing, times a power of its size, by quadrature.
 
     Normal densities are written out: those of scipy take forty times as long for one value.
     """
@@ -28,7 +28,8 @@ def integrated(z: Array, shape: Array) -> float:
 
     def density(size: float) -> float:
         left = z - size * shape
-        return math.exp((squares - left @ left - (size / SIZE) ** 2) / 2) / (SIZE * math.sqrt(2 * math.pi))
+        exponent = (squares - left @ left - (size / SIZE) ** 2) / 2
+        return float(size**power * math.exp(exponent) / (SIZE * math.sqrt(2 * math.pi)))
 
     return float(integrate.quad(density, -40.0, 40.0, points=[0.0], limit=400)[0])
 
@@ -44,6 +45,9 @@ def test_probabilities_are_those_of_integrated_likelihoods(first: int, size: flo
     by_kind = {one.kind: one.probability for one in found.likely}
     assert by_kind == pytest.approx({"ramp": weights[0] / total, "step": weights[1] / total}, rel=1e-6)
     assert (found.unknown, found.chance) == pytest.approx((unknown / total, 1.0 / total), rel=1e-6)
+    for one, shape in zip(sorted(found.likely, key=lambda one: one.kind), (ramp, step(3, 6)), strict=True):
+        mean, square = (integrated(z, shape, power) / integrated(z, shape) for power in (1, 2))
+        assert (one.size, one.size_u) == pytest.approx((mean, math.sqrt(square - mean**2)), rel=1e-6, abs=1e-6)
 
 
 def test_a_setting_is_named_where_the_step_begins_with_it_and_not_elsewhere() -> None:
@@ -88,6 +92,13 @@ def test_moving_ranges_of_correlated_values_are_as_much_too_narrow_as_said(phi: 
     found = correlation(z)
     assert found.lag_1 == pytest.approx(phi, abs=0.02) and found.width == pytest.approx(width, abs=0.02)
     assert np.abs(np.diff(z)).mean() * np.sqrt(np.pi) / 2.0 == pytest.approx(found.width, rel=0.02)
+
+
+def test_the_correlation_of_neighbours_by_hand() -> None:
+    """About their mean 1, 2, 3 are −1, 0, 1: neighbours' products are 0, without the bias 1/3. Equal values: none."""
+    found = correlation(np.array([1.0, 2.0, 3.0]))
+    assert (found.lag_1, found.limit) == pytest.approx((1.0 / 3.0, 1.96 / np.sqrt(3.0)), rel=1e-4)
+    assert correlation(np.array([5.0, 5.0, 5.0])).lag_1 == 0.0
 
 
 def test_independent_values_are_called_alike_as_often_as_said() -> None:

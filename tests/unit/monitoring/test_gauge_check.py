@@ -58,3 +58,15 @@ def test_a_fall_is_negative_and_two_times_say_no_drift() -> None:
 def test_e_n_is_of_both_expanded_uncertainties() -> None:
     assert e_n(-2.0, 0.3, 0.4) == pytest.approx(-2.0)
     assert e_n(6.0, 1.2, 0.9) == pytest.approx(2.0)
+
+
+def test_the_interval_of_three_checks_is_by_student_with_one_degree_of_freedom() -> None:
+    """0, 3, 0 on three days: slope 0, residuals −1, 2, −1, so √(6 / 2) · 12.7062; three different days suffice."""
+    slope = daily(np.array([0.0, 3.0, 0.0])).slope
+    assert slope is not None and (slope.per_day, slope.half_width) == pytest.approx((0.0, 22.0078), abs=1e-4)
+
+
+def test_a_gauge_that_never_deviates_is_neither_biased_nor_drifting() -> None:
+    found = daily(np.zeros(4))
+    assert found.bias_u == 0.0 and not found.biased
+    assert found.slope is not None and not found.slope.significant

@@ -45,6 +45,13 @@ def test_a_segment_of_two_parts_has_no_chart_and_no_z() -> None:
     assert np.isnan(found.z[22:]).all() and np.isfinite(found.z[:22]).all()
 
 
+def test_three_values_of_its_own_are_a_segment_s_centre_and_the_ends_begin_none() -> None:
+    found = charted(SCATTER, ALL, [0, 21, 24])
+    assert [(one.first, one.stop) for one in found.segments] == [(0, 21), (21, 24)]
+    last = found.segments[1].base
+    assert last is not None and last.centre == pytest.approx(SCATTER[21:].mean())
+
+
 @pytest.mark.parametrize("values", [SCATTER[:7], np.full(24, 3.0)])
 def test_too_few_or_equal_values_say_no_standard_deviation(values: np.ndarray) -> None:
     with pytest.raises(TrueloopError) as refused:
