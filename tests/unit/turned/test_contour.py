@@ -5,12 +5,15 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, reject
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
+from tests.support.profiles import profiles
+from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line
-from trueloop.geometry.profile import Profile, junctions_of
+from trueloop.geometry.offset import nose_centre_path
+from trueloop.geometry.profile import JunctionKind, Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, reaches_mm, shifted_contour
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_sum
 
@@ -153,3 +156,50 @@ def test_the_perpendicular_beyond_a_free_end_is_beyond_it_at_both_ends() -> None
     beyond_mm = 20.0 * math.asin(0.5 / 20.8)
     found = [reaches_mm(ShiftedFeature(dome, ZERO, 0.8), 0.5, at_end) for at_end in (True, False)]
     assert found == pytest.approx([dome.length_mm + beyond_mm, -beyond_mm])
+
+
+@given(profiles(), st.floats(0.1, 1.2))
+def test_without_shifts_the_path_is_the_offset_of_lines_and_circles(profile: Profile, radius_mm: float) -> None:
+    """That path is found by Newton's steps along the features, the other from the crossings of whole lines and circles.
+
+    Where features run along each other, rounding decides how far along them they meet, not where the nose is.
+    """
+    try:
+        path = nose_centre_path(profile, radius_mm)
+    except TrueloopError:
+        reject()
+    pieces = centre_pieces(profile, shifted_contour(profile, [ZERO] * len(profile.features), radius_mm))
+    for piece, moved, junction in zip(pieces, path.features, profile.junctions, strict=False):
+        end = piece.shifted.centre_mm(piece.end_mm)
+        near_mm = 1e-7 if junction.kind is JunctionKind.CORNER else 0.05
+        assert math.dist(end, moved.end_mm) < near_mm and abs(float(moved.locate(end)[1])) < 1e-7
+
+
+@pytest.mark.parametrize(("first_mm", "second_mm", "meets_mm"), [(4.0, 4.0, 0.8), (4.0, 0.5, 0.0), (0.5, 4.0, 0.0)])
+def test_tangent_lines_that_cross_beyond_half_of_the_shorter_go_over_where_they_end(
+    first_mm: float, second_mm: float, meets_mm: float
+) -> None:
+    """At 0.9 mrad the first line, 0.72 µm further out, is met 0.72 µm / sin(0.9 mrad) = 0.8 mm beyond its end."""
+    turn_rad = 9e-4
+    first = Line("first", (10.0, -first_mm), (10.0, 0.0))
+    second = Line("second", (10.0, 0.0), (10.0 + second_mm * math.sin(turn_rad), second_mm * math.cos(turn_rad)))
+    profile = Profile((first, second), junctions_of((first, second)))
+    assert profile.junctions[0].kind is JunctionKind.TANGENT
+    out = sampled(np.array([0.0]), np.array([0.72e-3]))
+    before, after = centre_pieces(profile, shifted_contour(profile, [out, ZERO], 0.4))
+    assert (before.end_mm - first_mm, after.start_mm) == pytest.approx((meets_mm, meets_mm), abs=2e-3)
+
+
+def test_paths_that_run_on_in_one_direction_are_not_sought_to_cross() -> None:
+    first, second = Line("first", (10.0, -4.0), (10.0, 0.0)), Line("second", (10.0, 0.0), (10.0, 5.0))
+    profile = Profile((first, second), junctions_of((first, second)))
+    out = sampled(np.array([0.0]), np.array([0.01]))
+    before, after = centre_pieces(profile, shifted_contour(profile, [out, ZERO], 0.4))
+    assert (before.end_mm, after.start_mm) == (4.0, 0.0)
+
+
+def test_features_that_are_apart_keep_their_ends() -> None:
+    first, second = Line("cylinder", (10.0, 0.0), (10.0, 5.0)), Line("face", (8.0, 9.0), (2.0, 9.0))
+    profile = Profile((first, second), junctions_of((first, second)))
+    pieces = centre_pieces(profile, shifted_contour(profile, [ZERO, ZERO], 0.4))
+    assert [(piece.start_mm, piece.end_mm) for piece in pieces] == [(0.0, 5.0), (0.0, 6.0)]
