@@ -112,7 +112,7 @@ def test_nothing_comes_from_outside(modbas2_page: Outline) -> None:
 def test_pictures_stand_in_the_page_without_scripts(modbas2_page: Outline) -> None:
     html = page(example_correction("modbas2"))
     drawn = list(figures(example_correction("modbas2")))
-    assert html.count('<svg class="still"') == len(drawn) == 10
+    assert html.count('<svg class="still"') == len(drawn) == 12
     touches = example_correction("modbas2").touches
     assert all(html.count(f"point {name}\n") >= 2 for name in touches.point)  # in the drawing, and on its curve
     assert len(html.encode()) < 400_000  # a page is sent by mail, and opens on a telephone

@@ -17,6 +17,7 @@ from trueloop.domain.tool import Edge, Machine
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.commanded import Run
+from trueloop.loops.turned.error_sources import FeatureSources
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.loops.turned.part_on_machine import PartOnMachine
@@ -143,7 +144,7 @@ class Correction:
     earlier parts of the edge said; None: there are none, or they were not to be used. `in_force` is by feature what the
     correction in force moved the contour by; this one is the whole. Empty: none was. `joint_name`: the file name of
     the program that carries the corrections of several edges; then `corrected_program` is that one. "": the program has
-    one edge.
+    one edge. `sources` shares out the errors of every feature, in the profile's order.
     """
 
     part: str
@@ -173,6 +174,7 @@ class Correction:
     memory: FromMemory | None = None
     in_force: tuple[Shift, ...] = ()
     joint_name: str = ""
+    sources: tuple[FeatureSources, ...] = ()
 
     @property
     def left_by_offset_mm(self) -> Array:

@@ -37,18 +37,24 @@ def places_along(
     along = [angles_along(profile, i)[0] for i in features]
     index = np.repeat(np.array(features, dtype=np.intp), [len(s) for s in along])
     s = np.concatenate([*along, np.empty(0)])
-    at = _at(profile, index, s, ("",) * len(s))
+    return index, s, places_at(profile, index, s, vectors)
+
+
+def places_at(profile: Profile, index: NDArray[np.intp], arc_length_mm: Array, vectors: ErrorVectors) -> CutErrors:
+    """Returns places (n,) of features as the state knows them. z counts from where that of the vectors does."""
+    at = _at(profile, index, arc_length_mm, ("",) * len(arc_length_mm))
     reference = np.flatnonzero(vectors.at_reference)
-    if len(reference):
-        touched = vectors.chosen(reference[:1])
-        own = _at(profile, touched.feature_index, touched.arc_length_mm, touched.point)
-        normals = np.array([profile.features[i].outward_normal(float(x))[1] for i, x in zip(index, s, strict=True)])
-        at = CutErrors(
-            *(at.feature, at.point, at.contact_angle_rad, at.error_mm, at.standard_u_mm, at.z_mm, at.share, at.group),
-            z_share=normals / touched.outward_normal[0, 1],
-            reference=own,
-        )
-    return index, s, at
+    if not len(reference):
+        return at
+    touched = vectors.chosen(reference[:1])
+    own = _at(profile, touched.feature_index, touched.arc_length_mm, touched.point)
+    pairs = zip(index, arc_length_mm, strict=True)
+    normals = np.array([profile.features[i].outward_normal(float(x))[1] for i, x in pairs])
+    return CutErrors(
+        *(at.feature, at.point, at.contact_angle_rad, at.error_mm, at.standard_u_mm, at.z_mm, at.share, at.group),
+        z_share=normals / touched.outward_normal[0, 1],
+        reference=own,
+    )
 
 
 def _from(errors: CutErrors, vectors: ErrorVectors, reference: CutErrors) -> CutErrors:

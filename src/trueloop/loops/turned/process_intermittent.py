@@ -19,6 +19,7 @@ from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
+from trueloop.loops.turned.error_sources import MachineShare, error_sources
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.outcome import expected_uncorrected_mm, prediction_at_touches
 from trueloop.loops.turned.part_on_machine import (
@@ -33,8 +34,11 @@ from trueloop.loops.turned.part_on_machine import (
 from trueloop.loops.turned.paths import Paths, corrected_paths, corrected_shifts
 from trueloop.loops.turned.programs import ContourTools, contour_tools, write_programs
 from trueloop.loops.turned.provenance import cumulative_words, id_of, record_of
-from trueloop.loops.turned.remembering import remembering
+from trueloop.loops.turned.remembering import remembering, today_of
 from trueloop.loops.turned.written import Writing
+from trueloop.memory.edge.expect import remembered
+from trueloop.memory.edge.predict import latest
+from trueloop.memory.made_part import MadePart
 from trueloop.turned.compensation.decide import Decision, decide
 from trueloop.turned.compensation.prediction import Prediction, correction_table
 from trueloop.turned.compensation.shift import Shift
@@ -95,11 +99,14 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     given_up = _given_up_mm(inputs, matched, decision, surface.touches)
     prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight, given_up)
     by_tool = _by_tool(inputs, matched, model, decision, paths, programs.wear, tools)
-    composed = None if machine is None else _composed(machine, surface, model, prediction, inputs.nose_radius_mm)
+    composed, of_machine = None, None
     if machine is not None:
+        composed = _composed(machine, surface, model, prediction, inputs.nose_radius_mm)
         u_mm = model_u_mm(machine, surface.touches, inputs.nose_radius_mm)
         prediction = replace(prediction, budget=prediction.budget.with_more(u_mm))
+        of_machine = MachineShare(-composed.comp_mtg_mm, u_mm)
     judged = Corrected(inputs, matched, surface, model, decision, shifts, machine).characteristics()
+    earlier = _earlier(inputs, model) if memory is not None and memory.applied else None
     return Correction(
         part=inputs.part.name,
         profile=inputs.profile,
@@ -143,6 +150,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         by_tool=by_tool,
         memory=memory,
         in_force=matched.in_force,
+        sources=error_sources(model, inputs.options.between_cuts, earlier, of_machine),
     )
 
 
@@ -206,6 +214,12 @@ def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> tuple[
     if remembered is not None:
         model = fit_profile(inputs.profile, process, options, inputs.nose, remembered)
     return model, memory
+
+
+def _earlier(inputs: Inputs, model: ProfileErrorModel) -> tuple[Sequence[MadePart], MadePart]:
+    """Returns the earlier parts of the edge that take part, and this one before its finish cut."""
+    today = today_of(inputs, model)
+    return latest(remembered(inputs.history, inputs.memory), today.part_type), today
 
 
 def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by: str, cut: CutWith) -> Decision:

@@ -10,6 +10,7 @@ from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Junction, JunctionKind, Profile, Side
 from trueloop.loops.turned import correction as turned
+from trueloop.loops.turned.error_sources import FeatureSources, Share, Source
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.part_on_machine import CompMtg, PartOnMachine, Standing
 from trueloop.machine.model import model as machine_model
@@ -45,7 +46,7 @@ CODEC: Final = values.CODEC.with_more(
     *(Line, Arc, Curve, Junction, JunctionKind, Profile, Side, ErrorVectors, Seen, Options, BetweenCuts, EndConditions),
     *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
     *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
-    *(ByTool, MovedFeature, ToolAnswer, NextCut, FromMemory, Expected),
+    *(ByTool, MovedFeature, ToolAnswer, NextCut, FromMemory, Expected, FeatureSources, Share, Source),
     *(CentrePiece, ShiftedFeature, DisplacedFeature, Shift, Constant, Then, CompMtg, Standing, PartOnMachine),
     *(machine_model.MachineModel, Chain, Axis, AxisKind, Term, ErrorName, PositionBasis, Lag),
     TurnedCorrection=turned.Correction,

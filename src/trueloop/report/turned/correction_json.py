@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from trueloop.domain.record import CutWith
 from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.error_sources import FeatureSources, Share
 from trueloop.loops.turned.outcome import between_cuts_words
 from trueloop.report.program_diff import changed_lines, diff
 from trueloop.report.turned.characteristic_table import characteristics_as_dicts
@@ -26,6 +27,7 @@ from trueloop.report.turned.shapes import (
     MemoryShape,
     OffsetShape,
     ProgramShape,
+    SourceShape,
     SuspectShape,
     TouchShape,
 )
@@ -64,7 +66,10 @@ def _shape(correction: Correction) -> CorrectionShape:
         cut_with=_cut_with(record.cut_with),
         headline=headline(correction),
         characteristics=[CharacteristicShape.model_validate(one) for one in judged],
-        features=[_feature(summary) for summary in feature_summaries(correction)],
+        features=[
+            _feature(summary, sources)
+            for summary, sources in zip(feature_summaries(correction), correction.sources, strict=True)
+        ],
         predicted_is="a prediction, not a measurement; expanded uncertainties hold 95 %",
         between_cuts=between_cuts_words(correction.options.between_cuts),
         components=[ComponentShape(**vars(one)) for one in record.components],
@@ -104,7 +109,7 @@ def _cut_with(cut: CutWith | None) -> CutWithShape | None:
     )
 
 
-def _feature(of: FeatureSummary) -> FeatureShape:
+def _feature(of: FeatureSummary, sources: FeatureSources) -> FeatureShape:
     at_touches = of.figures
     return FeatureShape(
         feature=of.feature,
@@ -118,6 +123,17 @@ def _feature(of: FeatureSummary) -> FeatureShape:
         left_out_rms_um=_known(at_touches.left_out_rms_um),
         expected=of.expected,
         standard_u_um=of.standard_u_um,
+        sources=[_source(one) for one in sources.shares],
+    )
+
+
+def _source(of: Share) -> SourceShape:
+    return SourceShape(
+        source=of.source.value,
+        mean_um=of.mean_mm * UM_PER_MM,
+        expanded_u_um=coverage_factor() * of.standard_u_mm * UM_PER_MM,
+        low_um=of.low_mm * UM_PER_MM,
+        high_um=of.high_mm * UM_PER_MM,
     )
 
 

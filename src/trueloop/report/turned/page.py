@@ -23,6 +23,7 @@ from trueloop.report.turned.figures.curves import error_curve, uncertainty
 from trueloop.report.turned.figures.junctions import junctions
 from trueloop.report.turned.figures.part_drawing import times
 from trueloop.report.turned.remembered import memory_section
+from trueloop.report.turned.sources import sources_section
 from trueloop.report.turned.summary import feature_table, header, header_fields, offset_words, to_run, verdict
 from trueloop.report.turned.touch_table import composed_section, touches_csv, touches_table
 from trueloop.turned.error_curve.coverage import coverage_factor
@@ -39,6 +40,7 @@ def page(correction: Correction, say: Texts = ENGLISH) -> str:
         _part(correction, say),
         section("program", say("Changes to the program"), *_program(correction, say)),
         _curves(correction, say),
+        sources_section(correction, say, _figure),
         memory_section(correction, say, _figure),
         section("uncertainty", say("Uncertainty"), uncertainty(correction, say)),
         section("meet", say("Junctions"), junctions(correction, say)),

@@ -56,6 +56,21 @@ class CharacteristicShape(Shape):
     """As expected of the next cut."""
 
 
+class SourceShape(Shape):
+    """The share of one source in the error that a feature of the next cut would have, had nothing been corrected."""
+
+    source: Literal["machine", "tool setting", "nose", "part", "next cut", "measuring"]
+    """Measuring: by how much the feature's measured mean is off its error as all measurements show it."""
+    mean_um: float
+    """Mean over its measured places, or over the feature where there are none."""
+    expanded_u_um: float
+    """Of the mean."""
+    low_um: float
+    """The least along the feature."""
+    high_um: float
+    """The largest along it."""
+
+
 class FeatureShape(Shape):
     """One feature: errors at its touches before and as predicted, and what to expect of it."""
 
@@ -81,6 +96,8 @@ class FeatureShape(Shape):
     """What to expect, in words."""
     standard_u_um: dict[str, float]
     """What makes up the uncertainty, by cause."""
+    sources: list[SourceShape]
+    """Where its error comes from."""
 
 
 class TouchShape(Shape):
