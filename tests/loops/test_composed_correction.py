@@ -19,9 +19,12 @@ from tests.support.probing import example
 from tests.support.remembered import remembering_inputs
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.inspection import CmmPoint, Inspection
 from trueloop.domain.option import Limits
+from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import MARK
 from trueloop.errors import Code, TrueloopError
+from trueloop.formats.inspections.dmis.results import dmis_results
 from trueloop.formats.tables.model_file import model_to_json
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.offset import nose_centre_path
@@ -410,3 +413,24 @@ def test_a_finished_part_is_judged_by_its_touches_whatever_the_machine_put_in() 
     (one,) = correction.characteristics
     assert one.before is not None
     assert one.before.value == pytest.approx(89.428, abs=6 * UM)
+
+
+def test_points_of_a_measuring_machine_beside_touches_of_the_machine(tmp_path: Path) -> None:
+    """Every second point comes from a measuring machine's file: it carries no error of the probe, the touches do."""
+    job = write_job(tmp_path, "G7", "machine", "uncompensated")
+    lines = (tmp_path / "touches.csv").read_text().splitlines()
+    (tmp_path / "touches.csv").write_text("\n".join([lines[0], *lines[1::2], ""]))
+    far = reported_mm("cmm", "uncompensated")
+    points = [
+        CmmPoint((x + e * nx, 0.0, z + e * nz), (x, 0.0, z), (nx, 0.0, nz), f"P{k}")
+        for k, ((x, z), (nx, nz), e) in enumerate(zip(TOUCHES.at, TOUCHES.normal, far, strict=True))
+        if k % 2
+    ]
+    inspection = Inspection(Part(PartType("pin")), "CMM points", "", len(points), tuple(points))
+    (tmp_path / "points.dmo").write_text(dmis_results([inspection], "pin"))
+    both = job.read_text().replace('touches = "touches.csv"', 'touches = "touches.csv"\nreadings = "points.dmo"')
+    job.write_text(both)
+    assert np.max(np.abs(left_on_mm(compensated(job), tmp_path, EVERYWHERE))) < 0.5 * UM
+    job.write_text(both.replace('touches = "touches.csv"\n', ""))
+    said = run("compensate", job, "-o", tmp_path / "no", status=3)
+    assert "JOB-KEY" in said and 'machine.touched_on = "machine"` is of `gauging.touches`' in said

@@ -14,7 +14,7 @@ from tests.loops import test_setups
 from tests.loops.test_several_tools import WORN, commanded
 from tests.support import erring_lathe, two_sides
 from tests.support.cli import run
-from tests.support.grooved import LEFT, NOSE_MM, OD, RIGHT, job, measured_um, program
+from tests.support.grooved import LEFT, NOSE_MM, OD, PLACES, RIGHT, job, measured_um, program
 from trueloop.arrays import Array
 from trueloop.formats.tables.model_file import model_to_json
 
@@ -27,15 +27,17 @@ MACHINE = (
 )
 
 
-def driven(path: Array, zero: tuple[float, float, float], tool: tuple[float, float, float]) -> Array:
+def driven(
+    path: Array, zero: tuple[float, float, float], tool: tuple[float, float, float], t1_degc: float = CUTTING_C
+) -> Array:
     """Where the machine takes the nose's centre, (n, 2): to the command + E at the axes' places."""
     axes = path + np.array([zero[0] - tool[0], zero[2] - tool[2]])
-    return np.asarray(path + erring_lathe.error_mm(axes[:, 0], axes[:, 1], CUTTING_C))
+    return np.asarray(path + erring_lathe.error_mm(axes[:, 0], axes[:, 1], t1_degc))
 
 
-def left_um(file: Path) -> Array:
-    """Errors of the part that the finish cut leaves at all places, µm."""
-    paths = {tool: driven(path, ZERO, TOOLS[tool]) for tool, path in commanded(file).items()}
+def left_um(file: Path, t1_degc: float = CUTTING_C) -> Array:
+    """Errors of the part that a cut at this temperature leaves at all places, µm."""
+    paths = {tool: driven(path, ZERO, TOOLS[tool], t1_degc) for tool, path in commanded(file).items()}
     return np.array(measured_um(paths, WORN))
 
 
@@ -73,7 +75,7 @@ BOTH = {"first": (70.0, 0.0, -100.0), "second": (62.0, 0.0, -85.0)}
 AT = {two_sides.FIRST: (-30.0, 0.0, 45.0), two_sides.SECOND: (-30.0, 0.0, 20.0), two_sides.BORE: (-55.0, 0.0, 70.0)}
 
 
-def in_setups_um(folder: Path, monkeypatch: pytest.MonkeyPatch, out: str = "") -> Array:
+def in_setups_um(folder: Path, monkeypatch: pytest.MonkeyPatch, out: str = "", t1_degc: float = CUTTING_C) -> Array:
     """Errors of a part that is turned round, each set-up's program driven with E at its own zero, µm along the part's
     normals.
     """
@@ -81,7 +83,7 @@ def in_setups_um(folder: Path, monkeypatch: pytest.MonkeyPatch, out: str = "") -
 
     def on_machine(programs: Mapping[str, Path], tools: Mapping[str, tuple[int, ...]]) -> dict[int, Array]:
         zero = {tool: BOTH[name] for name, of in tools.items() for tool in of}
-        return {tool: driven(path, zero[tool], AT[tool]) for tool, path in plain(programs, tools).items()}
+        return {tool: driven(path, zero[tool], AT[tool], t1_degc) for tool, path in plain(programs, tools).items()}
 
     with monkeypatch.context() as patched:
         patched.setattr(two_sides, "centres_mm", on_machine)
@@ -115,7 +117,6 @@ def test_each_set_up_is_corrected_where_its_zero_lies(tmp_path: Path, monkeypatc
         (f"tool_mm = {list(TOOLS[LEFT])}\n", "", "`tool_mm` is stated in each table of tools"),
         ("[machine]\n", "[machine]\ntool_mm = [0.0, 0.0, 0.0]\n", "`tool_mm` is stated in each table of tools"),
         (f"work_zero_mm = {list(ZERO)}\n", "", "`work_zero_mm` is stated in the table [machine]"),
-        ("[gauging]\n", '[gauging]\nz_reference = "1"\n', "z is taken at the device"),
     ],
 )
 def test_what_places_a_tool_is_stated_once(tmp_path: Path, old: str, new: str, words: str) -> None:
@@ -124,6 +125,102 @@ def test_what_places_a_tool_is_stated_once(tmp_path: Path, old: str, new: str, w
     path.write_text(path.read_text().replace(old, new))
     said = run("compensate", path, "-o", tmp_path / "out", status=3)
     assert "JOB-" in said and words in said and not (tmp_path / "out").exists()
+
+
+SEMIFINISH_C = 22.0
+BEFORE = MACHINE.replace("compensated", "uncompensated") + f"semifinish = {{ T1 = {SEMIFINISH_C} }}\n"
+OF_ZERO = f"work_zero_mm = {list(ZERO)}\n"
+SIZES = (
+    *(("big", z, 25.0) for z in (-56.0, -50.0, -44.0)),
+    *(("floor-left", z, 20.0) for z in (-39.2, -37.6)),
+    *(("floor-right", z, 20.0) for z in (-36.4, -34.8)),
+    *(("mid", z, 25.0) for z in (-31.0, -27.0, -23.0)),
+    *(("seat", z, 18.0) for z in (-17.0, -11.0, -5.0)),
+)
+"""Diameters read: the feature, z and its radius, mm."""
+FACES = {"left-wall": (-40.0, 1.0), "right-wall": (-34.0, -1.0), "step": (-20.0, 1.0)}
+"""By face its z and normal along z."""
+
+
+def errors_um(found: Array, feature: str, z_mm: float | None = None) -> float:
+    """The error of a feature, or at one of its places."""
+    return float(
+        np.mean([e for e, p in zip(found, PLACES, strict=True) if p.feature == feature and z_mm in (None, p.z_mm)])
+    )
+
+
+def read_um(found: Array) -> dict[str, float]:
+    """Deviations that gauges read, µm: of diameters twice the error, of lengths from the left wall by their ends."""
+    sizes = {f"{feature} {z}": 2.0 * errors_um(found, feature, z) for feature, z, _ in SIZES}
+    ends = {name: n_z * errors_um(found, name) for name, (_, n_z) in FACES.items()}
+    return sizes | {name: ends[name] - ends["left-wall"] for name in ("right-wall", "step")}
+
+
+def by_gauges(folder: Path, more: str) -> Path:
+    """The job with readings of a part that was cut on the erring machine, at the temperature of the cut before."""
+    path = placed(folder, more)
+    read = read_um(left_um(folder / "given.ngc", SEMIFINISH_C))
+    rows = [f"{f},{z},{2 * x + read[f'{f} {z}'] / 1e3:.6f},," for f, z, x in SIZES]
+    rows += [f"{f},,,{FACES[f][0] + 40.0 + read[f] / 1e3:.6f},left-wall" for f in ("right-wall", "step")]
+    head = "# uncertainty_um: 0.1\nfeature,z_mm,diameter_mm,length_mm,from"
+    (folder / "readings.csv").write_text("\n".join([head, *rows, ""]))
+    path.write_text(path.read_text().replace('touches = "touches.csv"', 'readings = "readings.csv"'))
+    return path
+
+
+def test_what_gauges_read_is_split_between_machine_and_each_edge(tmp_path: Path) -> None:
+    """The read surface carries E of its own cut at its own temperature, each edge's where that edge stood: after the
+    next cut diameters and lengths are right. As if it carried none, they are wrong by that.
+    """
+    path = by_gauges(tmp_path, BEFORE + OF_ZERO)
+    said = run("compensate", path, "-o", tmp_path / "out")
+    before, left = (
+        np.abs(list(read_um(left_um(tmp_path / name)).values())) for name in ("given.ngc", "out/corrected.ngc")
+    )
+    assert before.max() > 40.0 and left.max() < 2.0
+    assert "Readings and points of inspection files are taken as they are" in said and "touches were" not in said
+    path.write_text(path.read_text().replace("uncompensated", "compensated"))
+    run("compensate", path, "-o", tmp_path / "wrong")
+    assert np.max(np.abs(list(read_um(left_um(tmp_path / "wrong" / "corrected.ngc")).values()))) > 10.0
+
+
+@pytest.mark.parametrize("seen_from", ["step", "left-wall"])
+def test_z_from_a_face_of_one_edge_is_that_of_all_in_the_machine(tmp_path: Path, seen_from: str) -> None:
+    """Touches that count z from elsewhere, by 17 µm: the part is right as seen from the face, which one edge cuts."""
+    path = placed(tmp_path, BEFORE + OF_ZERO)
+    shifted = left_um(tmp_path / "given.ngc", SEMIFINISH_C) + np.array([17.0 * p.normal[1] for p in PLACES])
+    job(tmp_path, shifted.tolist(), "linuxcnc", BEFORE + OF_ZERO)
+    reference = next(k for k, p in enumerate(PLACES) if p.feature == seen_from)
+    text = path.read_text().replace("[gauging]\n", f'[gauging]\nz_reference = "{reference + 1}"\n')
+    for tool, at_mm in TOOLS.items():
+        text = text.replace(f"number = {tool}\n", f"number = {tool}\ntool_mm = {list(at_mm)}\n")
+    path.write_text(text)
+    run("compensate", path, "-o", tmp_path / "out")
+    left = left_um(tmp_path / "out" / "corrected.ngc")
+    from_face = left - np.array([p.normal[1] for p in PLACES]) * left[reference] * PLACES[reference].normal[1]
+    assert np.max(np.abs(from_face)) < 0.6
+
+
+def test_z_from_a_face_of_one_set_up_is_that_of_the_other_in_the_machine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a part that is turned round for its second side, touched on a measuring machine from its front."""
+    (tmp_path / "model.json").write_text(model_to_json(erring_lathe.model(), {}))
+    frames = {name: f"{frame}\nwork_zero_mm = {list(BOTH[name])}" for name, frame in two_sides.FRAMES.items()}
+    test_setups.touched(tmp_path, test_setups.WORN)
+    n_z = np.array([p.normal[1] for p in two_sides.PLACES])
+    errors = in_setups_um(tmp_path, monkeypatch, t1_degc=SEMIFINISH_C) + 17.0 * n_z
+    path = two_sides.job(tmp_path, errors.tolist(), BEFORE, frames=frames)
+    text = path.read_text().replace("[gauging]\n", f'[gauging]\nz_reference = "{len(n_z)}"\n')
+    for tool, at_mm in AT.items():
+        text = text.replace(f"number = {tool}\n", f"number = {tool}\ntool_mm = {list(at_mm)}\n")
+    path.write_text(text)
+    run("compensate", path, "-o", tmp_path / "out")
+    left = in_setups_um(tmp_path, monkeypatch, "out")
+    assert np.max(np.abs(left - n_z * left[-1])) < 0.6
+    of_machine = 'touched_on = "machine"\nprobe_mm = [0.0, 0.0, 0.0]\nprobing = { T1 = 22.0 }'
+    path.write_text(text.replace('touched_on = "cmm"', of_machine))
+    assert "count from the zero of each" in run("compensate", path, "-o", tmp_path / "no", status=3)
 
 
 assert set(NOSE_MM) == set(TOOLS)

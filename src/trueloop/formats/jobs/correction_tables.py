@@ -146,8 +146,8 @@ class MachineTable(Table):
     semifinish: Signals | None = None
     """Signals during the semi-finish cut; left out, those of `cutting`."""
     touched_on: Literal["machine", "cmm"]
-    """`"machine"`: the control reported the touches, which carry its error while probing; `"cmm"`: they are taken as
-    they are.
+    """`"machine"`: the control reported `gauging.touches`, which carry its error while probing; `"cmm"`: they are taken
+    as they are, as `gauging.readings` are in any case.
     """
     probing: Signals | None = None
     """Signals while probing; required with touches taken on the machine."""

@@ -160,8 +160,12 @@ class Job(Table):
             raise ValueError(f"with [machine] `work_zero_mm` is stated in {where}, and nowhere else")
         if any(one.mirrored_z for one in self.setups):
             raise ValueError("with [machine] no set-up has `mirrored_z`: which way the machine's Z runs is not known")
-        if tools and options_from(Gauging, self).z_reference is not None:
-            raise ValueError("with [machine] and several tools z is taken at the device, without `gauging.z_reference`")
+        probed = given.touched_on == "machine"
+        if self.setups and probed and options_from(Gauging, self).z_reference is not None:
+            raise ValueError(
+                "touches that the machine's probe took in several set-ups count from the zero of each: leave out "
+                "`gauging.z_reference`"
+            )
         return self
 
     @model_validator(mode="after")
@@ -171,9 +175,12 @@ class Job(Table):
         return self
 
     @model_validator(mode="after")
-    def _readings_without_machine(self) -> "Job":
-        if self.machine is not None and self.gauging.readings_files:
-            raise ValueError("`gauging.readings` cannot be split between machine and process: leave out [machine]")
+    def _touched_on_the_machine(self) -> "Job":
+        if self.machine is not None and self.machine.touched_on == "machine" and self.gauging.touches is None:
+            raise ValueError(
+                '`machine.touched_on = "machine"` is of `gauging.touches`, and there are none: readings are taken off '
+                'the machine, "cmm"'
+            )
         return self
 
     @model_validator(mode="after")

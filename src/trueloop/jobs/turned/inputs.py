@@ -114,6 +114,7 @@ def read_measured(files: JobFiles, profile: Profile, machine: PartOnMachine | No
     vectors = None
     if touches or file is not None:
         vectors = part_errors(touches, str(file) if file is not None else readings.file, job, profile)
+        vectors = replace(vectors, by_cmm=tuple(touch.point for touch in readings.touches))
     elif (reference := options_from(Gauging, job).z_reference) is not None:
         with files.located.at("gauging", "z_reference"):
             raise no_reference(reference, 0)

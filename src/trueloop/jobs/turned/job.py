@@ -30,7 +30,7 @@ from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import read_part_errors
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.cuts import InSetups, OfSetup, Setup, in_setups
-from trueloop.loops.turned.part import SetupCuts
+from trueloop.loops.turned.part import SetupCuts, with_zero
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.share import characteristics_in, ends_in, vectors_in
 from trueloop.machine.model.history import check_lags_given, signals_at_end
@@ -197,10 +197,10 @@ def read_cuts(files: JobFiles, unmeasured: Measured | None = None) -> ReadCuts:
     pairs = zip(read.found.setups, read.files, strict=True)
     if not job.setups:
         cuts = [_cuts(of, one, ReadFiles(of.setup.program, of.profile, measured, finish, machine)) for of, one in pairs]
-        return ReadCuts(read, measured, tuple(cuts), ())
+        return ReadCuts(read, measured, with_zero(cuts), ())
     cuts = [_cuts(of, one, _in_setup(of, read.profile, measured, finish, machine)) for of, one in pairs]
     notes = (*fit_notes(job.part, read.profile), *measured.notes, *_of_none(measured, read))
-    return ReadCuts(read, measured, tuple(cuts), notes)
+    return ReadCuts(read, measured, with_zero(cuts), notes)
 
 
 def _in_setup(

@@ -20,7 +20,7 @@ from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.error_sources import FeatureSources
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.in_force import NOTHING, InForce
-from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.loops.turned.part_on_machine import PartOnMachine, Zero
 from trueloop.memory.edge.options import IN_FULL, MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.nc.match.cutting_edge import CuttingEdge
@@ -51,7 +51,7 @@ class Inputs:
     they take part. `called` is the edge whose part this is of a job of several; None: the program's one tool. `setup`
     is the frame in which all of this is, where the part has several set-ups; None: the part's. `no_offset`: why no
     offset of the tool may be entered at the control; "": one may. `in_force` is what cut a finished part that was
-    measured.
+    measured. `zero` are the machine's errors where z counts from, of a part of which another edge cuts that place.
     """
 
     part: PartType
@@ -87,6 +87,7 @@ class Inputs:
     setup: SetupFrame | None = None
     no_offset: str = ""
     in_force: InForce = NOTHING
+    zero: Zero | None = None
 
     @property
     def part_zero_z_mm(self) -> float:

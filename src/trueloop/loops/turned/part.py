@@ -21,7 +21,8 @@ from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.loops.turned.characteristics import Share, lengths
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.in_force import edits_of
-from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.loops.turned.part_on_machine import Zero
+from trueloop.loops.turned.process_intermittent import compensate, zero_in_machine
 from trueloop.loops.turned.share import judged_on_part, own_inputs, shared_words
 from trueloop.nc.edit.changes import not_as_intended
 from trueloop.nc.edit.edit import Edit, apply_edits
@@ -184,6 +185,26 @@ def correct_part(
         notes=(*_left(uncut), *notes, *_unjudged(done, asked, sizes, bool(vectors.at_reference.any()))),
         characteristics=sizes,
     )
+
+
+def with_zero(cuts: Sequence[SetupCuts]) -> tuple[SetupCuts, ...]:
+    """Returns the cuts with what the machine errs by at the place from which z counts, which one edge cuts, in the
+    frame of every other one. Raises NC, GEO and MCH errors.
+    """
+    edges = [(one, own, inputs) for one in cuts for own, inputs in one.cuts]
+    if len(edges) == 1 or edges[0][2].machine is None:
+        return tuple(cuts)
+    for of, own, whole in edges:
+        mine = own_inputs(whole, own)
+        zero = None if mine is None else zero_in_machine(mine)
+        if zero is not None:
+            of_part = zero.times(of.frame.sign)
+            return tuple(_from_zero(one, of_part.times(one.frame.sign)) for one in cuts)
+    return tuple(cuts)
+
+
+def _from_zero(of: SetupCuts, zero: Zero) -> SetupCuts:
+    return replace(of, cuts=tuple((own, replace(inputs, zero=zero)) for own, inputs in of.cuts))
 
 
 def correct_setup(

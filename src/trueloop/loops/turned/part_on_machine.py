@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trueloop.arrays import Array, by_content
+from trueloop.arrays import Array, Flags, by_content
 from trueloop.domain.option import Limits
 from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError, in_file
@@ -30,7 +30,7 @@ from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.displaced import Displacement, magnitude
 from trueloop.turned.compensation.limits import check_along, cut_mm
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_sum
-from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 
 PLANE = (0, 2)
 """The indices of X, Y, Z in a lathe's plane."""
@@ -215,37 +215,108 @@ def _travel(part: PartOnMachine, matched: Commanded) -> Array:
 
 
 @dataclass(frozen=True)
+class CutBefore:
+    """The cut whose surface was measured. `carried`: the surface carries the machine's error."""
+
+    nose_radius_mm: float
+    allowance_mm: float
+    carried: bool
+
+
+@dataclass(frozen=True)
+class Zero:
+    """The machine's errors at the place from which the part's z counts, along +z of the program, mm: where it was
+    touched, and in its surface.
+    """
+
+    probed_mm: float = 0.0
+    cut_in_mm: float = 0.0
+
+    def times(self, sense: float) -> "Zero":
+        """Returns it with z in this sense: −1 turns it round."""
+        return Zero(sense * self.probed_mm, sense * self.cut_in_mm)
+
+
+@dataclass(frozen=True)
 class Surface:
-    """The machine's errors in touches and in the surface that was touched, along the normals, (n,), mm.
+    """The machine's errors in measurements and in the surface that was measured, along the normals, (n,), mm.
 
     `touches`: part errors as they are, E(T_probing) added to what the control reported. `reported_mm`: that without.
-    `cut_in_mm`: E of the cut before, which the touched surface carries; it is no error of the process.
+    `cut_in_mm`: E of the cut before, which the surface carries; it is no error of the process. `cut_in_seen_mm`: the
+    same at the places of each reading of a gauge.
     """
 
     touches: ErrorVectors
     reported_mm: Array
     cut_in_mm: Array
+    cut_in_seen_mm: tuple[Array, ...]
+
+    @classmethod
+    def plain(cls, reported: ErrorVectors) -> "Surface":
+        """Returns the measurements of a part of whose machine nothing is known."""
+        none = tuple(np.zeros(len(one.weight)) for one in reported.seen)
+        return cls(reported, reported.error_mm, np.zeros(len(reported.error_mm)), none)
 
 
 def surface_of(
-    machine: InMachine, reported: ErrorVectors, carried: bool, nose_radius_mm: float, allowance_mm: float
+    machine: InMachine, profile: Profile, reported: ErrorVectors, before: CutBefore, zero: Zero | None = None
 ) -> Surface:
-    """Returns touches of a part that stands in a machine, with its errors taken out of them.
+    """Returns measurements of a part that was cut in a machine, with the machine's errors taken out of them.
 
-    COORDS_ACTUAL = COORDS_CONTROLLER − COMP_MTG(T_probing, COORDS_CONTROLLER), normal component, for touches taken on
-    the machine. `carried`: the touched surface carries E of the cut before. What a reference point makes zero stays
-    zero: its share is taken off all others.
+    COORDS_ACTUAL = COORDS_CONTROLLER − COMP_MTG(T_probing, COORDS_CONTROLLER), normal component, for touches of the
+    machine's own probe; gauges and measuring machines measure the part elsewhere. What a reference touch or the datum
+    of readings makes zero stays zero: its share is taken off all others. `zero`: where another edge cuts that place.
     """
-    part, normal = machine.part, reported.outward_normal
-    surface_mm = reported.nominal_mm + allowance_mm * normal
-    probed, cut_in = np.zeros(len(normal)), np.zeros(len(normal))
-    if part.touched_on == "machine":
-        ball_mm = surface_mm + part.ball_radius_mm * normal
-        probed = _along(machine.probing.error_mm(ball_mm, -np.sign(np.round(normal, 9))), normal)
-    if carried:
-        cut_in = _along(machine.semifinishing.error_mm(surface_mm + nose_radius_mm * normal, machine.travel), normal)
-    actual = replace(reported, error_mm=reported.error_mm + _from_reference(reported, probed))
-    return Surface(actual, reported.error_mm, _from_reference(reported, cut_in))
+    normal = reported.outward_normal
+    zero = zero_of(machine, profile, reported, before) or zero or Zero()
+    probed = np.where(reported.by_probe, _probed(machine, reported.nominal_mm, normal, before), 0.0)
+    probed = np.where(reported.by_gauge, 0.0, probed - normal[:, 1] * zero.probed_mm)
+    cut_in, *seen = (
+        _cut_in(machine, at_mm, n, before) - n[:, 1] * zero.cut_in_mm
+        for at_mm, n in [(reported.nominal_mm, normal), *(_places(profile, one) for one in reported.seen)]
+    )
+    actual = replace(reported, error_mm=reported.error_mm + probed)
+    return Surface(actual, reported.error_mm, cut_in, tuple(seen))
+
+
+def zero_of(machine: InMachine, profile: Profile, reported: ErrorVectors, before: CutBefore) -> Zero | None:
+    """Returns the machine's errors at the place from which z counts: the reference touch, else the datum of readings;
+    None where it is not among these measurements.
+    """
+    reference = np.flatnonzero(reported.at_reference)
+    if len(reference):
+        at_mm, normal = reported.nominal_mm[reference], reported.outward_normal[reference]
+        probed = _probed(machine, at_mm, normal, before)
+    elif datum := [one for one in reported.seen if one.standard_u_mm == 0.0]:
+        at_mm, normal = _places(profile, datum[0])
+        probed = np.zeros(1)
+    else:
+        return None
+    cut_in = _cut_in(machine, at_mm, normal, before)
+    return Zero(float(probed[0] / normal[0, 1]), float(cut_in[0] / normal[0, 1]))
+
+
+def _probed(machine: InMachine, at_mm: Array, normal: Array, before: CutBefore) -> Array:
+    """Returns E of the machine's probe along the normals, (n,); 0 where touches were taken elsewhere."""
+    if machine.part.touched_on != "machine":
+        return np.zeros(len(normal))
+    ball_mm = at_mm + (before.allowance_mm + machine.part.ball_radius_mm) * normal
+    return _along(machine.probing.error_mm(ball_mm, -np.sign(np.round(normal, 9))), normal)
+
+
+def _cut_in(machine: InMachine, at_mm: Array, normal: Array, before: CutBefore) -> Array:
+    """Returns E of the cut before along the normals, (n,); 0 where the surface does not carry it."""
+    if not before.carried:
+        return np.zeros(len(normal))
+    nose_mm = at_mm + (before.allowance_mm + before.nose_radius_mm) * normal
+    return _along(machine.semifinishing.error_mm(nose_mm, machine.travel), normal)
+
+
+def _places(profile: Profile, seen: Seen) -> tuple[Array, Array]:
+    """Returns the places of a reading and the normals there, (n, 2)."""
+    pairs = list(zip(seen.feature_index.tolist(), seen.arc_length_mm.tolist(), strict=True))
+    at_mm = [profile.features[i].point_mm(s) for i, s in pairs]
+    return np.array(at_mm), np.array([profile.features[i].outward_normal(s) for i, s in pairs])
 
 
 def of_process(
@@ -291,33 +362,28 @@ def comp_mtg_at(machine: InMachine, touches: ErrorVectors, process_mm: Array, no
 
 def model_u_mm(machine: InMachine, touches: ErrorVectors, nose_radius_mm: float) -> Array:
     """Returns the standard uncertainty of the next cut's error from that of the model's coefficients, (n,)."""
-    covariance = model_covariance(machine, touches.nominal_mm, touches.outward_normal, nose_radius_mm)
+    probed = touches.by_probe
+    covariance = model_covariance(machine, touches.nominal_mm, touches.outward_normal, nose_radius_mm, probed)
     return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
 
-def model_covariance(machine: InMachine, nominal_mm: Array, normal: Array, nose_radius_mm: float) -> Array:
+def model_covariance(
+    machine: InMachine, nominal_mm: Array, normal: Array, nose_radius_mm: float, probed: Flags | None = None
+) -> Array:
     """Returns the covariance of the next cut's errors at places (n, 2) from that of the model's coefficients, (n, n).
 
     With δ(T) = E true − E modelled, the finished part keeps δ(cutting) − δ(semifinish), + δ(probing) of touches taken
-    on the machine: equal temperatures leave one δ of three.
+    on the machine: equal temperatures leave one δ of three. `probed` (n,): which places such touches state; None: all.
     """
     at_mm = nominal_mm + nose_radius_mm * normal
     rows = machine.finishing.sensitivities(at_mm, machine.travel, normal)
     rows = rows - machine.semifinishing.sensitivities(at_mm, machine.travel, normal)
     if machine.part.touched_on == "machine":
         ball_mm = nominal_mm + machine.part.ball_radius_mm * normal
-        rows = rows + machine.probing.sensitivities(ball_mm, -np.sign(np.round(normal, 9)), normal)
+        of_touches = machine.probing.sensitivities(ball_mm, -np.sign(np.round(normal, 9)), normal)
+        rows = rows + (of_touches if probed is None else of_touches * probed[:, None])
     return np.asarray(rows @ machine.part.model.covariance @ rows.T)
 
 
 def _along(vectors: Array, normal: Array) -> Array:
     return np.asarray(np.einsum("ij,ij->i", vectors, normal))
-
-
-def _from_reference(touches: ErrorVectors, along_mm: Array) -> Array:
-    """Returns the errors with the part's z taken from the reference point, where there is one [6811 §5.1]."""
-    reference = np.flatnonzero(touches.at_reference)
-    if not len(reference):
-        return along_mm
-    k, facing = reference[0], touches.outward_normal[:, 1]
-    return np.asarray(along_mm - facing / facing[k] * along_mm[k])

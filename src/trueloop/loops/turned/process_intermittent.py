@@ -23,13 +23,17 @@ from trueloop.loops.turned.error_sources import MachineShare, error_sources
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.outcome import expected_uncorrected_mm, prediction_at_touches
 from trueloop.loops.turned.part_on_machine import (
+    CutBefore,
     InMachine,
+    PartOnMachine,
     Surface,
+    Zero,
     comp_mtg_at,
     model_u_mm,
     of_process,
     placed,
     surface_of,
+    zero_of,
 )
 from trueloop.loops.turned.paths import Paths, corrected_paths, corrected_shifts
 from trueloop.loops.turned.programs import ContourTools, contour_tools, write_programs
@@ -178,7 +182,10 @@ def _matched(inputs: Inputs) -> tuple[Commanded, InMachine | None]:
 
 def _of_process(inputs: Inputs, matched: Commanded, surface: Surface) -> ErrorVectors:
     touches = surface.touches
-    seen = tuple(one.less(matched.measured_along(one.feature_index, one.arc_length_mm)) for one in touches.seen)
+    seen = tuple(
+        one.less(matched.measured_along(one.feature_index, one.arc_length_mm) + cut_in_mm)
+        for one, cut_in_mm in zip(touches.seen, surface.cut_in_seen_mm, strict=True)
+    )
     error_mm = touches.error_mm - surface.cut_in_mm - matched.measured_at(touches)
     return replace(touches, error_mm=error_mm, seen=seen)
 
@@ -194,13 +201,27 @@ def _asked(inputs: Inputs) -> By:
 
 def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
     """Returns the touches, corrected by E(T_probing) where the part stands in a machine whose errors are known."""
-    reported = inputs.touches
     if machine is None:
-        return Surface(reported, reported.error_mm, np.zeros(len(reported.error_mm)))
+        return Surface.plain(inputs.touches)
+    return surface_of(machine, inputs.profile, inputs.touches, _cut_before(inputs, machine.part), inputs.zero)
+
+
+def _cut_before(inputs: Inputs, part: PartOnMachine) -> CutBefore:
     before, force = inputs.semifinish, inputs.in_force
-    carried = machine.part.semifinish_cut == "uncompensated" and not force.composed
+    carried = part.semifinish_cut == "uncompensated" and not force.composed
     carried = carried or (before is not None and bool(MARKED.search(before.source)))
-    return surface_of(machine, reported, carried, inputs.nose_radius_mm, inputs.allowance_mm)
+    return CutBefore(inputs.nose_radius_mm, inputs.allowance_mm, carried)
+
+
+def zero_in_machine(inputs: Inputs) -> Zero | None:
+    """Returns the machine's errors at the place from which z counts, where that is among these measurements; else None.
+
+    Raises NC, GEO and MCH errors.
+    """
+    _, machine = _matched(inputs)
+    if machine is None:
+        return None
+    return zero_of(machine, inputs.profile, inputs.touches, _cut_before(inputs, machine.part))
 
 
 def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> tuple[ProfileErrorModel, FromMemory | None]:

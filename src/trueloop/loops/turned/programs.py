@@ -35,6 +35,7 @@ from trueloop.turned.program.read_back_offset import require_same_path, require_
 from trueloop.turned.program.shifted_frame import shifted_moves
 from trueloop.turned.program.wear import wear_offset
 from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import wording
 
 
@@ -157,7 +158,7 @@ def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: 
     change_mm = inputs.in_force.cut_with.still_to_do(decision.whole_offset_mm)
     wear, notes = _wear(writing, decision, change_mm, inputs.options, inputs.held)
     if inputs.machine is not None:
-        offsets, more = None, _of_machine(inputs.machine)
+        offsets, more = None, _of_machine(inputs.machine, inputs.touches)
     else:
         offsets, more = _offset_variant(writing, decision, change_mm, inputs.options, wear)
     notes += more
@@ -170,22 +171,22 @@ def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: 
     return Programs(source, offsets[0] if offsets else None, wear, changed, notes)
 
 
-def _of_machine(cut: PartOnMachine) -> list[str]:
+def _of_machine(cut: PartOnMachine, measured: ErrorVectors) -> list[str]:
     """Returns notes on a composed correction."""
-    where = (
-        wording("corrected by COMP_MTG(T_probing)")
-        if cut.touched_on == "machine"
-        else wording("taken as they are: by a CMM")
-    )
+    probed = cut.touched_on == "machine"
+    where = wording("corrected by COMP_MTG(T_probing)") if probed else wording("taken as they are: by a CMM")
     how = wording("uncompensated") if cut.semifinish_cut == "uncompensated" else wording("compensated")
+    touches = [wording("The touches were {where}.", where=where)] if measured.by_probe.any() else []
+    readings = [wording("Readings and points of inspection files are taken as they are: measured off the machine.")]
     return [
         wording(
-            "The contour carries COMP_MTG of {machine!r} at the finish cut's temperatures and COMP_PROC; the touches "
-            "were {where}; the touched surface was cut {how}.",
+            "The contour carries COMP_MTG of {machine!r} at the finish cut's temperatures and COMP_PROC; the measured "
+            "surface was cut {how}.",
             machine=cut.model.machine.name,
-            where=where,
             how=how,
         ),
+        *touches,
+        *(readings if measured.seen or measured.by_cmm else []),
         wording("There is no variant with tool offsets alone: it would leave the machine's error."),
     ]
 

@@ -44,7 +44,7 @@ class ErrorVectors:
     its standard uncertainty from gauging. `at_reference` marks the points whose error is zero by definition, because
     the part's z was taken from them [6811 §5.1]. `file` is the one the touches were read from; None: from no file.
     `gauged` names the points that are readings of a gauge, as errors at one place; `seen` is what all readings see,
-    also those that are of no single place.
+    also those that are of no single place. `by_cmm` names the points that a measuring machine took.
     """
 
     point: tuple[str, ...]
@@ -58,11 +58,18 @@ class ErrorVectors:
     file: str | None = None
     gauged: tuple[str, ...] = ()
     seen: tuple[Seen, ...] = ()
+    by_cmm: tuple[str, ...] = ()
 
     @property
     def by_gauge(self) -> Flags:
         """Returns which points are readings of a gauge, (n,)."""
         return np.array([name in self.gauged for name in self.point], dtype=np.bool_)
+
+    @property
+    def by_probe(self) -> Flags:
+        """Returns which points are touches of a probe: neither of a gauge nor of a measuring machine's file, (n,)."""
+        others = {*self.gauged, *self.by_cmm}
+        return np.array([name not in others for name in self.point], dtype=np.bool_)
 
     def of_feature(self, index: int) -> NDArray[np.intp]:
         """Positions of the gauging points that lie on feature `index`, in order of arc length."""
@@ -83,6 +90,7 @@ class ErrorVectors:
             self.file,
             self.gauged,
             self.seen,
+            self.by_cmm,
         )
 
     @property
