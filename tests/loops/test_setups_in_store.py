@@ -5,14 +5,14 @@ with the back side drawn by hand in the frame of its program, corrects the same 
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.support.cli import invoke, run
+from tests.support.cli import run
 from tests.support.two_sides import FRAMES, PLACES, SECOND, Place, job, second
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, Touch
@@ -115,13 +115,15 @@ def touches(errors: Sequence[float], way: Way | None, keep: Sequence[Place] = PL
     return "\n".join([*rows, ""])
 
 
-def make_parts(path: Path, way: Way | None, parts: Sequence[int]) -> None:
+def make_parts(
+    path: Path, way: Way | None, parts: Sequence[int], errors: Callable[..., list[float]] = errors_um
+) -> None:
     """Parts touched, corrected, cut and inspected, one after the other."""
     ran = "corrected-second.ngc" if way is None else "corrected.ngc"
     for part in parts:
-        (path.parent / "touches.csv").write_text(touches(errors_um(part), way))
+        (path.parent / "touches.csv").write_text(touches(errors(part), way))
         run("compensate", path, "--serial", f"P{part}", "-o", path.parent / "out")
-        (path.parent / "after.csv").write_text(touches(errors_um(part, 0.1), way))
+        (path.parent / "after.csv").write_text(touches(errors(part, 0.1), way))
         run("measure", "read", path.parent / "after.csv", "--job", path, "--after", "finish", "--serial", f"P{part}",
             "--program", path.parent / "out" / ran)  # fmt: skip
 
@@ -294,11 +296,24 @@ def test_the_whole_part_is_answered_for_by_its_serial_number(tmp_path: Path) -> 
     assert of_one["part_type"] == "two sides, second, T4"
 
 
-def test_a_part_whose_z_hangs_on_a_touch_of_one_edge_is_not_kept(tmp_path: Path) -> None:
-    path = placed(tmp_path, more=f'z_reference = "{len(PLACES)}"\n')
-    said = run("compensate", path, "--serial", "P1", "-o", tmp_path / "out", status=3)
-    assert "JOB-SETUPS" in said and "--no-store" in said and not find(store(path), Correction)
-    invoke("compensate", path, "--no-store", "-o", tmp_path / "out", status=0)
+def from_front_um(part: int, left: float = 1.0) -> list[float]:
+    """The errors as seen from the last touch, which is of the front: by hand, n_z times its error less."""
+    found = errors_um(part, left)
+    return [error - p.normal[1] * found[-1] for error, p in zip(found, PLACES, strict=True)]
+
+
+def test_z_from_a_face_of_the_first_set_up_is_that_of_what_the_second_keeps(tmp_path: Path) -> None:
+    """What is kept of T2 is as seen from the front, which T1 cuts: touches before and after the finish cut."""
+    whole = placed(tmp_path / "whole", more=f'z_reference = "{len(PLACES)}"\n')
+    single = alone(tmp_path / "single", FLIPPED)
+    make_parts(whole, None, (1, 2))
+    make_parts(single, FLIPPED, (1, 2), from_front_um)
+    mine, theirs = history_of(store(whole), EDGE), history_of(store(single), EDGE)
+    assert len(mine) == 2 and abs(errors_um(1)[-1]) > 2.0
+    for one, other in zip(mine, theirs, strict=True):
+        assert one.finish is not None and other.finish is not None
+        for own, expected in ((one.semifinish, other.semifinish), (one.finish, other.finish)):
+            np.testing.assert_allclose(own.error_mm, expected.error_mm, atol=2e-9)
 
 
 def one_tool(folder: Path, names: Sequence[str], mounted: bool = False) -> Path:

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.cli import invoke, run
+from tests.support.cli import run
 from tests.support.turned_by_hand import Piece, drawn
+from trueloop.domain.inspection import Inspection
 from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge, Tool
 from trueloop.jobs.store.history import history_of
@@ -197,10 +198,20 @@ def test_corrected_twice_is_refused_and_nothing_is_kept(jobs: dict[str, Path], t
     assert len(find(store(job), Correction)) == before == 2
 
 
-def test_a_part_whose_z_hangs_on_a_touch_of_one_edge_is_not_kept(tmp_path: Path) -> None:
+def test_z_from_a_face_of_one_edge_is_that_of_what_the_other_keeps(tmp_path: Path) -> None:
+    """By hand: a face that stands 4 µm proud is where z counts from, so that the mouth's errors fall by 4 n_z."""
     job = place(tmp_path / "z", PROFILE)
     job.write_text(job.read_text().replace("[gauging]\n", '[gauging]\nz_reference = "face-1"\n'))
-    (job.parent / "touches.csv").write_text(rows_of({**errors_um(1), "face": [0.1, 0.0, -0.1]}, PROFILE))
-    said = invoke("compensate", job, "--serial", "P1", "-o", tmp_path / "out", status=3).output
-    assert "JOB-TOOLS" in said and not (tmp_path / "out").exists() and not find(store(job), Correction)
-    invoke("compensate", job, "--no-store", "-o", tmp_path / "out", status=0)
+    errors = {**errors_um(1), "face": [4.1, 4.0, 3.9]}
+    (job.parent / "touches.csv").write_text(rows_of(errors, PROFILE))
+    run("compensate", job, "--serial", "P1", "-o", tmp_path / "out")
+    kept = {one.value.part.part_type.name: one.value for one in find(store(job), Inspection, serial="P1")}
+    turned, bored = kept["plug, T1"], kept["plug, T2"]
+    assert (turned.z_reference, bored.z_reference) == ("face-1", None)
+    (mouth,) = (piece for piece in PROFILE if piece.name == "mouth")
+    normals = [mouth.at((k + 0.5) / TOUCHES["mouth"])[1] for k in range(TOUCHES["mouth"])]
+    expected = [e - 4.0 * n[1] for e, n in zip(errors["mouth"], normals, strict=True)]
+    found = [1e3 * (touch.error_mm or 0.0) for touch in bored.touches if touch.feature == "mouth"]
+    assert found == pytest.approx(expected, abs=1e-6) and max(abs(n[1]) for n in normals) > 0.9
+    as_touched = [1e3 * (touch.error_mm or 0.0) for touch in turned.touches if touch.feature == "face"]
+    assert as_touched == pytest.approx(errors["face"])

@@ -38,7 +38,7 @@ from trueloop.jobs.tools import apart
 from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import part_type
-from trueloop.jobs.turned.shares import inspection_of_edge, require_kept_apart, shares_of
+from trueloop.jobs.turned.shares import inspection_of_edge, shares_of
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.tool_path import PER_REVOLUTION
 from trueloop.report.measured import FileOnPart
@@ -136,8 +136,8 @@ class _Share:
 
 def _shares(files: JobFiles, inspections: Sequence[tuple[str, Inspection]], names: Mapping[str, str]) -> list[_Share]:
     """What several edges have of a part, each as a job of its own: what was measured of the features that it cuts."""
-    require_kept_apart(files)
     profile, found = files.profile(), list[_Share]()
+    inspections = [(file, _from_reference(one, files.job)) for file, one in inspections]
     for share in shares_of(files):
         mine = [(file, inspection_of_edge(one, profile, share.own, names, share.setup)) for file, one in inspections]
         found.append(_Share(share.files, [(file, one) for file, one in mine if one.values], {}))
@@ -160,15 +160,19 @@ def _of_part(one: Inspection, job: Job, shown: Shown, names: Mapping[str, str], 
     """The inspection as of the job's part, with the profile's names of features. Raises STO-PART."""
     part = Part(part_type(job), one.part.serial or job.part.serial)
     require_serial(part, file)
-    gauging = options_from(Gauging, job)
-    of_reference = any(touch.point == gauging.z_reference for touch in one.touches)
     return replace(
-        one,
+        _from_reference(one, job),
         part=part,
         values=tuple(_renamed(value, names) for value in one.values) if names else one.values,
         measured_at=one.measured_at or shown.measured_at,
-        z_reference=one.z_reference or (gauging.z_reference if of_reference else None),
     )
+
+
+def _from_reference(one: Inspection, job: Job) -> Inspection:
+    """Returns the inspection with the point from which its z is taken, where it has the job's."""
+    reference = options_from(Gauging, job).z_reference
+    of_reference = any(touch.point == reference for touch in one.touches)
+    return replace(one, z_reference=one.z_reference or (reference if of_reference else None))
 
 
 def _renamed(value: Touch | Reading | CmmPoint, names: Mapping[str, str]) -> Touch | Reading | CmmPoint:

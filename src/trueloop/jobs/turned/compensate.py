@@ -14,7 +14,7 @@ from trueloop.jobs.store.where import store_of
 from trueloop.jobs.turned.job import ReadJob, read_cuts, read_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.outputs import METRIC, new_tables, outputs_of, outputs_of_part
-from trueloop.jobs.turned.shares import require_edges_named, require_kept_apart, stored_inputs
+from trueloop.jobs.turned.shares import require_edges_named, stored_inputs
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.part import PartCorrection, correct_part
 from trueloop.loops.turned.process_intermittent import compensate
@@ -170,8 +170,6 @@ def corrected_part(files: JobFiles, store: "Store | None" = None, memory: Use | 
 
     Raises what reading and correcting refuse.
     """
-    if store is not None:
-        require_kept_apart(files)
     cuts = read_cuts(files)
     profile, measured = cuts.read.profile, cuts.measured
 

@@ -19,7 +19,6 @@ from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.domain.part import PartType
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.tool_tables import ToolsTable
-from trueloop.formats.option_tables import options_from
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.jobs.turned.job import read_setups
@@ -30,8 +29,7 @@ from trueloop.loops.turned.share import index_in, reading_in, touch_in
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import Called
 from trueloop.turned.readings.match import match_inspection
-from trueloop.turned.readings.matches import MatchedReading
-from trueloop.turned.touches.touches import Gauging
+from trueloop.turned.readings.matches import MatchedReading, MatchedTouch
 
 
 @dataclass(frozen=True)
@@ -119,12 +117,14 @@ def inspection_of_edge(
     own: OwnContour,
     names: Mapping[str, str] | None = None,
     setup: SetupFrame | None = None,
+    allowance_mm: float = 0.0,
 ) -> Inspection:
     """Returns what was measured of the edge's own features, by their names on its contour and in its frame.
 
     `profile` is the whole part's, `names` are its names of features by those in the file; `setup` is the frame of the
     contour, None: the part's. What lies on no feature, a length between features of two edges, and one that counts from
-    a zero which is not the program's, does not belong to it.
+    a zero which is not the program's, does not belong to it. Where z counts from a touch of another edge's feature, the
+    touches are kept as they are seen from there: with their z less what that touch stands off its nominal.
     """
     frame = setup or PART
     matched = match_inspection(profile, one, names)
@@ -133,15 +133,38 @@ def inspection_of_edge(
         for index in range(len(profile.features))
         if (there := index_in(frame, index, len(profile.features))) in [k for parts in own.parts for k in parts]
     }
+    reference = next((m for m in matched.touches if m.touch.point == one.z_reference), None)
+    own_z = reference is None or reference.feature_index in mine
+    off_mm = 0.0 if own_z or reference is None else _off_mm(profile, reference, allowance_mm)
     touches = [
-        replace(touch_in(frame, m.touch), feature=mine[m.feature_index])
+        replace(touch_in(frame, _from_z(profile, m, off_mm)), feature=mine[m.feature_index])
         for m in matched.touches
         if m.feature_index in mine
     ]
     readings = [placed for m in matched.readings if (placed := _own_reading(frame, m, mine)) is not None]
     values: tuple[Touch | Reading, ...] = (*touches, *readings)
     kind: Literal["touches", "readings"] = "touches" if touches else "readings"
-    return replace(one, measured=kind, values=values, count=len(values))
+    z_reference = one.z_reference if own_z else None
+    return replace(one, measured=kind, values=values, count=len(values), z_reference=z_reference)
+
+
+def _off_mm(profile: Profile, of: MatchedTouch, allowance_mm: float) -> float:
+    """Returns how far along z a touched face stands off its nominal, mm."""
+    assert of.touch.error_mm is not None  # `match_inspection` takes it from the point
+    return (of.touch.error_mm - allowance_mm) / _normal_z(profile, of)
+
+
+def _from_z(profile: Profile, of: MatchedTouch, off_mm: float) -> Touch:
+    """Returns a touch as seen from a zero that lies higher by `off_mm`."""
+    touch = of.touch
+    assert touch.error_mm is not None
+    measured_mm = None if touch.measured_mm is None else (touch.measured_mm[0], touch.measured_mm[1] - off_mm)
+    return replace(touch, measured_mm=measured_mm, error_mm=touch.error_mm - off_mm * _normal_z(profile, of))
+
+
+def _normal_z(profile: Profile, of: MatchedTouch) -> float:
+    feature = profile.features[of.feature_index]
+    return float(feature.outward_normal(float(feature.locate(of.touch.nominal_mm)[0]))[1])
 
 
 def _own_reading(frame: SetupFrame, of: MatchedReading, mine: Mapping[int, str]) -> Reading | None:
@@ -157,7 +180,11 @@ def stored_inputs(inputs: Inputs, profile: Profile, own: OwnContour | None) -> I
     if own is None:
         return inputs
     part = replace(inputs.part, name=name_of_share(inputs.part.name, own, inputs.setup))
-    mine = (inspection_of_edge(one, profile, own, setup=inputs.setup) for one in inputs.inspections)
+    allowance_mm = inputs.measured_allowance_mm
+    mine = (
+        inspection_of_edge(one, profile, own, setup=inputs.setup, allowance_mm=allowance_mm)
+        for one in inputs.inspections
+    )
     inspections = tuple(_of_type(one, part) for one in mine if one.values)
     edge, number = inputs.edge, own.edge.called.edge
     if edge is not None and number > 1:
@@ -167,25 +194,3 @@ def stored_inputs(inputs: Inputs, profile: Profile, own: OwnContour | None) -> I
 
 def _of_type(one: Inspection, part: PartType) -> Inspection:
     return replace(one, part=replace(one.part, part_type=part))
-
-
-def require_kept_apart(files: JobFiles) -> None:
-    """Raises JOB-TOOLS, of several set-ups JOB-SETUPS, for a part whose z is taken from a touch: it is of one edge, and
-    the z of all others depends on it.
-    """
-    reference = options_from(Gauging, files.job).z_reference
-    if reference is None or not (files.job.setups or files.job.tools):
-        return
-    why = (
-        f"takes z from touch {reference!r}: the store keeps each edge's touches by themselves, and that one is of one "
-        "edge"
-    )
-    hint = "take z from it at the device, and leave `gauging.z_reference` out; or keep nothing: --no-store"
-    place, setups, tools = Place(str(files.path)), files.job.setups, files.job.tools
-    if setups:
-        names = [one.name for one in setups]
-        said = f"the job has {len(names)} set-ups and {why}"
-        raise TrueloopError(Code.JOB_SETUPS, said, hint=hint, place=place, values={"setups": names})
-    called = [tool.called.words for tool in tools]
-    said = f"the job has {len(called)} tools and {why}"
-    raise TrueloopError(Code.JOB_TOOLS, said, hint=hint, place=place, values={"tools": called})
