@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.loops import test_setups
 from tests.loops.test_several_tools import SET_OFF, touched
+from tests.support import two_sides
 from tests.support.cli import run
 from tests.support.grooved import LEFT, OD, PLACES, RIGHT, Control, Cutting, job
 from trueloop.arrays import Array
-from trueloop.domain.proposal import Proposal
+from trueloop.domain.proposal import Proposal, ToolOffset
 from trueloop.jobs.store.where import store_of
 from trueloop.storage.store import find
 
@@ -117,9 +119,65 @@ def test_moves_of_another_edge_are_none_of_an_edges_own(tmp_path: Path) -> None:
     assert "floor-left: size" in left and "left-wall: size" in left and "right" not in left
 
 
-def test_a_part_with_set_ups_is_refused(tmp_path: Path) -> None:
-    root = Path(__file__).parents[2]
-    ten_parts(tmp_path)
-    two_sides = root / "examples" / "two-sides" / "two-sides.toml"
-    said = run("series", "propose", "--job", two_sides, "--db", tmp_path / "x.db", status=3)
-    assert "JOB-SETUPS" in said
+OF_SIDES = {
+    "seat": ("diameter", 36.0, 2.0), "collar": ("diameter", 52.0, 2.0), "step": ("length", 30.0, -1.0),
+    "back-seat": ("diameter", 38.0, 2.0), "back-step": ("length", 50.0, 1.0), "back": ("length", 80.0, 1.0),
+    "bore": ("diameter", 20.0, -2.0),
+}  # fmt: skip
+"""Of the shaft of two set-ups, as `SIZES`: what the second cuts looks to z− of the part."""
+
+
+def of_sides(folder: Path, cuttings: Mapping[int, Cutting]) -> None:
+    """Ten finished parts in a store."""
+    errors_um, rng = test_setups.touched(folder, cuttings), np.random.default_rng(5)
+    lines = ["part name,serial,characteristic,feature,quantity,unit,nominal,actual"]
+    for serial in range(101, 111):
+        for name, (quantity, nominal, gain) in OF_SIDES.items():
+            error_mm = 1e-3 * np.mean(
+                [e for e, p in zip(errors_um, two_sides.PLACES, strict=True) if p.feature == name]
+            )
+            actual = nominal + gain * error_mm + rng.normal(0.0, 0.0006)
+            lines.append(f"two sides,{serial},{name},{name},{quantity},mm,{nominal},{actual:.5f}")
+    (folder / "sides.csv").write_text("\n".join([*lines, ""]))
+    run("db", "init", folder / "x.db")
+    run("series", "add", folder / "sides.csv", "--db", folder / "x.db")
+
+
+def offsets_of_sides(folder: Path, path: Path) -> dict[int, ToolOffset]:
+    run("series", "propose", "--job", path, "--db", folder / "x.db")
+    store = store_of(folder, str(folder / "x.db"), None)
+    assert store is not None
+    found = [kept.value.tool_offset for kept in find(store, Proposal)]
+    return {one.tool: one for one in found if one is not None}
+
+
+def test_each_tool_of_two_set_ups_gets_what_its_sizes_ask_for(tmp_path: Path) -> None:
+    """About two thirds of −o, Z as the program of the set-up has it, of a part that is turned round there."""
+    of_sides(tmp_path, test_setups.SET_OFF)
+    found = offsets_of_sides(tmp_path, two_sides.job(tmp_path, [0.0] * len(two_sides.PLACES)))
+    assert set(found) == {two_sides.FIRST, two_sides.SECOND, two_sides.BORE}
+    for tool, offset in found.items():
+        off_x, off_z = test_setups.SET_OFF[tool].off_mm
+        assert 0.55 < -offset.x_radius_mm / off_x < 0.8
+        assert offset.z_mm == 0.0 if tool == two_sides.BORE else 0.5 < -offset.z_mm / off_z < 0.85
+
+
+def test_one_offset_of_one_machine_is_proposed_from_the_sizes_of_both_set_ups(tmp_path: Path) -> None:
+    """T1 cuts both sides, off by the same on both: one offset, by hand −o; on two machines there are two."""
+    off = Cutting((0.010, 0.006))
+    of_sides(tmp_path, {**test_setups.SET_OFF, two_sides.FIRST: off, two_sides.SECOND: off})
+    (tmp_path / "second.ngc").write_text(two_sides.second("linuxcnc", tool=1))
+    path = two_sides.job(tmp_path, [0.0] * len(two_sides.PLACES))
+    text = path.read_text().replace(f"number = {two_sides.SECOND}\n", "number = 1\n")
+    path.write_text(text)
+    said = run("series", "propose", "--job", path, "--db", tmp_path / "x.db")
+    assert said.count("tool 1: wear") == 1
+    offset = offsets_of_sides(tmp_path, path)[1]
+    assert 0.55 < -offset.x_radius_mm / 0.010 < 0.8 and 0.5 < -offset.z_mm / 0.006 < 0.85
+    for name in ("first", "second"):
+        text = text.replace(f'finish = "{name}.ngc"', f'finish = "{name}.ngc"\nmachine = "{name}"')
+    path.write_text(text)
+    said = run("series", "propose", "--job", path, "--db", tmp_path / "x.db")
+    assert said.count("tool 1: wear") == 2
+    path.write_text(path.read_text().replace("flipped = true", "mirrored_z = true"))
+    assert "SET-" in run("series", "propose", "--job", path, "--db", tmp_path / "x.db", status=3)

@@ -22,9 +22,11 @@ from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.tool_tables.known import new_table, read_tool_table
 from trueloop.formats.tables.tool_tables.tool_table import Unit, XIs
 from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.turned.characteristics import characteristics_of
+from trueloop.jobs.turned.inputs import machine_of_job
+from trueloop.jobs.turned.job import read_setups
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.shares import shares_of
 from trueloop.jobs.user import user_name
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import filled_in, known_findings, nominal_findings, unit_findings
@@ -32,6 +34,9 @@ from trueloop.loops.post_process.propose import JobTool, Made, characteristic_on
 from trueloop.loops.post_process.replay import replay, simulate
 from trueloop.loops.post_process.series import SeriesOptions, sizes_of
 from trueloop.loops.turned.commanded import commanded
+from trueloop.loops.turned.cuts import OfSetup
+from trueloop.loops.turned.part import require_offset
+from trueloop.loops.turned.share import characteristics_in, index_in
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.report.series.lines import series_csv
 from trueloop.report.series.page import series_page
@@ -262,28 +267,42 @@ def write_series(
 
 
 def tools_of_job(path: Path, book: Book) -> tuple[JobTool, ...]:
-    """Returns each tool of a job, or its only one, with its contour, its moves and the series of sizes of it alone.
+    """Returns each tool of a job with its contour, its moves and the series of sizes of it alone, in the frame of its
+    set-up.
 
-    A size between features of two edges is of neither. Raises JOB, GEO and NC errors.
+    A size between features of two edges is of neither. Raises JOB, GEO, SET and NC errors.
     """
     files = JobFiles.of(path)
-    program = files.finish_program()
-    profile = files.profile(program)
-    asked = _asked(files, profile, book)
+    read = read_setups(files)
+    read.found.require_plain()
+    asked = _asked(files, read.profile, book)
+    pairs = zip(read.found.setups, read.files, strict=True)
+    return tuple(_job_tool(read.profile, of, one, own, asked) for of, one in pairs for own in of.contours)
+
+
+def _job_tool(
+    part: Profile, of: OfSetup, files: JobFiles, own: OwnContour | None, asked: Mapping[str, Characteristic]
+) -> JobTool:
+    """Returns a tool of a set-up; `own` None: the job's only one, which cuts the whole `part`.
+
+    Raises SET-OFFSET where the control mirrors Z.
+    """
+    program, frame = of.setup.program, of.setup.frame
     x_is = files.job.own_programs.offset_x_is
     x_is_diameter = None if x_is is None else x_is == "diameter"
-    if not files.job.tools:
-        matched = commanded(program, None, profile, files.nose_radius_mm, 0.0, files.run)
-        tool = files.tool
-        return (JobTool(profile, program, matched, asked, tool.number, x_is_diameter, tool.table_edge),)
-    found = []
-    for share in shares_of(files):
-        own, called = share.own, share.own.edge.called
-        run = replace(share.files.run, called=called)
-        matched = commanded(program, None, own.profile, own.edge.nose_radius_mm, 0.0, run)
-        mine = _own_asked(asked, profile, own)
-        found.append(JobTool(own.profile, program, matched, mine, called.number, x_is_diameter, called.edge))
-    return tuple(found)
+    if own is None:
+        matched = commanded(program, None, part, files.nose_radius_mm, 0.0, files.run)
+        return JobTool(part, program, matched, asked, files.tool.number, x_is_diameter, files.tool.table_edge)
+    require_offset(own, frame, {}, str(files.path))
+    called = own.edge.called
+    run = replace(files.run, called=called)
+    matched = commanded(program, None, own.profile, own.edge.nose_radius_mm, 0.0, run)
+    mine = _own_asked(asked, part, own, frame)
+    return JobTool(
+        *(own.profile, program, matched, mine, called.number, x_is_diameter, called.edge),
+        zero_z_mm=frame.z_mm(0.0),
+        machine=machine_of_job(files.job),
+    )
 
 
 def _asked(files: JobFiles, profile: Profile, book: Book) -> Mapping[str, Characteristic]:
@@ -294,12 +313,19 @@ def _asked(files: JobFiles, profile: Profile, book: Book) -> Mapping[str, Charac
     return {name: one for name, one in named.items() if one is not None}
 
 
-def _own_asked(asked: Mapping[str, Characteristic], profile: Profile, own: OwnContour) -> dict[str, Characteristic]:
-    """Those of an edge's features alone, by their names on its contour."""
-    names = {profile.names[i]: own.profile.names[k] for k, parts in enumerate(own.parts) for i in parts}
+def _own_asked(
+    asked: Mapping[str, Characteristic], profile: Profile, own: OwnContour, frame: SetupFrame
+) -> dict[str, Characteristic]:
+    """Those of an edge's features alone, by their names on its contour and in its frame; `profile` is the part's."""
+    features = len(profile.names)
+    names = {
+        profile.names[index_in(frame, i, features)]: own.profile.names[k]
+        for k, parts in enumerate(own.parts)
+        for i in parts
+    }
     return {
         name: replace(one, feature=names[one.feature], other=names.get(one.other, ""))
-        for name, one in asked.items()
+        for name, one in zip(asked, characteristics_in(frame, list(asked.values())), strict=True)
         if one.feature in names and (not one.other or one.other in names)
     }
 

@@ -23,6 +23,7 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.part import PartType
 from trueloop.domain.proposal import Effect, ExpandedU, HeldTool, Proposal, ProposalClass, ToolOffset
+from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.loops.post_process.series import SeriesOptions
@@ -186,6 +187,8 @@ class JobTool:
     characteristics of its features, by name.
 
     `tool` is the number of the offset that the job names, `x_is_diameter` how the control counts offsets on X.
+    `zero_z_mm` is z of the part's zero in the frame of the program, from which lengths count. Two set-ups on one
+    `machine` that call one number run with one offset.
     """
 
     profile: Profile
@@ -195,14 +198,16 @@ class JobTool:
     tool: int | None = None
     x_is_diameter: bool | None = None
     edge: int = 1
+    zero_z_mm: float = 0.0
+    machine: Machine | None = None
 
 
-def moved_by_offset(profile: Profile, asked: Characteristic) -> Array:
+def moved_by_offset(profile: Profile, asked: Characteristic, zero_z_mm: float = 0.0) -> Array:
     """Returns the g of a characteristic, (2,): the change of its size per mm of tool offset on X (a radius) and on Z.
 
     Raises TOL-FEATURE and TOL-PLACE for what the part does not have.
     """
-    sizes = measurand(profile, asked, np.zeros(len(profile.features), dtype=np.intp))
+    sizes = measurand(profile, asked, np.zeros(len(profile.features), dtype=np.intp), zero_z_mm)
     places = zip(sizes.feature_index.tolist(), sizes.arc_length_mm.tolist(), strict=True)
     normals = np.array([profile.features[index].outward_normal(s) for index, s in places])
     return np.asarray((sizes.gains @ normals).mean(axis=0))
@@ -225,11 +230,15 @@ def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple
 def tool_proposals(
     series: Sequence[Tracked], jobs: Sequence[JobTool], options: SeriesOptions, made: Made
 ) -> tuple[Proposal, ...]:
-    """Returns a proposal for each tool of the finish pass whose offset is to change, in its control's step.
+    """Returns a proposal for each tool offset of the finish passes that is to change, in its control's step: from the
+    sizes of all that is cut with it, in every set-up.
 
     Raises SER-TOOL where no characteristic of the series is a size of the job's part.
     """
-    by_tool = [(job, number, of_it) for job in jobs for number, of_it in sorted(_by_tool(series, job).items())]
+    by_tool = dict[tuple[Machine | None, int, int], tuple[JobTool, list[tuple[Tracked, Array]]]]()
+    for job in jobs:
+        for number, of_it in sorted(_by_tool(series, job).items()):
+            by_tool.setdefault((job.machine, number, job.edge), (job, []))[1].extend(of_it)
     if not by_tool:
         names = ", ".join(sorted(repr(one.series.name) for one in series)[:6])
         raise TrueloopError(
@@ -237,7 +246,7 @@ def tool_proposals(
             f"none of {len(series)} series ({names}) is a size of the job's features",
             hint="name them in `[[part.characteristic]]` of the job as the inspections do, each with its feature",
         )
-    found = [_of_one(job, number, of_it, options, made) for job, number, of_it in by_tool]
+    found = [_of_one(job, number, of_it, options, made) for (_, number, _), (job, of_it) in by_tool.items()]
     return tuple(one for one in found if one is not None)
 
 
@@ -249,7 +258,8 @@ def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[int, list[tuple[Tr
         asked = job.asked.get(one.series.name)
         if one.series.latest and asked is not None:
             number = tools.cut_by[job.profile.names.index(asked.feature)]
-            found.setdefault(_number(job, number, asked.feature), []).append((one, moved_by_offset(job.profile, asked)))
+            gain = moved_by_offset(job.profile, asked, job.zero_z_mm)
+            found.setdefault(_number(job, number, asked.feature), []).append((one, gain))
     return found
 
 

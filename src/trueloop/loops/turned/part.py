@@ -27,6 +27,7 @@ from trueloop.loops.turned.share import judged_on_part, own_inputs, shared_words
 from trueloop.nc.edit.changes import not_as_intended
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading
+from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import Called
 from trueloop.nc.program.program import Program
@@ -356,25 +357,37 @@ def _by_what_may_be(of: SetupCuts, every: Sequence[SetupCuts]) -> SetupCuts:
     return replace(of, cuts=tuple((own, _without_offset(own, inputs, of.frame, shared)) for own, inputs in of.cuts))
 
 
-def _without_offset(own: OwnContour | None, inputs: Inputs, frame: SetupFrame, shared: Mapping[Called, str]) -> Inputs:
-    tool, other = ("", None) if own is None else (own.edge.words, shared.get(own.edge.called))
-    if frame.mirrored_z:
-        why = wording("{tool}: the control mirrors Z, so that the sign of an offset is not known.", tool=tool)
-    elif other is not None:
-        why = wording(
-            "{tool} cuts in set-up {other} too: its offset would move both, unless `programs.machine` of each names "
-            "another machine.",
-            tool=tool,
-            other=other,
-        )
-    else:
-        return inputs
-    if inputs.options.by == "offset" and own is not None:
-        with in_file(inputs.file):
+def require_offset(own: OwnContour, frame: SetupFrame, shared: Mapping[Called, str], file: str | None) -> None:
+    """Raises SET-OFFSET where no offset of an edge may be entered at the control. `shared`: by tool the name of another
+    set-up that cuts with it on the same machine.
+    """
+    if why := _no_offset(own.edge, frame, shared):
+        with in_file(file):
             raise TrueloopError(
                 Code.SET_OFFSET,
                 f"set-up '{frame.name}': {why.removesuffix('.')}",
-                hint='leave out `compensation.by = "offset"`: the contour is corrected then',
+                hint='correct by the contour with `trueloop compensate`, without `compensation.by = "offset"`',
                 values={"setup": frame.name, "tool": own.edge.called.words},
             )
-    return replace(inputs, no_offset=why)
+
+
+def _no_offset(edge: CuttingEdge, frame: SetupFrame, shared: Mapping[Called, str]) -> str:
+    """Returns why no offset of an edge may be entered; "": one may."""
+    if frame.mirrored_z:
+        return wording("{tool}: the control mirrors Z, so that the sign of an offset is not known.", tool=edge.words)
+    if edge.called in shared:
+        return wording(
+            "{tool} cuts in set-up {other} too: its offset would move both, unless `programs.machine` of each names "
+            "another machine.",
+            tool=edge.words,
+            other=shared[edge.called],
+        )
+    return ""
+
+
+def _without_offset(own: OwnContour | None, inputs: Inputs, frame: SetupFrame, shared: Mapping[Called, str]) -> Inputs:
+    if own is None:  # a job of set-ups lists its tools
+        return inputs
+    if inputs.options.by == "offset":
+        require_offset(own, frame, shared, inputs.file)
+    return replace(inputs, no_offset=_no_offset(own.edge, frame, shared))
