@@ -360,6 +360,86 @@ mod tests {
         }
     }
 
+    /// The fit is linear: what is reported of it must be what a second fit with one number changed by 1 gives.
+    #[test]
+    fn residuals_leverages_covariance_and_sensitivity_are_those_of_second_fits() {
+        let space = SplineSpace::new(&[1.0, 1.5, 3.0], LENGTH, 3).unwrap();
+        let s = points(12);
+        let y: Vec<f64> = (0..12).map(|i| f64::from(i * i % 7)).collect();
+        let weights: Vec<f64> = (0..12).map(|i| 0.5 + f64::from(i * 5 % 3)).collect();
+        for mask in 0..16 {
+            let ends_with = |numbers: [f64; 4]| {
+                let given = |bit: usize| (mask >> bit & 1 == 1).then_some(numbers[bit]);
+                EndConditions {
+                    start_value: given(0),
+                    start_slope: given(1),
+                    end_value: given(2),
+                    end_slope: given(3),
+                }
+            };
+            let numbers = [0.3, -0.2, 1.5, 0.7];
+            let ends = ends_with(numbers);
+            let base = fit(&space, &s, &y, &weights, &ends).unwrap();
+            let n = base.coefficients.len();
+            let change = |other: &Fit| -> Vec<f64> {
+                let pairs = other.coefficients.iter().zip(&base.coefficients);
+                pairs.map(|(a, b)| a - b).collect()
+            };
+            let mut covariance = vec![[0.0; ORDER]; n];
+            for i in 0..s.len() {
+                let mut nudged = y.clone();
+                nudged[i] += 1.0;
+                let other = fit(&space, &s, &nudged, &weights, &ends).unwrap();
+                let fitted = value(&space, &base, s[i]);
+                assert!((base.residuals[i] - (y[i] - fitted)).abs() < 1e-12);
+                let moved = value(&space, &other, s[i]) - fitted;
+                assert!((base.leverages[i] - moved).abs() < 1e-12, "mask {mask}");
+                let by = change(&other);
+                for (row, entries) in covariance.iter_mut().enumerate() {
+                    for (k, entry) in entries.iter_mut().enumerate() {
+                        *entry += by[row] * by.get(row + k).unwrap_or(&0.0) / weights[i];
+                    }
+                }
+            }
+            for (found, expected) in base.covariance_band.iter().zip(&covariance) {
+                for (a, b) in found.iter().zip(expected) {
+                    assert!((a - b).abs() < 1e-11, "mask {mask}: {a} {b}");
+                }
+            }
+            let given: Vec<usize> = (0..4).filter(|bit| mask >> bit & 1 == 1).collect();
+            assert_eq!(base.conditions, given.len());
+            for (column, &bit) in given.iter().enumerate() {
+                let mut nudged = numbers;
+                nudged[bit] += 1.0;
+                let other = fit(&space, &s, &y, &weights, &ends_with(nudged)).unwrap();
+                for (row, by) in base.sensitivity.iter().zip(change(&other)) {
+                    assert!((row[column] - by).abs() < 1e-11, "mask {mask}");
+                }
+            }
+        }
+    }
+
+    /// Relative to the points' own weight: two points of a line 1 nm apart on 4 mm do not determine it, 1 µm do.
+    #[test]
+    fn what_the_points_determine_does_not_depend_on_the_size_of_their_weights() {
+        let line = SplineSpace::new(&[], LENGTH, 1).unwrap();
+        for weight in [1e-20, 1.0, 1e20] {
+            let by = |apart: f64| {
+                let weights = [weight; 2];
+                let points = [2.0, 2.0 + apart];
+                fit(
+                    &line,
+                    &points,
+                    &[0.0; 2],
+                    &weights,
+                    &EndConditions::default(),
+                )
+            };
+            assert!(by(1e-3).is_ok());
+            assert_eq!(by(1e-9).unwrap_err().kind(), "undetermined");
+        }
+    }
+
     #[test]
     fn no_points_are_needed_when_the_ends_say_all() {
         let space = SplineSpace::new(&[], LENGTH, 3).unwrap();
@@ -387,6 +467,7 @@ mod tests {
         assert_eq!(kind(&[5.0], &[0.0], &[], &free), "outside");
         assert_eq!(kind(&[2.0, 1.0], &[0.0, 0.0], &[], &free), "unordered");
         assert_eq!(kind(&[1.0], &[0.0], &[-1.0], &free), "weight");
+        assert_eq!(kind(&[1.0], &[0.0], &[0.0], &free), "weight");
         assert_eq!(
             kind(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], &[0.0; 6], &[], &free),
             "undetermined"
@@ -399,6 +480,17 @@ mod tests {
         };
         assert_eq!(
             fit(&line, &[1.0], &[0.0], &[], &slopes).unwrap_err().kind(),
+            "too-many-conditions"
+        );
+        let steps = SplineSpace::new(&[2.0], LENGTH, 0).unwrap();
+        let slope = EndConditions {
+            end_slope: Some(0.0),
+            ..free
+        };
+        assert_eq!(
+            fit(&steps, &[1.0, 3.0], &[0.0; 2], &[], &slope)
+                .unwrap_err()
+                .kind(),
             "too-many-conditions"
         );
     }

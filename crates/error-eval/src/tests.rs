@@ -55,6 +55,7 @@ fn numbers_that_do_not_belong_together() {
     assert_eq!(refuse(0, &[1.0, 1.0], 1, &[NONE]), ModelError::Breaks);
     assert_eq!(refuse(0, &[0.0, f64::NAN], 1, &[NONE]), ModelError::Breaks);
     assert_eq!(refuse(0, &[0.0, 1.0], 2, &[NONE]), ModelError::Coefficients);
+    assert_eq!(refuse(0, &[0.0, 1.0], 0, &[]), ModelError::Coefficients);
     assert_eq!(
         refuse(0, &[0.0, 1.0], usize::MAX, &[NONE]),
         ModelError::Coefficients

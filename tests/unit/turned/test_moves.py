@@ -145,18 +145,25 @@ def test_an_arc_between_new_ends_keeps_radius_and_side(sweep_rad: float) -> None
 def test_pieces_within_quadrants_are_the_same_arc(start_rad: float, sweep_rad: float, clockwise: bool) -> None:
     sign = 1 if clockwise else -1
     radius = 20.0
-    at = [(radius * math.sin(a), radius * math.cos(a)) for a in (start_rad, start_rad - sign * sweep_rad)]
-    pieces = within_quadrants(Move(at[0], at[1], (0.0, 0.0), sign * sweep_rad))
+    angles = (start_rad, start_rad - sign * sweep_rad)
+    at = [(3.0 + radius * math.sin(a), -7.0 + radius * math.cos(a)) for a in angles]
+    pieces = within_quadrants(Move(at[0], at[1], (3.0, -7.0), sign * sweep_rad))
     assert pieces[0].start_mm == at[0]
     assert pieces[-1].end_mm == at[1]
     assert sum(piece.sweep_rad for piece in pieces) == pytest.approx(sign * sweep_rad)
     for before, after in itertools.pairwise(pieces):
         assert before.end_mm == after.start_mm
-        assert min(abs(before.end_mm[0]), abs(before.end_mm[1])) < 1e-9  # cut on an axis of the circle
+        assert min(abs(before.end_mm[0] - 3.0), abs(before.end_mm[1] + 7.0)) < 1e-9  # cut on an axis of the circle
     for piece in pieces:
-        inner = _points(piece)[50:-50]
+        assert piece.centre_mm == (3.0, -7.0)
+        inner = _points(piece)[50:-50] - [3.0, -7.0]
         signs = np.sign(inner[np.all(np.abs(inner) > 0.011, axis=1)])
         assert len(np.unique(signs, axis=0)) <= 1
+
+
+def test_a_line_between_new_ends_is_a_line_and_has_no_quadrants() -> None:
+    moved = between(Move((1.0, 2.0), (3.0, 4.0)), (1.1, 2.0), (3.1, 4.0))
+    assert moved == Move((1.1, 2.0), (3.1, 4.0)) and within_quadrants(moved) == (moved,)
 
 
 @pytest.mark.parametrize(("beyond_mm", "pieces"), [(0.005, 1), (0.02, 2)])
