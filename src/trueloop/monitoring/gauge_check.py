@@ -73,6 +73,8 @@ def _slope(means: Array, days: Array | None) -> Slope | None:
     """Fits a line through the checks by least squares."""
     if days is None or len(np.unique(days)) < LEAST_TIMES:
         return None
+    if not np.ptp(means):
+        return Slope(0.0, 0.0)  # linregress leaves the standard error open
     found = stats.linregress(days, means)
     half = float(stats.t.ppf(0.975, len(days) - 2)) * float(found.stderr)
     return Slope(float(found.slope), half)

@@ -104,3 +104,9 @@ def test_the_correlation_of_neighbours_by_hand() -> None:
 def test_independent_values_are_called_alike_as_often_as_said() -> None:
     said = [correlation(RNG.normal(size=20)).significant for _ in range(2000)]
     assert 0.02 < np.mean(said) < 0.06
+
+
+def test_the_evidence_of_one_value_by_hand() -> None:
+    """3 σ off, a step of 0 ± 5 σ: 26^(−1/2) exp(9 · 25 / 52) = 14.848 times what chance has, which weighs as much."""
+    found = explained(np.array([3.0]), [])
+    assert found.unknown == pytest.approx(14.848 / 15.848, abs=1e-5)

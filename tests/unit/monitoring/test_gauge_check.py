@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trueloop.monitoring.gauge_check import Drift, drift, e_n
+from trueloop.monitoring.gauge_check import Drift, Slope, drift, e_n
 
 RNG = np.random.default_rng(20)
 
@@ -67,6 +67,7 @@ def test_the_interval_of_three_checks_is_by_student_with_one_degree_of_freedom()
 
 
 def test_a_gauge_that_never_deviates_is_neither_biased_nor_drifting() -> None:
+    """As a gauge that resolves no more than its deviations: all checks read alike."""
     found = daily(np.zeros(4))
     assert found.bias_u == 0.0 and not found.biased
-    assert found.slope is not None and not found.slope.significant
+    assert found.slope == Slope(0.0, 0.0) and not found.slope.significant

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -61,10 +62,10 @@ PLACES = st.floats(-3.2, 3.2)
 
 @given(SWEEPS, PLACES, PLACES, PLACES)
 def test_gap_counts_ends_and_sweep(sweep_rad: float, from_rad: float, x: float, z: float) -> None:
-    start, end = (2 * math.sin(from_rad), 2 * math.cos(from_rad)), from_rad - sweep_rad
-    arc = Move(start, (2 * math.sin(end), 2 * math.cos(end)), (0.0, 0.0), sweep_rad)
+    start, end = ((4 + 2 * math.sin(a), 2 * math.cos(a) - 9) for a in (from_rad, from_rad - sweep_rad))
+    arc = Move(start, end, (4.0, -9.0), sweep_rad)
     chord = Move(arc.start_mm, arc.end_mm)
-    point = np.array([x, z])
+    point = np.array([4 + x, z - 9])
     for move in (arc, chord):
         assert move.gap_mm(point[None])[0] == pytest.approx(distance_to((move,), point), abs=1e-5)
 
@@ -107,6 +108,16 @@ def test_a_true_circle_needs_one_pair_of_arcs() -> None:
     assert sum(move.sweep_rad for move in moves) == pytest.approx(math.pi / 2, abs=1e-9)  # x to z: G02
     for move in moves:
         assert move.centre_mm == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("fit", [as_lines, as_arcs, fewest_moves])
+def test_a_path_elsewhere_has_the_same_moves_there(fit: Callable[[SampledPath], tuple[Move, ...]]) -> None:
+    path, by = wavy(0.05, 7.0), np.array([120.0, -310.0])
+    here, there = fit(path), fit(SampledPath(path.point_mm + by, path.tangent, path.tolerance_mm))
+    assert len(here) == len(there) > 4
+    for one, other in zip(here, there, strict=True):
+        assert np.subtract(other.end_mm, one.end_mm) == pytest.approx(by, abs=1e-9)
+        assert other.sweep_rad == pytest.approx(one.sweep_rad, abs=1e-7)
 
 
 def test_a_straight_path_is_one_line() -> None:
