@@ -2,10 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 
+from trueloop.geometry.curve_kinds import b_spline, ellipse
 from trueloop.geometry.feature import Arc, Line, distance_mm
-from trueloop.geometry.intersection import intersections
+from trueloop.geometry.intersection import beyond_end, crossings, intersections
 
 
 def circle(x: float, z: float, radius: float) -> Arc:
@@ -33,3 +35,47 @@ def test_crossings_in_whole_numbers(first: Arc | Line, second: Arc | Line, expec
 def test_distance_beyond_an_end_is_that_to_the_nearer_end() -> None:
     line = Line("line", (0.0, 0.0), (0.0, 10.0))
     assert [distance_mm(line, point) for point in ((3.0, -4.0), (3.0, 14.0), (3.0, 5.0))] == pytest.approx([5, 5, 3])
+
+
+def test_a_chain_that_ends_on_itself_touches_what_meets_there() -> None:
+    """The third line ends on the first, and the fourth begins there: both touch the first, at (10, 4)."""
+    corners = [(10.0, 0.0), (10.0, 10.0), (16.0, 7.0), (10.0, 4.0), (4.0, 2.0)]
+    chain = [Line(str(k), a, b) for k, (a, b) in enumerate(zip(corners, corners[1:], strict=False))]
+    found = crossings(chain, 1e-3)
+    assert sorted((i, j) for i, j, _ in found) == [(0, 2), (0, 3)]
+    assert all(point == pytest.approx((10.0, 4.0), abs=1e-12) for _, _, point in found)
+
+
+@pytest.mark.parametrize("convex", [True, False])
+@pytest.mark.parametrize("at_end", [True, False])
+def test_beyond_its_end_an_ellipse_goes_on_along_half_of_its_circle_of_curvature(at_end: bool, convex: bool) -> None:
+    """Of semi-axes 24 and 30 mm: radius 30² / 24 = 37.5 mm at (24, 0), 24² / 30 = 19.2 mm at (0, 30)."""
+    ends = ((24.0, 0.0), (0.0, 30.0)) if convex else ((0.0, 30.0), (24.0, 0.0))
+    egg = ellipse("egg", ends, (0.0, 0.0), (24.0, 30.0), convex=convex)
+    beyond = beyond_end(egg, at_end)
+    at_vertex = at_end is not convex
+    assert isinstance(beyond, Arc)
+    assert beyond.start_mm == pytest.approx((24.0, 0.0) if at_vertex else (0.0, 30.0), abs=1e-7)
+    assert beyond.centre_mm == pytest.approx((24.0 - 37.5, 0.0) if at_vertex else (0.0, 30.0 - 19.2), abs=1e-5)
+    assert abs(beyond.sweep_rad) == pytest.approx(math.pi)
+    away = (0.0, -1.0) if at_vertex else (-1.0, 0.0)
+    assert beyond.tangent(0.0) == pytest.approx(away, abs=1e-7)
+    np.testing.assert_allclose(beyond.point_mm(beyond.length_mm), beyond.end_mm, atol=1e-9)
+
+
+def test_beyond_a_straight_end_a_curve_goes_on_straight() -> None:
+    straight = b_spline("s", [(20.0, 10.0 * k) for k in range(5)], [0.0] * 5 + [1.0] * 5, 4)
+    for at_end, start, away in ((True, (20.0, 40.0), 1.0), (False, (20.0, 0.0), -1.0)):
+        beyond = beyond_end(straight, at_end)
+        assert isinstance(beyond, Line) and beyond.start_mm == pytest.approx(start, abs=1e-9)
+        assert beyond.tangent(0.0) == pytest.approx((0.0, away), abs=1e-9)
+
+
+def test_a_curve_s_loop_is_found_where_it_crosses_itself() -> None:
+    """By hand, q = t (1 − t): x = 20 + 120 q, z = 10 + 20 (t − ½)(1 − 16 q), which is 10 twice where q = 1/16."""
+    knots = [0.0] * 4 + [1.0] * 4
+    loop = b_spline("loop", [(20.0, 0.0), (60.0, 60.0), (60.0, -40.0), (20.0, 20.0)], knots, 3)
+    ((first, second, point),) = crossings([loop], 1e-3)
+    assert (first, second) == (0, 0) and math.dist(point, (27.5, 10.0)) < 1.0  # the beginning of a chord
+    arch = b_spline("arch", [(20.0, 0.0), (80.0, -20.0), (80.0, 40.0), (20.0, 20.0)], knots, 3)
+    assert crossings([arch], 1e-3) == []

@@ -9,6 +9,7 @@ from tests.support.profiles import NOSE_RADIUS_MM, inch, modbas2, piecs11, polyl
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.offset import contour_from_centre_path, nose_centre_path
+from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.geometry.validate import checked_profile
 
 
@@ -108,6 +109,25 @@ def test_refusals(features: list[Feature], radius_mm: float, code: Code) -> None
     with pytest.raises(TrueloopError) as refusal:
         nose_centre_path(profile, radius_mm)
     assert refusal.value.code is code
+
+
+def test_features_that_are_apart_keep_the_ends_of_their_offsets() -> None:
+    """Another edge cuts between them: the nose does not go on to where their paths would cross."""
+    first, second = Line("cylinder", (10.0, 0.0), (10.0, 5.0)), Line("face", (9.0, 6.0), (2.0, 6.0))
+    path = nose_centre_path(Profile((first, second), junctions_of((first, second))), 0.4)
+    assert path.features[0].end_mm == pytest.approx((10.4, 5.0))
+    assert path.features[1].start_mm == pytest.approx((9.0, 6.4))
+    np.testing.assert_allclose(path.reachable_mm, [(0, 5), (0, 7)])
+
+
+def test_a_groove_that_is_too_narrow_is_named_with_its_place() -> None:
+    """1 mm wide, nose 0.6 mm: at its bottom the nose's centre would be at x = 5 + 0.6, 0.6 from one side."""
+    groove = checked_profile(polyline([(9.0, 0.0), (5.0, 0.0), (5.0, 1.0), (9.0, 1.0)]))
+    with pytest.raises(TrueloopError) as refusal:
+        nose_centre_path(groove, 0.6)
+    assert refusal.value.values["features"] == ["f1"]
+    place = refusal.value.values["x_mm"], refusal.value.values["z_mm"]
+    assert place == pytest.approx((5.6, 0.6))
 
 
 def test_groove_narrower_than_the_nose_by_way_of_arcs() -> None:

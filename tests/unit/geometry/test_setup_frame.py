@@ -32,6 +32,7 @@ def test_every_place_of_the_part_is_where_the_program_has_it(frame: SetupFrame) 
     """Its normal too, and a place off the surface is as far off it, on the same side."""
     seen = frame.profile(PART)
     turns = -1.0 if frame.backwards else 1.0
+    assert seen.names == (PART.names[::-1] if frame.backwards else PART.names)
     for feature in FEATURES:
         placed = seen.features[seen.names.index(feature.name)]
         assert placed.length_mm == pytest.approx(feature.length_mm, abs=1e-9)
