@@ -252,6 +252,14 @@ mod tests {
     }
 
     #[test]
+    fn a_function_differs_from_zero_on_as_many_pieces_as_it_has_orders() {
+        let space = SplineSpace::new(&[1.0, 2.0, 3.0], 4.0, 2).unwrap();
+        let found: Vec<_> = (0..space.dimension()).map(|i| space.support(i)).collect();
+        let ends = [(0.0, 1.0), (0.0, 2.0), (0.0, 3.0), (1.0, 4.0), (2.0, 4.0)];
+        assert_eq!(found, [&ends[..], &[(3.0, 4.0)]].concat());
+    }
+
+    #[test]
     fn bad_knots_are_refused() {
         for knots in [
             &[0.0][..],

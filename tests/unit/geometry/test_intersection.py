@@ -1,6 +1,7 @@
 """Crossings and distances of lines and circles in whole numbers."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -40,7 +41,7 @@ def test_distance_beyond_an_end_is_that_to_the_nearer_end() -> None:
 def test_a_chain_that_ends_on_itself_touches_what_meets_there() -> None:
     """The third line ends on the first, and the fourth begins there: both touch the first, at (10, 4)."""
     corners = [(10.0, 0.0), (10.0, 10.0), (16.0, 7.0), (10.0, 4.0), (4.0, 2.0)]
-    chain = [Line(str(k), a, b) for k, (a, b) in enumerate(zip(corners, corners[1:], strict=False))]
+    chain = [Line(str(k), a, b) for k, (a, b) in enumerate(pairwise(corners))]
     found = crossings(chain, 1e-3)
     assert sorted((i, j) for i, j, _ in found) == [(0, 2), (0, 3)]
     assert all(point == pytest.approx((10.0, 4.0), abs=1e-12) for _, _, point in found)
