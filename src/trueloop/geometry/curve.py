@@ -6,13 +6,16 @@ good as the polynomials: those of `curve_building` keep within 1e-12 mm and rad 
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from trueloop.arrays import Array, Flags, by_content
+from trueloop.arrays import Array, by_content
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 SAMPLES_OF_PIECE: Final = 24
 """Places on each piece between which the foot of a normal is sought."""
@@ -83,8 +86,8 @@ class Curve:
         lengthens it.
         """
         s = np.asarray(arc_length_mm, dtype=np.float64)
-        bend = self._series(self._derived[1], s)
-        return np.asarray(-np.sum(bend * _left(self._unit_tangent(s)), axis=-1))
+        derived = self._series(self._with_derivatives[..., 2:], s)
+        return _bend(_unit(derived[..., :2]), derived[..., 2:])
 
     def locate(self, points_mm: ArrayLike) -> tuple[Array, Array]:
         """Returns the arc length of the foot of the nearest normal and the distance along it (positive outside the
@@ -94,11 +97,13 @@ class Curve:
         """
         points = np.asarray(points_mm, dtype=np.float64)
         flat = points.reshape(-1, 2)
-        s, beyond = self._feet(flat)
-        tangent, normal, off = self.tangent(s), self.outward_normal(s), flat - self.point_mm(s)
-        distance = np.sum(off * normal, axis=-1)
+        s = self._feet(flat)
+        point, tangent, curvature = self._at(s)
+        normal, off = _left(tangent), flat - point
+        distance, leaves = np.sum(off * normal, axis=-1), np.sum(off * tangent, axis=-1)
+        beyond = ((s == 0.0) & (leaves < 0.0)) | ((s == self.length_mm) & (leaves > 0.0))
         if np.any(beyond):
-            on, along = self._on_circle(s, off, tangent, normal)
+            on, along = _on_circle(curvature, off, tangent, normal)
             s, distance = np.where(beyond, s + along, s), np.where(beyond, on, distance)
         return s.reshape(points.shape[:-1]), distance.reshape(points.shape[:-1])
 
@@ -136,11 +141,21 @@ class Curve:
         return (1 / concave if concave > 0 else np.inf), (1 / convex if convex > 0 else np.inf)
 
     @cached_property
-    def _derived(self) -> tuple[Array, Array]:
-        """Series of the first and second derivative by arc length."""
+    def _with_derivatives(self) -> Array:
+        """Series of point, first and second derivative by arc length, (pieces, terms, 6): evaluated at once."""
         per_mm = (2.0 / np.diff(self.breaks_mm))[:, None, None]
         first = chebyshev.chebder(self.chebyshev_mm, axis=1) * per_mm
-        return first, chebyshev.chebder(first, axis=1) * per_mm
+        second = chebyshev.chebder(first, axis=1) * per_mm
+        terms = self.chebyshev_mm.shape[1]
+        filled = (np.pad(one, ((0, 0), (0, terms - one.shape[1]), (0, 0))) for one in (first, second))
+        return np.concatenate([self.chebyshev_mm, *filled], axis=2)
+
+    @cached_property
+    def _tree(self) -> "KDTree":
+        """The sampled places, to find the nearest one."""
+        from scipy.spatial import KDTree  # slow to import
+
+        return KDTree(self.sampled_mm[1])
 
     def _series(self, coefficients: Array, s: Array) -> Array:
         piece = np.clip(np.searchsorted(self.breaks_mm, s, side="right") - 1, 0, len(self.breaks_mm) - 2)
@@ -151,47 +166,55 @@ class Curve:
 
     def _unit_tangent(self, s: Array) -> Array:
         """Returns the unit tangent at the nearest place of the curve itself."""
-        direction = self._series(self._derived[0], s)
-        return np.asarray(direction / np.linalg.norm(direction, axis=-1, keepdims=True))
+        return _unit(self._series(self._with_derivatives[..., 2:4], s))
+
+    def _at(self, s: Array) -> tuple[Array, Array, Array]:
+        """Returns point, unit tangent and curvature at places of the curve itself."""
+        jet = self._series(self._with_derivatives, s)
+        tangent = _unit(jet[..., 2:4])
+        return jet[..., :2], tangent, _bend(tangent, jet[..., 4:])
 
     def _beyond(self, s: Array) -> Array:
         """Returns by how much arc lengths lie beyond the ends: negative before the start, 0 on the curve."""
         return np.asarray(s - np.clip(s, 0.0, self.length_mm))
 
-    def _feet(self, points: Array) -> tuple[Array, Flags]:
-        """Returns the arc length of the nearest place of the curve itself, and whether the foot lies beyond that end.
-
-        Newton's steps on (q − p(s))·t(s) = 0 between the neighbours of the nearest sample.
+    def _feet(self, points: Array) -> Array:
+        """Returns the arc length of the nearest place of the curve itself, by Newton's steps on (q − p(s))·t(s) = 0
+        between the neighbours of the nearest sample.
         """
-        from scipy.spatial import KDTree  # slow to import
-
-        places, sampled = self.sampled_mm
-        nearest = KDTree(sampled).query(points)[1]
+        places, nearest = self.sampled_mm[0], self._tree.query(points)[1]
         low, high = places[np.maximum(nearest - 1, 0)], places[np.minimum(nearest + 1, len(places) - 1)]
         s = places[nearest]
         for _ in range(NEWTON_STEPS):
-            off, tangent = points - self.point_mm(s), self._unit_tangent(s)
+            point, tangent, curvature = self._at(s)
+            off = points - point
             along, distance = np.sum(off * tangent, axis=-1), np.sum(off * _left(tangent), axis=-1)
-            stretch = 1.0 + self.curvature_per_mm(s) * distance
+            stretch = 1.0 + curvature * distance
             step = along / np.where(stretch > 0.1, stretch, 0.1)
             moved = np.clip(s + step, low, high)
             change, s = np.abs(moved - s), moved
             if np.all(change < FOUND_MM):
                 break
-        leaves = np.sum((points - self.point_mm(s)) * self._unit_tangent(s), axis=-1)
-        return s, ((s == 0.0) & (leaves < 0.0)) | ((s == self.length_mm) & (leaves > 0.0))
+        return s
 
-    def _on_circle(self, s: Array, off: Array, tangent: Array, normal: Array) -> tuple[Array, Array]:
-        """Returns the distance from the circle of curvature at s, and arc length along it to the foot; a line where it
-        is one.
-        """
-        curvature = self.curvature_per_mm(s)
-        a, b = np.sum(off * tangent, axis=-1), np.sum(off * normal, axis=-1)
-        out = np.hypot(curvature * a, 1.0 + curvature * b)
-        distance = (curvature * (a * a + b * b) + 2 * b) / (1.0 + out)
-        straight = np.abs(curvature) < 1e-12
-        angle = np.arctan2(curvature * a, 1.0 + curvature * b)
-        return distance, np.where(straight, a, angle / np.where(straight, 1.0, curvature))
+
+def _unit(direction: Array) -> Array:
+    return np.asarray(direction / np.linalg.norm(direction, axis=-1, keepdims=True))
+
+
+def _bend(tangent: Array, second: Array) -> Array:
+    """Returns the signed curvature from unit tangents and second derivatives by arc length."""
+    return np.asarray(-np.sum(second * _left(tangent), axis=-1))
+
+
+def _on_circle(curvature: Array, off: Array, tangent: Array, normal: Array) -> tuple[Array, Array]:
+    """Returns the distance from a circle of curvature, and arc length along it to the foot; a line where it is one."""
+    a, b = np.sum(off * tangent, axis=-1), np.sum(off * normal, axis=-1)
+    out = np.hypot(curvature * a, 1.0 + curvature * b)
+    distance = (curvature * (a * a + b * b) + 2 * b) / (1.0 + out)
+    straight = np.abs(curvature) < 1e-12
+    angle = np.arctan2(curvature * a, 1.0 + curvature * b)
+    return distance, np.where(straight, a, angle / np.where(straight, 1.0, curvature))
 
 
 def _left(tangent: Array) -> Array:
