@@ -33,9 +33,9 @@ def go(window: Window, page: str) -> None:
     window.page.goto(window.address + page)
 
 
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("size", [NARROW, WIDE], ids=["narrow", "wide"])
+@pytest.mark.parametrize(("dark", "size"), [(False, NARROW), (True, WIDE)], ids=["light-narrow", "dark-wide"])
 def test_axe_finds_nothing(shown: Browsing, dark: bool, size: tuple[int, int]) -> None:
+    """Colours are those of the scheme, names and the order of things those of the width."""
     with shown.window(dark=dark, size=size) as window:
         for page in TELLING:
             go(window, page)

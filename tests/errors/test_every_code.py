@@ -61,7 +61,7 @@ def test_every_code_is_its_name_in_words() -> None:
     ("area", "code", "produce"),
     [pytest.param(area, code, produce, id=f"{area.removeprefix('test_')}-{code}") for area, code, produce in PRODUCERS],
 )
-def test_the_complaint_names_code_values_hint_and_place(
+def test_the_complaint_names_code_values_hint_and_place_and_carries_the_values_it_prints(
     area: str, code: Code, produce: Callable[[], object], expected: dict[str, str]
 ) -> None:
     said = complaint(code, produce)
@@ -76,14 +76,10 @@ def test_the_complaint_names_code_values_hint_and_place(
         assert str(said).startswith(f"{place} {code}: {said.message}" if place else f"{code}: {said.message}")
         assert f"hint: {said.hint}" in str(said)
         assert said.override is None or said.override in str(said)
+    _carries_what_it_prints(code, said)
 
 
-@pytest.mark.parametrize(
-    ("code", "produce"),
-    [pytest.param(code, produce, id=f"{area.removeprefix('test_')}-{code}") for area, code, produce in PRODUCERS],
-)
-def test_the_complaint_carries_the_values_that_its_message_prints(code: Code, produce: Callable[[], object]) -> None:
-    said = complaint(code, produce)
+def _carries_what_it_prints(code: Code, said: TrueloopError | Finding) -> None:
     assert set(said.values) == set(code.values)
     for name, given in said.values.items():
         each: list[float | str] = [given] if isinstance(given, (str, float, int)) else list(given)

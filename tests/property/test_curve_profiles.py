@@ -39,7 +39,7 @@ def _from(point: Point, direction: Array, length_mm: float) -> Point:
     return point[0] + length_mm * float(direction[0]), point[1] + length_mm * float(direction[1])
 
 
-@settings(max_examples=1000, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(chains())
 def test_such_a_profile_is_taken_or_refused_with_a_reason(chain: list[Feature]) -> None:
     try:

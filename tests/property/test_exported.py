@@ -62,12 +62,13 @@ def test_an_export_imported_into_an_empty_store_gives_an_equal_store(values: lis
         assert second.read_bytes() == first.read_bytes()
 
 
+EMPTY = open_store("sqlite://", create=True)
+"""Of what is refused nothing is kept: it stays so."""
 WHOLE = filled([records.TURNED.inspections[0], records.TURNED.program, records.PART])
 
 
 @given(st.data())
 def test_an_export_that_was_cut_off_anywhere_is_refused_and_nothing_is_kept(data: st.DataObject) -> None:
-    other = open_store("sqlite://", create=True)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "all.jsonl"
         export(WHOLE, file)
@@ -75,16 +76,15 @@ def test_an_export_that_was_cut_off_anywhere_is_refused_and_nothing_is_kept(data
         cut = data.draw(st.integers(0, len(whole) - 2), "bytes kept: without its last newline it is whole")
         file.write_bytes(whole[:cut])
         with pytest.raises(TrueloopError) as refused:
-            keep_lines(other, read_export(file, other.codec), print, str(file))
+            keep_lines(EMPTY, read_export(file, EMPTY.codec), print, str(file))
         lines = whole[:cut].count(b"\n") + 1
         assert refused.value.code is Code.STO_EXPORT
         assert refused.value.place.line in (lines, lines + 1), "the line that is cut, or misses"
-    assert content(other) == []
+    assert content(EMPTY) == []
 
 
 @given(st.data())
 def test_an_export_without_one_of_its_lines_is_refused(data: st.DataObject) -> None:
-    other = open_store("sqlite://", create=True)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "all.jsonl"
         export(WHOLE, file)
@@ -92,8 +92,8 @@ def test_an_export_without_one_of_its_lines_is_refused(data: st.DataObject) -> N
         del lines[data.draw(st.integers(0, len(lines) - 1))]
         file.write_text("".join(lines), encoding="ascii")
         with pytest.raises(TrueloopError, match="STO-EXPORT"):
-            keep_lines(other, read_export(file, other.codec), print, str(file))
-    assert content(other) == []
+            keep_lines(EMPTY, read_export(file, EMPTY.codec), print, str(file))
+    assert content(EMPTY) == []
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.new_stores import new_database, new_file
 from tests.support.postgresql import Server
 from tests.support.postgresql import running as postgresql
 from tests.support.service import Running, started
@@ -21,11 +22,10 @@ def server() -> Iterator[Server]:
 @pytest.fixture(params=["sqlite", "postgresql"])
 def store(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Store]:
     if request.param == "sqlite":
-        place = str(tmp_path / "trueloop.db")
+        place = new_file(tmp_path / "trueloop.db")
     else:
-        server: Server = request.getfixturevalue("server")
-        place = server.new_database()
-    opened = open_store(place, create=True, codec=store_codec())
+        place = new_database(request.getfixturevalue("server"))
+    opened = open_store(place, codec=store_codec())
     yield opened
     opened.close()
 

@@ -10,16 +10,17 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.new_stores import new_file
 from tests.support.served import served
 from tests.support.service import PASSWORD
 from trueloop.jobs.store.codec import store_codec
-from trueloop.server import connections
+from trueloop.server import run as connections
 from trueloop.storage.store import Store, open_store
 
 
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[Store]:
-    opened = open_store(tmp_path / "trueloop.db", create=True, codec=store_codec())
+    opened = open_store(new_file(tmp_path / "trueloop.db"), codec=store_codec())
     yield opened
     opened.close()
 

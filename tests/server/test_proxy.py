@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.new_stores import new_file
 from tests.support.served import served
 from tests.support.service import PASSWORD
 from trueloop.jobs.store.codec import store_codec
@@ -27,7 +28,7 @@ NAME = "factory.shop.example"
 
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[Store]:
-    opened = open_store(tmp_path / "trueloop.db", create=True, codec=store_codec())
+    opened = open_store(new_file(tmp_path / "trueloop.db"), codec=store_codec())
     yield opened
     opened.close()
 

@@ -28,10 +28,10 @@ class Server:
 
     folder: Path
 
-    def new_database(self) -> str:
-        """The URL of an empty database."""
+    def new_database(self, like: str = "template1") -> str:
+        """The URL of an empty database, or of a copy of another that nobody is connected to."""
         name = f"t{uuid4().hex}"
-        run(self.folder, "createdb", "-h", self.folder, "-U", "postgres", name)
+        run(self.folder, "createdb", "-h", self.folder, "-U", "postgres", "-T", like, name)
         return f"postgresql://postgres@/{name}?host={self.folder}"
 
     def start(self) -> None:

@@ -3,16 +3,20 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from functools import cache
 from itertools import count
 from typing import Any
+from unittest.mock import patch
 
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
 from httpx2 import Response
 
 from trueloop.server.app import create_app
+from trueloop.server.identity import accounts
 from trueloop.server.identity.accounts import NewAccount, add_account
 from trueloop.server.identity.keys import NewKey, add_key
+from trueloop.server.identity.passwords import hashed
 from trueloop.server.identity.provider import Oidc
 from trueloop.server.identity.who import ROLES
 from trueloop.server.settings import Settings
@@ -93,13 +97,19 @@ class Running:
         return Caller(self.caller().client, {"Authorization": f"Bearer {made.key}"})
 
 
+@cache
+def _hashed(password: str, name: str) -> str:
+    return hashed(password, name)
+
+
 def started(
     store: Store, settings: Settings | None = None, clock: Clock | None = None, oidc: Oidc | None = None
 ) -> Running:
     """A service on a store that has no accounts yet."""
     clock = clock or Clock()
-    for role in ROLES:
-        add_account(store, NewAccount(role, role, PASSWORD), clock())
+    with patch.object(accounts, "hashed", _hashed):
+        for role in ROLES:
+            add_account(store, NewAccount(role, role, PASSWORD), clock())
     return Running(
         store, clock, create_app(store, settings or Settings(poll_s=0.01, workers=0), clock, oidc, clock.seconds)
     )

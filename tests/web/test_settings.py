@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.support.factory import OPERATOR, SHA, Shop
+from tests.support.new_stores import new_file
 from tests.support.served import WIDE, Browsing, Window, served, sign_in
 from tests.support.service import PASSWORD
 from tests.web.test_files import usable
@@ -23,7 +24,7 @@ NEW = "quite another four words"
 
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[Store]:
-    found = open_store(str(tmp_path / "trueloop.db"), create=True, codec=store_codec())
+    found = open_store(new_file(tmp_path / "trueloop.db"), codec=store_codec())
     yield found
     found.close()
 

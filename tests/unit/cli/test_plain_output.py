@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from trueloop.cli.plain_output import plain
+from trueloop.cli.main import plain
 
 ROOT = Path(__file__).parents[3]
 
@@ -26,9 +26,11 @@ def _run(encoding: str, *arguments: str | Path) -> tuple[int, str, str]:
     return done.returncode, done.stdout.decode(of), done.stderr.decode(of)
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "cp437", "latin-1"])
-def test_a_correction_is_shown_by_any_stream(encoding: str, tmp_path: Path) -> None:
-    status, shown, messages = _run(encoding, "compensate", "examples/lens/job.toml", "-o", tmp_path)
+@pytest.mark.parametrize(
+    ("encoding", "part"), [("ascii", "lens"), ("cp1252", "modbas2"), ("cp437", "modbas2"), ("latin-1", "modbas2")]
+)
+def test_a_correction_is_shown_by_any_stream(encoding: str, part: str, tmp_path: Path) -> None:
+    status, shown, messages = _run(encoding, "compensate", f"examples/{part}/job.toml", "-o", tmp_path)
     assert status == 0 and "INTERNAL" not in messages, messages
     assert "?" not in shown
     if encoding == "ascii":

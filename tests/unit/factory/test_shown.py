@@ -290,11 +290,11 @@ def test_a_proposed_offset_is_shown_with_how_well_it_is_known(
     assert (shown.u_stated, shown.dx_u_mm, shown.dz_u_mm) == (known_mm is not None, *(known_mm or (None, None)))
 
 
-def test_of_two_who_decide_at_once_one_wins(shop: Shop, place: str) -> None:
+def test_of_two_who_decide_at_once_one_wins(shop: Shop, stored_at: str) -> None:
     number = proposed(shop)
 
     def decide(verdict: str) -> str:
-        store = open_store(place, wait_s=60)
+        store = open_store(stored_at, wait_s=60)
         try:
             request = ask.DecideProposal(number, "accepted" if verdict == "accepted" else "rejected", "at once")
             carry_out(store, request, ENGINEER, shop.now)

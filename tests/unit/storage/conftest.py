@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.new_stores import new_database, new_file
 from tests.support.postgresql import Server, running
 from trueloop.storage.store import Store, open_store
 
@@ -24,8 +25,16 @@ def place(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     return server.new_database()
 
 
+@pytest.fixture(params=["sqlite", "postgresql"])
+def stored_at(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """Where an empty store is."""
+    if request.param == "sqlite":
+        return new_file(tmp_path / "trueloop.db")
+    return new_database(request.getfixturevalue("server"))
+
+
 @pytest.fixture
-def store(place: str) -> Iterator[Store]:
-    opened = open_store(place, create=True)
+def store(stored_at: str) -> Iterator[Store]:
+    opened = open_store(stored_at)
     yield opened
     opened.close()

@@ -74,9 +74,9 @@ def test_a_store_that_another_writes_into_says_so(place: str) -> None:
     second.close()
 
 
-def test_readers_do_not_wait_for_a_writer(store: Store, place: str) -> None:
+def test_readers_do_not_wait_for_a_writer(store: Store, stored_at: str) -> None:
     keep(store, [inspection(1)])
-    reader = open_store(place, wait_s=0.2)
+    reader = open_store(stored_at, wait_s=0.2)
     with store.writing():
         assert len(find(reader, Inspection)) == 1
     reader.close()
