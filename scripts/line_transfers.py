@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 from tests.support.serial_control import FAULTS, Fault, SerialControl, VirtualLine
-from trueloop.controllers.links.changes import Change
+from trueloop.controllers.links.compare import Change
 from trueloop.controllers.links.line import LineCode
 from trueloop.errors import TrueloopError
 from trueloop.jobs.links import Opened, send

@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.diagnosed_files import model_file
 from trueloop.diagnosis.components import Inspections
-from trueloop.diagnosis.terms.checks import check
+from trueloop.diagnosis.terms.judge import check
 from trueloop.diagnosis.terms.suspects import Residuals
 from trueloop.domain.inspection import BothInspections, MachineStood
 from trueloop.domain.part import Part, PartType

@@ -13,8 +13,8 @@ from trueloop.jobs.measure.keep_measured import no_edge, require_stage
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of
 from trueloop.jobs.store.history import errors_of, order_in_doubt
+from trueloop.jobs.store.keep_correction import without_inspection
 from trueloop.jobs.store.of_this_part import other_points, require_later, require_size
-from trueloop.jobs.store.open_ends import without_inspection
 from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.loops.turned.stored import enveloped
 from trueloop.storage.store import Store, keep, open_store

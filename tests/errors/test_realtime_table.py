@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.correction import EXAMPLES, example_inputs
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.realtime.corrected_job import Placing, table_of_job
+from trueloop.jobs.realtime.image import Placing, table_of_job
 from trueloop.loops.realtime.process_table import Placed, process_table
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program

@@ -14,7 +14,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.formats.realtime.image_file import read_image
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import model_to_json
-from trueloop.jobs.realtime.corrected_job import Placing, table_of_job
+from trueloop.jobs.realtime.image import Placing, table_of_job
 
 PLACED = ("--origin", "100,-300")
 TRAVEL = ("--travel", "X=0,300", "--travel", "Z=-800,100")

@@ -14,7 +14,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import model_to_json
-from trueloop.jobs.realtime.corrected_job import CorrectedProgram, Placing, table_of_job, table_of_record
+from trueloop.jobs.realtime.image import CorrectedProgram, Placing, table_of_job, table_of_record
 
 ORIGIN = Placing((100.0, -300.0))
 

@@ -14,7 +14,7 @@ from trueloop.jobs.diagnose.diagnosed import Asked
 from trueloop.jobs.monitor.charts import charts_of
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.report.texts.texts import german
-from trueloop.server.studies import Studies
+from trueloop.server.app import Studies
 from trueloop.storage.store import keep
 
 SEATS = (0.2, 1.0, -1.0, 0.5, -0.5, 0.2, 1.0, -1.0, -0.2, 27.0)

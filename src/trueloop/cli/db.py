@@ -211,8 +211,7 @@ By = Annotated[str, typer.Option("--by", help="Name of the person who decides.  
 def replace(row: RowId, file: File, why: Why, by: By = "", db: Db = None) -> None:
     """Keep the value in a file in the stead of a row, which stays, superseded, with who did it and why."""
     from trueloop.jobs.db.found import row_name
-    from trueloop.jobs.db.named import named_row
-    from trueloop.jobs.db.replaced import left_behind, replace_row
+    from trueloop.jobs.db.named import left_behind, named_row, replace_row
     from trueloop.jobs.store.opened import opened
     from trueloop.jobs.user import user_name
 
@@ -233,8 +232,7 @@ What = Annotated[
 def show(what: What, db: Db = None, as_json: AsJson = False) -> None:
     """Show the life of a part: inspections, corrections and cuts with their links; or one row as it is stored."""
     from trueloop.jobs.db.life import life_of_part
-    from trueloop.jobs.db.named import NamedRow, named
-    from trueloop.jobs.db.replaced import shown_row
+    from trueloop.jobs.db.named import NamedRow, named, shown_row
     from trueloop.jobs.store.opened import opened
 
     store = opened(db, read_only=True)

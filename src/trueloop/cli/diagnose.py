@@ -105,7 +105,7 @@ def _written(
     found: "Sequence[Share]", name: str, page_of: "Callable[[Share, Texts], str]", folder: Path | None, page: Page
 ) -> list[list[str]]:
     """The files of each diagnosis; of a part that several edges cut with the edge in their names."""
-    from trueloop.jobs.diagnose.written import write_diagnosis
+    from trueloop.jobs.diagnose.shaped import write_diagnosis
 
     names = [name if len(found) == 1 else f"{name}-{_file_name(one.part_type)}" for one in found]
     return [
@@ -153,7 +153,7 @@ def fixture(
 ) -> None:
     """Show whether the fixturing of part, tool probe and part probe holds: spread, drift, step. Ends with 1 if not."""
     from trueloop.jobs.diagnose import fixtures
-    from trueloop.jobs.diagnose.written import write_diagnosis
+    from trueloop.jobs.diagnose.shaped import write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import fixture_lines
     from trueloop.report.diagnosis.page_part import fixture_page
@@ -182,7 +182,7 @@ def machine(
 ) -> None:
     """Name the axis errors that the machine's model has wrong, as sets, and what would divide each set."""
     from trueloop.jobs.diagnose import machines
-    from trueloop.jobs.diagnose.written import write_diagnosis
+    from trueloop.jobs.diagnose.shaped import write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import machine_lines
     from trueloop.report.diagnosis.page_machine import machine_page

@@ -7,8 +7,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
-from trueloop.controllers.links.changes import Change
-from trueloop.controllers.links.compare import Difference, differences, in_words
+from trueloop.controllers.links.compare import Change, Difference, differences, in_words
 from trueloop.controllers.links.focas import TABLE, Focas
 from trueloop.controllers.links.folder import Folder, named_in
 from trueloop.controllers.links.ftp import Ftp

@@ -2,16 +2,23 @@
 
 import secrets
 import time
+from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
 from datetime import datetime
-from threading import Event
-from typing import Any, Final
+from threading import Event, Lock, Thread
+from typing import Any, Final, TypeVar
 
 from fastapi import APIRouter, FastAPI, Request
 from fastapi.responses import PlainTextResponse
+from sqlalchemy import func, select
 
 import trueloop
+from trueloop.errors import TrueloopError
+from trueloop.factory.carry_out import hold_silent
+from trueloop.factory.tasks import run_task
+from trueloop.jobs.factory.runners import RUNNERS
 from trueloop.server import guarded, pages, problems
 from trueloop.server.access import Access, require
 from trueloop.server.apart.reading import PROCESSES
@@ -34,11 +41,102 @@ from trueloop.server.routes import (
     studied,
     uploads,
 )
-from trueloop.server.settings import Settings, now
-from trueloop.server.studies import Studies
+from trueloop.server.settings import Settings, log, now
 from trueloop.server.traces import Traces
-from trueloop.server.workers import start_watch, start_workers
 from trueloop.storage.store import Store
+from trueloop.storage.tables import TABLES
+
+MOST: Final = 64
+"""Answers that are kept; the one that was not asked for longest goes first."""
+_OF_RUNS: Final = {"run", "run_fact", "work_order"}
+"""How far orders have come: it says nothing of how parts are."""
+T = TypeVar("T")
+
+
+def newest_facts(store: Store) -> tuple[int, ...]:
+    """Returns the number of the newest fact of each kind: facts are added and never changed."""
+    numbers = [select(func.max(table.c.id)).scalar_subquery() for name, table in TABLES.items() if name not in _OF_RUNS]
+    with store.reading() as connection:
+        return tuple(number or 0 for number in connection.execute(select(*numbers)).one())
+
+
+@dataclass
+class _Answer:
+    facts: tuple[int, ...]
+    lock: Lock = field(default_factory=Lock)
+    done: list[Any] = field(default_factory=list)
+
+
+class Studies:
+    """Answers by what was asked. Who asks while it is being worked out waits for the same answer."""
+
+    def __init__(self) -> None:
+        self._answers: OrderedDict[object, _Answer] = OrderedDict()
+        self._lock = Lock()
+
+    def of(self, store: Store, asked: object, work_out: Callable[[], T]) -> T:
+        """Returns the answer as of the newest facts. A refusal is not kept: the next request tries anew."""
+        answer = self._answer(asked, newest_facts(store))
+        with answer.lock:
+            if not answer.done:
+                answer.done.append(work_out())
+            found: T = answer.done[0]
+            return found
+
+    def _answer(self, asked: object, facts: tuple[int, ...]) -> _Answer:
+        with self._lock:
+            answer = self._answers.get(asked)
+            if answer is None or answer.facts != facts:
+                answer = self._answers[asked] = _Answer(facts)
+            self._answers.move_to_end(asked)
+            while len(self._answers) > MOST:
+                self._answers.popitem(last=False)
+            return answer
+
+
+_IDLE_S: Final = 0.5
+_AFTER_A_FAULT_S: Final = 5.0
+_WATCH_S: Final = 5.0
+
+
+def start_workers(store: Store, clock: Callable[[], datetime], stopping: Event, count: int) -> None:
+    """Starts them. They end with the process: a task is leased, and its lease runs out."""
+    for _ in range(count):
+        name = f"worker-{secrets.token_hex(4)}"
+        Thread(target=_work, args=(store, clock, stopping, name), name=name, daemon=True).start()
+
+
+def start_watch(store: Store, clock: Callable[[], datetime], stopping: Event, silent_s: float) -> None:
+    """Looks for machines that are silent while they cut, as long as the service runs."""
+    Thread(target=_watch, args=(store, clock, stopping, silent_s), name="watch", daemon=True).start()
+
+
+def _watch(store: Store, clock: Callable[[], datetime], stopping: Event, silent_s: float) -> None:
+    while not stopping.wait(_WATCH_S):
+        try:
+            if held := hold_silent(store, clock(), silent_s):
+                log("silent", held=held)
+        except TrueloopError as refused:  # the store is busy or away
+            log("watch waits", code=refused.code.value, why=refused.message)
+
+
+def _work(store: Store, clock: Callable[[], datetime], stopping: Event, name: str) -> None:
+    while not stopping.is_set():
+        try:
+            task = run_task(store, RUNNERS, name, clock)
+        except TrueloopError as refused:  # the store is busy or away
+            log("worker waits", worker=name, code=refused.code.value, why=refused.message)
+            stopping.wait(_AFTER_A_FAULT_S)
+            continue
+        except Exception as fault:  # the task is tried again when its lease has run out, three times at most
+            log("worker failed", worker=name, error=f"{type(fault).__name__}: {fault}")
+            stopping.wait(_AFTER_A_FAULT_S)
+            continue
+        if task is None:
+            stopping.wait(_IDLE_S)
+        else:
+            log("task", worker=name, task=task.id, kind=task.kind, state=task.state)
+
 
 PREFIX: Final = "/api/v1"
 ROUTERS: Final[tuple[APIRouter, ...]] = (

@@ -16,8 +16,7 @@ from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter, contacts
-from trueloop.surface.compensation.gouges import depths_mm
-from trueloop.surface.compensation.program import corrected_program
+from trueloop.surface.compensation.program import corrected_program, depths_mm
 from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob, corrected_surface
 from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
 

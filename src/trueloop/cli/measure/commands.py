@@ -1,23 +1,171 @@
 """`trueloop measure`: what gauges and measuring machines are to measure, and what they reported."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
-from trueloop.cli.measure.map import map_columns
 from trueloop.cli.measure.next import next_measurement
-from trueloop.cli.measure.plan import plan
 from trueloop.cli.measure.read import read
-from trueloop.cli.measure.sheet import sheet
-from trueloop.cli.terminal import busy, guarded
+from trueloop.cli.shared_options import positive
+from trueloop.cli.terminal import busy, guarded, print_lines, put
+
+if TYPE_CHECKING:
+    from trueloop.jobs.measure.table_mapping import Mapped
+
+TableFile = Annotated[
+    Path, typer.Argument(metavar="FILE", help="A table of measured values: CSV, .xlsx, .xls or .ods.")
+]
+MappingOutput = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Mapping to write.  [default: FILE.map.toml beside it]")
+]
+Sheet = Annotated[str, typer.Option("--sheet", help="Sheet of a workbook.  [default: the only one with headings]")]
+Unit = Annotated[
+    Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
+]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--column",
+        "-c",
+        metavar="MEANING=HEADING",
+        help="What a column holds: actual=Ist; several times. Of columns side by side: parts=, repeats=, "
+        "characteristics=.",
+    ),
+]
+SHOWN = 8
+
+
+@guarded
+def map_columns(
+    file: TableFile, output: MappingOutput = None, sheet: Sheet = "", unit: Unit = None, column: Columns = None
+) -> None:
+    """Propose what the columns of a table mean, show its first values as they would be read, and write the mapping."""
+    from trueloop.errors import TrueloopError
+    from trueloop.jobs.measure.table_mapping import map_table
+
+    mapped = map_table(file, output, sheet, unit, _given(column or []))
+    _print_columns(mapped)
+    if isinstance(mapped.file, TrueloopError):
+        typer.echo(f"written: {mapped.path}", err=True)
+        raise mapped.file
+    _print_values(mapped)
+    typer.echo(f"written: {mapped.path}", err=True)
+
+
+def _given(columns: list[str]) -> dict[str, list[str]]:
+    from trueloop.formats.inspections.tables.mapping import Columns as Known
+
+    given: dict[str, list[str]] = {}
+    for text in columns:
+        meaning, equals, heading = text.partition("=")
+        if not equals or meaning not in Known.model_fields:
+            known = ", ".join(Known.model_fields)
+            raise typer.BadParameter(f"{text!r} is no MEANING=HEADING; meanings: {known}", param_hint="--column")
+        given.setdefault(meaning, []).append(heading)
+    return given
+
+
+def _print_columns(mapped: "Mapped") -> None:
+    mapping = mapped.mapping
+    print_lines([f"headings in row {mapping.header_row}" + (f" of sheet {mapping.sheet!r}" if mapping.sheet else "")])
+    print_lines(f"  {role:<16} {name}" for role, name in mapping.columns.named().items())
+    for key in ("parts", "repeats", "characteristics", "ignored"):
+        if names := getattr(mapping.columns, key):
+            print_lines([f"  {key:<16} {', '.join(names)}"])
+    said = {"unit": mapping.unit, "deviations": mapping.deviation, "lower tolerances": mapping.lower_tolerance}
+    print_lines([f"  {key:<16} {value}" for key, value in said.items() if value])
+
+
+def _print_values(mapped: "Mapped") -> None:
+    from dataclasses import replace
+
+    from trueloop.cli.measure.read import print_file
+    from trueloop.formats.inspections.measured_file import MeasuredFile
+    from trueloop.report.measured import FileOnPart, OnPart
+
+    file = mapped.file
+    if not isinstance(file, MeasuredFile):
+        return
+    shown = [replace(one, values=one.values[:SHOWN]) for one in file.inspections[:2]]
+    print_lines([""])
+    print_file(FileOnPart(file, tuple(OnPart(run, one) for run, one in enumerate(shown, 1))))
+
+
+PlannedJob = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job whose points are to be measured.")]
+Angles = Annotated[
+    list[float] | None,
+    typer.Option("--angle", help="Where about the part's axis, degrees from x to y; several times.  [default: 0]"),
+]
+Diameters = Annotated[
+    bool, typer.Option("--diameters", help="Touch cylinders also half a turn further, so that diameters are measured.")
+]
+PlanOutput = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="File to write: .dms a DMIS program, .csv a list.  [default: list on stdout]"),
+]
+PROGRAMS: Final = (".dms", ".dmi", ".dmis")
+LISTS: Final = (".csv", ".txt")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moves:
+    """How a program leads the ball."""
+
+    ball_radius_mm: Annotated[
+        float, typer.Option("--ball-radius-mm", callback=positive, help="Radius of the ball that the moves are for.")
+    ] = 1.0
+    approach_mm: Annotated[
+        float, typer.Option("--approach-mm", callback=positive, help="How far before the surface a touch begins.")
+    ] = 3.0
+    clearance_mm: Annotated[
+        float, typer.Option("--clearance-mm", callback=positive, help="How far moves between points keep outside.")
+    ] = 10.0
+
+
+@guarded
+def plan(
+    job: PlannedJob, moves: Moves, angle: Angles = None, diameters: Diameters = False, output: PlanOutput = None
+) -> None:
+    """List where a measuring machine is to touch the part, with normals, or write a DMIS program that does."""
+    if output is not None and output.suffix.lower() not in (*PROGRAMS, *LISTS):
+        kinds = ", ".join(PROGRAMS), ", ".join(LISTS)
+        raise typer.BadParameter(f"{output.name!r} ends with none of {kinds[0]} (program), {kinds[1]} (list)")
+    from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
+    from trueloop.jobs.measure.probing import program_of, read_measuring
+    from trueloop.probing.cmm_plan import CmmApproach
+
+    measuring = read_measuring(job, angle or (0.0,), diameters=diameters)
+    if output is None or output.suffix.lower() in LISTS:
+        put(cmm_plan_to_csv(measuring.touches), output, measuring.files)
+        return
+    approach = CmmApproach(moves.ball_radius_mm, moves.approach_mm, moves.clearance_mm, measuring.allowance_mm)
+    put(program_of(measuring, approach, job.name), output, measuring.files)
+
+
+Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job of the part.")]
+SheetOutput = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="File to write: .pdf or .html to print, else CSV.  [default: stdout]"),
+]
+
+
+@guarded
+def sheet(job: Job, output: SheetOutput = None) -> None:
+    """List the diameters and lengths to measure by hand, each with an empty cell: to print, or to fill in."""
+    from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of, write_sheet
+
+    planned = gauge_sheet_of(job)
+    if output is None:
+        put(planned.csv, None, ())
+    else:
+        typer.echo(f"written: {write_sheet(planned, output)}", err=True)
+
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="What a gauge, a measuring machine or a control wrote.")]
 Output = Annotated[
     Path, typer.Option("--output", "-o", help="File to write: QIF 3.0 (.qif), Q-DAS (.dfq) or DMIS (.dmo).")
-]
-UnitOf = Annotated[
-    Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
 ]
 Mapping = Annotated[
     Path | None, typer.Option("--mapping", "-m", help="TOML file that says what columns, variables and names mean.")
@@ -25,7 +173,7 @@ Mapping = Annotated[
 
 
 @guarded
-def convert(file: File, output: Output, unit: UnitOf = None, mapping: Mapping = None) -> None:
+def convert(file: File, output: Output, unit: Unit = None, mapping: Mapping = None) -> None:
     """Write an inspection file in another format: all its parts, in mm and degrees."""
     from trueloop.formats.inspections.measured_file import Stated
     from trueloop.jobs.measure.measured import convert as write_converted

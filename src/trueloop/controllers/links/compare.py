@@ -1,16 +1,32 @@
 """Whether two texts are the same program, but for what a control is known to change, and where not."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
+from enum import StrEnum
 from itertools import zip_longest
 from typing import Final, TypeAlias
 
-from trueloop.controllers.links.changes import Change, compared
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import Word, read_program
+
+
+class Change(StrEnum):
+    """What a control may do to a program that it stores, if its settings say that it does."""
+
+    CAPITALS = "capitals"  # small letters made capitals
+    BLANKS = "blanks"  # blanks and tabs added or left out
+    LINE_ENDS = "line ends"  # CR, LF, CR LF; empty lines; NUL between them
+
+
+def compared(text: bytes, passes: Set[Change]) -> bytes:
+    """Returns a line, or a word, without what passes; line ends are the business of whoever splits lines."""
+    if Change.CAPITALS in passes:
+        text = text.upper()
+    return text.translate(None, b" \t") if Change.BLANKS in passes else text
+
 
 BLANK: Final = b" \t\r\n"
 

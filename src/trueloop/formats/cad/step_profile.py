@@ -2,11 +2,13 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Final, Literal
+
+import numpy as np
 
 from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code, Place, TrueloopError
@@ -14,17 +16,49 @@ from trueloop.formats.cad.axis import WITHIN_MM, Axis, axis_of
 from trueloop.formats.cad.bodies import Body, Solids, read_solids
 from trueloop.formats.cad.contour import Contour, Piece, crossing
 from trueloop.formats.cad.dxf_outline import cut_at
-from trueloop.formats.cad.not_turned import not_turned
+from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.part21 import read_records
 from trueloop.formats.cad.section import contours_of
+from trueloop.formats.cad.step import CadFace
 from trueloop.formats.cad.step_pmi import stated_in
 from trueloop.formats.cad.step_tolerances import Proposals, proposals
-from trueloop.formats.cad.turned_faces import Meridian, meridians, run_on
+from trueloop.formats.cad.turned_faces import Meridian, edge_places, meridians, run_on
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Feature, Line, Point
 from trueloop.geometry.intersection import sign_changes
 from trueloop.geometry.profile import Side, named_by_kind
+
+
+def not_turned(body: Body, axis: Axis, section: Sequence[Feature]) -> Iterator[str]:
+    """Yields a note on every kind of face that leaves nothing in the section, with their number and place."""
+    groups: dict[str, list[tuple[float, float]]] = {}
+    for face in body.faces:
+        if run_on(meridians(face, axis), section):
+            continue
+        z = [at[1] for at in edge_places(face, axis)]
+        groups.setdefault(_named(face, axis), []).append((min(z), max(z)) if z else (0.0, 0.0))
+    for name, reach in groups.items():
+        low, high = min(a for a, _ in reach), max(b for _, b in reach)
+        faces = "1 face" if len(reach) == 1 else f"{len(reach)} faces"
+        yield f"Not turned, left out: {name}, {faces} between z = {low:.3f} and z = {high:.3f} mm."
+
+
+def _named(face: CadFace, axis: Axis) -> str:
+    surface = kernel().surface_of(face.handle)
+    if face.kind == "CylindricalSurface":
+        direction = surface.Axis().Direction()
+        if axis.is_parallel(direction):
+            x = axis.flat(surface.Axis().Location())[0]
+            return f"hole or round of radius {surface.Radius():.3f} mm along the axis, {x:.3f} mm from it"
+        return f"cross hole or round of radius {surface.Radius():.3f} mm"
+    if face.kind == "Plane":
+        direction = surface.Axis().Direction()
+        normal = np.array([direction.X(), direction.Y(), direction.Z()])
+        along = abs(float(normal @ axis.direction)) < 1e-6
+        return "planes along the axis (flats, keyways)" if along else "planes across the axis or oblique"
+    return {"BSplineSurface": "B-spline surfaces (threads, free forms)"}.get(face.kind, face.kind)
+
 
 AS_MUCH: Final = 0.9
 """Another axis about which this share of the area is turned that is turned about the first one is no lesser axis."""

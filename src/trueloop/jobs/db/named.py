@@ -1,17 +1,30 @@
-"""What a person names: a row, a part by serial number or label, a correction by the id of its record."""
+"""Reads what a person names (a row, a part by serial number or label, a correction by the id of its record), and
+replaces a stored row.
+"""
 
+import json
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
+from trueloop.domain.inspection import Inspection
 from trueloop.domain.labels import NistPart, PartLabel, names_part, read_label
+from trueloop.domain.life import Cut, InspectionLink
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction
-from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.db.found import NAMES, row_of
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.input_file import read_text
+from trueloop.jobs.db.found import NAMES, row_name, row_of
 from trueloop.storage.kinds import Kind, joined
-from trueloop.storage.store import Kept, Store
-from trueloop.storage.store import find as find_values
+from trueloop.storage.store import Kept, Store, find, keep
+
+HINT: Final = "take what `trueloop db show ROW --json` printed, with what was wrong in it changed"
+
+
+def _refused(file: Path, why: str, line: int | None = None) -> TrueloopError:
+    return TrueloopError(Code.STO_IMPORT, f"{file.name!r}: {why}", hint=HINT, place=Place(str(file), line))
+
 
 ROW: Final = re.compile(r"([a-z-]+):([0-9]{1,15})")
 
@@ -31,7 +44,7 @@ def named(store: Store, what: str) -> NamedRow | Part:
     """
     if ROW.fullmatch(what):
         return named_row(store, what)
-    corrections: list[Kept[Any]] = find_values(store, Correction, identity=joined((what,)))
+    corrections: list[Kept[Any]] = find(store, Correction, identity=joined((what,)))
     if corrections:
         return NamedRow(NAMES["correction"], corrections[-1])
     parts = {part.identity: part for part in _parts(store, what)}
@@ -61,9 +74,9 @@ def named_row(store: Store, what: str) -> NamedRow:
 
 
 def _parts(store: Store, what: str) -> list[Part]:
-    by_serial = [one.value for one in find_values(store, Part, serial=what)]
+    by_serial = [one.value for one in find(store, Part, serial=what)]
     kind, slash, serial = what.rpartition("/")
-    typed = find_values(store, Part, part_type=kind, serial=serial) if slash else []
+    typed = find(store, Part, part_type=kind, serial=serial) if slash else []
     return [*by_serial, *(one.value for one in typed), *_labelled(store, what)]
 
 
@@ -78,7 +91,7 @@ def _labelled(store: Store, what: str) -> list[Part]:
         asked = [{"serial": label.number}, {"part_type": label.number, "serial": label.inspection}]
     elif isinstance(label, PartLabel):
         asked = [{"serial": label.copy}] if label.copy else [{"part_type": label.number}]
-    return [one.value for by in asked for one in find_values(store, Part, **by) if names_part(label, one.value)]
+    return [one.value for by in asked for one in find(store, Part, **by) if names_part(label, one.value)]
 
 
 def _unknown(what: str) -> TrueloopError:
@@ -87,3 +100,45 @@ def _unknown(what: str) -> TrueloopError:
         f"nothing in the store is called {what!r}",
         hint="name a part by serial number, TYPE/SERIAL or label, a record by its id, a row as `trueloop db find` does",
     )
+
+
+def shown_row(store: Store, row: NamedRow) -> dict[str, object]:
+    """Returns a row as `replace` takes it back: its value in the form of the codec under "value"."""
+    kept = row.kept
+    stated = {"row": kept.row, "kept_at": kept.kept_at.isoformat(), "by": kept.by, "why": kept.why}
+    links = {"supersedes": kept.supersedes, "superseded_by": kept.superseded_by}
+    return {"kind": row.kind.table, **stated, **links, "value": store.codec.plain(kept.value)}
+
+
+def replace_row(store: Store, row: NamedRow, file: Path, *, by: str, why: str) -> Kept[Any]:
+    """Keeps the value in a file in the stead of a row.
+
+    Raises STO-IMPORT for a file that holds no value of its kind or the very one that is there, STO-DIFFERS where the
+    row is superseded already.
+    """
+    value = _value(store, file, row)
+    if value == row.kept.value:
+        raise _refused(file, f"it holds what row {row.kept.row} holds already")
+    return keep(store, [value], row.kept.row, by=by, why=why)[0]
+
+
+def left_behind(store: Store, row: NamedRow, kept: Kept[Any]) -> list[str]:
+    """Links that still name a row that was replaced by one of another identity."""
+    old = row.kept.value.identity
+    if old == kept.value.identity or not isinstance(kept.value, Inspection | Cut):
+        return []
+    asked: dict[str, Any] = {"identity" if isinstance(kept.value, Inspection) else "cut": joined(old)}
+    return [row_name(InspectionLink, one.row) for one in find(store, InspectionLink, **asked)]
+
+
+def _value(store: Store, file: Path, row: NamedRow) -> Any:
+    text = read_text(file, Code.STO_IMPORT, hint=HINT)
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as wrong:
+        raise _refused(file, f"no JSON: {str(wrong)!r}", getattr(wrong, "lineno", None)) from wrong
+    if not isinstance(content, dict) or "value" not in content:
+        raise _refused(file, "an object with a 'value' is wanted")
+    with in_file(file):
+        value: Any = store.codec.value(content["value"], row.kind.type)
+    return value

@@ -1,11 +1,15 @@
 """Diagnoses of machines and fixturings as shapes for JSON and pages."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from trueloop.diagnosis.features.fixturing import Instability, Shown
+from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Finding
+from trueloop.formats.outputs import write_all
 from trueloop.jobs.diagnose.both import GivenModel
 from trueloop.loops.diagnosis.machine import MachineDiagnosis
 from trueloop.loops.diagnosis.repeats import Repeats
@@ -19,7 +23,24 @@ from trueloop.report.diagnosis.machine_shapes import (
 )
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, FixturingShape, JudgedShape
 from trueloop.report.diagnosis.values import findings_shape, um
+from trueloop.report.shape import Shape
+from trueloop.report.texts.texts import Texts
 from trueloop.units import UM_PER_MM
+
+T = TypeVar("T", bound=Shape)
+
+
+def write_diagnosis(
+    found: T, name: str, page: Callable[[T, Texts], str], folder: Path | None, language: Language, unit: LengthUnit
+) -> list[str]:
+    """Writes `name`.json and `name`.html to a folder, both or none; nothing without one. Raises OUT errors."""
+    if folder is None:
+        return []
+    contents = [
+        (f"{name}.json", (found.model_dump_json(indent=1) + "\n").encode()),
+        (f"{name}.html", page(found, Texts(language, unit)).encode()),
+    ]
+    return [str(file) for file in write_all(folder, contents)]
 
 
 def machine_shape(

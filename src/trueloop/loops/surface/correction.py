@@ -24,11 +24,11 @@ from trueloop.loops.surface.surface import (
     SurfaceCorrection,
     SurfaceModel,
     Work,
+    WorstTouch,
     correct,
     model_of,
     pattern_model,
 )
-from trueloop.loops.surface.touches import WorstTouch
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.unit import recorded_program
 from trueloop.surface.compensation.program import CorrectedProgram

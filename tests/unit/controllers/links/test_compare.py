@@ -4,8 +4,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from trueloop.controllers.links.changes import Change
-from trueloop.controllers.links.compare import differences, differing_words
+from trueloop.controllers.links.compare import Change, differences, differing_words
 from trueloop.nc.program.dialect import DIALECTS
 
 EVERY = frozenset(Change)

@@ -13,7 +13,7 @@ import pytest
 
 from tests.support.ftp_server import PASSWORD, USER, ftp_server
 from tests.support.refusals import refused
-from trueloop.controllers.links.changes import Change
+from trueloop.controllers.links.compare import Change
 from trueloop.controllers.links.folder import Folder, named_in
 from trueloop.controllers.links.ftp import Ftp
 from trueloop.controllers.links.link import Link, not_reached

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from trueloop.domain.inspection import Vector
-from trueloop.formats.inspections.dmis.numbers import decimals_in, degrees_of, is_number, number_of
-from trueloop.formats.inspections.dmis.settings import FIRST, Settings
+from trueloop.formats.inspections.dmis.settings import FIRST, Settings, decimals_in, degrees_of, is_number, number_of
 from trueloop.formats.inspections.dmis.words import Words
 
 Side = Literal["", "inner", "outer"]

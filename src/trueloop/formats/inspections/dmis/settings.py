@@ -1,6 +1,7 @@
 """Settings in force at a statement of a DMIS file: units, the plane of polar coordinates, the frame."""
 
 import math
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -10,6 +11,12 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.dmis.words import Words
 from trueloop.formats.inspections.measured_file import Stated
 from trueloop.units import MM_PER_INCH
+
+NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+SEXAGESIMAL: Final = re.compile(r"([+-]?)(\d+):(\d+)(?::(\d+\.?\d*))?")
+FINEST: Final = 12
+"""Decimals beyond which a number is exact in any sense that matters."""
+
 
 LENGTHS_MM: Final = {"MM": 1.0, "CM": 10.0, "M": 1000.0, "INCH": MM_PER_INCH, "FEET": 12 * MM_PER_INCH}
 ANGLES_DEG: Final = {"ANGDEC": 1.0, "ANGDMS": 1.0, "ANGRAD": 180.0 / math.pi}
@@ -112,3 +119,46 @@ def _dot(a: Vector, b: Vector) -> float:
 
 def _sum(a: float, u: Vector, b: float, v: Vector) -> Vector:
     return a * u[0] + b * v[0], a * u[1] + b * v[1], a * u[2] + b * v[2]
+
+
+def is_number(text: str) -> bool:
+    """Returns whether it is a number or an angle in degrees, minutes and seconds."""
+    return NUMBER.fullmatch(text) is not None or SEXAGESIMAL.fullmatch(text) is not None
+
+
+def number_of(text: str, settings: Settings, line: int) -> float | None:
+    """Its value in the file's unit; None for an empty field. Raises MSR-NUMBER for what is no finite number."""
+    if not text:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if math.isfinite(value) and "_" not in text:  # Python takes 1_000
+        return value
+    raise TrueloopError(
+        Code.MSR_NUMBER,
+        f"{text!r} stands where a number is expected",
+        hint="write it with a decimal point; what was not measured is left empty",
+        place=Place(str(settings.path), line),
+        values={"text": text},
+    )
+
+
+def degrees_of(text: str, settings: Settings, line: int) -> float | None:
+    """Returns an angle in degrees; of `12:30:00` where the file states ANGDMS."""
+    found = SEXAGESIMAL.fullmatch(text) if settings.sexagesimal else None
+    if found is None:
+        value = number_of(text, settings, line)
+        return None if value is None else value * settings.deg
+    degrees = int(found[2]) + int(found[3]) / 60 + float(found[4] or 0) / 3600
+    return -degrees if found[1] == "-" else degrees
+
+
+def decimals_in(text: str) -> int:
+    """Returns the number of decimals that a number is written with."""
+    if "e" in text or "E" in text:
+        mantissa, _, exponent = text.lower().partition("e")
+        return min(max(decimals_in(mantissa) - int(exponent), 0), FINEST)
+    point = text.find(".")
+    return 0 if point < 0 else min(len(text) - point - 1, FINEST)
