@@ -7,7 +7,7 @@ use crate::arc::Point;
 use crate::drawn::{planar, Contour};
 use crate::path::MoveKind;
 use crate::removal::Side;
-use crate::rough::{Piece, Step, MOST, SAME};
+use crate::rough::{come_out, Piece, Step, MOST, SAME};
 use crate::rough_contour::{pieces, Own};
 
 /// What the words say of it; lengths without sign, mm, on the radius.
@@ -89,7 +89,7 @@ impl Stock {
             return Err("which way it faces inside is the control's");
         }
         let (own, pieces) = self.own(contour).ok_or("its contour has no cut")?;
-        if !pieces.iter().all(|piece| piece.runs_on() && piece.comes_out()) {
+        if !come_out(&pieces) {
             return Err("its contour has relief cuts");
         }
         let steps = self.steps(&pieces).ok_or("its infeed makes no sense")?;

@@ -54,11 +54,6 @@ impl Piece {
         minus(self.to, self.from)[0] >= -SLACK
     }
 
-    /// Whether it comes nowhere nearer to the depth of the contour's ground.
-    pub fn comes_out(&self) -> bool {
-        minus(self.to, self.from)[1] <= SLACK
-    }
-
     /// Where it crosses a depth between those of its ends.
     pub fn crossing(&self, depth: f64) -> f64 {
         let (from, to) = (self.from, self.to);
@@ -72,6 +67,16 @@ impl Piece {
         };
         along.max(from[0].min(to[0])).min(from[0].max(to[0]))
     }
+}
+
+/// Whether pieces never turn back, and nowhere go down again from where they have come out to: the slack is that of the
+/// whole way, which many short pieces do not add up.
+pub(crate) fn come_out(pieces: &[Piece]) -> bool {
+    let mut highest = f64::INFINITY;
+    pieces.iter().all(|piece| {
+        highest = highest.min(piece.from[1]);
+        piece.runs_on() && piece.to[1] <= highest + SLACK
+    })
 }
 
 /// A contour that is roughed out from above.
@@ -88,7 +93,7 @@ impl Roughing {
     /// Whether the contour is of type I: it begins deepest, not behind the start, and comes out all the way.
     pub fn is_monotone(&self) -> bool {
         let begins = self.pieces.first().is_some_and(|first| first.from[0] >= -SLACK && first.from[1] > SAME);
-        begins && self.pieces.iter().all(|piece| piece.runs_on() && piece.comes_out())
+        begins && come_out(&self.pieces)
     }
 
     /// The straight cuts, each as deep as the one before plus the depth of cut, and back to the height of the start. The
@@ -133,7 +138,7 @@ impl Roughing {
 
 #[cfg(test)]
 mod tests {
-    use super::{Piece, Roughing, Step};
+    use super::{come_out, Piece, Roughing, Step};
     use crate::path::MoveKind::{Line, Rapid};
 
     fn line(from: [f64; 2], to: [f64; 2]) -> Piece {
@@ -174,6 +179,15 @@ mod tests {
         assert!(step().is_monotone());
         assert!(!with(line([1.0, 5.0], [2.0, 6.0])).is_monotone());
         assert!(!with(line([1.0, 5.0], [0.5, 4.0])).is_monotone());
+    }
+
+    #[test]
+    fn a_line_in_short_pieces_goes_down_as_it_does_in_one() {
+        let down = |from: usize| {
+            line([from as f64, 5.0 + 0.003 * from as f64], [from as f64 + 1.0, 5.003 + 0.003 * from as f64])
+        };
+        assert!(come_out(&[down(0)]));
+        assert!(!come_out(&[down(0), down(1)]));
     }
 
     #[test]
