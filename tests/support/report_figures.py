@@ -11,7 +11,9 @@ from trueloop.report.turned.sources import source_bars
 
 
 def figures(correction: Correction) -> Iterator[Figure]:
-    """Both views of the part, the sources of its errors, and a curve for each feature with two touches or more; each in two widths."""
+    """Both views of the part, the sources of its errors, and a curve for each feature with two touches or more; each in
+    two widths.
+    """
     for width in WIDTHS.values():
         yield whiskers.before_and_after(correction, width)
         yield whiskers.after_enlarged(correction, width)
