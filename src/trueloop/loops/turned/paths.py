@@ -7,20 +7,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trueloop.geometry.feature import Feature
+from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import InMachine, check_composed
 from trueloop.nc.match.tip import CENTRE
+from trueloop.nc.program.tool_path import Motion
 from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.turned.compensation.decide import FACES_AXIS, Decision
 from trueloop.turned.compensation.displaced import Constant, Displacement, Then, displaced_pieces
 from trueloop.turned.compensation.lean import of_curve, of_slope, to_take_out
 from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset
 from trueloop.turned.compensation.shift import ZERO, Shift, constant, weighted_sum
+from trueloop.turned.compensation.targets import SAMPLES_OF_LINE, Fitting, cramped_lines
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.options import Options
+from trueloop.wording import Um, wording
 
 
 @dataclass(frozen=True)
@@ -177,3 +180,31 @@ def corrected_paths(
         to_tip = Constant(matched.tip_mm)
         written = displaced_pieces(before, to_tip), displaced_pieces(undisplaced, Then(moved, to_tip))
     return Paths(before, after, written, driven)
+
+
+def bends_lines(model: ProfileErrorModel) -> bool:
+    """Returns whether the error of a straight feature is no straight line."""
+    curves = zip(model.profile.features, model.curves, strict=True)
+    return any(isinstance(feature, Line) and curve.spline.degree > 1 for feature, curve in curves)
+
+
+def cramped_bows(matched: Commanded, model: ProfileErrorModel, paths: Paths, fitting: Fitting) -> dict[str, str]:
+    """Returns the lines whose bow no moves can follow that the control keeps the nose off, each with a note."""
+    if not fitting.nose_mm or not bends_lines(model):
+        return {}
+    is_arc = np.flatnonzero(matched.path.motion == Motion.ARC)
+    notes = dict[str, str]()
+    for i in cramped_lines(matched.cuts, list(is_arc), paths.written[1], fitting):
+        curve = model.curves[i]
+        if curve.spline.degree == 1 or curve.feature in model.options.straight:
+            continue
+        s = np.linspace(0.0, curve.length_mm, SAMPLES_OF_LINE)
+        bow = curve.value_mm(s) - np.polyval(np.polyfit(s, curve.value_mm(s), 1), s)
+        notes[curve.feature] = wording(
+            "{feature}: its error is bent by up to {bow}, which stays: under G41 or G42 the moves next to its corners "
+            "are as long as the nose of {nose} mm needs, and cannot follow it. It is corrected by size and taper",
+            feature=curve.feature,
+            bow=Um(float(np.max(np.abs(bow)))),
+            nose=f"{fitting.nose_mm:g}",
+        )
+    return notes

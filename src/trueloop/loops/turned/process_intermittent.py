@@ -14,7 +14,6 @@ from trueloop.arrays import Array
 from trueloop.domain.option import check_scatter
 from trueloop.domain.record import MARKED, CutWith
 from trueloop.errors import in_file
-from trueloop.geometry.feature import Line
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
@@ -35,7 +34,7 @@ from trueloop.loops.turned.part_on_machine import (
     surface_of,
     zero_of,
 )
-from trueloop.loops.turned.paths import Paths, corrected_paths, corrected_shifts
+from trueloop.loops.turned.paths import Paths, bends_lines, corrected_paths, corrected_shifts, cramped_bows
 from trueloop.loops.turned.programs import ContourTools, contour_tools, write_programs
 from trueloop.loops.turned.provenance import cumulative_words, id_of, record_of
 from trueloop.loops.turned.remembering import remembering, today_of
@@ -99,7 +98,11 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     decision = _decision(model, matched, inputs.options, tools.by(_asked(inputs)), cut)
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
     paths = corrected_paths(inputs, matched, shifts, decision, machine)
-    programs = write_programs(inputs, writing(inputs, matched, _bends_lines(model)), decision, paths)
+    to_write = writing(inputs, matched, bends_lines(model))
+    if cramped := cramped_bows(matched, model, paths, to_write.fitting):
+        options = replace(inputs.options, straight=(*inputs.options.straight, *cramped))
+        return _corrected(replace(inputs, options=options), [*unchecked, *cramped.values()])
+    programs = write_programs(inputs, to_write, decision, paths)
     given_up = _given_up_mm(inputs, matched, decision, surface.touches)
     prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight, given_up)
     by_tool = _by_tool(inputs, matched, model, decision, paths, programs.wear, tools)
@@ -326,16 +329,11 @@ def _by_tool(
     )
 
 
-def _bends_lines(model: ProfileErrorModel) -> bool:
-    """Returns whether the error of a straight feature is no straight line."""
-    curves = zip(model.profile.features, model.curves, strict=True)
-    return any(isinstance(feature, Line) and curve.spline.degree > 1 for feature, curve in curves)
-
-
-def writing(inputs: Inputs, matched: Commanded, bends_lines: bool = False) -> Writing:
+def writing(inputs: Inputs, matched: Commanded, bent: bool = False) -> Writing:
     """Returns the inputs from which the programs are written, with the marks that the results carry."""
     machine, options = inputs.machine, inputs.options
-    fitting = Fitting(options.chord_tolerance_mm, options.arcs, lines=bends_lines or machine is not None)
+    nose_mm = inputs.nose_radius_mm if matched.match.on_contour else 0.0
+    fitting = Fitting(options.chord_tolerance_mm, options.arcs, bent or machine is not None, nose_mm)
     mark = "" if machine is None else machine.mark
     return Writing(inputs.program, matched, inputs.run, id_of(inputs), fitting, mark, options.roughing == "stays")
 

@@ -108,6 +108,7 @@ def _tool_offset(inputs: Inputs, decision: Decision, programs: Programs) -> Tool
 def _options(inputs: Inputs) -> dict[str, object]:
     machine = {} if inputs.machine is None else {"machine": inputs.machine.as_record()}
     stated = {"weight": inputs.options.weight, **asdict(inputs.options), "parameters": dict(inputs.parameters)}
+    del stated["straight"]  # follows from the data
     edge = {} if inputs.called is None else {"edge": inputs.called.words, "features": list(inputs.profile.names)}
     frame = inputs.setup
     setup = {} if frame is None else {"setup": asdict(frame) | {"z_of_program": frame.words}}

@@ -4,12 +4,13 @@ Everything is the difference of two nose-centre paths, the one commanded and the
 the part. What the programmer rounded stays rounded; only the difference is added.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Flags
 from trueloop.geometry.feature import Line
 from trueloop.turned.compensation.contour import CentrePiece, reaches_mm
 from trueloop.turned.compensation.moves import Move, SampledPath, as_arcs, as_lines, fewest_moves
@@ -21,6 +22,14 @@ SAMPLES_OF_LINE = 65
 
 AT_TOUCH = 0.1
 """At a gauging point the moves keep to this share of the chord tolerance: there the result will be judged."""
+
+
+ROOM = 1.5
+"""So many times the nose's own share of a move before a corner are left to the move: the correction turns corners by
+milliradians and moves their ends by some hundredths."""
+
+OPEN_RAD = 2.2
+"""The turn of a contour at its ends, where what comes next is not the part's, and the sharpest corner looked at."""
 
 
 @dataclass(frozen=True)
@@ -53,12 +62,14 @@ class Replacement:
 class Fitting:
     """The style of arcs: chord tolerance in mm, and "lines", "arcs" or "auto" (whichever needs fewer blocks).
 
-    `lines`: whether a line may have to become several, because what moves it bends it.
+    `lines`: whether a line may have to become several, because what moves it bends it. `nose_mm`: radius of the nose
+    that the control keeps off the moves, 0 where the program moves its centre.
     """
 
     tolerance_mm: float
     arcs: str = "auto"
     lines: bool = False
+    nose_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -99,9 +110,7 @@ def replaced_arcs(
     touches.
     """
     return tuple(
-        Replacement(
-            cut.move, _fitted(corrected[cut.feature], ends_of(cuts, k, corrected), touches_mm[cut.feature], fitting)
-        )
+        Replacement(cut.move, _fitted(cuts, k, corrected, touches_mm[cut.feature], fitting))
         for k, cut in enumerate(cuts)
         if cut.move in arc_moves
     )
@@ -114,13 +123,36 @@ def bent_lines(
     found = []
     for k, cut in enumerate(cuts):
         if cut.move not in arc_moves and isinstance(corrected[cut.feature].shifted.feature, Line):
-            ends, shifted = ends_of(cuts, k, corrected), corrected[cut.feature].shifted
-            at = shifted.centre_mm(np.linspace(ends.start_mm, ends.end_mm, SAMPLES_OF_LINE))
-            along = (at[-1] - at[0]) / np.linalg.norm(at[-1] - at[0])
-            off = (at - at[0]) @ np.array([along[1], -along[0]])
-            if np.max(np.abs(off)) > tolerance_mm / 2:
+            ends = ends_of(cuts, k, corrected)
+            if _off_chord_mm(corrected[cut.feature], ends.start_mm, ends.end_mm) > tolerance_mm / 2:
                 found.append(cut.move)
     return found
+
+
+def cramped_lines(
+    cuts: Sequence[Cut], arc_moves: Sequence[int], corrected: Sequence[CentrePiece], fitting: Fitting
+) -> list[int]:
+    """Returns the features that are lines in the program, and bend by more than the tolerance over the first or the
+    last move that the nose needs before a corner: no moves follow them.
+    """
+    found = []
+    for k, cut in enumerate(cuts):
+        if cut.move in arc_moves or not isinstance(corrected[cut.feature].shifted.feature, Line):
+            continue
+        ends, (first_mm, last_mm) = ends_of(cuts, k, corrected), _rooms_mm(cuts, k, corrected, fitting.nose_mm)
+        length_mm = ends.end_mm - ends.start_mm
+        first_mm, last_mm = (math.copysign(min(room, abs(length_mm)), length_mm) for room in (first_mm, last_mm))
+        stretches = (ends.start_mm, ends.start_mm + first_mm), (ends.end_mm - last_mm, ends.end_mm)
+        if max(_off_chord_mm(corrected[cut.feature], *one) for one in stretches) > fitting.tolerance_mm:
+            found.append(cut.feature)
+    return sorted(set(found))
+
+
+def _off_chord_mm(piece: CentrePiece, start_mm: float, end_mm: float) -> float:
+    """Returns the largest distance of a stretch of a path from its chord."""
+    at = piece.shifted.centre_mm(np.linspace(start_mm, end_mm, SAMPLES_OF_LINE))
+    along = (at[-1] - at[0]) / max(float(np.linalg.norm(at[-1] - at[0])), 1e-12)
+    return float(np.max(np.abs((at - at[0]) @ np.array([along[1], -along[0]]))))
 
 
 def ends_of(cuts: Sequence[Cut], k: int, pieces: Sequence[CentrePiece]) -> CutEnds:
@@ -162,20 +194,51 @@ def _difference(old: CentrePiece, old_mm: float, new: CentrePiece, new_mm: float
     return np.asarray(new.shifted.centre_mm(new_mm) - old.shifted.centre_mm(old_mm))
 
 
-def _fitted(piece: CentrePiece, ends: CutEnds, touches_mm: Array, fitting: Fitting) -> tuple[Move, ...]:
-    path = _sampled(piece, ends, touches_mm, fitting.tolerance_mm)
-    if fitting.arcs == "lines" or isinstance(piece.shifted.feature, Line):
+def _fitted(
+    cuts: Sequence[Cut], k: int, corrected: Sequence[CentrePiece], touches_mm: Array, fitting: Fitting
+) -> tuple[Move, ...]:
+    piece, ends = corrected[cuts[k].feature], ends_of(cuts, k, corrected)
+    straight = isinstance(piece.shifted.feature, Line)
+    rooms_mm = _rooms_mm(cuts, k, corrected, fitting.nose_mm) if straight else (0.0, 0.0)
+    path = _sampled(piece, ends, touches_mm, fitting.tolerance_mm, rooms_mm)
+    if fitting.arcs == "lines" or straight:
         return as_lines(path)
     return as_arcs(path) if fitting.arcs == "arcs" else fewest_moves(path)
 
 
-def _sampled(piece: CentrePiece, ends: CutEnds, touches_mm: Array, tolerance_mm: float) -> SampledPath:
+def _rooms_mm(cuts: Sequence[Cut], k: int, corrected: Sequence[CentrePiece], nose_mm: float) -> tuple[float, float]:
+    """Returns the lengths that the first and the last move of a bent line have at least: a nose of radius R that the
+    control keeps off a corner of the turn θ stands R tan(θ/2) before its end.
+    """
+    turns = [_turn_rad(cuts[k].feature, other, corrected) for other in neighbours(cuts, k)]
+    start_mm, end_mm = (ROOM * nose_mm * math.tan(min(turn, OPEN_RAD) / 2.0) for turn in turns)
+    return start_mm, end_mm
+
+
+def _turn_rad(feature: int, other: int | None, corrected: Sequence[CentrePiece]) -> float:
+    if other is None or other == feature:
+        return OPEN_RAD
+    before, after = (corrected[i].shifted.feature for i in sorted((feature, other)))
+    cosine = float(before.tangent(before.length_mm) @ after.tangent(0.0))
+    return math.acos(max(-1.0, min(cosine, 1.0)))
+
+
+def _sampled(
+    piece: CentrePiece, ends: CutEnds, touches_mm: Array, tolerance_mm: float, rooms_mm: tuple[float, float]
+) -> SampledPath:
     low, high = sorted((ends.start_mm, ends.end_mm))
+    forward = ends.end_mm >= ends.start_mm
     touched = touches_mm[(touches_mm > low) & (touches_mm < high)]
     even = np.linspace(low, high, max(3, int((high - low) / SAMPLE_MM) + 1))
     s = np.unique(np.concatenate([even, touched]))
+    s = s[_not_close(s, low, high, rooms_mm if forward else rooms_mm[::-1])]
     tolerance = np.where(np.isin(s, touched), AT_TOUCH * tolerance_mm, tolerance_mm)
-    forward = ends.end_mm >= ends.start_mm
     order = slice(None) if forward else slice(None, None, -1)
     tangent = piece.shifted.tangent(s)[order]
     return SampledPath(piece.shifted.centre_mm(s)[order], tangent if forward else -tangent, tolerance[order])
+
+
+def _not_close(s: Array, low: float, high: float, rooms_mm: tuple[float, float]) -> Flags:
+    """Returns which of places are the ends, or have room to either end."""
+    ends = (s == low) | (s == high)
+    return np.asarray(ends | ((s >= low + rooms_mm[0]) & (s <= high - rooms_mm[1])))

@@ -1,9 +1,13 @@
-"""The fit of arcs: a cubic spline, its ends prescribed by the neighbours [6517 §4], as stiff as the touches require."""
+"""The fit of arcs, and of bent lines: a cubic spline, its ends prescribed by the neighbours [6517 §4], as stiff as the
+touches require.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
+from scipy.special import fdtrc
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.statistics import rms
@@ -22,12 +26,29 @@ SHAPES = (
 )
 
 
+BENT_BY_CHANCE: Final = 0.02
+"""The share of straight lines that pass for bent ones by the scatter of their touches."""
+
+BENT_SPAN: Final = 0.7
+"""Touches that span less than this share of a line do not show how it bends at its ends."""
+
+MOST_KNOTS: Final = 5
+"""A bow is smooth over a third of its line; more knots would follow the waves of the surface."""
+
+STRAIGHT_MM: Final = 0.0005
+"""Every bend makes the program longer: a line this near to straight is straight."""
+
+
 @dataclass(frozen=True)
 class Shape:
     """A candidate: degree, and r of each feature (None: no knots)."""
 
     degree: int
     every: tuple[int | None, ...]
+
+    def knots(self, points: int) -> int:
+        """Returns about how many knots a feature with so many touches has."""
+        return max((points // r for r in self.every if r), default=0)
 
 
 @dataclass(frozen=True)
@@ -74,9 +95,45 @@ def fit_arcs(
     if None not in asked:
         _refuse_dropped_knots(names, touches, tried[0], chain, options)
     best = _best([one for one in tried if one.unknowns > 0] or tried)
-    note = wording(
-        "{feature}: {note}", feature=all_of(names), note=_describe(best, len(touches.positions), None in asked)
-    )
+    return _described(names, chain, touches, sources, best, None in asked)
+
+
+def fit_bent(
+    names: Sequence[str], chain: Chain, touches: ChainTouches, options: FitOptions, sources: Sources, straight: ChainFit
+) -> ChainFit | None:
+    """Fits a curve over lines that the touches show to be bent: a bow of deflection or of a hot bed. None where a
+    straight line is near enough.
+
+    Of a parabola, a cubic and cubic splines the least leave-one-out error chooses, as on arcs. The curve has to explain
+    more than `BENT_BY_CHANCE` allows (F-test of the two residual sums of squares, Bonferroni over the curves), to
+    deviate from the straight line by `STRAIGHT_MM` at some touch, and to predict left out touches better. Valid within
+    the touches: they have to span `BENT_SPAN` of the line, for a bow that is drawn out grows with the square of the
+    distance.
+    """
+    s, spare = touches.arc_length_mm, straight.spare
+    if spare < 3 or float(np.ptp(s)) < BENT_SPAN * chain.length_mm or straight.fit.conditions.count:
+        return None
+    count = max(len(points) for points in touches.by_feature_mm)
+    shapes = [one for one in _shapes((None,) * len(names), count) if one.degree > 1 and one.knots(count) <= MOST_KNOTS]
+    tried = [_try(shape, chain, touches, options, EndConditions()) for shape in shapes]
+    stiff = [one for one in tried if 2 < one.unknowns <= len(s) // 2 + 1 and 0 < one.fit.degrees_of_freedom < spare]
+    if not stiff:
+        return None
+    best = _best(stiff)
+    free, left_mm2 = best.fit.degrees_of_freedom, float(np.sum(best.fit.residual_mm**2))
+    explained_mm2 = float(np.sum(straight.residual_mm**2)) - left_mm2
+    chance = fdtrc(spare - free, free, explained_mm2 * free / (max(left_mm2, 1e-30) * (spare - free)))
+    bent = float(np.max(np.abs(straight.residual_mm - best.fit.residual_mm))) >= STRAIGHT_MM
+    predicts = best.left_out_rms_mm < rms(straight.leave_one_out_mm)
+    if not (bent and predicts and chance <= BENT_BY_CHANCE / len(stiff)):
+        return None
+    return _described(names, chain, touches, sources, best, True)
+
+
+def _described(
+    names: Sequence[str], chain: Chain, touches: ChainTouches, sources: Sources, best: Tried, chosen: bool
+) -> ChainFit:
+    note = wording("{feature}: {note}", feature=all_of(names), note=_describe(best, len(touches.positions), chosen))
     return own_fit(chain, touches, best.fit, sources, note, best.shape.every)
 
 

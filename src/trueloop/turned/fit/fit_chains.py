@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from trueloop.geometry.profile import Profile
-from trueloop.turned.fit.arc_fit import fit_arcs
+from trueloop.turned.fit.arc_fit import fit_arcs, fit_bent
 from trueloop.turned.fit.chain import Chain, TangentPolicy, chains_of
 from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, touches_of
 from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, choose
@@ -65,7 +65,8 @@ def _with_gauged(
         of_touched = chain_conditions(profile, chains, i, touched, options)
         ends = chain_conditions(profile, chains, i, fits, tangent)[0] if chains[i].curved else of_touched[0]
         supported = is_supported(profile, chains[i], vectors, state)
-        fits[i] = fit_gauged(profile, chains[i], vectors, state, ends, of_touched, supported)
+        bends = not set(_names(profile, chains[i])).intersection(options.straight)
+        fits[i] = fit_gauged(profile, chains[i], vectors, state, ends, of_touched, supported, bends)
     fits[0] = replace(fits[0], notes=(*fits[0].notes, *state.contradicted()))
     return {i: fits[i] for i in range(len(chains))}
 
@@ -144,4 +145,7 @@ def _fitted(
     names = _names(profile, chain)
     if chain.curved:
         return fit_arcs(names, chain, touches, options, conditions, sources)
-    return fit_lines(" and ".join(names), chain, touches, options.junctions, conditions, sources)
+    straight = fit_lines(" and ".join(names), chain, touches, options.junctions, conditions, sources)
+    if options.knot_every is not None or set(names).intersection(options.straight):
+        return straight
+    return fit_bent(names, chain, touches, options, sources, straight) or straight

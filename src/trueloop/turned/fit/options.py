@@ -22,14 +22,15 @@ class BadTouches(StrEnum):
 class FitOptions:
     """The options of a fit; the defaults need none.
 
-    `knot_every`: r, a knot at every r-th touch of an arc [6517 Eq. 5]; None lets the leave-one-out error choose.
+    `knot_every`: r, a knot at every r-th touch of an arc [6517 Eq. 5], and straight lines on lines; None lets the
+    leave-one-out error choose, and lines bend where their touches show a bow.
     `knot_every_on`: r of single arcs, by feature name. `prescribed`: values and slopes at the ends of features, by
     name; a tangent neighbour's value stands above them, and a contradiction is refused. `repeatability_mm`: None takes
     the scatter of the touches about the curves less the probe's share (`process_scatter`), which holds when touches
     scatter as cuts do. `alike_over_mm`: over which length that is alike (None: the touches say, module `likeness`).
     `between_cuts`: what comes out differently from cut to cut, which the scatter within one part does not show
     (`between_cuts.PRIOR` where nothing is known of it). These widen what is predicted of the next cut and change no
-    curve.
+    curve. `straight`: names of lines whose curves follow no bow, because their moves could not.
     """
 
     junctions: Annotated[
@@ -44,14 +45,15 @@ class FitOptions:
         int | None,
         Option(
             "compensation.knot_every",
-            "A spline knot at every how manieth touch, but none on the last touch of an arc; left out, the "
-            "leave-one-out error chooses.",
+            "A spline knot at every how manieth touch, but none on the last touch of an arc, and lines stay straight, "
+            "as published; left out, the leave-one-out error chooses, and lines follow a bow that their touches show.",
             least=1,
             unit="points",
         ),
     ] = None
     knot_every_on: Mapping[str, int] = field(default_factory=dict)
     prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
+    straight: tuple[str, ...] = ()
     bad_touches: Annotated[
         BadTouches,
         Option(

@@ -7,12 +7,12 @@ which the nose would not reach.
 """
 
 from dataclasses import astuple, replace
-from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
+from trueloop.turned.fit.arc_fit import STRAIGHT_MM
 from trueloop.turned.fit.chain import Chain
 from trueloop.turned.fit.chain_fit import ChainFit, Sources, own_fit, touches_of
 from trueloop.turned.fit.knots import Knots, fit_determined
@@ -22,9 +22,6 @@ from trueloop.turned.fit.prior.untouched_fit import chain_knots, chain_samples, 
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
-
-STRAIGHT_MM: Final = 0.0005
-"""Every bend makes the program longer: a line this near to straight is straight."""
 
 
 def is_supported(profile: Profile, chain: Chain, vectors: ErrorVectors, state: PartState) -> bool:
@@ -43,11 +40,13 @@ def fit_gauged(
     ends: EndConditions,
     touched: tuple[EndConditions, Sources],
     supported: bool,
+    bends: bool = True,
 ) -> ChainFit:
     """Fits one chain.
 
     `ends` are values and slopes of all tangent neighbours that are fitted, `touched` the conditions of those that were
     touched, and of the user, with their sources. `supported`: as of `is_supported`; else it stays as programmed.
+    `bends`: whether a line may follow a bow.
     """
     conditions, sources = touched
     s, index, along = chain_samples(profile, chain)
@@ -59,7 +58,8 @@ def fit_gauged(
     mean = _faded(s / chain.length_mm, mean, ends)
     root = root_of(covariance)
     once = np.append(np.diff(s) > 0.0, True)  # a joint is sampled from both sides
-    straight = not chain.curved and _is_straight(chain, s[once], mean[once], np.linalg.norm(root[once], axis=1))
+    straight = not bends or _is_straight(chain, s[once], mean[once], np.linalg.norm(root[once], axis=1))
+    straight = not chain.curved and straight
     degree, knots = 1 if straight else 3, chain_knots(replace(chain, curved=not straight), s)
     at_ends, zero = (ends, _zero(conditions)) if straight else (_with_ends(ends, mean), None)
     fit, kept = fit_determined(s[once], mean[once], knots, chain.length_mm, degree, at_ends)
