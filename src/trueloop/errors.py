@@ -199,6 +199,11 @@ class Code(StrEnum):
         ("moves", "missed", "overtravel_mm", "point"),
     )
     PRB_TWICE = "PRB-TWICE", "several touches at one point", ("point", "lines")
+    PRB_TRIALS = (
+        "PRB-TRIALS",
+        "a log that does not hold every point the same number of times, twice at least",
+        ("touches", "points", "fewest", "most"),
+    )
     PRB_ORDER = "PRB-ORDER", "touches in another order than the plan's", ("point", "before")
     PRB_RETRACT = (
         "PRB-RETRACT",

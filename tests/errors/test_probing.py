@@ -18,6 +18,7 @@ from trueloop.probing.calibration import BallCalibration, calibrate
 from trueloop.probing.probe_match import match_touches
 from trueloop.probing.probe_plan import SecondTouch
 from trueloop.probing.stylus import Stylus
+from trueloop.probing.trials import match_trials
 
 PLAN = plan_of(STEP, {"cylinder": 3, "face": 2})
 CENTRES = np.array([touch.contact_mm for touch in PLAN.touches])
@@ -66,6 +67,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.PRB_OTHER: lambda: _match(range(5), moved_mm=30.0),
     Code.PRB_MISSING: lambda: _match([0, 1, 3, 4]),
     Code.PRB_TWICE: lambda: _match([0, 1, 1, 2, 3, 4]),
+    Code.PRB_TRIALS: lambda: match_trials(PLAN, [(float(x), float(z)) for x, z in CENTRES], range(1, 6), CALIBRATED),
     Code.PRB_ORDER: lambda: _match([1, 0, 2, 3, 4]),
     Code.PRB_RETRACT: lambda: _match(range(5), moved_mm=APPROACH.stand_off_mm),
     Code.PRB_MISSED: lambda: _match(range(5), moved_mm=-APPROACH.overtravel_mm),

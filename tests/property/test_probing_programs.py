@@ -14,7 +14,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.support.linuxcnc import Tool, interpret
-from tests.support.probing import APPROACH, STEP, STYLUS, ProbeMove, example, example_plan, moves_of, plan_of
+from tests.support.probing import APPROACH, EXAMPLES, STEP, STYLUS, ProbeMove, example, example_plan, moves_of, plan_of
 from tests.support.profiles import profiles
 from trueloop.arrays import Array
 from trueloop.controllers.probing import WRITERS, Settings, probing_program
@@ -22,6 +22,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.jobs.measure.probing import read_probing
 from trueloop.probing.probe_plan import ProbePlan, SecondTouch
 from trueloop.probing.stylus import CHORD_MM, Stylus, stock_obstacle
 
@@ -30,6 +31,7 @@ ROUNDED_MM = 3e-4  # coordinates to 1e-5 in
 DIAMETERS = ("fanuc", "haas", "ge2000t")
 """Controls that take X as a diameter whatever the program says."""
 
+LOOP = EXAMPLES / "loop" / "modbas2.toml"
 SKIP_CONTROLS = [name for name in WRITERS if name != "renishaw"]
 
 
@@ -141,6 +143,15 @@ def test_the_parts_of_nist_are_probed_without_a_collision(name: str, control: st
     plan, program = example_plan(name), Settings()
     moves = moves_of(probing_program(plan, control, program), control, plan, program)
     require_safe(plan, example(name).profile, moves)
+
+
+@pytest.mark.parametrize("control", ["linuxcnc", "siemens"])
+def test_repeated_trials_touch_all_points_in_turn_and_nothing_between(control: str) -> None:
+    once, probing = read_probing(LOOP), read_probing(LOOP, trials=3)
+    plan, program = probing.plan, Settings()
+    assert [touch.point for touch in plan.touches] == 3 * [touch.point for touch in once.plan.touches]
+    moves = moves_of(probing_program(plan, control, program), control, plan, program)
+    require_safe(plan, probing.part.profile, moves)
 
 
 @pytest.mark.parametrize("name", ["facetst", "modbas2", "piecs11"])

@@ -50,13 +50,20 @@ def plan(job: Job, as_json: AsJson = False) -> None:
 
 @app.command()
 @guarded
-def program(job: Job, control: OfControl, output: Output = None) -> None:
+def program(
+    job: Job,
+    control: OfControl,
+    output: Output = None,
+    trials: Annotated[
+        int, typer.Option("--trials", min=1, max=1000, metavar="N", help="Touch all points in turn so many times.")
+    ] = 1,
+) -> None:
     """Write the probing program for a control."""
     from trueloop.controllers.probing import probing_program
     from trueloop.controllers.probing.settings import settings_of
     from trueloop.jobs.measure.probing import read_probing
 
-    probing = read_probing(job)
+    probing = read_probing(job, trials=trials)
     text = probing_program(
         probing.plan, control, settings_of(probing.part.name, probing.probe.program, probing.probe.probe)
     )
@@ -100,6 +107,52 @@ def read(
         print_json({**matched.as_dict(), **kept_as_dict(kept)})
         return
     put(touches_to_csv(matched.touches), output, (*probing.files, log))
+
+
+@app.command()
+@guarded
+def trials(
+    job: Job,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="What the control wrote.")],
+    control: OfControl,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="File for the repeats.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show what a touch repeats to, from the log of a program that was written with `--trials`.
+
+    The file is one that `trueloop diagnose fixture` reads: it finds a drift, a step, a part that moves.
+    """
+    from trueloop.formats.measurements.inspections_csv import repeats_to_csv
+    from trueloop.jobs.measure.probing import read_logged_trials, read_probing
+    from trueloop.units import UM_PER_MM
+
+    probing = read_probing(job)
+    found = read_logged_trials(probing, log, control)
+    by_point = dict(zip(found.points, found.error_mm.T, strict=True))
+    if output is not None:
+        put(repeats_to_csv(by_point, found.successive_mm), output, (*probing.files, log))
+    scatter_um, successive_um = found.pooled_mm() * UM_PER_MM, found.successive_mm * UM_PER_MM
+    if as_json:
+        rows = [{"point": p.point, "feature": p.feature, "scatter_um": p.scatter_mm * UM_PER_MM} for p in found.scatter]
+        print_json(
+            {
+                "trials": len(found.error_mm),
+                "scatter_um": scatter_um,
+                "successive_um": successive_um,
+                "degrees_of_freedom": found.freedom,
+                "points": rows,
+            }
+        )
+        return
+    for one in found.scatter:
+        scatter, span = one.scatter_mm * UM_PER_MM, one.range_mm * UM_PER_MM
+        typer.echo(f"point {one.point} on {one.feature}: standard deviation {scatter:.2f} µm, range {span:.2f} µm")
+    for feature in dict.fromkeys(found.features):
+        typer.echo(f"{feature}: {found.pooled_mm(feature) * UM_PER_MM:.2f} µm")
+    typer.echo(
+        f"a touch repeats to {scatter_um:.2f} µm (standard deviation, {found.freedom} degrees of freedom), from trial "
+        f"to trial to {successive_um:.2f} µm: `scatter_um` in the probe file's table [calibration]"
+    )
 
 
 @app.command()

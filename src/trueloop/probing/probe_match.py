@@ -55,20 +55,8 @@ def match_touches(
     at the retract position, PRB-MISSED where they are at the end of the probing move, PRB-OTHER where they belong to no
     point, PRB-TWICE and PRB-MISSING. Another order is a finding.
     """
-    if calibration is None and not reports_surface:
-        raise TrueloopError(
-            Code.PRB_CALIBRATION,
-            f"the probe of {plan.stylus.ball_radius_mm:.3f} mm ball radius is not calibrated: {len(logged_mm)} touches "
-            "cannot be corrected for ball, pre-travel and lobing",
-            hint="touch a sphere or ring of known size, put what `trueloop probe calibrate` prints into the probe file",
-        )
-    normal = np.array([touch.normal for touch in plan.touches])
-    ball = np.zeros(len(normal)) if calibration is None or reports_surface else _ball_mm(plan, normal, calibration)
-    expected = np.array([touch.nominal_mm for touch in plan.touches])
-    expected = expected + (plan.approach.allowance_mm + ball)[:, None] * normal
-    planned_ball = 0.0 if reports_surface else plan.stylus.ball_radius_mm
-    _require_met(plan, normal, planned_ball, np.array(logged_mm), lines)
-    owner = _owners(plan, expected, normal, np.array(logged_mm), lines)
+    expected, normal = _expected(plan, calibration, reports_surface)
+    owner = owners_of(plan, logged_mm, lines, calibration, reports_surface=reports_surface)
     _require_each_once(plan, owner, lines)
     row_of = {int(point): row for row, point in enumerate(owner)}
     along = np.einsum("ij,ij->i", np.array(logged_mm) - expected[owner], normal[owner])
@@ -77,6 +65,38 @@ def match_touches(
         for k, t in enumerate(plan.touches)
     )
     return MatchedTouches(touches, _order_findings(plan, owner, lines))
+
+
+def owners_of(
+    plan: ProbePlan,
+    logged_mm: Sequence[Point],
+    lines: Sequence[int],
+    calibration: BallCalibration | None,
+    *,
+    reports_surface: bool = False,
+) -> "np.ndarray[tuple[int], np.dtype[np.intp]]":
+    """Returns the point of each logged touch, by its position in the plan. Raises as `match_touches`, but for the
+    number of touches of a point.
+    """
+    expected, normal = _expected(plan, calibration, reports_surface)
+    planned_ball = 0.0 if reports_surface else plan.stylus.ball_radius_mm
+    _require_met(plan, normal, planned_ball, np.array(logged_mm), lines)
+    return _owners(plan, expected, normal, np.array(logged_mm), lines)
+
+
+def _expected(plan: ProbePlan, calibration: BallCalibration | None, reports_surface: bool) -> tuple[Array, Array]:
+    """Returns the positions that are reported of a part without errors, and the normals, (n, 2) each."""
+    if calibration is None and not reports_surface:
+        raise TrueloopError(
+            Code.PRB_CALIBRATION,
+            f"the probe of {plan.stylus.ball_radius_mm:.3f} mm ball radius is not calibrated: its touches cannot be "
+            "corrected for ball, pre-travel and lobing",
+            hint="touch a sphere or ring of known size, put what `trueloop probe calibrate` prints into the probe file",
+        )
+    normal = np.array([touch.normal for touch in plan.touches])
+    ball = np.zeros(len(normal)) if calibration is None or reports_surface else _ball_mm(plan, normal, calibration)
+    nominal = np.array([touch.nominal_mm for touch in plan.touches])
+    return nominal + (plan.approach.allowance_mm + ball)[:, None] * normal, normal
 
 
 def _ball_mm(plan: ProbePlan, normal: Array, calibration: BallCalibration) -> Array:

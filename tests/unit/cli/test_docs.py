@@ -31,6 +31,7 @@ COMMANDS = (
     "probe plan",
     "probe program",
     "probe read",
+    "probe trials",
     "probe calibrate",
     "measure map",
     "measure convert",

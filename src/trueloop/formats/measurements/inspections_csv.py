@@ -9,6 +9,7 @@ Comment lines `# touch_u_um 0.5` and `# cmm_u_um 0.4` state standard uncertainti
 import csv
 import io
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -35,6 +36,16 @@ def read_repeats(path: Path, standard_u_mm: float | None = None) -> tuple[dict[s
     names = np.array([name or "part" for name in rows.texts("what")])
     u_mm = _stated_mm(file) if standard_u_mm is None else standard_u_mm
     return {name: values_mm[names == name] for name in dict.fromkeys(names.tolist())}, u_mm
+
+
+def repeats_to_csv(values_mm: Mapping[str, Array], repeats_to_mm: float) -> str:
+    """Writes readings by what was read, in their order, as `read_repeats` reads them."""
+    text = io.StringIO()
+    text.write(f"# repeats_to_um {repeats_to_mm * UM_PER_MM:.3f}\n")
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(["what", "reading_um"])
+    rows.writerows([name, f"{value * UM_PER_MM:.3f}"] for name, mm in values_mm.items() for value in mm.tolist())
+    return text.getvalue()
 
 
 def _readings(rows: Rows) -> Array:

@@ -19,16 +19,18 @@ from trueloop.formats.jobs.job import Job, locate_turned_job, read_turned_job
 from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
 from trueloop.formats.measurements.cmm_plan_csv import read_cmm_plan
 from trueloop.formats.measurements.touches_csv import read_probe_log, read_touches
-from trueloop.geometry.feature import Line
+from trueloop.geometry.feature import Line, Point
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.job import ReadPart, read_part
 from trueloop.jobs.turned.readings import DEVICES
+from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_moves, cmm_plan
 from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
 from trueloop.probing.probe_match import MatchedTouches, match_touches, renamed
 from trueloop.probing.probe_plan import ProbePlan, probe_plan
 from trueloop.probing.stylus import Obstacle, stock_obstacle
+from trueloop.probing.trials import Trials, match_trials, repeated
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
 REPORTING_SURFACES: Final = ("renishaw",)
@@ -45,6 +47,12 @@ class JobPoints:
     names: list[str]
     files: tuple[Path, ...] = ()
 
+    def chosen(self, positions: Sequence[int]) -> "JobPoints":
+        """Returns some of the points, by their positions."""
+        k, at = list(positions), self.points
+        points = GaugingPoints(at.feature_index[k], at.arc_length_mm[k], at.nominal_mm[k], at.outward_normal[k])
+        return JobPoints(points, [self.names[i] for i in k], self.files)
+
 
 @dataclass(frozen=True)
 class ProbingJob:
@@ -57,10 +65,10 @@ class ProbingJob:
     files: tuple[Path, ...]
 
 
-def read_probing(path: Path, chosen: JobPoints | None = None) -> ProbingJob:
+def read_probing(path: Path, chosen: JobPoints | None = None, trials: int = 1) -> ProbingJob:
     """Reads a job and its probe file, places the points and plans the ways. Raises JOB, GEO, TCH and PRB errors.
 
-    `chosen` points take the place of the job's.
+    `chosen` points take the place of the job's. `trials`: the tour of all points is made so many times.
     """
     job, part = read_turned_job(path), read_part(path)
     probe_file, probe, obstacle = _probe(path, job, part)
@@ -68,6 +76,10 @@ def read_probing(path: Path, chosen: JobPoints | None = None) -> ProbingJob:
         margin_mm = CLEAR_OF_ENDS * probe.stylus.ball_radius_mm
         points = points_of_job(path, job, part, margin_mm) if chosen is None else chosen
         plan = probe_plan(part.profile, points.points, obstacle, probe.stylus, probe.approach, points.names)
+        if trials > 1:
+            ends = points.chosen([-1, 0])
+            back = probe_plan(part.profile, ends.points, obstacle, probe.stylus, probe.approach, ends.names)
+            plan = repeated(plan, back, trials)
     return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file, *points.files))
 
 
@@ -112,18 +124,29 @@ def read_listed(path: Path, points: Path) -> ProbingJob:
 
 def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> MatchedTouches:
     """Converts a log's touches to part errors of the job's plan. Raises PRB errors that name the log and its line."""
+    places, lines, surfaces = _logged(probing, log, control)
+    with in_file(log if surfaces or probing.probe.calibration is not None else probing.probe_file):
+        matched = match_touches(probing.plan, places, lines, probing.probe.calibration, reports_surface=surfaces)
+    return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
+
+
+def read_logged_trials(probing: ProbingJob, log: Path, control: str) -> Trials:
+    """Converts the log of repeated trials to part errors. Raises PRB errors that name the log and its line.
+
+    A probe that is not calibrated is taken to have the ball's own radius: that shifts all trials alike.
+    """
+    places, lines, surfaces = _logged(probing, log, control)
+    calibration = probing.probe.calibration or BallCalibration(probing.probe.stylus.ball_radius_mm)
+    with in_file(log):
+        return match_trials(probing.plan, places, lines, calibration, reports_surface=surfaces)
+
+
+def _logged(probing: ProbingJob, log: Path, control: str) -> tuple[list[Point], list[int], bool]:
+    """Returns the logged positions, their lines, and whether the control takes the ball off."""
     program = probing.probe.program
     logged = read_probe_log(log, control, inch=program.unit == "inch", diameter=program.x_is == "diameter")
-    surfaces = control in REPORTING_SURFACES
-    with in_file(log if surfaces or probing.probe.calibration is not None else probing.probe_file):
-        matched = match_touches(
-            probing.plan,
-            [touch.position_mm for touch in logged],
-            [touch.line for touch in logged],
-            probing.probe.calibration,
-            reports_surface=surfaces,
-        )
-    return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
+    places, lines = [touch.position_mm for touch in logged], [touch.line for touch in logged]
+    return places, lines, control in REPORTING_SURFACES
 
 
 def inspection_of_log(log: Path, touches: Sequence[Touch]) -> Inspection:
