@@ -24,7 +24,7 @@ from typing import Any, Final, Protocol
 
 from sqlalchemy import select
 
-from trueloop.controllers.linuxcnc.cell.control import ControlNow
+from trueloop.controllers.linuxcnc.cell.decide import ControlNow
 from trueloop.controllers.linuxcnc.cell.journal import known, read
 from trueloop.domain.factory import Block, BlockKind, Conditions, PartState, Run, StepState
 from trueloop.domain.record import ProgramText

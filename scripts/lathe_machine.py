@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from scripts.running_lathe import RunningLathe, running_lathe
-from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
+from trueloop.controllers.linuxcnc.cell.decide import ControlNow, Doing
 from trueloop.controllers.linuxcnc.cell.journal import known, read
 from trueloop.controllers.linuxcnc.cell.linuxcnc import LinuxCnc
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module

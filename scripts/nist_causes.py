@@ -7,7 +7,7 @@ from typing import Final
 from scripts.nist_errors import Cut, errors, of_family, places_of, seen_points, table, wrapped
 from trueloop.diagnosis.causes.cause import SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.causes.judge import judge
-from trueloop.report.diagnosis.names import share
+from trueloop.report.diagnosis.causes import share
 from trueloop.report.diagnosis.shapes import SeriesDiagnosisShape, UnexplainedShape
 from trueloop.report.diagnosis.values import series_shape
 from trueloop.report.style import plain, signed

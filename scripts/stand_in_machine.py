@@ -18,8 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from trueloop.controllers.linuxcnc.cell.client import Client, Pace
-from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
-from trueloop.controllers.linuxcnc.cell.decide import Patience
+from trueloop.controllers.linuxcnc.cell.decide import ControlNow, Doing, Patience
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.controllers.linuxcnc.cell.service import Service
 from trueloop.domain.factory import BlockKind

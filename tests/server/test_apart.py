@@ -70,6 +70,14 @@ def still_reads(caller: Caller) -> None:
     assert answer.status_code == 201 and answer.json()["program"]["blocks"] == 5, answer.text
 
 
+def has_ended(pid: int) -> bool:
+    """Whether a process is gone, or waits to be told of: one that is about to end has no command line any more."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(") ")[2][0] in "ZX"
+    except FileNotFoundError:
+        return True
+
+
 def reader_of(caller: Caller) -> int:
     """The process that reads the next file: the one that has read a small one."""
     before = {pid: ticks_of(pid) for pid in readers()}
@@ -162,6 +170,6 @@ def test_one_process_reads_one_file_after_the_other(limited: Starts, monkeypatch
     assert reader_of(otto) == first
     kill(first, signal.SIGKILL)  # while it waits, as the system does that has no memory left
     until = time.monotonic() + 10.0
-    while Path(f"/proc/{first}/cmdline").read_bytes() and time.monotonic() < until:
+    while not has_ended(first) and time.monotonic() < until:
         time.sleep(0.01)
     assert reader_of(otto) != first

@@ -152,17 +152,16 @@ def fixture(
     as_json: AsJson = False,
 ) -> None:
     """Show whether the fixturing of part, tool probe and part probe holds: spread, drift, step. Ends with 1 if not."""
-    from trueloop.jobs.diagnose import fixtures
-    from trueloop.jobs.diagnose.shaped import write_diagnosis
+    from trueloop.jobs.diagnose.shaped import fixture_of_file, fixture_of_part, limits_of, write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import fixture_lines
     from trueloop.report.diagnosis.page_part import fixture_page
 
-    repeats = fixtures.limits_of(repeats_to_um, limit_um)
+    repeats = limits_of(repeats_to_um, limit_um)
     if of_what.lower().endswith((".csv", ".txt")):
-        found = fixtures.fixture_of_file(Path(of_what), repeats)
+        found = fixture_of_file(Path(of_what), repeats)
     else:
-        found = fixtures.fixture_of_part(opened(db), of_what, of.asked(None), repeats)
+        found = fixture_of_part(opened(db), of_what, of.asked(None), repeats)
     files = write_diagnosis(found, "fixture", fixture_page, output, page.language, page.unit)
     print_diagnosis(found, fixture_lines(found), found.findings, files, as_json=as_json)
     if not all(one.stable for one in found.fixturings):
@@ -181,14 +180,14 @@ def machine(
     as_json: AsJson = False,
 ) -> None:
     """Name the axis errors that the machine's model has wrong, as sets, and what would divide each set."""
-    from trueloop.jobs.diagnose import machines
+    from trueloop.jobs.diagnose.shaped import machine as diagnosed_machine
     from trueloop.jobs.diagnose.shaped import write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import machine_lines
     from trueloop.report.diagnosis.page_machine import machine_page
 
     with busy("diagnosing"):
-        found = machines.machine(opened(db), model, part_type or (), elements_of(element), accept or ())
+        found = diagnosed_machine(opened(db), model, part_type or (), elements_of(element), accept or ())
         files = write_diagnosis(found, "machine", machine_page, output, page.language, page.unit)
     print_diagnosis(found, machine_lines(found), found.findings, files, as_json=as_json)
 

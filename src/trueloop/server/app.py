@@ -22,8 +22,7 @@ from trueloop.jobs.factory.runners import RUNNERS
 from trueloop.server import guarded, pages, problems
 from trueloop.server.access import Access, require
 from trueloop.server.apart.reading import PROCESSES
-from trueloop.server.figures import Figures
-from trueloop.server.gates import Gates
+from trueloop.server.gates import Figures, Gates
 from trueloop.server.guarded import Service
 from trueloop.server.heap import start_giving_back
 from trueloop.server.identity.attempts import Attempts

@@ -17,7 +17,7 @@ from sqlalchemy import func, select
 from starlette.concurrency import run_in_threadpool
 
 from trueloop.factory.views.parts import EventView
-from trueloop.server.figures import Figures
+from trueloop.server.gates import Figures
 from trueloop.server.guarded import Service
 from trueloop.server.identity import sessions
 from trueloop.server.identity.attempts import too_early

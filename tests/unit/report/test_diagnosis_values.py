@@ -13,9 +13,8 @@ from tests.support import diagnosis
 from trueloop.diagnosis.causes.cause import SeenBy, SeenPart
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
 from trueloop.report.diagnosis import lines
-from trueloop.report.diagnosis.causes import credible
+from trueloop.report.diagnosis.causes import credible, share
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
-from trueloop.report.diagnosis.names import share
 from trueloop.report.diagnosis.page_machine import binned, residual_figures, without_set_up
 from trueloop.report.diagnosis.shapes import HypothesisShape, PointShape, SeriesDiagnosisShape
 from trueloop.report.diagnosis.surfaces import surface_figure, surfaces_um, vectors_um

@@ -11,10 +11,9 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.diagnose.both import given_model
-from trueloop.jobs.diagnose.machines import machine_of
-from trueloop.jobs.diagnose.shaped import machine_shape
+from trueloop.jobs.diagnose.shaped import machine_of, machine_shape
 from trueloop.jobs.machine.machine_model import offer_model
-from trueloop.loops.diagnosis.machine import MachineDiagnosis
+from trueloop.loops.diagnosis.left_on_parts import MachineDiagnosis
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.refine.guilty import Guilty

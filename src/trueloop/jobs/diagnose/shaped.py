@@ -1,18 +1,23 @@
 """Diagnoses of machines and fixturings as shapes for JSON and pages."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
-from trueloop.diagnosis.features.fixturing import Instability, Shown
+from trueloop.diagnosis.features.fixturing import Instability, Shown, fixturing
 from trueloop.domain.option import Language, LengthUnit
-from trueloop.errors import Finding
+from trueloop.errors import Code, Finding, TrueloopError, in_file
+from trueloop.formats.measurements.inspections_csv import read_repeats
 from trueloop.formats.outputs import write_all
-from trueloop.jobs.diagnose.both import GivenModel
-from trueloop.loops.diagnosis.machine import MachineDiagnosis
-from trueloop.loops.diagnosis.repeats import Repeats
+from trueloop.jobs.diagnose.both import GivenModel, both_of_machine, given_model
+from trueloop.jobs.diagnose.diagnosed import Asked, sources_of
+from trueloop.jobs.diagnose.records import part_named
+from trueloop.jobs.diagnose.seen_series import parts_of
+from trueloop.loops.diagnosis.left_on_parts import MachineDiagnosis, diagnose_machine
+from trueloop.loops.diagnosis.part import Repeats, repeats_of, require_stable
 from trueloop.report.diagnosis.machine_shapes import (
     CorrelationShape,
     MachineDiagnosisShape,
@@ -25,7 +30,74 @@ from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, FixturingSha
 from trueloop.report.diagnosis.values import findings_shape, um
 from trueloop.report.shape import Shape
 from trueloop.report.texts.texts import Texts
+from trueloop.storage.store import Store
 from trueloop.units import UM_PER_MM
+
+
+@dataclass(frozen=True)
+class Repeatability:
+    """What one reading is expected to repeat to, and what it may vary by; None: as stated, and no limit."""
+
+    standard_u_mm: float | None = None
+    limit_mm: float | None = None
+
+
+def fixture_of_file(path: Path, repeatability: Repeatability, accept: Collection[str] = ()) -> FixtureDiagnosisShape:
+    """Repeats in a file. Raises DIA-FEW, and DIA-UNSTABLE unless it is accepted or only shown."""
+    read, u_mm = read_repeats(path, repeatability.standard_u_mm)
+    with in_file(path):
+        found = [Repeats(name, mm, u_mm, fixturing(mm, u_mm, repeatability.limit_mm)) for name, mm in read.items()]
+    return shown(path.stem, found, accept)
+
+
+def fixture_of_part(store: Store, serial: str, asked: Asked, repeatability: Repeatability) -> FixtureDiagnosisShape:
+    """Repeats of a part's own points and readings. Raises DIA-NONE and DIA-FEW."""
+    shares = part_named(store, serial, asked.part_type).shares
+    of_shares = [sources_of(store, asked, one.part_type.name) for one in shares]
+    repeats = [
+        one
+        for sources in of_shares
+        for each in parts_of(sources, (serial,))[0]
+        for points in each.points(sources.places).values()
+        for one in repeats_of(points, repeatability.standard_u_mm, repeatability.limit_mm)
+    ]
+    if not repeats:
+        raise TrueloopError(
+            Code.DIA_FEW,
+            f"no point of part {serial!r} was read 5 times: its fixturing cannot be judged",
+            hint="touch one point repeatedly right after fixturing, and keep the readings",
+            values={"count": 0, "needed": 5},
+        )
+    return shown(serial, repeats, asked.accept)
+
+
+def shown(name: str, repeats: Sequence[Repeats], accept: Collection[str]) -> FixtureDiagnosisShape:
+    """Shows the fixturings of a machine, the unstable ones as findings, which are refused elsewhere."""
+    findings = require_stable([("", one) for one in repeats], (*accept, Code.DIA_UNSTABLE))
+    return fixture_shape(name, repeats, findings)
+
+
+def limits_of(u_um: float | None, limit_um: float | None) -> Repeatability:
+    """Returns limits in mm from micrometres."""
+    return Repeatability(*(None if one is None else one / UM_PER_MM for one in (u_um, limit_um)))
+
+
+def machine_of(
+    store: Store, given: GivenModel, part_types: Collection[str], element: Mapping[str, str], accept: Collection[str]
+) -> tuple[MachineDiagnosis, list[Finding]]:
+    """Diagnoses the model; returns its verdict, and the findings on the parts."""
+    parts, findings = both_of_machine(store, given, part_types, accept)
+    return diagnose_machine(given.model, parts, element, accept), findings
+
+
+def machine(
+    store: Store, model: Path, part_types: Collection[str], element: Mapping[str, str], accept: Collection[str]
+) -> MachineDiagnosisShape:
+    """Determines which axis errors the model of a machine has wrong."""
+    given = given_model(model)
+    done, findings = machine_of(store, given, part_types, element, accept)
+    return machine_shape(given, done, findings)
+
 
 T = TypeVar("T", bound=Shape)
 

@@ -1,20 +1,68 @@
 """Diagnoses of one part and of a series: feature errors by device, components at points, fixturing, causes."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
+import numpy as np
+
+from trueloop.arrays import Array
 from trueloop.diagnosis.causes.cause import Diagnosis, SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.causes.judge import judge
 from trueloop.diagnosis.components import Components, FrameDiscrepancy
 from trueloop.diagnosis.features.errors_of import errors_of, undetermined
 from trueloop.diagnosis.features.feature_error import FeaturePlace, SeenPoints
+from trueloop.diagnosis.features.fixturing import FEWEST, Fixturing, fixturing, unstable
 from trueloop.domain.inspection import Inspection, Reading, StandardPart
 from trueloop.domain.part import Part
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.loops.diagnosis.left_on_parts import BothSeen
 from trueloop.loops.diagnosis.points_of import points_of
-from trueloop.loops.diagnosis.repeats import repeats_of, require_stable
 from trueloop.machine.model.model import MachineModel
+
+OVERRIDE: Final = "--accept DIA-UNSTABLE"
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Readings of one point in their order, (n,) mm, and what they show."""
+
+    what: str
+    values_mm: Array
+    standard_u_mm: float
+    found: Fixturing
+
+
+def repeats_of(
+    points: SeenPoints, standard_u_mm: float | None = None, limit_mm: float | None = None
+) -> Iterator[Repeats]:
+    """Yields every point that was read often enough; `standard_u_mm` replaces the stated one."""
+    groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
+    for k, name in enumerate(points.feature):
+        place = np.round([*points.nominal_mm[k], *points.normal[k], points.spindle_rad[k]], 6)
+        groups.setdefault((name, tuple(np.nan_to_num(place).tolist())), []).append(k)
+    for (name, _), rows in groups.items():
+        if len(rows) >= FEWEST and len(set(points.repeat[rows].tolist())) == len(rows):
+            order = sorted(rows, key=lambda k: int(points.repeat[k]))
+            values = points.error_mm[order]
+            u = float(np.median(points.standard_u_mm[order])) if standard_u_mm is None else standard_u_mm
+            if u > 0.0:
+                yield Repeats(name, values, u, fixturing(values, u, limit_mm))
+
+
+def require_stable(repeats: Sequence[tuple[str, Repeats]], accept: Collection[str] = ()) -> list[Finding]:
+    """Refuses what does not hold (DIA-UNSTABLE) unless that is accepted: then it is a warning. `repeats` with parts."""
+    findings = []
+    for of, one in repeats:
+        found = unstable(f"{of}, {one.what}" if of else one.what, one.found)
+        if found is None:
+            continue
+        if found.code not in accept:
+            refusal = found.as_error()
+            refusal.override = OVERRIDE
+            raise refusal
+        findings.append(replace(found, severity=Severity.WARNING))
+    return findings
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,10 +3,21 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from trueloop.report.diagnosis.causes import CREDIBLE, LEAST, SETS, SURE, credible, source
+from trueloop.report.diagnosis.causes import (
+    CREDIBLE,
+    LEAST,
+    SETS,
+    SURE,
+    credible,
+    device_name,
+    error_name,
+    mean_with_u,
+    share,
+    source,
+    with_u,
+)
 from trueloop.report.diagnosis.figures import COVERAGE
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
-from trueloop.report.diagnosis.names import device_name, error_name, mean_with_u, share, with_u
 from trueloop.report.diagnosis.shapes import (
     CandidateShape,
     CausesShape,

@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.report import style
-from trueloop.report.diagnosis.causes import SETS, SURE, findings_section
+from trueloop.report.diagnosis.causes import SETS, SURE, escaped, findings_section, share
 from trueloop.report.diagnosis.figures import bar
 from trueloop.report.diagnosis.machine_shapes import LeftOutShape, MachineDiagnosisShape, RefinementShape, TermSetShape
-from trueloop.report.diagnosis.names import escaped, share
 from trueloop.report.markup import esc, figure_block, html_page, items, on_screen, section, table
 from trueloop.report.style import Figure, plain, signed
 from trueloop.report.texts.texts import ENGLISH, Texts

@@ -3,9 +3,18 @@
 from collections.abc import Sequence
 from typing import Final
 
-from trueloop.report.diagnosis.causes import causes_section, findings_section, unexplained_section, verdict
+from trueloop.report.diagnosis.causes import (
+    causes_section,
+    device_name,
+    error_name,
+    findings_section,
+    kind_name,
+    mean_with_u,
+    unexplained_section,
+    verdict,
+    with_u,
+)
 from trueloop.report.diagnosis.figures import COVERAGE, SHOWN, fixturing_figure, series_figure
-from trueloop.report.diagnosis.names import device_name, error_name, kind_name, mean_with_u, with_u
 from trueloop.report.diagnosis.shapes import (
     FeatureErrorShape,
     FeatureMeansShape,

@@ -13,8 +13,7 @@ from typing import Any
 import pytest
 
 from trueloop.controllers.linuxcnc.cell.client import Client, Pace
-from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
-from trueloop.controllers.linuxcnc.cell.decide import Patience
+from trueloop.controllers.linuxcnc.cell.decide import ControlNow, Doing, Patience
 from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal
 from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
 from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service

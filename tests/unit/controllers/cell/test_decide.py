@@ -3,8 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing, Seen, seen
-from trueloop.controllers.linuxcnc.cell.decide import Asked, Do, Patience, decide
+from trueloop.controllers.linuxcnc.cell.decide import Asked, ControlNow, Do, Doing, Patience, Seen, decide, seen
 from trueloop.controllers.linuxcnc.cell.journal import RunNow
 from trueloop.domain.factory import FactKind
 

@@ -9,8 +9,7 @@ from hashlib import sha256
 from itertools import takewhile
 from typing import Final, TypeVar
 
-from trueloop.controllers.linuxcnc.cell.control import Control, ControlNow, seen
-from trueloop.controllers.linuxcnc.cell.decide import Action, Asked, Do, Patience, decide
+from trueloop.controllers.linuxcnc.cell.decide import Action, Asked, Control, ControlNow, Do, Patience, decide, seen
 from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal, Known, RunNow, known, with_entry
 from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
 from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service, encoded

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
+from trueloop.controllers.linuxcnc.cell.decide import ControlNow, Doing
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.witness import LOG_FILE
 
