@@ -419,6 +419,31 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_prescribed_slope_is_that_of_the_spline_whatever_its_degree() {
+        let (s, y) = (points(9), [0.0, 3.0, 1.0, 4.0, 1.0, 5.0, 9.0, 2.0, 6.0]);
+        for degree in 1..=3 {
+            let space = SplineSpace::new(&[1.0, 2.5], LENGTH, degree).unwrap();
+            for given in [None, Some(0.5)] {
+                let ends = EndConditions {
+                    start_value: given,
+                    start_slope: Some(-0.75),
+                    end_value: given,
+                    end_slope: Some(1.25),
+                };
+                let fitted = fit(&space, &s, &y, &[], &ends).unwrap();
+                for (at, slope) in [(0.0, -0.75), (LENGTH, 1.25)] {
+                    let row = space.row(at, space.piece(at, crate::Side::After));
+                    let near = fitted.coefficients.iter().skip(row.first);
+                    let found: f64 = near.zip(row.slopes).map(|(c, b)| c * b).sum();
+                    assert!((found - slope).abs() < 1e-12, "degree {degree}: {found}");
+                    let there = given.map_or(0.0, |v| value(&space, &fitted, at) - v);
+                    assert!(there.abs() < 1e-12);
+                }
+            }
+        }
+    }
+
     /// Relative to the points' own weight: two points of a line 1 nm apart on 4 mm do not determine it, 1 µm do.
     #[test]
     fn what_the_points_determine_does_not_depend_on_the_size_of_their_weights() {

@@ -82,6 +82,20 @@ def test_contact_angles_turn_along_arcs_without_a_jump() -> None:
     assert angles == pytest.approx(np.radians(np.linspace(200.0, 0.0, 9)))
 
 
+def test_contact_angles_are_counted_through_any_number_of_knobs() -> None:
+    """Each from 160° to 20°, and 140° to the left into the next."""
+    radius, pitch = 6.0, 12.0 * math.cos(math.radians(20))
+    knobs: list[Feature] = []
+    for k in range(5):
+        ends = [(30.0 + radius * math.sin(a), k * pitch + radius * math.cos(a)) for a in np.radians([160.0, 20.0])]
+        knobs.append(Arc(str(k), ends[0], ends[1], (30.0, k * pitch), math.radians(140)))
+    profile = of(knobs)
+    assert [junction.turn_rad for junction in profile.junctions] == pytest.approx([-math.radians(140)] * 4)
+    for k, knob in enumerate(knobs):
+        angles = profile.contact_along_rad(k, np.linspace(0.0, knob.length_mm, 3))
+        assert angles == pytest.approx(np.radians([160.0, 90.0, 20.0]))
+
+
 def test_places_are_on_the_nearest_feature() -> None:
     """Beside points along all features, 0.1 mm apart: the nearest of them is on the feature found, or as near."""
     profile, rng = modbas2(), np.random.default_rng(9)

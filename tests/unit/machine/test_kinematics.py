@@ -5,7 +5,8 @@ import pytest
 import sympy as sp
 
 from tests.support.machines import first_order_error_mm
-from trueloop.machine.model.chain import ZERO, Chain
+from trueloop.errors import Code, TrueloopError
+from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain
 from trueloop.machine.model.kinematics import exact_error_mm, influences, tool_in_work_mm
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import PRESETS, chain_of
@@ -25,6 +26,33 @@ def test_a_larger_coordinate_moves_the_tool_that_way_as_seen_from_the_work(struc
         if name in chain.order:
             point = tool_in_work_mm(chain, chain.positions({name: 10.0}), ZERO, {})
             np.testing.assert_allclose(point, [10.0 * np.eye(3)[number]], atol=1e-14)
+
+
+def test_errors_of_place_are_those_that_a_direction_a_line_and_a_spindle_have() -> None:
+    """Two angles of a linear axis; of a rotary one all but the way along itself; of a spindle all six."""
+    chain = chain_of("w C b X Z (S) t")
+    places = {axis.name: {str(name) for name in axis.errors() if name.place} for axis in chain.axes}
+    assert places["X"] == {"EB0X", "EC0X"} and places["Z"] == {"EA0Z", "EB0Z"}
+    assert places["C"] == {"EX0C", "EY0C", "EA0C", "EB0C", "EC0C"}
+    assert places["S"] == {f"E{c}0S" for c in "XYZABC"}
+    moving = {axis.name: {str(name) for name in axis.errors() if not name.place} for axis in chain.axes}
+    assert moving["C"] == {f"E{c}C" for c in "XYZABC"} and moving["S"] == set()
+
+
+def test_positions_are_shown_in_millimetres_and_degrees() -> None:
+    assert Axis("X", AxisKind.LINEAR, 0).shown(12.5) == "12.5 mm"
+    assert Axis("C", AxisKind.ROTARY, 2).shown(np.pi / 6) == "30°"
+
+
+def test_a_chain_names_each_of_its_axes_once_and_knows_no_other() -> None:
+    axis = Axis("X", AxisKind.LINEAR, 0)
+    for work, tool in (((), ()), ((axis,), (axis,))):
+        with pytest.raises(TrueloopError) as refusal:
+            Chain(work, tool)
+        assert refusal.value.code is Code.MCH_STRUCTURE
+    with pytest.raises(TrueloopError) as refusal:
+        Chain((), (axis,)).positions({"Y": 1.0})
+    assert refusal.value.code is Code.MCH_AXIS
 
 
 @pytest.mark.parametrize("structure", PRESETS)

@@ -1,7 +1,7 @@
 extern crate std;
 
 use super::*;
-use crate::built::{file, words};
+use crate::built::{file, words, BODY, SLOPE};
 use crate::image::Expected;
 
 fn place(x: f64, z: f64, line: i32) -> Place {
@@ -60,4 +60,55 @@ fn rows_by_line_and_place() {
     assert_eq!(at(25.0, -5.0, 0), (false, false, 0.0, 0.0));
     assert_eq!(at(f64::NAN, -5.0, 1), (true, false, 0.0, 0.0));
     near(at(25.0, -5.0, 1), 0.011, 0.0005);
+}
+
+/// An image of the same machine whose body errs by these six numbers everywhere, whatever the signal.
+fn erring(six: [f64; 6]) -> std::vec::Vec<f64> {
+    let mut words = words();
+    let rows = BODY + 14;
+    words[rows..rows + 6].copy_from_slice(&six);
+    words[rows + 6..rows + 12].copy_from_slice(&six);
+    words[rows + 13..rows + 25].fill(0.0);
+    words
+}
+
+#[test]
+fn rotations_have_the_arm_to_the_tool_point_less_the_offset_in_force() {
+    // the arm (0, 0, 120 − 50) less (3, 5, 30) is (−3, −5, 40); r × arm by hand, and its negative wanted
+    let bytes = file(&erring([0.0, 0.0, 0.0, 1e-3, 2e-3, -1e-3]));
+    let mut image = Image::read(&bytes, Expected::default()).unwrap();
+    let mut at = place(25.0, -200.0, 0);
+    at.tool_offset = [3.0, 5.0, 30.0];
+    let found = image.wanted(&at).model;
+    for (part, error) in found.into_iter().zip([0.075, -0.037, 0.001]) {
+        assert!((part + error).abs() < 1e-15, "{found:?}");
+    }
+}
+
+#[test]
+fn squareness_grows_with_the_position_and_with_the_signal() {
+    // X pushes Y by 20 µm a metre, and by 1 µm a metre more for each degree
+    let mut words = erring([0.0; 6]);
+    words[SLOPE + 1] = 2e-5;
+    words[SLOPE + 9 + 1] = 1e-6;
+    let bytes = file(&words);
+    let mut image = Image::read(&bytes, Expected::default()).unwrap();
+    let mut at = place(25.0, -200.0, 0);
+    for (signal, slope) in [(20.0, 2e-5), (23.0, 2.3e-5), (17.0, 1.7e-5)] {
+        at.signal[0] = signal;
+        let [x, y, z] = image.wanted(&at).model;
+        assert_eq!([x, z], [0.0, 0.0]);
+        assert!((y + 25.0 * slope).abs() < 1e-15, "{signal}: {y}");
+    }
+}
+
+#[test]
+fn the_error_is_that_of_the_place_where_the_machine_will_stand() {
+    // E = 0.001 x: 25 + m is to be less than 25 by 0.001 (25 + m), and what is left is E (dE/dq)² = 0.025 · 1e-6
+    let mut words = erring([0.0; 6]);
+    words[SLOPE] = 1e-3;
+    let bytes = file(&words);
+    let mut image = Image::read(&bytes, Expected::default()).unwrap();
+    let [x, ..] = image.wanted(&place(25.0, -200.0, 0)).model;
+    assert!((x + 0.025 / 1.001).abs() < 2.6e-8, "{x}");
 }
