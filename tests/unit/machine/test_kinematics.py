@@ -1,5 +1,7 @@
 """Chains against independent algebra: sympy's product of homogeneous matrices, and finite differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -7,9 +9,10 @@ import sympy as sp
 from tests.support.machines import first_order_error_mm
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain
-from trueloop.machine.model.kinematics import exact_error_mm, influences, tool_in_work_mm
+from trueloop.machine.model.kinematics import bed_to_work, exact_error_mm, influences, tool_in_work_mm
 from trueloop.machine.model.names import error_name
-from trueloop.machine.model.structure import PRESETS, chain_of
+from trueloop.machine.model.structure import PRESETS, chain_of, mill_terms
+from trueloop.machine.model.term import PositionBasis
 
 
 def _positions(chain: Chain, seed: int, count: int = 4) -> np.ndarray:
@@ -69,6 +72,50 @@ def test_influences_are_the_derivatives_of_the_exact_transforms(structure: str) 
         plus = exact_error_mm(chain, positions, tool, {name: step})
         minus = exact_error_mm(chain, positions, tool, {name: -step})
         np.testing.assert_allclose(column.displacement, (plus - minus) / (2 * step), atol=2e-6, err_msg=str(name))
+
+
+def test_influences_are_given_of_the_errors_asked_for_alone() -> None:
+    chain = chain_of("mill-gantry")
+    only = {error_name("EBX"), error_name("EC0Y")}
+    assert set(influences(chain, _positions(chain, 5), ZERO, only)) == only
+
+
+@pytest.mark.parametrize("turn_rad", [0.0, np.pi / 2, 0.3])
+def test_the_bed_s_directions_turn_back_under_a_turned_table(turn_rad: float) -> None:
+    """A table that has turned the work by C shows a tool that goes along X at −C from the work's X."""
+    chain, c, s = chain_of("five-axis-table-table-ac"), np.cos(turn_rad), np.sin(turn_rad)
+    point = tool_in_work_mm(chain, chain.positions({"X": 10.0, "C": turn_rad}), ZERO, {})[0]
+    rows = bed_to_work(chain, {"C": turn_rad})
+    np.testing.assert_allclose(10.0 * rows[0], point, atol=1e-11)
+    np.testing.assert_allclose(np.abs(rows), [[c, s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], atol=1e-12)
+    assert np.linalg.det(rows) == pytest.approx(1.0) and rows[2, 2] == pytest.approx(1.0)
+    np.testing.assert_allclose(bed_to_work(chain_of("turning"), {}), np.eye(3), atol=1e-12)  # its Y from X and Z
+
+
+@pytest.mark.parametrize(
+    ("breaks", "degree"), [((0.0, 1.0, 1.0), 1), ((0.0, 1.0, 2.0), 0), ((1.0,), 1), ((0.0, 1.0), 6)]
+)
+def test_segments_that_make_no_function_of_position_are_refused(breaks: tuple[float, ...], degree: int) -> None:
+    with pytest.raises(TrueloopError) as refusal:
+        PositionBasis(breaks, degree)
+    assert refusal.value.code is Code.MCH_BASIS
+
+
+@pytest.mark.parametrize("structure", ["w X t", "b X Y Z t w", "w X b Y Z", "w X b b Y t", "w Q b X t", "w b X (X) t"])
+def test_letters_that_are_no_structure_are_refused(structure: str) -> None:
+    with pytest.raises(TrueloopError) as refusal:
+        chain_of(structure)
+    assert refusal.value.code is Code.MCH_STRUCTURE
+
+
+@pytest.mark.parametrize(("datum", "zero"), [(None, 0.0), (120.0, 120.0), (900.0, 500.0), (-5.0, 0.0)])
+def test_motions_are_zero_at_the_datum_and_straightness_at_both_ends(datum: float | None, zero: float) -> None:
+    chain = chain_of("mill-gantry")
+    chain = chain.with_axes({name: replace(chain.axis(name), travel=(0.0, 500.0)) for name in "XYZ"})
+    terms = {str(term.name): term for term in mill_terms(chain, datum=datum)}
+    assert len(terms) == 21
+    for name, places in (("EXX", (zero,)), ("EBX", (zero,)), ("EYX", (0.0, 500.0)), ("EXZ", (0.0, 500.0))):
+        assert terms[name].parts[0].basis.zero_at == places
 
 
 def test_first_order_leaves_second_order_only() -> None:

@@ -13,6 +13,7 @@ from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.compensation.side import require_outer_side
+from trueloop.surface.on_face import FIGURES, LIMITS, MAPS, SUPPORT, WHOLE, on_face
 
 AT = np.linspace(0.1, 0.9, 9)
 U, V = (a.ravel() for a in np.meshgrid(AT, AT, indexing="ij"))
@@ -58,3 +59,14 @@ def test_a_program_that_cuts_elsewhere_is_for_others_to_refuse() -> None:
     far = tips(plane(), Cutter(3.0, 3.0)) + np.array([0.0, 0.0, 30.0])
     for surface in (plane(), plane().turned_over()):
         require_outer_side(through(far), surface, SurfaceJob(Cutter(3.0, 3.0)))
+
+
+def test_the_face_is_what_trimming_leaves_in_the_surface_s_own_parameters() -> None:
+    """u from 2 to 6 and v from −1 to 1, of which what is above u = 5 and below v = 0 is cut away: 3/4 by half stay."""
+    corners = np.array([[[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]], [[4.0, 0.0, 0.0], [4.0, 2.0, 0.0]]])
+    sheet = Surface((1, 1), np.array([2.0, 2.0, 6.0, 6.0]), np.array([-1.0, -1.0, 1.0, 1.0]), corners)
+    face = on_face(sheet, lambda u, v: (u > 5.0) | (v < 0.0))
+    for count in (MAPS, LIMITS, FIGURES, SUPPORT):
+        along, across = np.meshgrid(np.linspace(0, 1, count), np.linspace(0, 1, count), indexing="ij")
+        np.testing.assert_array_equal(face.square(count), (along <= 0.75) & (across >= 0.5))
+    assert on_face(sheet, None).square(MAPS).all() and WHOLE.square(3).shape == (3, 3)

@@ -50,6 +50,12 @@ def test_what_is_nearly_a_lattice_is_worked_off_pair_by_pair() -> None:
     bent = points + np.array([0.0, 0.0, 1e-6]) * np.sin(points[:, :1])
     assert lattice_of(points, 3.0) is not None
     assert lattice_of(bent, 3.0) is None
+    stray = points.copy()
+    stray[1, 0] += 1e-6  # one of those that are not looked at first
+    assert lattice_of(stray, 3.0) is None
+    # 42 places of 8 rows, and of 9: 160 and 180 places, to four times as many as there are points
+    assert lattice_of(points[np.r_[0:40, 140:142]], 3.0) is not None
+    assert lattice_of(points[np.r_[0:40, 160:162]], 3.0) is None
     assert lattice_of(np.concatenate([points, points[:1]]), 3.0) is None  # one place twice
     assert lattice_of(RNG.uniform(0, 50, (400, 3)), 3.0) is None
     assert lattice_of(np.linspace(0, 1, 30)[:, None] * np.ones(3), 3.0) is None  # a line

@@ -110,6 +110,16 @@ def test_it_fades_towards_a_tangent_neighbour_and_its_slope_follows() -> None:
     assert leaning == pytest.approx(1.5 / 4, rel=0.05)  # the steepest of 3u² − 2u³ is 3/2, over 4 times the way e'/κ
 
 
+def test_at_a_free_end_it_does_not_fade() -> None:
+    """E = 0.1 mm · cos φ falls fastest there, by 0.1 / 20: 20 mm · 0.005² = 0.5 µm are owed."""
+    steep = touched(DOME, [60], lambda points, normals: 0.1 * normals[:, 0])
+    curve = fit_profile(DOME, steep, FitOptions(knot_every=4)).curves[0]
+    out, own = to_take_out(DOME, 0, curve), of_curve(curve)
+    near = DOME.length_mm - np.array([0.1, 0.02])
+    np.testing.assert_allclose(out.value_mm(near) - own.value_mm(near), 20.0 * own.slope(near) ** 2, rtol=1e-6)
+    assert np.all(out.value_mm(near) - own.value_mm(near) > 0.4 * UM)
+
+
 def test_it_fades_at_an_end_that_joins_tangentially_as_well() -> None:
     profile = checked_profile([*FILLET.features, Line("neck", (30.0, 20.0), (30.0, 40.0))])
     steep = touched(profile, [40, 4], lambda points, normals: 0.1 * normals[:, 1])

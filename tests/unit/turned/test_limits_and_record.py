@@ -16,7 +16,7 @@ from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, shifted_contour
 from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset, cut_mm
 from trueloop.turned.compensation.prediction import correction_table
-from trueloop.turned.compensation.shift import ZERO, Shift, sampled
+from trueloop.turned.compensation.shift import ZERO, Shift, constant, sampled
 
 from .shapes import FEATURES, NOSE_RADIUS_MM, PART
 
@@ -153,6 +153,37 @@ def test_the_shift_of_the_tool_is_that_of_most_of_the_part() -> None:
         edge_check(0.0, lambda phi: -0.02 * np.cos(phi), 0.0)
     assert caught.value.code is Code.CMP_SLOPE
     assert caught.value.values["slope_um_per_mm"] == pytest.approx(50.0, rel=0.05)
+
+
+@pytest.mark.parametrize("off_by", [0.0, 1e-4])
+def test_the_shift_of_the_tool_weighs_features_by_the_length_that_is_cut(off_by: float) -> None:
+    """0.4 mm that stand off by 10 µm and 1.6 mm that do not are moved by 2 µm along X: so is an edge of 0.2 mm, whose
+    slopes of (2, 3) µm / 0.2 mm count for nothing then, but for 0.1 µm more those of 0.5 µm/mm do.
+    """
+    first, second = Line("a", (20.0, -10.0), (20.0, -9.0)), Line("b", (20.0, -8.0), (20.0, -5.0))
+    edge = Arc("edge", (20.0, 0.0), (19.8, 0.2), (19.8, 0.0), math.pi / 2)
+    s = np.linspace(0.0, edge.length_mm, 2001)
+    moved = sampled(s, (0.002 + off_by) * np.cos(s / 0.2) + 0.003 * np.sin(s / 0.2))
+    shifts = [constant(0.01), ZERO, moved]
+    pieces = [
+        CentrePiece(ShiftedFeature(feature, shift, 0.8), *cut)
+        for feature, shift, cut in zip(
+            (first, second, edge), shifts, ((0.3, 0.7), (0.5, 2.1), (0.0, s[-1])), strict=True
+        )
+    ]
+    limits = Limits(correction_mm=0.01, slope=4e-5)
+    if not off_by:
+        check_limits(pieces, shifts, limits)
+        return
+    with pytest.raises(TrueloopError) as caught:
+        check_limits(pieces, shifts, limits)
+    assert caught.value.code is Code.CMP_SLOPE
+
+
+def test_what_is_at_its_limit_is_allowed() -> None:
+    check_offset((0.02, -0.02), Limits(correction_mm=0.02))
+    with pytest.raises(TrueloopError):
+        check_offset((0.02, -0.0201), Limits(correction_mm=0.02))
 
 
 @pytest.mark.parametrize(
