@@ -166,10 +166,9 @@ def test_the_shift_of_the_tool_weighs_features_by_the_length_that_is_cut(off_by:
     moved = sampled(s, (0.002 + off_by) * np.cos(s / 0.2) + 0.003 * np.sin(s / 0.2))
     shifts = [constant(0.01), ZERO, moved]
     pieces = [
-        CentrePiece(ShiftedFeature(feature, shift, 0.8), *cut)
-        for feature, shift, cut in zip(
-            (first, second, edge), shifts, ((0.3, 0.7), (0.5, 2.1), (0.0, s[-1])), strict=True
-        )
+        CentrePiece(ShiftedFeature(first, shifts[0], 0.8), 0.3, 0.7),
+        CentrePiece(ShiftedFeature(second, shifts[1], 0.8), 0.5, 2.1),
+        CentrePiece(ShiftedFeature(edge, shifts[2], 0.8), 0.0, edge.length_mm),
     ]
     limits = Limits(correction_mm=0.01, slope=4e-5)
     if not off_by:

@@ -1,7 +1,7 @@
 extern crate std;
 
 use super::*;
-use crate::built::{file, words, BODY, SLOPE};
+use crate::built::{file, hash, words, BODY, ROWS, SLOPE};
 use crate::image::Expected;
 
 fn place(x: f64, z: f64, line: i32) -> Place {
@@ -111,4 +111,65 @@ fn the_error_is_that_of_the_place_where_the_machine_will_stand() {
     let mut image = Image::read(&bytes, Expected::default()).unwrap();
     let [x, ..] = image.wanted(&place(25.0, -200.0, 0)).model;
     assert!((x + 0.025 / 1.001).abs() < 2.6e-8, "{x}");
+}
+
+#[test]
+fn each_way_of_travel_has_its_own_polynomials_in_every_segment() {
+    // EXZ = 0.001 w + 0.01 s + 1e-5 (1 + s) · (z − start of segment s), w = 0 not known, 1 forward, 2 return
+    let mut words = erring([0.0; 6]);
+    let rows = BODY + 14;
+    let mut own = std::vec::Vec::new();
+    for way in 0..3 {
+        for segment in 0..2 {
+            let (way, segment) = (f64::from(way), f64::from(segment));
+            own.extend([0.001 * way + 0.01 * segment, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            own.extend([1e-5 * (1.0 + segment), 0.0, 0.0, 0.0, 0.0, 0.0]);
+        }
+    }
+    let mut dependent = std::vec![0.0; 1 + own.len()];
+    dependent[0] = words[rows + 12];
+    words.splice(rows..rows + 25, own.into_iter().chain(dependent));
+    words[BODY + 2] = 3.0;
+    words[BODY + 3] = 2.0;
+    let bytes = file(&words);
+    let mut image = Image::read(&bytes, Expected::default()).unwrap();
+    for (way, travel) in [(1.0, 1.0), (2.0, -1.0), (0.0, 0.0), (2.0, -1.0), (1.0, 1.0)] {
+        for (z, expected) in [(-200.0, 1e-3), (-100.0, 0.01), (-50.0, 0.011), (9.0, 0.012)] {
+            let mut at = place(25.0, z, 0);
+            at.travel = [-travel, -travel, travel];
+            let x = image.wanted(&at).model[0];
+            assert!((x + 0.001 * way + expected).abs() < 1e-15, "{way} {z}: {x}");
+        }
+    }
+}
+
+#[test]
+fn between_rows_a_share_of_them_and_within_the_gate_beyond_their_ends_the_outermost() {
+    let mut words = words();
+    words[ROWS + 6] = -0.5; // the first line ends half a millimetre from its start
+    let bytes = file(&words);
+    let mut image = Image::read(&bytes, Expected::default()).unwrap();
+    for (z, [dx, dz]) in [
+        (-0.25, [0.011, 0.0005]),
+        (-0.55, [0.012, 0.001]),
+        (0.05, [0.010, 0.0]),
+    ] {
+        let found = image.wanted(&place(25.0, z, 1));
+        assert!(found.on_path);
+        assert!((found.table[0] - dx).abs() < 1e-15 && (found.table[2] - dz).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn without_a_table_no_line_is_listed() {
+    let mut words = words();
+    words.truncate(BODY + 39);
+    words.extend([0.0, 0.0]);
+    let mut bytes = file(&words);
+    bytes[224..256].fill(0);
+    hash(&mut bytes);
+    let mut image = Image::read(&bytes, Expected::default()).unwrap();
+    let found = image.wanted(&place(25.0, -5.0, 1));
+    assert!(!image.has_table() && !found.listed && !found.on_path);
+    assert_eq!(found.table, [0.0; AXES]);
 }
