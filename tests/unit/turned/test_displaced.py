@@ -55,6 +55,7 @@ def test_every_position_of_the_tool_goes_to_itself_and_its_displacement(side: fl
     at_nominal = OFFSET_MM + (on_arc + NOSE_MM * normal) @ STRETCH.T
     off = U_MM + np.sum(at_nominal * normal, axis=-1)
     np.testing.assert_allclose(piece.shifted.off_nominal_mm(s), off, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(piece.shifted.undisplaced.off_nominal_mm(s), np.full(s.shape, U_MM))
 
 
 def test_its_size_and_change_count_with_a_shift_of_the_feature_s_own(side: float) -> None:

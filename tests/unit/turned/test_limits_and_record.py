@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
+from typing import cast
 
 import numpy as np
 import pytest
@@ -15,8 +16,9 @@ from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, shifted_contour
 from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset, cut_mm
-from trueloop.turned.compensation.prediction import correction_table
+from trueloop.turned.compensation.prediction import correction_table, predict
 from trueloop.turned.compensation.shift import ZERO, Shift, constant, sampled
+from trueloop.turned.error_curve.budget import Budget
 
 from .shapes import FEATURES, NOSE_RADIUS_MM, PART
 
@@ -183,6 +185,15 @@ def test_what_is_at_its_limit_is_allowed() -> None:
     check_offset((0.02, -0.02), Limits(correction_mm=0.02))
     with pytest.raises(TrueloopError):
         check_offset((0.02, -0.0201), Limits(correction_mm=0.02))
+
+
+def test_the_next_cut_errs_by_the_process_less_the_weight_times_its_fit() -> None:
+    """10 and −4 µm of process, fitted as 8 and −6, as 6 and −2 without the own reading; half of it is taken out."""
+    process, fitted, left_out = np.array([0.010, -0.004]), np.array([0.008, -0.006]), np.array([0.006, -0.002])
+    found = predict(np.array([0.012, -0.001]), process, fitted, left_out, cast(Budget, None), 0.5)
+    np.testing.assert_allclose(found.before_mm, [0.012, -0.001])
+    np.testing.assert_allclose(found.after_mm, [0.006, -0.001], atol=1e-15)
+    np.testing.assert_allclose(found.leave_one_out_mm, [0.007, -0.003], atol=1e-15)
 
 
 @pytest.mark.parametrize(
