@@ -4,11 +4,12 @@
 //! manuals leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
 
 use super::{
-    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, ToolOffset, G, M,
+    common_classes, modes, shared, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Naming, Parameters,
+    ToolOffset, G, M, PLAIN,
 };
 use crate::controls;
 use crate::drill::Drill;
-use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::modal::{FeedMode, Modal, Motion, Plane};
 use crate::pass::Pass;
 use crate::rough::Rough;
 
@@ -39,33 +40,23 @@ pub const FANUC_LATHE_B: Dialect = Dialect {
 /// Milling.
 pub const FANUC_MILL: Dialect = Dialect {
     name: "fanuc-mill",
-    names: Names::NONE,
-    formulas: false,
     classes: common_classes(&[
         (b'(', Class::Comment),
         (b'#', Class::Parameter),
         (b',', Class::Comma),
         (b':', Class::Letter),
     ]),
-    brackets: (b'[', b']'),
     parameters: Parameters { mark: b'#', named: Naming::None, computed: true, unset_is_zero: false },
     functions: Functions::Macro,
     blanks: Blanks::BeforeNumber,
-    decimal_comma: false,
-    turns: false,
-    line_angle: b"",
-    about_pole: false,
     flow: FlowStyle::Macro,
-    increments: None,
     tool_offset: ToolOffset::Code,
     rules: controls::FANUC_MILL,
     other_axes: Letters::of(b"ABC"),
     letters: Letters::of(b"ABCDEFGHIJKLMNOPQRSTXYZ"),
     g: |tenths| controls::fanuc_mill(tenths).or_else(|| mill(tenths)),
     m: m_code,
-    initial: Modal::INITIAL,
-    resolution: (1e-4, 1e-3),
-    comment: ("(", ")"),
+    ..PLAIN
 };
 
 /// High speed and smoothing: look-ahead, contour control, smooth interpolation, high precision. P of G05 from 10001 on
@@ -77,10 +68,6 @@ const HIGH_PRECISION: G = G::Setting(b'P', &[0.0, 10000.0]);
 /// Codes that turning and milling share.
 pub(super) fn common(tenths: u16) -> Option<G> {
     Some(match tenths {
-        0 => G::Motion(Motion::Rapid),
-        10 => G::Motion(Motion::Line),
-        20 => G::Motion(Motion::Clockwise),
-        30 => G::Motion(Motion::Counterclockwise),
         310 => G::Motion(Motion::Probe),
         40 => G::Dwell,
         100 => G::SetWorkOffset,
@@ -91,9 +78,6 @@ pub(super) fn common(tenths: u16) -> Option<G> {
         210 => G::Inch(false),
         280 => G::HomeNamed(0),
         300 => G::HomeNamed(1),
-        400 => G::Compensation(Compensation::Off),
-        410 => G::Compensation(Compensation::Left),
-        420 => G::Compensation(Compensation::Right),
         520 => G::OffsetRegister,
         530 => G::MachineCoordinates,
         540 | 550 | 560 | 570 | 580 | 590 => G::WorkOffset((tenths - 530) / 10),
@@ -101,13 +85,11 @@ pub(super) fn common(tenths: u16) -> Option<G> {
         660 => G::ModalMacro,
         670 => G::EndModalMacro,
         680 | 121 | 1120 => G::OpaqueMode,
-        960 => G::Spindle(SpindleMode::SurfaceSpeed),
-        970 => G::Spindle(SpindleMode::Revolutions),
         50 => HIGH_PRECISION,
         51 => CONTOUR_CONTROL,
         80 => LOOK_AHEAD,
         90 | 110 | 131 | 220 | 230 | 250 | 260 | 610..=611 | 620 | 630 | 640 | 690 | 1130 => G::Inert,
-        _ => return None,
+        _ => return shared(tenths),
     })
 }
 
@@ -151,14 +133,10 @@ fn lathe_b(tenths: u16) -> Option<G> {
         770 => G::Pass(Pass::Along),
         780 => G::Pass(Pass::Thread),
         790 => G::Pass(Pass::Face),
-        900 => G::Incremental(false),
-        910 => G::Incremental(true),
         920 => G::SetRegister,
-        940 => G::Feed(FeedMode::PerMinute),
-        950 => G::Feed(FeedMode::PerRevolution),
         980 => G::RetractToPlane(false),
         990 => G::RetractToPlane(true),
-        _ => return lathe(tenths),
+        _ => return modes(tenths).or_else(|| lathe(tenths)),
     })
 }
 
@@ -179,15 +157,11 @@ pub(super) fn mill(tenths: u16) -> Option<G> {
         830 => G::Drill(Drill::Peck),
         850 | 890 => G::Drill(Drill::Ream),
         760 | 870 | 880 => G::OpaqueMotion,
-        900 => G::Incremental(false),
-        910 => G::Incremental(true),
         920 => G::SetRegister,
         930 => G::Feed(FeedMode::InverseTime),
-        940 => G::Feed(FeedMode::PerMinute),
-        950 => G::Feed(FeedMode::PerRevolution),
         980 => G::RetractToPlane(false),
         990 => G::RetractToPlane(true),
-        _ => return common(tenths),
+        _ => return modes(tenths).or_else(|| common(tenths)),
     })
 }
 

@@ -1,20 +1,19 @@
 //! RS-274 as LinuxCNC 2.9 reads it.
 
 use super::{
-    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, ToolOffset, G, M,
+    common_classes, usual, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Naming, Parameters, ToolOffset, G, M,
+    PLAIN,
 };
 use crate::controls;
 use crate::drill::Drill;
 use crate::level_cuts::Pockets;
-use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane};
 use crate::profile_cycle::Profile;
 use crate::spline::Spline;
 
 /// The dialect.
 pub const LINUXCNC: Dialect = Dialect {
     name: "linuxcnc",
-    names: Names::NONE,
-    formulas: false,
     classes: common_classes(&[
         (b';', Class::LineComment),
         (b'(', Class::Comment),
@@ -22,16 +21,11 @@ pub const LINUXCNC: Dialect = Dialect {
         (b'@', Class::Letter),
         (b'^', Class::Letter),
     ]),
-    brackets: (b'[', b']'),
     parameters: Parameters { mark: b'#', named: Naming::Brackets, computed: true, unset_is_zero: true },
     functions: Functions::Rs274,
     blanks: Blanks::WithinNumber,
-    decimal_comma: false,
     turns: true,
-    line_angle: b"",
-    about_pole: false,
     flow: FlowStyle::OWords,
-    increments: None,
     tool_offset: ToolOffset::Code,
     rules: controls::LINUXCNC,
     other_axes: Letters::of(b"ABCUVW"),
@@ -40,15 +34,11 @@ pub const LINUXCNC: Dialect = Dialect {
     m: m_code,
     initial: Modal { inch: true, diameter: false, plane: Plane::Xy, ..Modal::INITIAL },
     resolution: (1e-6, 1e-5),
-    comment: ("(", ")"),
+    ..PLAIN
 };
 
 fn g_code(tenths: u16) -> Option<G> {
     Some(match tenths {
-        0 => G::Motion(Motion::Rapid),
-        10 => G::Motion(Motion::Line),
-        20 => G::Motion(Motion::Clockwise),
-        30 => G::Motion(Motion::Counterclockwise),
         330 => G::Motion(Motion::Thread),
         382..=385 => G::Motion(Motion::Probe),
         70 => G::Diameter(true),
@@ -63,10 +53,7 @@ fn g_code(tenths: u16) -> Option<G> {
         281 => G::StoreHome(0),
         300 => G::Home(1),
         301 => G::StoreHome(1),
-        400 => G::Compensation(Compensation::Off),
-        410 => G::Compensation(Compensation::Left),
         411 => G::CompensationGiven(Compensation::Left),
-        420 => G::Compensation(Compensation::Right),
         421 => G::CompensationGiven(Compensation::Right),
         430 | 432 => G::ToolTableOffset(true),
         431 => G::ToolOffset,
@@ -93,23 +80,17 @@ fn g_code(tenths: u16) -> Option<G> {
         740 | 840 | 890 => G::Drill(Drill::Bore),
         870 | 880 => G::OpaqueCycle,
         800 => G::NoMotion,
-        900 => G::Incremental(false),
         901 => G::CentreAbsolute(true),
-        910 => G::Incremental(true),
         911 => G::CentreAbsolute(false),
         921 => G::CancelRegister(true),
         922 => G::CancelRegister(false),
         923 => G::RestoreRegister,
         930 => G::Feed(FeedMode::InverseTime),
-        940 => G::Feed(FeedMode::PerMinute),
-        950 => G::Feed(FeedMode::PerRevolution),
-        960 => G::Spindle(SpindleMode::SurfaceSpeed),
-        970 => G::Spindle(SpindleMode::Revolutions),
         980 => G::RetractToPlane(false),
         990 => G::RetractToPlane(true),
         40 => G::Pause,
         610 | 611 | 640 => G::Inert,
-        _ => return None,
+        _ => return usual(tenths),
     })
 }
 

@@ -4,12 +4,11 @@
 //! second turret and flow control are said and not followed.
 
 use super::{
-    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, ToolOffset,
-    G, M,
+    common_classes, usual, Class, Dialect, Functions, Letters, Name, Names, Naming, Parameters, ToolOffset, G, M, PLAIN,
 };
 use crate::controls;
 use crate::lap::Lap;
-use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::modal::{FeedMode, Modal, Plane};
 use crate::rough::Rough;
 
 /// The dialect.
@@ -18,16 +17,8 @@ pub const OKUMA_LATHE: Dialect = Dialect {
     names: NAMES,
     formulas: true,
     classes: common_classes(&[(b'(', Class::Comment), (b'$', Class::Name)]),
-    brackets: (b'[', b']'),
     parameters: Parameters { mark: b'V', named: Naming::Plain, computed: true, unset_is_zero: false },
     functions: Functions::Macro,
-    blanks: Blanks::End,
-    decimal_comma: false,
-    turns: false,
-    line_angle: b"",
-    about_pole: false,
-    flow: FlowStyle::None,
-    increments: None,
     tool_offset: ToolOffset::Edge(b'u'),
     rules: controls::OKUMA_LATHE,
     other_axes: Letters::of(b"CUWY"),
@@ -35,8 +26,7 @@ pub const OKUMA_LATHE: Dialect = Dialect {
     g: |tenths| controls::okuma_lathe(tenths).or_else(|| g_code(tenths)),
     m: m_code,
     initial: Modal { diameter: true, plane: Plane::Zx, feed_mode: FeedMode::PerRevolution, ..Modal::INITIAL },
-    resolution: (1e-4, 1e-3),
-    comment: ("(", ")"),
+    ..PLAIN
 };
 
 fn g_code(tenths: u16) -> Option<G> {
@@ -44,17 +34,10 @@ fn g_code(tenths: u16) -> Option<G> {
         return None;
     }
     Some(match tenths / 10 {
-        0 => G::Motion(Motion::Rapid),
-        1 => G::Motion(Motion::Line),
-        2 => G::Motion(Motion::Clockwise),
-        3 => G::Motion(Motion::Counterclockwise),
         4 => G::Dwell,
         17 => G::Plane(Plane::Xy),
         18 => G::Plane(Plane::Zx),
         19 => G::Plane(Plane::Yz),
-        40 => G::Compensation(Compensation::Off),
-        41 => G::Compensation(Compensation::Left),
-        42 => G::Compensation(Compensation::Right),
         50 => G::SetRegister,
         80 => G::Lap(Lap::End),
         81 => G::Lap(Lap::Begin),
@@ -63,16 +46,10 @@ fn g_code(tenths: u16) -> Option<G> {
         85 => G::Lap(Lap::Rough(Rough::Along)),
         86 => G::Lap(Lap::Rough(Rough::Pattern)),
         87 => G::Lap(Lap::Finish),
-        90 => G::Incremental(false),
-        91 => G::Incremental(true),
-        94 => G::Feed(FeedMode::PerMinute),
-        95 => G::Feed(FeedMode::PerRevolution),
-        96 => G::Spindle(SpindleMode::SurfaceSpeed),
-        97 => G::Spindle(SpindleMode::Revolutions),
         20 | 21 | 30..=32 | 71..=74 | 77 | 78 | 88 => G::OpaqueBlock,
         14 | 34 | 35 | 75 | 76 | 84 | 101..=103 | 107 | 136..=138 => G::OpaqueMode,
         13 | 64 | 65 | 110 | 111 | 140 | 141 => G::Inert,
-        _ => return None,
+        _ => return usual(tenths),
     })
 }
 
