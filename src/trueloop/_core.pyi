@@ -168,9 +168,10 @@ def nc_said(
     word: NDArray[np.int32],
     incremental: NDArray[np.bool_],
     renamed: NDArray[np.uint32],
+    plane: NDArray[np.uint8],
 ) -> NDArray[np.bool_]:
     """Whether X, Y, Z stand where the program said, after each move (n, 3): from its block (n,), the words that set its
-    end (n, 3), whether its coordinates are increments (n,), and how often each axis was renamed (n, 3).
+    end (n, 3), whether its coordinates are increments (n,), how often each axis was renamed (n, 3), and its plane (n,).
     """
 
 @final

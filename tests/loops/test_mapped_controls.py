@@ -168,7 +168,6 @@ PLATE = "0 BEGIN PGM A MM\n1 L X+20 Y+1 Z+1 R0 FMAX\n"
 @pytest.mark.parametrize(
     ("dialect", "text", "code", "line", "words"),
     [
-        ("siemens", HEAD + "TRANS X5\nG1 X2\n", Code.NC_MAP, 3, "set anew"),
         ("siemens", HEAD + "ROT Z30\nG1 X2\n", Code.NC_OPAQUE, 3, "ROT"),
         ("siemens", HEAD + "$P_PFRAME[X,TR]=10\nG1 X2\n", Code.NC_OPAQUE, 3, "$P_PFRAME[X,TR]=10"),
         ("siemens", HEAD + "$P_UIFR[1]=$P_UIFR[2]\nG1 X2\n", Code.NC_OPAQUE, 3, "$P_UIFR[1]=$P_UIFR[2]"),
@@ -187,7 +186,6 @@ PLATE = "0 BEGIN PGM A MM\n1 L X+20 Y+1 Z+1 R0 FMAX\n"
         ("heidenhain", PLATE + "2 Q1 = 25\n3 CC X+Q1 Y+1\n4 C X+30 Y+1 DR+\n", Code.NC_MAP, 4, "takes no sum"),
         ("heidenhain", PLATE + "2 CC X+25 Y+1\n3 C X+30 Y+1 DR+ M91\n", Code.NC_MAP, 4, "place of the machine"),
         ("heidenhain", PLATE + "2 CYCL DEF 208 BORE ~\n  Q200=2 ;A\n3 CYCL CALL\n", Code.NC_OPAQUE, 3, "CYCL DEF"),
-        ("heidenhain", PLATE + "2 CYCL DEF 7.0 DATUM SHIFT\n3 CYCL DEF 7.1 X+5\n", Code.NC_MAP, 4, "set anew"),
         ("heidenhain", PLATE + "2 L M91 Z+9 FMAX\n3 L X+2 F9\n", Code.NC_MAP, 4, "place of the machine"),
     ],
 )
@@ -452,3 +450,111 @@ def test_arcs_by_a_radius_near_half_a_turn_follow_the_field(
     before, after = path_of(text, "siemens"), path_of(written, "siemens")
     assert path_difference(after, displaced_path(before, field)).distance_mm <= 0.0005 + 3 * STEP_MM
     assert_judged(tmp_path, written, "siemens")
+
+
+RETRACTED = """0 BEGIN PGM A MM
+1 TOOL DEF 1 L+1 R+2
+2 TOOL DEF 2 L+18.5 R+3
+3 TOOL CALL 1 Z S900
+4 L X+10 Y+20 R0 FMAX
+5 L Z+25 FMAX
+6 L Z-3 F200
+7 L M140 MB MAX
+8 L Z+25 FMAX
+9 TOOL CALL 2 Z S900
+10 PLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY
+11 CYCL DEF 10.0 ROTATION
+12 CYCL DEF 10.1 ROT+0
+13 CYCL DEF 1.0 PECKING
+14 CYCL DEF 1.1 DIST2
+15 CYCL DEF 1.2 DEPTH-7
+16 L X+30 FMAX M99
+17 TOOL CALL 3 Z S900
+18 CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206= AUTO Q203=+0 Q204=20
+19 L X+40 R0 FMAX
+20 CYCL CALL
+21 CYCL DEF 7.0 DATUM SHIFT
+22 CYCL DEF 7.1 X+100
+23 L X+1 F200
+24 END PGM A MM
+"""
+RETRACTED_SHIFTED = {
+    5: "4 L X+10.0100 Y+20.0200 R0 FMAX",
+    6: "5 L Z+24.9970 FMAX",
+    7: "6 L Z-3.0030 F200",
+    9: "8 L Z+24.9970 FMAX",
+    17: "16 L X+30.0100 FMAX M99",
+    19: "18 CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206= AUTO Q203=-0.0030 Q204=20",
+    20: "19 L X+40.0100 R0 FMAX",
+    24: "23 L X+1.0100 F200",
+}
+SWIVELLED = """N10 G17 G71 G90 G94 G54
+N20 CYCLE800(1,"",0,57,0,0,0,0,0,0,0,0,0,-1,)
+N30 T1 D1 M6
+N40 G0 X1 Y2
+N50 Z5
+N60 G1 X9 RND=2 F200
+N70 Y9
+N80 MCALL CYCLE81(10,0,2,-15)
+N90 X20 Y20
+N100 MCALL
+N110 TRANS X50
+N120 X4
+N130 AROT Z0
+N140 ROT
+N150 X6 Y1
+N160 G74 Z1=0
+N170 G75 X0 Y0
+N180 M30
+"""
+SWIVELLED_SHIFTED = {
+    5: "N50 X1.0100 Y2.0200 Z4.9970",
+    6: "N60 G1 X7.0100 F200\nN61 G3 X9.0100 Y4.0200 CR=2.0000",
+    7: "N70 G1 Y9.0200",
+    8: "N80 MCALL CYCLE81(9.9970,-0.0030,2,-15.0030)",
+    9: "N90 X20.0100 Y20.0200",
+    12: "N120 X4.0100",
+    15: "N150 X6.0100 Y1.0200",
+}
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "changed"),
+    [("heidenhain", RETRACTED, RETRACTED_SHIFTED), ("siemens", SWIVELLED, SWIVELLED_SHIFTED)],
+)
+def test_what_leaves_positions_as_they_are_stops_no_correction(
+    tmp_path: Path, dialect: str, text: str, changed: dict[int, str]
+) -> None:
+    """Tools of stated length, retractions, planes and rotations of 0, shifts between cuts: all other lines stay."""
+    written = mapped(tmp_path, text, SHIFT, dialect)[0].splitlines()
+    lines = [changed.get(k + 1, line) for k, line in enumerate(text.splitlines())]
+    assert [line for line in written if "corrected" not in line] == "\n".join(lines).splitlines()
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "words"),
+    [
+        ("heidenhain", PLATE + "2 CYCL DEF 10.1 ROT+Q1\n", "ROT"),
+        ("heidenhain", PLATE + "2 CYCL DEF 10.1 IROT-5\n", "ROT"),
+        ("heidenhain", PLATE + "2 CYCL DEF 8.1 X\n", "8.1 X"),
+        ("heidenhain", PLATE + "2 CYCL DEF 11.1 SCL 0.99\n", "SCL"),
+        ("heidenhain", PLATE + "2 PLANE SPATIAL SPA+0 SPB+0 SPC+0 MOVE ABST50 F1000\n", "PLANE"),
+        ("heidenhain", PLATE + "2 TOOL CALL 2 Z\n3 L X+9 F9\n", "Z has no position"),
+        ("siemens", HEAD + "AMIRROR X0\nG1 X2\n", "AMIRROR"),
+        ("siemens", HEAD + "ROT Z=R0\nG1 X2\n", "ROT"),
+        ("siemens", HEAD + "ROT Z0.1\nG1 X2\n", "ROT"),
+        ("siemens", HEAD + "AROT RPL=0.5\nG1 X2\n", "AROT"),
+        ("heidenhain", PLATE + "2 CYCL DEF 19.1 A+0.00000000 B+0.00000000 C+0.5\n", "19.1"),
+        ("siemens", HEAD + "ASCALE X0\nG1 X2\n", "ASCALE"),
+        ("siemens", HEAD + 'CYCLE800(0,"",0,57,0,0,0,0,30,0,0,0,0,1)\nG1 X2\n', "CYCLE800"),
+        ("siemens", HEAD + "G75 X0\nG1 Y2\n", "X stands at a place of the machine"),
+        ("siemens", HEAD + "G74 Z1=0\nG1 Y2\n", "Z stands at a place of the machine"),
+        ("siemens", HEAD + "G1 X1=2\n", "X1=2"),
+    ],
+)
+def test_what_turns_positions_or_takes_an_axis_away_stops_it(
+    tmp_path: Path, dialect: str, text: str, words: str
+) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, text, SHIFT, dialect)
+    assert words in refused.value.message

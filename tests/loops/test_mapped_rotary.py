@@ -80,7 +80,7 @@ TILTED = [
     *(("haas-mill", code) for code in ("G234 H1", "G254", "G268 X0. Y0. Z0. I0. J90. K0.", "G68 X0. Y0. R90.")),
     *(("siemens", code) for code in ("TRAORI", "TRANSMIT", "TRACYL(20)", "ROT X90", "AROT X90", "CYCLE800(1)")),
     *(("siemens", code) for code in ("TOROT", "TOFRAME", "MIRROR X0")),
-    *(("heidenhain", f"{code}") for code in ("PLANE SPATIAL SPA+0 SPB+90 SPC+0 STAY", "M128", "CYCL DEF 19.0 PLANE")),
+    *(("heidenhain", f"{code}") for code in ("PLANE SPATIAL SPA+0 SPB+90 SPC+0 STAY", "M128", "CYCL DEF 19.1 B+90")),
     *(("fanuc-lathe", code) for code in ("G12.1", "G112", "G7.1 C20.")),
 ]
 

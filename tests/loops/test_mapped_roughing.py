@@ -1,6 +1,7 @@
 """A contour that G71, G72 or G73 roughs and G70 finishes: displaced once, read back by its own words."""
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -200,3 +201,107 @@ def test_the_reader_of_words_reads_the_contour() -> None:
     assert [piece.end for piece in pieces] == [(10, -10), (13, -15), (13, -25), (18, -30), (25, -30), (25, -45)]
     assert all(a.end == b.start for a, b in pairwise(pieces))
     assert pieces[3].centre is not None and np.allclose(pieces[3].centre, (18, -25))
+
+
+STATED = """O1
+G21 G99 G40
+T0101
+G97 S500 M3
+G0 X42. Z5.
+G76 P021060 Q100 R0.05
+G76 X36.4 Z-25. P1840 Q400 F3.
+G0 X42. Z2.
+G90 X38. Z-30. F0.2
+X36.
+X34. Z-20. R-0.5
+U-2.
+G0 X50. Z-10.
+G92 X40. W-10. F2.
+X39.5
+G0 X50. Z-30.
+G75 R0.5
+G75 X30. Z-40. P2000 Q2000 F0.1
+G75 X0. P2000 F0.1
+G0 X100. Z100.
+M30
+"""
+STATED_SHIFTED = {
+    5: "G0 X42.060 Z4.980",
+    7: "G76 X36.460 Z-25.020 P1840 Q400 F3.",
+    8: "G0 X42.060 Z1.980",
+    9: "G90 X38.060 Z-30.020 F0.2",
+    10: "X36.060",
+    11: "X34.060 Z-20.020 R-0.5",
+    13: "G0 X50.060 Z-10.020",
+    14: "G92 X40.060 W-10. F2.",
+    15: "X39.560",
+    16: "G0 X50.060 Z-30.020",
+    18: "G75 X30.060 Z-40.020 P2000 Q2000 F0.1",
+    19: "G75 X0.060 P2000 F0.1",
+    20: "G0 X100.060 Z99.980",
+}
+
+
+def test_a_turning_cycle_follows_the_end_that_it_states(tmp_path: Path) -> None:
+    """SHIFT is 0.03 mm on the radius: 0.06 mm of a diameter. Tapers, depths and increments stay."""
+    written = mapped(tmp_path, STATED, SHIFT, "fanuc-lathe")[0].splitlines()
+    lines = [STATED_SHIFTED.get(k + 1, line) for k, line in enumerate(STATED.splitlines())]
+    assert [line for line in written if "corrected" not in line] == lines
+    before, after = (
+        read_program(text.encode(), "fanuc-lathe").run(strict=False) for text in (STATED, "\n".join(written))
+    )
+    assert np.array_equal(before.motion, after.motion)
+    assert after.end_mm - before.end_mm == pytest.approx(np.tile([0.03, 0.0, -0.02], (len(before), 1)), abs=1e-9)
+
+
+def test_a_turning_cycle_whose_moves_would_go_apart_is_refused(tmp_path: Path) -> None:
+    error = refused(mapped, tmp_path, STATED, ONWARD, "fanuc-lathe")
+    assert (error.code, error.place.line) == (Code.NC_MAP, 7)
+    assert "displaced differently" in error.message
+
+
+STOCK = """G18 G90 G95 G40 DIAMON G54 G710
+T1 D1
+G96 S200 M4
+G0 X62 Z2
+CYCLE95("SHAFT",2,0.1,0.3,,0.3,0.15,0.1,{kind},,,1)
+G0 X100 Z100
+M30
+%_N_SHAFT_SPF
+G1 X20 Z0
+X30 Z-5
+Z-30
+G2 X40 Z-35 CR=5
+G1 X60
+M17
+"""
+LAP = """G50 S2000
+G0 X62 Z2
+{call}
+G0 X100 Z100
+M2
+NLAP G81
+G0 X20
+G1 Z0 F0.1
+X30 Z-5
+Z-30
+X60
+G80
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "contour"),
+    [
+        *((STOCK.format(kind=kind), "siemens", ["X30.06", "X40.06", "X60.06"]) for kind in (1, 5, 9)),
+        (LAP.format(call="G85 NLAP D4 F0.3 U0.4 W0.1"), "okuma-lathe", ["X30.06", "Z-30.02"]),
+        (LAP.format(call="G85 NLAP D4 F0.3 U0.4 W0.1\nG87 NLAP"), "okuma-lathe", ["X30.06", "Z-30.02"]),
+    ],
+)
+def test_a_contour_of_a_cycle_by_name_is_displaced_once(
+    tmp_path: Path, text: str, dialect: str, contour: list[str]
+) -> None:
+    written = mapped(tmp_path, text, SHIFT, dialect, replace(FREE, unit="mm" if dialect == "okuma-lathe" else None))[0]
+    assert all(written.count(word) >= 1 for word in contour), written
+    call = [line for line in text.splitlines() if "CYCLE95" in line or "NLAP" in line]
+    assert [line for line in written.splitlines() if "CYCLE95" in line or "NLAP" in line] == call

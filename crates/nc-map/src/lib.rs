@@ -108,6 +108,7 @@ struct Writing {
     decimals: usize,
     carried: Vector,
     drilling: Drilling,
+    turning: Vector,
     standing: [Standing; 3],
     /// How often each axis' positions were renamed before the last move.
     renamed: [u32; 3],
@@ -128,6 +129,7 @@ impl Mapper {
             decimals,
             carried: [0.0; 3],
             drilling: Drilling::default(),
+            turning: [0.0; 3],
             standing: standing::at_start(named),
             renamed: [0; 3],
             travel: [0; 3],

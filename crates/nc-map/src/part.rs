@@ -80,6 +80,7 @@ impl Writing {
             steps,
             carried: self.carried,
             drilling: self.drilling,
+            turning: self.turning,
             numbers: BlockNumbers::default(),
             heights: HashMap::new(),
             shared: Vec::new(),
@@ -96,7 +97,7 @@ impl Writing {
         if let Some(block) = turns_back(program, &writer.shared).filter(|_| self.summary.turns_back == 0) {
             self.summary.turns_back = self.summary.blocks + block + 1;
         }
-        (self.carried, self.drilling) = (writer.carried, writer.drilling);
+        (self.carried, self.drilling, self.turning) = (writer.carried, writer.drilling, writer.turning);
         let stated = path.unit_stated.map(|(block, inch)| (self.summary.blocks + block + 1, inch));
         self.summary.unit_stated = self.summary.unit_stated.or(stated);
         if !self.refusals.gathers {
@@ -126,6 +127,10 @@ impl Writing {
             while called.next_if(|hole| hole.end <= index).is_some() {}
             if let Some(hole) = called.peek().filter(|hole| hole.first <= index) {
                 self.standing[hole.third] = Standing::Said; // by the cycle, in its definition
+                let named = |axis: usize| axis == hole.third || path.words[hole.place][axis] >= 0;
+                if index == hole.first && !(0..3).all(named) {
+                    displace_way(path, &mut courses, roles);
+                }
             }
             while let Some(place) = placed.next_if(|place| place.of_move <= index) {
                 place.axes.into_iter().for_each(|axis| self.standing[axis] = Standing::Said);
@@ -154,7 +159,7 @@ impl Writing {
     ) -> Result<(), Refused> {
         let (path, program) = (writer.path, writer.program);
         let (mut rest, mut holes) = (pieces, path.drilled.iter().peekable());
-        let mut placed = path.placed.iter().peekable();
+        let (mut placed, mut turned) = (path.placed.iter().peekable(), path.turned.iter().peekable());
         let mut registers: Vec<usize> =
             roles.iter().filter(|(_, role)| **role == Role::Register).map(|(block, _)| *block).collect();
         registers.sort_unstable();
@@ -180,6 +185,19 @@ impl Writing {
                 }
                 continue;
             }
+            if let Some(cycle) = turned.peek().filter(|cycle| cycle.first <= index) {
+                if index + 1 == cycle.end {
+                    let (here, after) = rest.split_at(rest.partition_point(|piece| piece.of_move <= index));
+                    rest = after;
+                    let refused = courses[cycle.first..cycle.end].iter().any(|course| course.fate == Fate::Refused);
+                    let written = if refused { Ok(()) } else { writer.turn_cycle(cycle, here, courses) };
+                    if !self.refusals.keep(written)? {
+                        arrive(writer, index, here);
+                    }
+                    turned.next();
+                }
+                continue;
+            }
             let own = rest.iter().take_while(|piece| piece.of_move == index).count();
             let (here, after) = rest.split_at(own);
             rest = after;
@@ -195,7 +213,7 @@ impl Writing {
                 }
                 Fate::Stays if path.kind[index] == MoveKind::Arc => Err(writer.arc_in_machine(index)),
                 Fate::Stays => {
-                    stay(writer, index);
+                    stay(writer, index, roles.get(&(path.block[index] as usize)));
                     Ok(())
                 }
                 Fate::Refused => Ok(()),
@@ -294,7 +312,7 @@ impl Writing {
 
 /// What becomes of a move, by where its axes stand before it and after.
 fn fate(path: &ToolPath, index: usize, role: Option<&Role>, before: [Standing; 3], after: [Standing; 3]) -> Fate {
-    if matches!(role, Some(Role::Machine | Role::Home)) {
+    if role.is_some_and(Role::is_to_machine) {
         return Fate::Stays;
     }
     let wordless = path.words[index].iter().all(|word| *word < 0);
@@ -365,6 +383,18 @@ fn is_finite(path: &ToolPath, index: usize) -> bool {
     path.end[index].iter().all(|value| value.is_finite())
 }
 
+/// The way at rapid to the first hole of a cycle that itself says its height: displaced although the tool's axis stands at
+/// no position of the program yet.
+fn displace_way(path: &ToolPath, courses: &mut [Course], roles: &HashMap<usize, Role>) {
+    let stays = |index: usize, course: &Course| {
+        let block = path.block[index] as usize;
+        let named = path.words[index].iter().any(|word| *word >= 0);
+        course.fate == Fate::Stays && path.kind[index] == MoveKind::Rapid && named && !roles.contains_key(&block)
+    };
+    let way = courses.iter_mut().enumerate().rev().take_while(|(index, course)| stays(*index, course));
+    way.for_each(|(_, course)| course.fate = Fate::Displaced);
+}
+
 /// The tool is where the last piece ends.
 fn arrive(writer: &mut Writer, index: usize, pieces: &[Piece]) {
     let end = writer.path.end[index];
@@ -373,12 +403,12 @@ fn arrive(writer: &mut Writer, index: usize, pieces: &[Piece]) {
 }
 
 /// A move that stays: the axes it takes to a place of the machine, or to a position, are there without displacement.
-fn stay(writer: &mut Writer, index: usize) {
-    let path = writer.path;
+fn stay(writer: &mut Writer, index: usize, role: Option<&Role>) {
+    let (path, saying) = (writer.path, Saying::of(writer.path, index));
     for axis in 0..3 {
         let wordless = path.words[index].iter().all(|word| *word < 0);
-        let goes = standing::is_position(writer.program, &Saying::of(path, index), axis);
-        if goes || wordless && leaves(writer.program, path.block[index] as usize, axis) {
+        let goes = standing::is_position(writer.program, &saying, axis);
+        if goes || wordless && leaves(writer.program, &saying, role, axis) {
             writer.carried[axis] = 0.0;
         }
     }

@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 
 use nc_program::dialect::{Letters, G};
-use nc_program::{Motion, Program, WordKind};
+use nc_program::{Motion, Program, Word, WordKind};
 
 /// Letters of positions and increments.
-const COORDINATES: Letters = Letters::of(b"XYZUVW");
+const COORDINATES: Letters = Letters::of(b"XYZUVWl");
 
 /// Those of each axis.
 const AXIS_LETTERS: [Letters; 3] = [Letters::of(b"XU"), Letters::of(b"YV"), Letters::of(b"ZW")];
@@ -18,6 +18,8 @@ pub(crate) enum Role {
     Machine,
     /// A way home through a point: G28.
     Home,
+    /// The tool's axis to the limit of its travel.
+    Retract,
     /// A new name for the place where the tool stands.
     Register,
     /// Offsets, a time, the depth of cut and the allowance of a roughing cycle.
@@ -26,33 +28,43 @@ pub(crate) enum Role {
     Cycle,
 }
 
+impl Role {
+    /// Whether the block goes to a place of the machine.
+    pub fn is_to_machine(&self) -> bool {
+        matches!(self, Self::Machine | Self::Home | Self::Retract)
+    }
+}
+
 /// The blocks of a part that have a role, with their index.
 pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
     let mut roles = HashMap::new();
     for word in program.words() {
         let role = match program.code(word) {
             Some(G::MachineCoordinates | G::BuilderCoordinates) => Role::Machine,
-            Some(G::Home(_) | G::HomeNamed(_) | G::StoreHome(_)) => Role::Home,
-            Some(G::SetRegister | G::OffsetRegister | G::SetData | G::SetWorkOffset | G::Shift(_)) => Role::Register,
-            Some(G::ToolOffset | G::Dwell | G::Pole(_) | G::Setting(..) | G::RoughContour(_) | G::DiameterByWord) => {
-                Role::Data
-            }
+            Some(G::Home(_) | G::HomeNamed(_) | G::StoreHome(_) | G::FixedPoint) => Role::Home,
+            Some(G::Retract | G::Swivel) => Role::Retract,
+            Some(G::SetRegister | G::SetData) => Role::Register,
             Some(
-                G::OpaqueCycle
-                | G::DefineCycle(None)
-                | G::OpaqueMotion
-                | G::OpaqueBlock
-                | G::Removal(_)
+                G::OffsetRegister
+                | G::SetWorkOffset
+                | G::Shift(_)
+                | G::ToolOffset
+                | G::Dwell
+                | G::Pole(_)
+                | G::Setting(..)
+                | G::RoughContour(_)
                 | G::Lap(_)
-                | G::TurningCycle
-                | G::Thread
-                | G::Pass(_),
-            ) => Role::Cycle,
+                | G::Removal(_)
+                | G::DiameterByWord,
+            ) => Role::Data,
+            Some(G::OpaqueCycle | G::DefineCycle(None) | G::OpaqueMotion | G::OpaqueBlock | G::TurningCycle) => {
+                Role::Cycle
+            }
             _ => continue,
         };
         let block = program.block_at(word.start as usize);
         let cuts_unseen = role == Role::Cycle && word.kind == WordKind::Name;
-        if names_axis(program, block) || role == Role::Home || cuts_unseen {
+        if names_axis(program, block) || matches!(role, Role::Home | Role::Retract) || cuts_unseen {
             roles.insert(block, role);
         }
     }
@@ -66,7 +78,9 @@ pub(crate) fn names_axis(program: &Program, block: usize) -> bool {
 
 /// Whether a block names that axis, by position or increment.
 pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
-    program.words_of(block).iter().any(|word| AXIS_LETTERS[axis].has(word.letter))
+    let own = |word: &Word| program.text(word).first().map_or(0, u8::to_ascii_uppercase) == b"XYZ"[axis];
+    let named = |word: &Word| AXIS_LETTERS[axis].has(word.letter) || word.letter == b'l' && own(word);
+    program.words_of(block).iter().any(named)
 }
 
 /// The blocks in which a code first sets a work offset or a tool's data (G10), first sets the position register, first
@@ -78,6 +92,7 @@ pub fn first_blocks(program: &Program) -> [Option<usize>; 4] {
             Some(G::SetData | G::SetWorkOffset) => 0,
             Some(G::SetRegister) => 1,
             Some(G::MachineCoordinates | G::BuilderCoordinates | G::Home(_) | G::HomeNamed(_)) => 2,
+            Some(G::Retract | G::FixedPoint | G::Swivel) => 2,
             Some(G::Motion(Motion::Spline(_) | Motion::Tangent) | G::EndSpline) => 3,
             _ => continue,
         };

@@ -15,13 +15,16 @@ pub struct Saying {
     pub incremental: bool,
     /// How often each axis' positions were renamed before.
     pub renamed: [u32; 3],
+    /// The tool's axis.
+    pub third: usize,
 }
 
 impl Saying {
     pub(crate) fn of(path: &ToolPath, index: usize) -> Self {
         let state = path.state[index] as usize;
         let (incremental, renamed) = (path.states[state].incremental, path.origins[state].renamed);
-        Self { block: path.block[index] as usize, words: path.words[index], incremental, renamed }
+        let third = path.states[state].plane.axes().2;
+        Self { block: path.block[index] as usize, words: path.words[index], incremental, renamed, third }
     }
 }
 
@@ -81,19 +84,23 @@ pub(crate) fn before(last: [Standing; 3], renamed: &mut [u32; 3], saying: &Sayin
 
 /// After a move. An increment from an unknown place leads to another.
 pub(crate) fn after(from: [Standing; 3], program: &Program, saying: &Saying, role: Option<&Role>) -> [Standing; 3] {
-    let to_machine = matches!(role, Some(Role::Machine | Role::Home));
+    let to_machine = role.is_some_and(Role::is_to_machine);
     [0, 1, 2].map(|axis| match from[axis] {
         Standing::Never => Standing::Never,
         Standing::Said if !to_machine => Standing::Said,
-        _ if to_machine && leaves(program, saying.block, axis) => Standing::Machine,
+        _ if to_machine && leaves(program, saying, role, axis) => Standing::Machine,
         _ if !to_machine && is_position(program, saying, axis) => Standing::Said,
         known => known,
     })
 }
 
 /// Whether a move to a place of the machine takes that axis there.
-pub(crate) fn leaves(program: &Program, block: usize, axis: usize) -> bool {
-    names(program, block, axis) || !names_axis(program, block)
+pub(crate) fn leaves(program: &Program, saying: &Saying, role: Option<&Role>, axis: usize) -> bool {
+    let block = saying.block;
+    match role {
+        Some(Role::Retract) => axis == saying.third,
+        _ => names(program, block, axis) || !names_axis(program, block),
+    }
 }
 
 /// Whether a word of the move names the axis by where it goes, not by how far.

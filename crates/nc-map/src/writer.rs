@@ -12,6 +12,7 @@ pub(crate) mod hole;
 pub(crate) mod pole;
 mod refusals;
 mod turned;
+mod turning_cycle;
 
 use std::collections::HashMap;
 
@@ -48,6 +49,8 @@ pub(crate) struct Writer<'a> {
     pub carried: Vector,
     /// The drilling cycle in force.
     pub drilling: Drilling,
+    /// By how much the end of the turning cycle in force is displaced, mm.
+    pub turning: Vector,
     /// Those of its blocks.
     pub numbers: BlockNumbers,
     /// By how much the height values of called cycles were moved, by their first byte, mm.

@@ -126,8 +126,7 @@ impl Runner<'_> {
 
     /// CYCL DEF: what M89 calls from here on is none any more.
     pub(crate) fn define_cycle(&mut self, cycle: Option<(u16, Drill)>, word: i32) {
-        let in_one_line = self.word_text(word).contains('=');
-        (self.state.defined.cycle, self.state.defined.modal) = (cycle.filter(|_| !in_one_line), false);
+        (self.state.defined.cycle, self.state.defined.modal) = (cycle, false);
         self.state.defined.lines = [None; LINES];
         if self.state.defined.cycle.is_none() {
             self.note_opaque(word, "what it does is not in the path");

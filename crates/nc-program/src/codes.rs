@@ -33,6 +33,9 @@ pub(crate) enum Action {
     ToolOffset,
     Home(u8),
     HomeNamed(u8),
+    Retract(i32),
+    FixedPoint(i32),
+    Swivel(i32),
     FinishContour(i32),
     RoughContour(Rough, i32),
     TurningCycle,
@@ -98,6 +101,9 @@ impl Runner<'_> {
             Action::ToolOffset => self.tool_offset(request),
             Action::Home(number) => self.home(request, usize::from(number)),
             Action::HomeNamed(number) => self.home_named(request, usize::from(number)),
+            Action::Retract(word) => self.retract(request, word),
+            Action::FixedPoint(word) => self.fixed_point(request, word),
+            Action::Swivel(word) => self.swivel(word),
             Action::FinishContour(word) => self.finish_contour(request, word),
             Action::RoughContour(rough, word) => self.rough_contour(request, rough, word),
             Action::TurningCycle => self.turning_cycle(request),
@@ -195,7 +201,7 @@ impl Runner<'_> {
         match code {
             G::Motion(motion) => modal.motion = motion,
             G::Heading => {
-                let inch = self.word_ends_with(word, b"INCH");
+                let inch = self.whole_text(word).ends_with("INCH");
                 self.state_unit(inch, word);
             }
             G::Fast if modal.motion == Motion::Line => modal.motion = Motion::Rapid,
@@ -260,8 +266,9 @@ impl Runner<'_> {
             G::SystemData => self.forget_read(word),
             G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
             G::OpaqueMode => self.unfollowed(word),
+            G::Turn | G::TurnAnew => self.turn_frame(code == G::TurnAnew, word),
+            G::DefineTool => self.define_tool(word),
             G::ToleranceCycle => self.tolerance_cycle(word),
-            G::Swivel if !self.word_ends_with(word, b"()") => self.unfollowed(word),
             G::Preset => self.use_preset(word),
             G::BuilderCoordinates => {
                 self.note_opaque(
@@ -287,11 +294,6 @@ impl Runner<'_> {
             Some((_, value)) => self.state.store.set(key, *value),
             None => self.state.store.forget(&key),
         }
-    }
-
-    fn word_ends_with(&self, word: i32, text: &[u8]) -> bool {
-        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
-        found.is_some_and(|word| self.program.text(word).to_ascii_uppercase().ends_with(text))
     }
 
     /// A drilling cycle comes into force; one that follows another goes on with its series.
@@ -428,6 +430,9 @@ pub(crate) fn action_of(code: G, word: i32) -> Option<Action> {
         G::SetWorkOffset => Some(Action::SetWorkOffset),
         G::Home(number) => Some(Action::Home(number)),
         G::HomeNamed(number) => Some(Action::HomeNamed(number)),
+        G::Retract => Some(Action::Retract(word)),
+        G::FixedPoint => Some(Action::FixedPoint(word)),
+        G::Swivel => Some(Action::Swivel(word)),
         G::FinishContour => Some(Action::FinishContour(word)),
         G::RoughContour(rough) => Some(Action::RoughContour(rough, word)),
         G::TurningCycle => Some(Action::TurningCycle),
@@ -446,7 +451,8 @@ pub(crate) fn action_of(code: G, word: i32) -> Option<Action> {
         G::Pattern(pattern) => Some(Action::Pattern(pattern, word)),
         G::DefineCycle(_) | G::CycleLine | G::SystemData => Some(Action::Nothing),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
-        G::Setting(..) | G::ToleranceCycle | G::Swivel | G::Preset => Some(Action::Nothing),
+        G::Setting(..) | G::ToleranceCycle | G::Preset => Some(Action::Nothing),
+        G::Turn | G::TurnAnew | G::DefineTool => Some(Action::Nothing),
         _ => None,
     }
 }

@@ -236,6 +236,17 @@ impl Runner<'_> {
         }
     }
 
+    /// A turned, scaled or mirrored frame, which the path does not follow; ROT, SCALE and MIRROR (`anew`) put it in the
+    /// place of all shifts before it.
+    pub(crate) fn turn_frame(&mut self, anew: bool, word: i32) {
+        if !is_neutral(&self.whole_text(word)) {
+            return self.unfollowed(word);
+        }
+        if anew {
+            self.shift(&Request::new(), false);
+        }
+    }
+
     pub(crate) fn use_offset(&mut self, number: u16) {
         self.state.modal.work_offset = number;
         let number = usize::from(number);
@@ -244,4 +255,38 @@ impl Runner<'_> {
         }
         self.reframe(|frame| frame.active = number);
     }
+}
+
+/// Whether a code that turns, scales or mirrors what follows has no axis, or leaves all of them as they are.
+fn is_neutral(text: &str) -> bool {
+    if text.contains("SPATIAL") && !text.contains("STAY") && !text.contains("TURN") {
+        return false; // how the axes go there is not said
+    }
+    let mirrors = text.contains("MIRROR") || text.contains("DEF 8.");
+    let neutral =
+        if text.contains("SCALE") || text.contains("DEF 11.") || text.contains("DEF 26.") { 1.0 } else { 0.0 };
+    let after = |end: &str| text.find(end).map(|at| at + end.len());
+    let head = match text.as_bytes() {
+        [b'C', ..] => after(".1"),
+        [b'P', ..] => after("SPATIAL"),
+        _ => text.find(|letter: char| !letter.is_ascii_alphabetic()),
+    };
+    let (bytes, mut at) = (text.as_bytes(), head.unwrap_or(text.len()));
+    while at < bytes.len() {
+        let letters = bytes[at..].iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+        let value = at + letters;
+        let blanks = bytes[value..].iter().take_while(|byte| matches!(byte, b' ' | b'=')).count();
+        let found = Some(letters).filter(|letters| *letters > 0).and_then(|_| number::read(bytes, value + blanks));
+        let same = match (&text[at..value], found) {
+            ("", _) => !bytes[at].is_ascii_digit(),
+            ("F", Some(_)) | ("STAY" | "TURN" | "SEQ" | "FMAX", None) => true,
+            (_, Some((given, _))) => !mirrors && given == neutral,
+            _ => false,
+        };
+        if !same {
+            return false;
+        }
+        at = found.map_or(value.max(at + 1), |(_, end)| end);
+    }
+    true
 }

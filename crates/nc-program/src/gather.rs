@@ -4,6 +4,7 @@ use crate::codes::action_of;
 use crate::dialect::{Dialect, FlowStyle, Name, G, M};
 use crate::expression::{self, is_vacant, Fault, Values};
 use crate::finding::{self, Severity};
+use crate::home::MACHINE_AXIS;
 use crate::parameters::Key;
 use crate::program::{Word, WordKind};
 use crate::request::{Jump, Request};
@@ -82,6 +83,7 @@ impl Runner<'_> {
         // U and W are words of cycles, too.
         let is_argument = request.codes().iter().any(|(code, _)| match letter {
             b'U' | b'W' => action_of(*code, 0).is_some(),
+            MACHINE_AXIS => *code == G::FixedPoint,
             _ => matches!(code, G::CallMacro | G::ModalMacro),
         });
         if !is_argument && !self.state.other_axes.contains(&letter) {
@@ -146,7 +148,11 @@ impl Runner<'_> {
             return;
         }
         let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
-        let value = self.assigned(self.program.value_start(word), word.end());
+        let value = match self.program.source().get(self.program.value_start(word)..word.end()) {
+            // The feed of the tool's call, rapid, or the value of GLOBAL DEF: none that a cycle's own line states.
+            Some(b"AUTO" | b"FAUTO" | b"FMAX" | b"PREDEF") if self.program.dialect().about_pole => f64::NAN,
+            _ => self.assigned(self.program.value_start(word), word.end()),
+        };
         if key == Some(SURFACE) {
             self.state.defined.surface = (self.program.value_start(word) as u32, word.end() as u32);
         }

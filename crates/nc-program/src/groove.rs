@@ -3,7 +3,7 @@
 use crate::arc::Point;
 use crate::drill::PECK_CLEARANCE;
 use crate::finding;
-use crate::path::{MoveKind, INHERITED};
+use crate::path::MoveKind;
 use crate::request::Request;
 use crate::run::Runner;
 
@@ -69,7 +69,7 @@ impl Runner<'_> {
             return;
         }
         let across = 2 - deep;
-        let (end, start) = (self.target(request, false).0, self.state.position);
+        let ((end, words), start) = (self.target(request, false), self.state.position);
         let plain = |letter: u8| request.get(letter).map(|value| value * mm);
         let along = |axis: usize| match axis {
             0 => self.stepped(request, b'P').or(plain(b'I')),
@@ -95,11 +95,12 @@ impl Runner<'_> {
             let what = format!("how far it goes back after a peck is the control's; taken as {PECK_CLEARANCE} mm");
             self.note_opaque(word, &what);
         }
-        for (kind, point) in steps {
+        let placed = |(kind, point): (MoveKind, Point)| {
             let mut position = start;
             (position[deep], position[across]) = (point[0], point[1]);
-            self.emit(kind, position, [INHERITED; 3]);
-        }
+            (kind, position)
+        };
+        self.emit_turned(steps.into_iter().map(placed), words, end);
     }
 }
 

@@ -1,9 +1,14 @@
 //! Returns to stored machine positions.
 
+use crate::cycle_arguments::numbers;
 use crate::finding;
 use crate::path::{MoveKind, INHERITED};
+use crate::program::Word;
 use crate::request::Request;
 use crate::run::{Runner, AXES};
+
+/// A linear axis by the machine's name of it: `X1`.
+pub(crate) const MACHINE_AXIS: u8 = b'l';
 
 impl Runner<'_> {
     /// Through the given point to the stored machine position of the axes given (all axes when none is).
@@ -22,6 +27,50 @@ impl Runner<'_> {
         if self.program.dialect().rules.home_ends_length {
             self.cancel_tool_offset();
         }
+    }
+
+    /// M140 MB MAX: the tool's axis to the limit of its travel.
+    pub(crate) fn retract(&mut self, request: &Request, word: i32) {
+        if self.names_axis(request) {
+            return self.note_opaque(word, "what it does beside a move is not in the path");
+        }
+        let third = self.state.modal.plane.axes().2;
+        self.go_to_machine_zero([0, 1, 2].map(|axis| axis == third));
+        self.note_opaque(word, "the limit of travel is the machine's, taken as its zero");
+    }
+
+    /// G74, G75: the axes named, by their own names (X) or the machine's (X1), whatever their values.
+    pub(crate) fn fixed_point(&mut self, request: &Request, word: i32) {
+        let block = self.program.words_of(self.block);
+        let machine = |letter: u8| block.iter().any(|word| word.letter == MACHINE_AXIS && self.begins(word, letter));
+        self.go_to_machine_zero(AXES.map(|letter| request.get(letter).is_some() || machine(letter)));
+        self.note_opaque(word, "the fixed point is the machine's, taken as its zero");
+    }
+
+    /// `CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, …)`: a plane that is neither moved nor turned is none;
+    /// FR 1 first retracts the tool's axis. Without arguments the swivelled plane ends.
+    pub(crate) fn swivel(&mut self, word: i32) {
+        if self.whole_text(word).ends_with("()") {
+            return;
+        }
+        let Some(arguments) = self.cycle_arguments(word) else { return };
+        let [retracts, _, _, _, plane @ ..] = numbers::<13>(&arguments);
+        let level = plane.iter().all(|value| *value == Some(0.0));
+        match retracts.unwrap_or(0.0) {
+            0.0 if level => {}
+            1.0 if level => self.retract(&Request::new(), word),
+            _ => self.unfollowed(word),
+        }
+    }
+
+    fn begins(&self, word: &Word, letter: u8) -> bool {
+        self.program.text(word).first().is_some_and(|first| first.eq_ignore_ascii_case(&letter))
+    }
+
+    fn go_to_machine_zero(&mut self, axes: [bool; 3]) {
+        let total = self.state.frame.total();
+        let end = [0, 1, 2].map(|axis| if axes[axis] { -total[axis] } else { self.state.position[axis] });
+        self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
     }
 
     /// The same of the axes named; without one nothing moves.

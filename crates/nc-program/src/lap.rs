@@ -78,10 +78,14 @@ impl Runner<'_> {
 
     fn lap_rough(&mut self, request: &Request, (rough, facing): (Rough, bool), word: i32, blocks: (usize, usize)) {
         if !self.options.roughing {
-            return self.note_opaque(
+            self.note_opaque(
                 word,
                 "its roughing passes are not in the path; the contour is run by its finishing cycle",
             );
+            if self.contour_to_run(word, blocks) && !self.finishes_lap(blocks) {
+                self.visit_contour(blocks, self.next, None, true);
+            }
+            return;
         }
         let axis = if facing { 2 } else { 0 };
         let depth = request.get(b'D').map_or(f64::NAN, |depth| depth * self.state.modal.axis_mm(axis));
@@ -141,6 +145,13 @@ impl Runner<'_> {
         Ok(())
     }
 
+    /// Whether a cycle of the program finishes that contour.
+    fn finishes_lap(&self, blocks: (usize, usize)) -> bool {
+        let words = self.program.words();
+        let finishes = |at: &usize| self.program.code(&words[*at]) == Some(G::Lap(Lap::Finish));
+        (0..words.len()).filter(finishes).any(|at| self.lap_contour(at as i32).is_some_and(|(_, own)| own == blocks))
+    }
+
     fn not_roughed(&mut self, word: i32, why: &str) {
         let message = format!("{}: its roughing passes are not in the path: {why}", self.word_text(word));
         let hint = "the path goes on without them; write them out to have them";
@@ -156,7 +167,8 @@ impl Runner<'_> {
     /// The contour of the sequence name that stands behind the code: the blocks between G81 or G82 and G80.
     fn lap_contour(&self, word: i32) -> Option<Definition> {
         let call = self.program.words().get(usize::try_from(word).ok()?)?;
-        let behind = self.program.words_of(self.block).iter().find(|word| word.start > call.start && is_name(word));
+        let block = self.program.block_at(call.start as usize);
+        let behind = self.program.words_of(block).iter().find(|word| word.start > call.start && is_name(word));
         let name = self.sequence_name(behind?);
         let named =
             |block: usize| self.program.words_of(block).first().is_some_and(|word| self.sequence_name(word) == name);

@@ -60,6 +60,7 @@ impl Lexer<'_> {
             Name::Code(G::Plane(_)) if self.is_axis_value(start, end) => {
                 return self.address(start, end, self.source[start].to_ascii_uppercase());
             }
+            Name::Text(G::DefineCycle(_)) => self.head_end(end),
             Name::Text(_) => self.text_end(end),
             Name::Code(_) | Name::Function(_) => end,
             Name::Inert => match self.arguments_end(end) {
@@ -68,6 +69,18 @@ impl Lexer<'_> {
             },
         };
         self.push(start, end, 0, WordKind::Name, index as f64);
+    }
+
+    /// One past the text that a byte belongs to, up to the first parameter that gets a value in the same line.
+    fn head_end(&self, start: usize) -> usize {
+        let end = self.text_end(start);
+        let sets = |at: &usize| {
+            let digits = self.source[*at + 1..end].iter().take_while(|byte| byte.is_ascii_digit()).count();
+            let begins =
+                self.source[*at].eq_ignore_ascii_case(&self.dialect.parameters.mark) && self.source[*at - 1] == b' ';
+            begins && digits > 0 && self.source.get(self.scanner.skip_space(*at + 1 + digits)) == Some(&b'=')
+        };
+        (start..end).find(sets).map_or(end, |at| self.source[..at].trim_ascii_end().len())
     }
 
     /// Whether a name is one letter with a number after blanks.

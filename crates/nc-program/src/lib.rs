@@ -101,7 +101,7 @@ pub use lint::{first_unknown, lint};
 pub use meaning::meaning;
 pub use modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 pub use parameters::Key;
-pub use path::{Arc, MoveKind, Origin, ToolPath};
+pub use path::{Arc, MoveKind, Origin, ToolPath, Turned};
 pub use program::{Block, Program, TooLarge, Word, WordKind};
 pub use rotary::rotary_letters;
 pub use run::{run, Options};

@@ -1,7 +1,7 @@
 //! Simple turning cycles: a pass along, a threading pass or a facing pass, and back to where it began.
 
 use crate::finding;
-use crate::path::{MoveKind, INHERITED};
+use crate::path::{MoveKind, Turned, INHERITED};
 use crate::request::Request;
 use crate::run::{Runner, AXES};
 
@@ -46,6 +46,18 @@ impl Passes {
 }
 
 impl Runner<'_> {
+    /// The moves of a turning cycle to the end that its block's words state.
+    pub(crate) fn emit_turned(
+        &mut self,
+        moves: impl IntoIterator<Item = (MoveKind, [f64; 3])>,
+        words: [i32; 3],
+        to: [f64; 3],
+    ) {
+        let first = self.path.len();
+        moves.into_iter().for_each(|(kind, position)| self.emit(kind, position, [INHERITED; 3]));
+        self.path.turned.push(Turned { first, end: self.path.len(), words, to });
+    }
+
     /// A simple cycle comes into force.
     pub(crate) fn start_passes(&mut self, pass: Pass, word: i32) {
         self.state.passes = Some(Passes::new(pass));
@@ -57,7 +69,7 @@ impl Runner<'_> {
     /// A block under a simple cycle: what it does not give is that of the pass before.
     pub(crate) fn pass(&mut self, request: &Request) {
         let Some(mut passes) = self.state.passes else { return };
-        let (end, _) = self.target(request, false);
+        let (end, words) = self.target(request, false);
         for (place, axis) in [0, 2].into_iter().enumerate() {
             let increment = self.dialect_increments().is_some_and(|letters| request.any(&[letters[axis]]));
             if increment || request.any(&[AXES[axis]]) {
@@ -73,8 +85,8 @@ impl Runner<'_> {
             let message = "a simple turning cycle without the X and the Z of its end".into();
             return self.refuse(finding::MISPLACED, self.block_start(), message, "write both, or U and W");
         }
-        for (kind, [x, z]) in passes.steps([x, z]) {
-            self.emit(kind, [x, y, z], [INHERITED; 3]);
-        }
+        let to = [passes.end[0], y, passes.end[1]];
+        let moves = passes.steps([x, z]).map(|(kind, [x, z])| (kind, [x, y, z]));
+        self.emit_turned(moves, words, to);
     }
 }

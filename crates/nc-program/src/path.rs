@@ -57,6 +57,19 @@ pub struct Origin {
     pub turned: u8,
 }
 
+/// A turning cycle: from where the tool stands to the end that its block states, and back.
+#[derive(Clone, Copy, Debug)]
+pub struct Turned {
+    /// Index of its first move.
+    pub first: usize,
+    /// One past its last move.
+    pub end: usize,
+    /// The words that set its end along each axis, negative where the block has none.
+    pub words: [i32; 3],
+    /// The end that they state, mm.
+    pub to: [f64; 3],
+}
+
 /// A path, in the order of cutting: a column a property, an entry a move.
 ///
 /// Positions are program coordinates of the work frame in force, mm, X a radius.
@@ -90,6 +103,8 @@ pub struct ToolPath {
     pub drilled: Vec<Drilled>,
     /// Moves to the places of hole patterns.
     pub placed: Vec<Placed>,
+    /// Turning cycles whose moves hang on one block's words, in order.
+    pub turned: Vec<Turned>,
     /// Dwells: the move that comes next, and the time, s; NaN where the program counts revolutions.
     pub dwells: Vec<(usize, f64)>,
     /// The block that states the unit before any length, and whether it is the inch.
@@ -179,6 +194,7 @@ impl ToolPath {
         self.arcs.truncate(self.arcs.partition_point(|arc| arc.of_move < moves));
         self.drilled.truncate(self.drilled.partition_point(|hole| hole.end <= moves));
         self.placed.truncate(self.placed.partition_point(|placed| placed.of_move < moves));
+        self.turned.truncate(self.turned.partition_point(|turned| turned.end <= moves));
     }
 
     /// A block calls others.

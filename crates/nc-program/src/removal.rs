@@ -4,13 +4,13 @@
 //! own line and with the nose kept off, which the cycle switches on by itself.
 
 use crate::cycle_arguments::{numbers, Argument};
-use crate::dialect::{Name, M};
+use crate::dialect::{Name, G, M};
 use crate::drawn::Contour;
 use crate::finding;
 use crate::labels::{called, lower, program_name, Direction};
 use crate::modal::{Compensation, Motion};
 use crate::path::{MoveKind, INHERITED};
-use crate::program::WordKind;
+use crate::program::{Word, WordKind};
 use crate::removal_cuts::Stock;
 use crate::request::Request;
 use crate::run::Runner;
@@ -52,7 +52,9 @@ impl Runner<'_> {
             Removal::Contour => self.contour_turning(&arguments, word),
         };
         if let Err(why) = made {
-            self.note_opaque(word, &format!("what it does is not in the path: {why}"));
+            let message = format!("{}: what it does is not in the path: {why}", self.word_text(word));
+            let hint = "the path goes on without it; write its moves out to have them";
+            self.warn(finding::OPAQUE, self.word_start(word), message, hint);
         }
     }
 
@@ -82,11 +84,26 @@ impl Runner<'_> {
         if stage != 1 {
             self.rough_stock(&contour, &stock, feed.map(|feed| feed * mm), word);
         }
-        if stage != 0 {
+        let alone = stage == 0 && self.contour_to_run(word, blocks) && !self.finishes_stock(&name);
+        if stage != 0 || alone {
             let start = stock.start(&contour).ok_or("its contour does not say where the tool stands")?;
             self.finish_stock(blocks, &contour, (side, finish_feed.map(|feed| feed * mm), word), Some(start))?;
         }
         Ok(())
+    }
+
+    /// Whether a cycle of the program finishes the contour of that name.
+    fn finishes_stock(&mut self, name: &str) -> bool {
+        let name = lower(name.trim().as_bytes());
+        let stock = |word: &Word| self.program.code(word) == Some(G::Removal(Removal::Stock));
+        let cycles: Vec<usize> =
+            (0..self.program.words().len()).filter(|at| stock(&self.program.words()[*at])).collect();
+        cycles.into_iter().any(|at| {
+            let arguments = self.cycle_arguments(at as i32).unwrap_or_default();
+            let own =
+                arguments.first().and_then(|first| first.text.as_deref()).map(|text| lower(text.trim().as_bytes()));
+            own.as_ref() == Some(&name) && arguments.get(8).is_some_and(|kind| kind.value.round() > 4.0)
+        })
     }
 
     fn rough_stock(&mut self, contour: &Contour, stock: &Stock, feed: Option<f64>, word: i32) {

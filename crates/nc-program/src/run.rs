@@ -256,4 +256,10 @@ impl<'a> Runner<'a> {
         let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
         found.map_or(String::new(), |word| finding::excerpt(self.program.text(word)))
     }
+
+    /// All of a word's text, in capitals.
+    pub fn whole_text(&self, word: i32) -> String {
+        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
+        String::from_utf8_lossy(found.map_or(&[][..], |word| self.program.text(word))).to_ascii_uppercase()
+    }
 }

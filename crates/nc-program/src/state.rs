@@ -43,6 +43,8 @@ pub(crate) struct State {
     pub spindle_tool: i32,
     /// The edge of the tool in use, and the plane in which its lengths were taken.
     pub edge: (i32, Plane),
+    /// Lengths of tools that the program states, mm, by their numbers.
+    pub defined_tools: Vec<(i32, f64)>,
     /// What the call of the tool adds to its radius, mm.
     pub oversize: f64,
     /// The drilling cycle in force.
@@ -109,6 +111,7 @@ impl State {
             tape_marks: 0,
             spindle_tool: -1,
             edge: (1, dialect.initial.plane),
+            defined_tools: Vec::new(),
             oversize: 0.0,
             hole: None,
             under_cycle: dialect.rules.starts_with,

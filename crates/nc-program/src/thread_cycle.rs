@@ -2,7 +2,7 @@
 
 use crate::dialect::FlowStyle;
 use crate::finding;
-use crate::path::{MoveKind, INHERITED};
+use crate::path::MoveKind;
 use crate::request::Request;
 use crate::run::Runner;
 use crate::thread::{depths, Slopes, Thread, MOST};
@@ -52,11 +52,9 @@ impl Runner<'_> {
         self.refuse(finding::MISPLACED, self.block_start(), message, hint);
     }
 
-    fn emit_thread(&mut self, steps: Vec<(MoveKind, [f64; 2])>) {
+    fn emit_thread(&mut self, steps: Vec<(MoveKind, [f64; 2])>, words: [i32; 3], to: [f64; 3]) {
         let y = self.state.position[1];
-        for (kind, [x, z]) in steps {
-            self.emit(kind, [x, y, z], [INHERITED; 3]);
-        }
+        self.emit_turned(steps.into_iter().map(|(kind, [x, z])| (kind, [x, y, z])), words, to);
     }
 
     /// P lead, Z end, I crest less position, J first and K full depth, R degression, Q angle, H further finishing passes,
@@ -64,7 +62,7 @@ impl Runner<'_> {
     fn linuxcnc_thread(&mut self, request: &Request) {
         let across = |letter: u8| request.get(letter).map_or(f64::NAN, |value| value * self.state.modal.axis_mm(0));
         let (peak, first, full) = (across(b'I'), across(b'J'), across(b'K'));
-        let ([x, _, z], (end, _)) = (self.state.position, self.target(request, false));
+        let ([x, _, z], (end, words)) = (self.state.position, self.target(request, false));
         let number = |letter: u8, without: f64| request.get(letter).unwrap_or(without);
         let times = number(b'H', 0.0).round().clamp(0.0, MOST as f64) as usize + 1;
         let found = depths(first, full, number(b'R', 1.0), 0.0, times).filter(|_| !peak.is_nan());
@@ -75,7 +73,7 @@ impl Runner<'_> {
         let (ends, length) = (number(b'L', 0.0).round() as i64, number(b'E', 0.0) * self.state.modal.mm());
         self.lead_mm = request.get(b'P').map_or(f64::NAN, |lead| lead * self.state.modal.mm());
         let slopes = Slopes { at_start: ends & 1 == 1, at_end: ends & 2 == 2, length };
-        self.emit_thread(thread.flank_steps(&slopes));
+        self.emit_thread(thread.flank_steps(&slopes), words, end);
     }
 
     /// `P011060`: passes of full depth, pull-out, angle of the tool; Q least step, R allowance of the finishing pass.
@@ -100,7 +98,7 @@ impl Runner<'_> {
 
     /// X, Z end at the root; R or I taper: radius where the thread begins, less that where it ends.
     fn macro_thread(&mut self, request: &Request, word: i32) {
-        let ([x, _, z], (end, _)) = (self.state.position, self.target(request, false));
+        let ([x, _, z], (end, words)) = (self.state.position, self.target(request, false));
         let Some(said) = self.said(request).filter(|_| end[0] != x && end[2] != z) else {
             return self.refuse_thread();
         };
@@ -113,7 +111,7 @@ impl Runner<'_> {
         let pull_out = said.pull_out.map_or(0.0, |leads| leads * self.state.modal.feed.max(0.0));
         let thread = Thread { start: [x, z], end: [crest, end[2]], taper, inward, depths: said.depths, slant };
         self.lead_mm = f64::NAN;
-        self.emit_thread(thread.square_steps(pull_out));
+        self.emit_thread(thread.square_steps(pull_out), words, end);
     }
 
     fn said(&self, request: &Request) -> Option<Said> {

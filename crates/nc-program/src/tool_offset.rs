@@ -26,7 +26,8 @@ impl Runner<'_> {
         let tool = self.tool_called();
         let other = tool != before || tool == BY_NAME && word >= 0;
         let changed = request.changes_tool || other && self.changes_by_t();
-        if changed {
+        // Of Klartext the tool's length alone makes a difference, which `call_tool` looks at.
+        if changed && self.program.dialect().tool_offset != ToolOffset::Call {
             self.state.frame.rename([true; 3]);
         }
         match self.program.dialect().tool_offset {
@@ -85,14 +86,32 @@ impl Runner<'_> {
         let (longer, wider, third) = (delta(b'd'), delta(b'g'), self.state.modal.plane.axes().2);
         let tool = self.state.modal.tool;
         let whole = request.get(b'T').is_some_and(|number| number == f64::from(tool));
-        let length = called(&self.options.tools, tool, None).filter(|_| whole).and_then(|tool| tool.length);
+        let table = called(&self.options.tools, tool, None).and_then(|tool| tool.length);
+        let defined =
+            || self.state.defined_tools.iter().rev().find(|(number, _)| *number == tool).map(|(_, length)| *length);
+        let length = table.or_else(defined).filter(|_| whole);
         let length = if tool == 0 { Some(0.0) } else { length.map(|length| length + longer) };
         if length.is_none() && !self.options.tools.is_empty() {
             self.note_opaque(word, "the tool table's length is taken as zero");
         }
         self.state.oversize = wider;
         let offset = length.map(|length| [0, 1, 2].map(|axis| if axis == third { length } else { 0.0 }));
-        self.use_tool_offset(tool, offset, [true; 3]);
+        // Between lengths that are both known the tool's tip stands at a known place.
+        let known = self.state.frame.tool_is_known && offset.is_some();
+        self.use_tool_offset(tool, offset, [0, 1, 2].map(|axis| axis == third && !known));
+    }
+
+    /// `TOOL DEF 5 L+12.5 R+4`: the tool's length, where the block states it.
+    pub(crate) fn define_tool(&mut self, word: i32) {
+        let text = self.whole_text(word).replace(',', ".");
+        let number = text.trim_start_matches(|letter: char| !letter.is_ascii_digit());
+        let digits = number.find(|letter: char| !letter.is_ascii_digit()).unwrap_or(number.len());
+        let (number, rest) = number.split_at(digits);
+        let length =
+            rest.split_whitespace().find_map(|part| part.strip_prefix('L')).and_then(|value| value.parse().ok());
+        if let Some((number, length)) = number.parse().ok().zip(length.filter(|length: &f64| length.is_finite())) {
+            self.state.defined_tools.push((number, length * self.state.modal.mm()));
+        }
     }
 
     /// What is taken from a position of the machine to make it one of the program. Of a Sinumerik G53 and SUPA leave the

@@ -93,7 +93,9 @@ impl Runner<'_> {
         let length = |letter: &&u8| request.get(**letter).is_some_and(|value| value != 0.0);
         let first = LENGTHS.iter().find(length).map(|letter| request.word(*letter));
         let to_machine = matches!(action, Action::Motion(true) | Action::Home(_) | Action::HomeNamed(_));
-        self.state.unit.is_idle = to_machine && first.is_none();
+        // The values of a fixed point's axes mean nothing.
+        let fixed = matches!(action, Action::FixedPoint(_) | Action::Retract(_) | Action::Swivel(_));
+        self.state.unit.is_idle = fixed || to_machine && first.is_none();
         let sets_frame = matches!(
             action,
             Action::SetRegister

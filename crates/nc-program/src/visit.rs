@@ -211,13 +211,21 @@ impl Runner<'_> {
             self.note_opaque(word, what);
         }
         self.next = if self.block < last { last + 1 } else { self.next };
-        if !self.options.roughing && self.options.roughed_contours {
-            self.roughed.push((word, first, last));
+        if self.contour_to_run(word, (first, last)) {
             let ends = [b'P', b'Q'].map(|letter| request.get(letter).unwrap_or(f64::NAN));
             if !self.labels().finishes(ends) {
                 self.visit_contour((first, last), self.next, None, true);
             }
         }
+    }
+
+    /// Whether a contour that is roughed has to be run even where no cycle finishes it: by a field over the program.
+    pub(crate) fn contour_to_run(&mut self, word: i32, (first, last): (usize, usize)) -> bool {
+        let run = !self.options.roughing && self.options.roughed_contours;
+        if run {
+            self.roughed.push((word, first, last));
+        }
+        run
     }
 
     /// Reports the first roughing cycle whose contour has not been run.

@@ -265,7 +265,7 @@ pub fn dialect_of(name: &str) -> PyResult<&'static Dialect> {
     Dialect::named(name).ok_or_else(|| PyValueError::new_err(name.to_owned()))
 }
 
-fn plane_of(number: u8) -> PyResult<Plane> {
+pub(crate) fn plane_of(number: u8) -> PyResult<Plane> {
     match number {
         17 => Ok(Plane::Xy),
         18 => Ok(Plane::Zx),

@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyBytes;
 
-use crate::nc::{dialect_of, parameters_of, tools_of, NcProgram, ToolTuple};
+use crate::nc::{dialect_of, parameters_of, plane_of, tools_of, NcProgram, ToolTuple};
 use crate::nc_field::NcField;
 
 /// Code, message, hint, line, column.
@@ -257,6 +257,7 @@ fn nc_said<'py>(
     word: PyReadonlyArray2<i32>,
     incremental: PyReadonlyArray1<bool>,
     renamed: PyReadonlyArray2<u32>,
+    plane: PyReadonlyArray1<u8>,
 ) -> PyResult<Bound<'py, PyArray2<bool>>> {
     let (word, _) = word.as_slice()?.as_chunks::<3>();
     let (renamed, _) = renamed.as_slice()?.as_chunks::<3>();
@@ -265,14 +266,18 @@ fn nc_said<'py>(
         .iter()
         .zip(word)
         .zip(incremental.as_slice()?)
-        .zip(renamed);
-    let sayings = moves.map(|(((block, words), incremental), renamed)| Saying {
-        block: *block as usize,
-        words: *words,
-        incremental: *incremental,
-        renamed: *renamed,
+        .zip(renamed)
+        .zip(plane.as_slice()?);
+    let sayings = moves.map(|((((block, words), incremental), renamed), plane)| {
+        Ok(Saying {
+            block: *block as usize,
+            words: *words,
+            incremental: *incremental,
+            renamed: *renamed,
+            third: plane_of(*plane)?.axes().2,
+        })
     });
-    let said = nc_map::said(&program.program, sayings);
+    let said = nc_map::said(&program.program, sayings.collect::<PyResult<Vec<_>>>()?);
     let count = said.len();
     said.into_flattened().into_pyarray(py).reshape([count, 3])
 }

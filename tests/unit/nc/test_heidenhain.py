@@ -139,9 +139,11 @@ def test_the_coordinates_of_a_pole_are_the_plane_of_its_arcs() -> None:
 
 
 def test_a_retraction_along_the_tool_is_said() -> None:
-    found = klartext("1 L M140 MB MAX").run().findings
-    assert [(one.code, one.message) for one in found] == [
-        (Code.NC_OPAQUE, "M140 MB MAX: what it does is not in the path")
+    path = klartext("BEGIN PGM A MM\n2 L X+1 Z-5 F9\n3 L M140 MB MAX\n4 L X+2 M140 MB5 F9").run()
+    assert path.end_mm[1].tolist() == [1.0, 0.0, 0.0]
+    assert [(one.place.line, one.code, one.message) for one in path.findings][:2] == [
+        (3, Code.NC_OPAQUE, "M140 MB MAX: the limit of travel is the machine's, taken as its zero"),
+        (4, Code.NC_OPAQUE, "M140 MB5 F9: what it does is not in the path"),
     ]
 
 

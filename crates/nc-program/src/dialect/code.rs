@@ -95,6 +95,10 @@ pub enum G {
     Home(u8),
     /// The same, of the axes that the block names only: without one nothing moves.
     HomeNamed(u8),
+    /// The tool's axis to the limit of its travel.
+    Retract,
+    /// The axes that the block names to a fixed point of the machine, by their own names or the machine's.
+    FixedPoint,
     /// Stores the present machine position as the first or the second.
     StoreHome(u8),
     /// Longitudinal turning cycle: X, Z, P1 depth of cut, P2 start of the exit taper.
@@ -111,6 +115,12 @@ pub enum G {
     OpaqueBlock,
     /// Changes where later positions are in a way that the runner does not follow.
     OpaqueMode,
+    /// Turns, scales or mirrors what follows; without influence where its values are those of a reset.
+    Turn,
+    /// The same, which takes shifts away, too.
+    TurnAnew,
+    /// The length of a tool, in the program.
+    DefineTool,
     /// Calls the program of P with arguments.
     CallMacro,
     /// Calls it after each move that follows.

@@ -5,13 +5,13 @@
 //! A block's function says how its coordinates move: nothing of it stays in force but feed, compensation and the pole.
 
 use super::{
-    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom,
-    ToolOffset, G, M,
+    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom,
+    ToolOffset, G, M, PLAIN,
 };
 use crate::controls;
 use crate::drill::Drill;
 use crate::flow::Flow;
-use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane};
+use crate::modal::{Compensation, FeedMode, Motion, Plane};
 
 /// The dialect.
 pub const HEIDENHAIN: Dialect = Dialect {
@@ -38,22 +38,17 @@ pub const HEIDENHAIN: Dialect = Dialect {
     brackets: (b'(', b')'),
     parameters: Parameters { mark: b'Q', named: Naming::Plain, computed: true, unset_is_zero: false },
     functions: Functions::Klartext,
-    blanks: Blanks::End,
     decimal_comma: true,
-    turns: false,
-    line_angle: b"",
     about_pole: true,
     flow: FlowStyle::Labels,
-    increments: None,
     tool_offset: ToolOffset::Call,
     rules: controls::HEIDENHAIN,
     other_axes: Letters::of(b"ABCUVW"),
     letters: Letters::of(b"ABCFMNQRSTUVWXYZ"),
-    g: |_| None,
     m: m_code,
-    initial: Modal::INITIAL,
     resolution: (1e-5, 1e-4),
     comment: ("; ", ""),
+    ..PLAIN
 };
 
 /// M codes not listed are the machine builder's. M89 and M99 run the cycle defined last.
@@ -69,6 +64,7 @@ fn m_code(number: u16) -> Option<M> {
 
 const CYCLE: Name = Name::Text(G::OpaqueBlock);
 const FRAME: Name = Name::Text(G::OpaqueMode);
+const TURN: Name = Name::Text(G::Turn);
 const TEXT: Name = Name::Text(G::Inert);
 
 /// A drilling cycle by its number, defined by Q parameters.
@@ -97,13 +93,18 @@ const NAMES: Names = Names::of(&[
     ("CYCL DEF 2.#", Name::Text(G::CycleLine)),
     ("CYCL DEF 7.0", TEXT),
     ("CYCL DEF 7.#", Name::Code(G::OffsetRegister)),
-    ("CYCL DEF 8.", FRAME),
+    ("CYCL DEF 8.1", TURN),
+    ("CYCL DEF 8.0", TEXT),
     ("CYCL DEF 9.", TEXT),
-    ("CYCL DEF 10.", FRAME),
-    ("CYCL DEF 11.", FRAME),
+    ("CYCL DEF 10.1", TURN),
+    ("CYCL DEF 10.0", TEXT),
+    ("CYCL DEF 11.1", TURN),
+    ("CYCL DEF 11.0", TEXT),
     ("CYCL DEF 13.", TEXT),
-    ("CYCL DEF 19.", FRAME),
-    ("CYCL DEF 26.", FRAME),
+    ("CYCL DEF 19.1", TURN),
+    ("CYCL DEF 19.", TEXT),
+    ("CYCL DEF 26.1", TURN),
+    ("CYCL DEF 26.", TEXT),
     ("CYCL DEF 32.", TEXT),
     ("CYCL DEF 247", Name::Text(G::Preset)),
     ("CYCL DEF 200", drills(200, Drill::Plain)),
@@ -172,12 +173,14 @@ const NAMES: Names = Names::of(&[
     ("M143\t", Name::Code(G::OpaqueMode)),
     ("M144\t", Name::Code(G::OpaqueMode)),
     ("M91\t", Name::Code(G::MachineCoordinates)),
+    ("M140 MB MAX\t", Name::Code(G::Retract)),
     ("M140 MB", CYCLE),
     ("M92\t", Name::Code(G::BuilderCoordinates)),
     ("PA", Name::Address(b'q')),
     ("PR", Name::Address(b'p')),
     ("PLANE RESET STAY", TEXT),
     ("PLANE RESET TURN", TEXT),
+    ("PLANE SPATIAL", TURN),
     ("PLANE", FRAME),
     ("R0\t", Name::Code(G::Compensation(Compensation::Off))),
     ("RL\t", Name::Code(G::Compensation(Compensation::Left))),
@@ -188,7 +191,7 @@ const NAMES: Names = Names::of(&[
     ("TCH PROBE", CYCLE),
     ("TOOL CALL Z\t", Name::Code(G::Plane(Plane::Xy))),
     ("TOOL CALL", Name::Address(b'T')),
-    ("TOOL DEF", TEXT),
+    ("TOOL DEF", Name::Text(G::DefineTool)),
     ("TRANS DATUM", FRAME),
     ("X\t", Name::Code(G::Plane(Plane::Yz))),
     ("Y\t", Name::Code(G::Plane(Plane::Zx))),

@@ -6,14 +6,14 @@
 //! machine data, such as diameters at the start, a program has to say: DIAMON or DIAMOF, G17 or G18.
 
 use super::{
-    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom,
-    ToolOffset, G, M,
+    common_classes, usual, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom,
+    ToolOffset, G, M, PLAIN,
 };
 use crate::controls;
 use crate::drill::Drill;
 use crate::flow::Flow;
 use crate::hole_places::Pattern;
-use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::modal::{FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::removal::Removal;
 
 /// The dialect.
@@ -25,22 +25,18 @@ pub const SIEMENS: Dialect = Dialect {
     brackets: (b'(', b')'),
     parameters: Parameters { mark: b'R', named: Naming::Plain, computed: true, unset_is_zero: false },
     functions: Functions::Siemens,
-    blanks: Blanks::End,
-    decimal_comma: false,
-    turns: false,
     line_angle: b"n",
-    about_pole: false,
     flow: FlowStyle::Structured,
-    increments: None,
     tool_offset: ToolOffset::Edge(b'D'),
     rules: controls::SIEMENS,
-    other_axes: Letters::of(b"ABCUVWo"),
+    other_axes: Letters::of(b"ABCUVWlo"),
     letters: Letters::of(b"ABCDFGHIJKLMNPRSTUVWXYZ"),
     g: |tenths| controls::siemens(tenths).or_else(|| g_code(tenths)),
     m: m_code,
     initial: Modal { motion: controls::SIEMENS.starts_with, ..Modal::INITIAL },
     resolution: (1e-5, 1e-4),
     comment: ("; ", ""),
+    ..PLAIN
 };
 
 fn g_code(tenths: u16) -> Option<G> {
@@ -48,18 +44,11 @@ fn g_code(tenths: u16) -> Option<G> {
         return None;
     }
     Some(match tenths / 10 {
-        0 => G::Motion(Motion::Rapid),
-        1 => G::Motion(Motion::Line),
-        2 => G::Motion(Motion::Clockwise),
-        3 => G::Motion(Motion::Counterclockwise),
         33..=35 => G::Motion(Motion::Thread),
         4 | 25 | 26 => G::Dwell,
         17 => G::Plane(Plane::Xy),
         18 => G::Plane(Plane::Zx),
         19 => G::Plane(Plane::Yz),
-        40 => G::Compensation(Compensation::Off),
-        41 => G::Compensation(Compensation::Left),
-        42 => G::Compensation(Compensation::Right),
         53 | 153 => G::MachineCoordinates,
         500 => G::WorkOffset(0),
         number @ 54..=57 => G::WorkOffset(number - 53),
@@ -70,18 +59,15 @@ fn g_code(tenths: u16) -> Option<G> {
         112 => G::Pole(PoleFrom::Pole),
         700 => G::Inch(true),
         710 => G::Inch(false),
-        90 => G::Incremental(false),
-        91 => G::Incremental(true),
         93 => G::Feed(FeedMode::InverseTime),
-        94 => G::Feed(FeedMode::PerMinute),
-        95 => G::Feed(FeedMode::PerRevolution),
         962 => G::Spindle(SpindleMode::SurfaceSpeed),
         972 => G::Spindle(SpindleMode::Revolutions),
-        63 | 74 | 75 | 147 | 148 | 247 | 248 | 331 | 332 | 347 | 348 => G::OpaqueBlock,
+        74 | 75 => G::FixedPoint,
+        63 | 147 | 148 | 247 | 248 | 331 | 332 | 347 | 348 => G::OpaqueBlock,
         291 => G::OpaqueMode,
         9 | 60 | 62 | 64 | 140..=143 | 290 | 340 | 341 | 450 | 451 | 460..=462 => G::Inert,
         601..=603 | 621 | 641..=645 | 810..=829 => G::Inert,
-        _ => return None,
+        _ => return usual(tenths),
     })
 }
 
@@ -102,6 +88,8 @@ const INERT: Name = Name::Inert;
 const CYCLE: Name = Name::Text(G::OpaqueBlock);
 /// Moves what follows in a way that is not followed.
 const FRAME: Name = Name::Text(G::OpaqueMode);
+const TURN: Name = Name::Text(G::Turn);
+const TURN_ANEW: Name = Name::Text(G::TurnAnew);
 
 const NAMES: Names = Names::of(&[
     ("AR", Name::Address(b'a')),
@@ -109,10 +97,10 @@ const NAMES: Names = Names::of(&[
     ("ANG", Name::Address(b'n')),
     ("A#", Name::Address(b'o')),
     ("ATRANS", Name::Code(G::Shift(true))),
-    ("AROT", FRAME),
-    ("AROTS", FRAME),
-    ("ASCALE", FRAME),
-    ("AMIRROR", FRAME),
+    ("AROT", TURN),
+    ("AROTS", TURN),
+    ("ASCALE", TURN),
+    ("AMIRROR", TURN),
     ("ADIS", INERT),
     ("ADISPOS", INERT),
     ("ACC", INERT),
@@ -221,7 +209,7 @@ const NAMES: Names = Names::of(&[
     ("MEAS", Name::Address(b'm')),
     ("M1", Name::Address(b'M')),
     ("M#", INERT),
-    ("MIRROR", FRAME),
+    ("MIRROR", TURN_ANEW),
     ("MCALL", Name::Text(G::ModalCycle)),
     ("MSG", INERT),
     ("NORM", INERT),
@@ -250,8 +238,8 @@ const NAMES: Names = Names::of(&[
     ("RP", Name::Address(b'p')),
     ("RND", Name::Address(b'r')),
     ("RNDM", Name::Address(b's')),
-    ("ROT", FRAME),
-    ("ROTS", FRAME),
+    ("ROT", TURN_ANEW),
+    ("ROTS", TURN_ANEW),
     ("RPL", FRAME),
     ("RET", Name::Function(M::Return)),
     ("REPEAT", Name::Flow(Flow::Do)),
@@ -259,7 +247,7 @@ const NAMES: Names = Names::of(&[
     ("S1", Name::Address(b'S')),
     ("S#", INERT),
     ("SUPA", Name::Code(G::MachineCoordinates)),
-    ("SCALE", FRAME),
+    ("SCALE", TURN_ANEW),
     ("SLOT#", CYCLE),
     ("STOPRE", INERT),
     ("SETAL", INERT),
@@ -297,7 +285,7 @@ const NAMES: Names = Names::of(&[
     ("WRITE", INERT),
     ("WALIMON", INERT),
     ("WALIMOF", INERT),
-    ("X#", Name::Address(b'o')),
-    ("Y#", Name::Address(b'o')),
-    ("Z#", Name::Address(b'o')),
+    ("X#", Name::Address(b'l')),
+    ("Y#", Name::Address(b'l')),
+    ("Z#", Name::Address(b'l')),
 ]);

@@ -75,7 +75,7 @@ def asks_corner(program: Program, path: ToolPath, move: int) -> bool:
     """Returns whether a move that no word sets is the corner that its block, or RNDM, requests."""
     letters = {word.letter for word in _values(program, path, move)}
     after_own = move > 0 and path.block[move - 1] == path.block[move]
-    return is_made(path, move) and bool(letters & CORNER or (after_own and program.dialect.rounds_every_corner))
+    return is_made(path, move) and bool(letters & CORNER or (after_own and program.rounds_every_corner))
 
 
 def asks_every_corner(program: Program, path: ToolPath, move: int) -> bool:

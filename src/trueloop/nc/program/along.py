@@ -54,6 +54,8 @@ def said_ends(program: Program, path: ToolPath) -> tuple[Flags, Flags]:
     offset a run only assumes where it is. An increment from such a place leads to another.
     """
     block, word = path.block.astype(np.int32), path.word.astype(np.int32)
-    after = nc_said(program.core, block, word, path.incremental, path.renamed.astype(np.uint32))
+    after = nc_said(
+        program.core, block, word, path.incremental, path.renamed.astype(np.uint32), path.plane.astype(np.uint8)
+    )
     before = np.vstack([np.zeros((1, 3), dtype=np.bool_), after[:-1]])
     return before, after

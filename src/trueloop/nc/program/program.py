@@ -157,6 +157,11 @@ class Program:
             for tool, axis, value, start, end, _ in rows
         )
 
+    @cached_property
+    def rounds_every_corner(self) -> bool:
+        """Returns whether RNDM may be in force somewhere: it rounds each corner from there on."""
+        return self.dialect.rounds_every_corner and b"RNDM" in self.source.upper()
+
     def parameters_used(self) -> tuple[str, ...]:
         """Parameters that its expressions read (`P46`, `#1`, `#<depth>`), in order of first use."""
         return tuple(name for name, _ in self.core.parameters_used())
