@@ -34,6 +34,16 @@ class Places:
             return [()] * len(self)
         return list(zip(*(self.columns[name].tolist() for name in names), strict=True))
 
+    def groups(self, names: Sequence[str]) -> dict[tuple[Any, ...], NDArray[np.intp]]:
+        """Returns the positions of the places that agree in some columns by the values of these, first met first."""
+        code = np.zeros(len(self), dtype=np.intp)
+        for name in names:
+            own = _numbered(self.columns[name])
+            code = code * (int(np.max(own, initial=0)) + 1) + own
+        _, first, of_place = np.unique(code, return_index=True, return_inverse=True)
+        labels = self.chosen(np.sort(first)).labels(names)
+        return {one: np.flatnonzero(of_place == k) for one, k in zip(labels, np.argsort(first), strict=True)}
+
     def chosen(self, rows: ArrayLike) -> "Places":
         """Returns some of the places, by position."""
         at = np.asarray(rows)
@@ -48,3 +58,12 @@ class Places:
 def joined(parts: Sequence[Places]) -> Places:
     """Places one after the other; all with the same columns."""
     return Places({name: np.concatenate([one.columns[name] for one in parts]) for name in parts[0].columns})
+
+
+def _numbered(column: NDArray[Any]) -> NDArray[np.intp]:
+    """Returns a number for each value of a column, the same for values that are equal, (n,)."""
+    if column.dtype != object:
+        return np.asarray(np.unique(column, return_inverse=True)[1], dtype=np.intp)
+    values = column.tolist()
+    number = {value: k for k, value in enumerate(dict.fromkeys(values))}
+    return np.array([number[value] for value in values], dtype=np.intp)

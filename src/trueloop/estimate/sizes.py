@@ -13,6 +13,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.estimate.observed import Observed, together
+from trueloop.estimate.places import Places
 from trueloop.estimate.state import JITTER_MM2, State
 from trueloop.estimate.term import Catalogue, Sizes, Term
 from trueloop.estimate.weights import more_noise
@@ -74,14 +75,55 @@ class _Block:
     earliest: Array
 
 
+@dataclass(frozen=True, eq=False)
+class _Scatter:
+    """What the cut scatters by from place to place: N places of few variances, of each of which the values follow a
+    sum.
+
+    `places` are one of each variance, (c,), `shares` by how much the values' covariance grows with it, (n, n) each.
+    """
+
+    catalogue: Catalogue
+    places: Places
+    shares: tuple[Array, ...]
+
+    @classmethod
+    def of(cls, catalogue: Catalogue, observed: Observed) -> "_Scatter":
+        """Returns those of observations: places alike for two sets of sizes that differ in each are alike for all."""
+        logarithms = catalogue.logarithms(catalogue.medians)
+        other = catalogue.sizes(logarithms + 0.01 * np.arange(1, len(logarithms) + 1))
+        seen = [catalogue.repeatability_mm2(observed.places, sizes) for sizes in (catalogue.medians, other)]
+        _, first, of_place = np.unique(np.array(seen), axis=1, return_index=True, return_inverse=True)
+        shares = []
+        for k in range(len(first)):
+            mine = of_place.reshape(-1) == k
+            if observed.functional is None:
+                shares.append(np.diag(mine.astype(np.float64)))
+            else:
+                shares.append(observed.functional[:, mine] @ observed.functional[:, mine].T)
+        return cls(catalogue, observed.places.chosen(first), tuple(shares))
+
+    def variances(self, sizes: Sizes) -> Array:
+        """Returns the variances at the places, (c,)."""
+        return self.catalogue.repeatability_mm2(self.places, sizes)
+
+    def covariance(self, sizes: Sizes) -> Array:
+        """Returns that of the values, (n, n)."""
+        return np.asarray(sum(v * share for v, share in zip(self.variances(sizes), self.shares, strict=True)))
+
+    def pulled(self, pull: Array) -> Array:
+        """Returns ∂(−log p)/∂v of each variance, (c,)."""
+        return np.array([0.5 * float(np.sum(pull * share)) for share in self.shares])
+
+
 class Badness:
     """−log(marginal likelihood × priors) of the logarithms of all sizes, and its gradient."""
 
     def __init__(self, catalogue: Catalogue, parts: Sequence[Observed], more_mm2: Array | float = 0.0) -> None:
         self._catalogue = catalogue
         observed = together(parts)
-        self._values, self._places = observed.value_mm, observed.places
-        self._functional = observed.functional
+        self._values = observed.value_mm
+        self._scatter = _Scatter.of(catalogue, observed)
         self._fixed = observed.instrument_mm2 + np.diag(np.full(len(observed), JITTER_MM2) + more_mm2)
         self._median = catalogue.logarithms(catalogue.medians)
         self._log_sd = np.array([prior.log_sd for prior in catalogue.priors.values()])
@@ -96,7 +138,7 @@ class Badness:
             variances.append(_squared(term.spread))
             if term.step is not None:
                 variances.append(_squared(term.step))
-        return [*variances, lambda at: self._catalogue.repeatability_mm2(self._places, at)]
+        return [*variances, self._scatter.variances]
 
     def _followed_by(self, variances: Callable[[Sizes], Array]) -> list[int]:
         """Returns which sizes, by index, variances depend on: only these have to be varied for their gradient."""
@@ -114,7 +156,7 @@ class Badness:
         from scipy.linalg import lapack
 
         sizes, gradient = self._catalogue.sizes(logarithms), np.zeros(len(logarithms))
-        covariance = self._fixed + self._scattered(sizes)
+        covariance = self._fixed + self._scatter.covariance(sizes)
         for term, blocks in self._terms:
             _add(covariance, term.spread(sizes), blocks, walking=False)
             if term.step is not None:
@@ -131,7 +173,7 @@ class Badness:
             slopes.append(_pulled(pull, blocks, walking=False))
             if term.step is not None:
                 slopes.append(_pulled(pull, blocks, walking=True))
-        slopes.append(self._pulled_scatter(pull))
+        slopes.append(self._scatter.pulled(pull))
         beside = [self._beside(logarithms, k) for k in range(len(logarithms))]
         for variances, slope, followed in zip(self._variances(), slopes, self._followed, strict=True):
             for k in followed:
@@ -147,36 +189,27 @@ class Badness:
         step[k] = DIFFERENCE
         return self._catalogue.sizes(logarithms + step), self._catalogue.sizes(logarithms - step)
 
-    def _scattered(self, sizes: Sizes) -> Array:
-        scatter = self._catalogue.repeatability_mm2(self._places, sizes)
-        if self._functional is None:
-            return np.diag(scatter)
-        return np.asarray((self._functional * scatter) @ self._functional.T)
-
-    def _pulled_scatter(self, pull: Array) -> Array:
-        if self._functional is None:
-            return np.asarray(0.5 * np.diag(pull))
-        return np.asarray(0.5 * np.einsum("ij,ij->j", pull @ self._functional, self._functional))
-
 
 def _squared(spread: Callable[[Sizes], Array]) -> Callable[[Sizes], Array]:
     return lambda sizes: spread(sizes) ** 2
 
 
 def _blocks(term: Term, observed: Observed) -> list[_Block]:
-    values, labels = term.basis(observed.places), observed.places.labels(term.scope)
+    values = term.basis(observed.places)
     times = None
     if term.step is not None:
         which = np.argmax(observed.matrix != 0.0, axis=1)
         times = observed.places.number(term.clock)[which]
     found = []
-    for label in dict.fromkeys(labels):
-        mine = np.array([one == label for one in labels])
-        design = observed.of(np.where(mine[:, None], values, 0.0))
-        rows = np.flatnonzero(np.any(design != 0.0, axis=1))
+    for mine in observed.places.groups(term.scope).values():
+        at, design = mine, values[mine]
+        if observed.functional is not None:
+            at, design = np.arange(len(observed)), observed.functional[:, mine] @ design
+        some = np.any(design != 0.0, axis=1)
+        rows, design = at[some], design[some]
         if len(rows):
             since = np.ones(1) if times is None else times[rows] - np.min(times[rows])
-            found.append(_Block(rows, design[rows], np.minimum.outer(since, since)))
+            found.append(_Block(rows, design, np.minimum.outer(since, since)))
     return found
 
 

@@ -154,9 +154,8 @@ class State:
         for term in self.catalogue.terms:
             if terms is not None and term.name not in terms:
                 continue
-            values, labels = term.basis(places), places.labels(term.scope)
-            for label in dict.fromkeys(labels):
-                mine = [k for k, one in enumerate(labels) if one == label]
+            values = term.basis(places)
+            for label, mine in places.groups(term.scope).items():
                 rows[mine, self.blocks[term.name, *label]] = values[mine]
         return rows
 
@@ -218,9 +217,5 @@ def _scattered(variance: Array, functional: Array | None) -> Array:
 
 def _keys(term: Term, places: Places) -> dict[Key, float]:
     """Blocks that places are of, in their order, each with the latest time of the term's clock."""
-    times = places.number(term.clock).tolist() if term.step is not None else [0.0] * len(places)
-    found = dict[Key, float]()
-    for label, time in zip(places.labels(term.scope), times, strict=True):
-        key = (term.name, *label)
-        found[key] = max(time, found.get(key, time))
-    return found
+    times = np.zeros(len(places)) if term.step is None else places.number(term.clock)
+    return {(term.name, *label): float(np.max(times[mine])) for label, mine in places.groups(term.scope).items()}

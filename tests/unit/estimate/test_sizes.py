@@ -1,5 +1,7 @@
 """Sizes of the terms: the gradient by differences, and sizes that data show."""
 
+from time import process_time
+
 import numpy as np
 import pytest
 
@@ -60,3 +62,20 @@ def test_a_large_setting_is_believed_and_nothing_measured_leaves_the_medians() -
     far = [touches(places(ANGLES, part_type=f"t{k}"), 200 * np.sin(ANGLES) * (-1) ** k, 0.5) for k in range(4)]
     assert fitted_sizes(CATALOGUE, far)["setting"] > 0.05
     assert fitted_sizes(CATALOGUE, []) == CATALOGUE.medians
+
+
+def test_a_value_and_its_gradient_cost_no_more_where_means_of_a_scan_were_measured() -> None:
+    """Ten means over 40 or over 2,000 places each: what depends on the number of places is done once."""
+
+    def took_s(each: int) -> float:
+        angles = np.linspace(FACE, CYLINDER, 10 * each)
+        means = np.kron(np.eye(10), np.full(each, 1.0 / each))
+        badness = Badness(CATALOGUE, [Observed(places(angles), np.full(10, 0.01), np.full(10, 5e-4), means)])
+        at, times = CATALOGUE.logarithms(CATALOGUE.medians), list[float]()
+        for _ in range(9):
+            begun = process_time()
+            badness.of(at)
+            times.append(process_time() - begun)
+        return min(times)
+
+    assert took_s(2000) < 3.0 * took_s(40)

@@ -135,3 +135,16 @@ def test_unknown_places_have_the_priors_spread() -> None:
     expected = State.before(offset_only()).predict(places([CYLINDER, CYLINDER / 3]), repeatability=False)
     assert expected.mean_mm == pytest.approx([0.0, 0.0])
     assert expected.standard_u_mm == pytest.approx([0.020, 0.010])
+
+
+def test_groups_are_the_places_of_equal_labels() -> None:
+    rng = np.random.default_rng(8)
+    tool = np.array(["T1", None, "T2"], dtype=object)[rng.integers(3, size=40)]
+    at = Places({"tool": tool, "part": rng.integers(-1, 2, 40), "edge": np.array(["b", "a"])[rng.integers(2, size=40)]})
+    for names in [(), ("part",), ("tool", "part"), ("edge", "tool", "part")]:
+        labels, groups = at.labels(names), at.groups(names)
+        assert list(groups) == list(dict.fromkeys(labels))
+        assert all(
+            [k for k, one in enumerate(labels) if one == label] == mine.tolist() for label, mine in groups.items()
+        )
+    assert at.chosen(np.zeros(0, dtype=np.intp)).groups(("tool", "part")) == {}
