@@ -249,16 +249,6 @@ def test_a_contour_that_is_roughed_too_begins_where_it_says(tmp_path: Path) -> N
     assert path_of(written).end_mm[-3:] == pytest.approx(finish_mm + turn.displacement_mm(finish_mm), abs=1e-5)
 
 
-def test_a_thread_in_passes_is_refused_even_where_nothing_is_left_to_the_control(tmp_path: Path) -> None:
-    """X and Z of its words are its root; displaced by them alone, the passes would begin and end elsewhere."""
-    shift = affine_field(np.eye(3), (0.01, 0, 0))
-    thread = "G76 P010000 Q50 R.02\nG76 X18.16 Z-20. P920 Q300 F1.5\n"
-    with pytest.raises(TrueloopError) as refusal:
-        mapped(tmp_path, f"G21\nG00 X24. Z4.\n{thread}M30\n", shift, "fanuc-lathe")
-    assert (refusal.value.code, refusal.value.place.line) == (Code.NC_MAP, 4)
-    assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
-
-
 @pytest.mark.parametrize(
     ("dialect", "text"),
     [
@@ -287,9 +277,9 @@ def test_a_circle_whose_end_is_a_step_from_its_start_stays_whole(tmp_path: Path)
 
 
 def test_a_cycle_that_is_refused_is_not_said_to_need_no_mending(tmp_path: Path) -> None:
-    lathe = "G21\nG00 X24. Z4.\nG92 X20. Z-9. F1.\n"
+    lathe = "G71 G18 G90 DIAMON\nG0 X24 Z4\nCYCLE97(1.5,,0,-20,30,30,3,2)\n"
     with pytest.raises(TrueloopError) as refused:
-        mapped(tmp_path, lathe, affine_field(np.eye(3), (0.01, 0, 0)), "fanuc-lathe")
+        mapped(tmp_path, lathe, affine_field(np.eye(3), (0.01, 0, 0)), "siemens")
     assert (refused.value.code, refused.value.place.line) == (Code.NC_OPAQUE, 3)
     assert "write what it does out as moves" in refused.value.hint
 

@@ -52,7 +52,12 @@ impl Runner<'_> {
             Removal::Contour => self.contour_turning(&arguments, word),
         };
         if let Err(why) = made {
-            let message = format!("{}: what it does is not in the path: {why}", self.word_text(word));
+            let what = format!("what it does is not in the path: {why}");
+            if !self.options.roughed_contours {
+                return self.note_opaque(word, &what);
+            }
+            // A field over the program would leave its contour where it is.
+            let message = format!("{}: {what}", self.word_text(word));
             let hint = "the path goes on without it; write its moves out to have them";
             self.warn(finding::OPAQUE, self.word_start(word), message, hint);
         }
