@@ -615,7 +615,7 @@ def path_of_program(
     """
     from trueloop.formats.input_file import read_source
     from trueloop.nc.program.parts import PART, stretches
-    from trueloop.nc.program.path_rows import rows_of
+    from trueloop.nc.program.tool_path import rows_of
 
     with busy(f"running {file}"):
         source, dialect = read_source(file, reading.dialect)

@@ -1,6 +1,7 @@
 """Findings in the geometry of a program's moves: of all at once, or of one part after the other."""
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -10,10 +11,9 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Finding, Place, Severity
-from trueloop.nc.check.carried import chained, picked
 from trueloop.nc.check.rapid import cutting_rapids, open_run
-from trueloop.nc.check.written_step import written_step_mm
 from trueloop.nc.program.along import PLANE_AXES
+from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.parts import Lines
 from trueloop.nc.program.path_mode import PathMode
 from trueloop.nc.program.tool_path import Motion, ToolPath
@@ -25,6 +25,14 @@ SMALLEST_KINK_RAD: Final = math.radians(0.1)
 """A jump of direction below this is taken for tangent."""
 LARGEST_KINK_RAD: Final = math.radians(5.0)
 """A jump of direction above this is taken for a corner that was meant."""
+_COARSEST_MM: Final = 0.001
+"""The coarsest step assumed, mm: programs of round numbers do not show their rounding."""
+_ENOUGH: Final = 1 << 20
+_COORDINATE: Final = re.compile(rb"[XYZ][ \t]*[-+]?\d*\.(\d+)", re.IGNORECASE)
+_COLUMNS: Final = (
+    *("motion", "start_mm", "end_mm", "centre_mm", "sweep_rad", "programmed_radius_mm"),
+    *("block", "column", "word", "state", "call"),
+)
 
 
 @dataclass(frozen=True)
@@ -57,9 +65,9 @@ class _Rapids:
     lines: tuple[Lines, ...] = ()
 
     def and_then(self, path: ToolPath, lines: Lines) -> "_Rapids":
-        moves, those = chained(self.path, path), (*self.lines, lines)
+        moves, those = _chained(self.path, path), (*self.lines, lines)
         found = tuple(_cuts_on_rapid(moves, those, goes_on=True))
-        kept = picked(moves, open_run(moves))
+        kept = _picked(moves, open_run(moves))
         first = int(kept.block.min()) if len(kept) else lines.first + lines.until
         return _Rapids((*self.found, *found), kept, tuple(one for one in those if one.first + one.until > first))
 
@@ -93,14 +101,14 @@ class Geometry:
             return replace(self, mode=mode)
         step_mm = self.step_mm
         if step_mm is None:
-            step_mm = written_step_mm(self.source, lines.program.dialect, path.coordinate_state(0).inch)
-        joint = chained(self.last, picked(path, np.arange(1)))
+            step_mm = _written_step_mm(self.source, lines.program.dialect, path.coordinate_state(0).inch)
+        joint = _chained(self.last, _picked(path, np.arange(1)))
         return replace(
             self,
             step_mm=step_mm,
             arcs=(*self.arcs, *_arcs_that_do_not_fit(path, step_mm, self.arc_tolerance_mm)),
             tangents=(*self.tangents, *_broken_tangents(joint, step_mm), *_broken_tangents(path, step_mm)),
-            last=picked(path, np.array([len(path) - 1])),
+            last=_picked(path, np.array([len(path) - 1])),
             feeds=self.feeds.and_then(path),
             rapids=self.rapids.and_then(path, lines),
             mode=mode,
@@ -217,3 +225,37 @@ def _homes(lines: tuple[Lines, ...], block: int) -> bool:
     words = of.program.block(block - of.first).words
     meanings = (of.program.core.meaning(word.index) or "" for word in words)
     return any(meaning.startswith(("MachineCoordinates", "Home")) for meaning in meanings)
+
+
+def _written_step_mm(source: bytes, dialect: Dialect, inch: bool) -> float:
+    """Returns one unit of the last decimal that the program's coordinates use, in mm; at most `_COARSEST_MM`.
+
+    Never finer than the control's resolution. inch: the unit of the first move. The program's first megabyte is
+    searched with its comments: a coordinate in a comment has the program's decimals too.
+    """
+    decimals = max((len(found) for found in _COORDINATE.findall(source, 0, _ENOUGH)), default=0)
+    return min(max(10.0**-decimals, dialect.step(inch)) * (MM_PER_INCH if inch else 1.0), _COARSEST_MM)
+
+
+def _picked(path: ToolPath, moves: Integers) -> ToolPath:
+    """Returns some moves (k,) of a path with their states, copied, without dwells and findings."""
+    columns: dict[str, Any] = {name: getattr(path, name)[moves] for name in _COLUMNS}
+    used, columns["state"] = np.unique(columns["state"], return_inverse=True)
+    return _without_dwells(path, columns, {name: values[used] for name, values in path.states.items()})
+
+
+def _chained(before: ToolPath | None, path: ToolPath) -> ToolPath:
+    """Returns the moves of both, one after the other, without dwells and findings; neither is made in a call."""
+    if before is None or not len(before):
+        return path
+    both: dict[str, Any] = {name: np.concatenate([getattr(before, name), getattr(path, name)]) for name in _COLUMNS}
+    both["state"][len(before) :] += len(before.states["tool"])
+    states = {name: np.concatenate([values, path.states[name]]) for name, values in before.states.items()}
+    return _without_dwells(path, both, states)
+
+
+def _without_dwells(path: ToolPath, columns: dict[str, Any], states: dict[str, NDArray[Any]]) -> ToolPath:
+    return ToolPath(
+        **columns, states=states, calls=path.calls, unit_stated=None,
+        dwell_before=np.empty(0, dtype=np.int64), dwell_s=np.empty(0),
+    )  # fmt: skip

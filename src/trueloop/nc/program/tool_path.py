@@ -214,6 +214,9 @@ CSV_HEADER = (
 )
 """Columns of `csv_text`: x is a radius; x, y, z the end of the move; centre and sweep empty except of arcs."""
 
+_WORDS: Final = frozenset({"motion", "feed_unit"})
+_WHOLE: Final = frozenset({"line", "column", "tool"})
+"""Columns of words, and of whole numbers."""
 _FEED_UNITS: Final = {INVERSE_TIME: "1/min", PER_MINUTE: "mm/min", PER_REVOLUTION: "mm/rev"}
 _LENGTH_DECIMALS, _ANGLE_DECIMALS = 9, 12
 _ROWS_AT_ONCE: Final = 20_000
@@ -249,3 +252,20 @@ def _columns(path: ToolPath, rows: slice) -> list[tuple[Array, int] | tuple[NDAr
 
 def _numbers(values: NDArray[Any]) -> Array:
     return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def rows_of(path: ToolPath) -> list[dict[str, object]]:
+    """Returns the rows of `csv_text` as objects: numbers as numbers, empty cells as None."""
+    return [
+        {name: _value(name, cell) for name, cell in zip(CSV_HEADER, row.split(","), strict=True)}
+        for text in csv_text(path)
+        for row in text.splitlines()
+    ]
+
+
+def _value(name: str, cell: str) -> object:
+    if name in _WORDS:
+        return cell
+    if not cell:
+        return None
+    return int(cell) if name in _WHOLE else float(cell)

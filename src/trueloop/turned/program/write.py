@@ -23,8 +23,7 @@ from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Coordin
 from trueloop.turned.compensation.moves import between
 from trueloop.turned.compensation.targets import EndShift, Replacement
 from trueloop.turned.program.arc_blocks import blocks_for, is_motion, style_of
-from trueloop.turned.program.contour_cycles import finishing_cycle, roughed_by
-from trueloop.turned.program.contour_start import require_named
+from trueloop.turned.program.contour_cycles import finishing_cycle, require_named, roughed_by
 
 AXES = ((0, "X"), (2, "Z"))
 
