@@ -8,7 +8,16 @@ from typing import Annotated, Final, Literal, TypeVar
 
 import typer
 
-from trueloop.cli.program_file import DialectName, OfSide, OfTip, ProgramFile, Settings, UnitAtStart, parameters_of
+from trueloop.cli.program_file import (
+    AcceptUnknown,
+    DialectName,
+    OfSide,
+    OfTip,
+    ProgramFile,
+    Settings,
+    UnitAtStart,
+    parameters_of,
+)
 from trueloop.cli.shared_options import not_negative
 from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines
 
@@ -54,6 +63,7 @@ def new(
     ] = None,
     side: OfSide = "outside",
     tip: OfTip = None,
+    accept_unknown_words: AcceptUnknown = False,
     outline: Annotated[
         int | None, typer.Option("--outline", min=1, help="Which contour of the drawing, where that side has several.")
     ] = None,
@@ -102,6 +112,7 @@ def new(
                 side=Side(side),
                 chosen=Chosen(outline, zero),
                 tip=tip,
+                accept_unknown_words=accept_unknown_words,
             )
         )
     if as_json:

@@ -32,6 +32,10 @@ OfTip = Annotated[
         "[default: it moves the nose's centre]",
     ),
 ]
+AcceptUnknown = Annotated[
+    bool,
+    typer.Option("--accept-unknown-words", help="Go on although words or codes are unknown: taken to move nothing."),
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", "-s", metavar="P=V", help="Value of a parameter, as P46=3.52; may be repeated."),

@@ -73,6 +73,17 @@ def test_a_job_that_is_there_is_not_written_over(tmp_path: Path) -> None:
     assert (tmp_path / "readings.csv").read_text() == "filled in" and not (tmp_path / "job.toml").exists()
 
 
+def test_a_move_that_is_not_understood_is_not_left_out_of_the_part(tmp_path: Path) -> None:
+    """A cone whose `Z-90..` is no number: the part would end before it."""
+    finish = tmp_path / "finish.nc"
+    finish.write_text("G21 G40 G99\nT0303\nG00 X20. Z3.\nG01 G42 Z0. F0.1\nX28. Z-22.\nX58. Z-90..\nG40 X64.\nM30\n")
+    given = (finish, *RADIUS, "-d", "fanuc-lathe")
+    assert "NC-WORD" in run("new", *given, "--folder", tmp_path / "job", status=3)
+    assert "NC-WORD" in run("part", "from-program", *given, status=3)
+    run("new", *given, "--folder", tmp_path / "job", "--accept-unknown-words")
+    assert "accept_unknown_words = true" in (tmp_path / "job" / "job.toml").read_text()
+
+
 @pytest.mark.parametrize(
     ("arguments", "said", "status"),
     [

@@ -110,6 +110,35 @@ def test_pull_out_at_the_free_end_is_no_cone() -> None:
     assert chamfered.profile.names == ("cylinder-1", "face-1", "cone-1")
 
 
+LED_IN = b"""G21 G40 G80 G99
+T0303
+G00 X20. Z3.
+G01 {on}Z{front} F0.1
+X28. ,C1.5
+Z-22.
+X36.
+Z-48.
+G40 X64.
+M30
+"""
+
+
+@pytest.mark.parametrize(("on", "front_mm"), [(b"G42 ", 0.0), (b"", NOSE_RADIUS_MM)])
+def test_lead_in_along_z_in_front_of_the_face_is_no_cylinder(on: bytes, front_mm: float) -> None:
+    text = LED_IN.replace(b"{on}", on).replace(b"{front}", f"{front_mm:.5f}".encode())
+    contour = contour_of_program(feed_moves(read_program(text, "fanuc-lathe").run()), NOSE_RADIUS_MM)
+    assert contour.profile.names == ("cylinder-1", "face-1", "cylinder-2", "cone-1", "face-2")
+    assert contour.profile.features[-1].end_mm[1] == pytest.approx(0.0, abs=1e-9)
+    assert "Line 4 was taken for the way in or out at the free end, not for a cylinder." in contour.notes
+
+
+def test_pin_that_reaches_behind_the_first_face_stays() -> None:
+    """The first cut runs from in front of the part to a shoulder at z -15, as on a part that is faced already."""
+    text = LED_IN.replace(b"{on}", b"G42 ").replace(b"{front}", b"-15.")
+    contour = contour_of_program(feed_moves(read_program(text, "fanuc-lathe").run()), NOSE_RADIUS_MM)
+    assert contour.profile.names[-1] == "cylinder-3"
+
+
 def test_named_lines_keep_the_approach_as_a_face() -> None:
     path = nose_centre_path(facetst(), NOSE_RADIUS_MM).features
     start = path[0].start_mm

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.program_file import OfSide, OfTip, ProgramFile, Reading
+from trueloop.cli.program_file import AcceptUnknown, OfSide, OfTip, ProgramFile, Reading
 from trueloop.cli.shared_options import not_negative
 from trueloop.cli.terminal import AsJson, busy, guarded, print_json, wide_console
 from trueloop.errors import in_file
@@ -95,6 +95,7 @@ def from_program(
     ] = None,
     side: OfSide = "outside",
     tip: OfTip = None,
+    accept_unknown_words: AcceptUnknown = False,
     table: Table = Table(),
 ) -> None:
     """Make a [part] table from a finish program: the path of the nose centre less the nose radius. No CAD needed."""
@@ -102,7 +103,7 @@ def from_program(
     from trueloop.loops.turned.commanded import Run
 
     with busy(f"reading {file}"):
-        run = Run(reading.parameters, reading.skipped_blocks, lines, tip=tip)
+        run = Run(reading.parameters, reading.skipped_blocks, lines, tip=tip, accept_unknown_words=accept_unknown_words)
         contour = run.contour(reading.program(file), nose_radius_mm, Side(side))
     table.hand_over(contour.profile, contour.notes, file)
 

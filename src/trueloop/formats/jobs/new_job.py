@@ -35,6 +35,7 @@ class NewJob:
     unit: Literal["mm", "inch"] | None = None
     lines: tuple[int, int] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
+    accept_unknown_words: bool = False
 
 
 def job_toml(new: NewJob) -> str:
@@ -75,6 +76,7 @@ def _programs(new: NewJob) -> str:
             f"finish = {quoted(new.finish.as_posix())}",
             *([] if new.lines is None else [f"finish_lines = [{new.lines[0]}, {new.lines[1]}]"]),
             *([] if new.unit is None else [f"unit = {quoted(new.unit)}"]),
+            *(["accept_unknown_words = true"] if new.accept_unknown_words else []),
             *([] if not given else [f"parameters = {{ {given} }}"]),
             "",
         ]

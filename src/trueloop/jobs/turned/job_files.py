@@ -237,7 +237,12 @@ class JobFiles:
         part = self.job.part
         if part.from_program:
             programs = self.job.own_programs
-            run = Run(programs.parameters, programs.execute_deleted_blocks, tip=self.tool.tip)
+            run = Run(
+                programs.parameters,
+                programs.execute_deleted_blocks,
+                tip=self.tool.tip,
+                accept_unknown_words=programs.accept_unknown_words,
+            )
             side = Side(part.side)
             return run.contour(finish or self.finish_program(), self.nose_radius_mm, side).profile.features
         if part.dxf is not None:

@@ -21,6 +21,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.turned.gauge_sheet import GaugeSheet
 from trueloop.loops.turned.commanded import Run, commanded
 from trueloop.nc.program.program import Program, Unit
+from trueloop.nc.program.understood import require_understood
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
 from trueloop.turned.readings.plan import gauge_plan
@@ -110,6 +111,7 @@ class Wanted:
     side: Side = Side.OUTSIDE
     chosen: Chosen = AS_DRAWN
     tip: int | None = None
+    accept_unknown_words: bool = False
 
 
 @dataclass(frozen=True)
@@ -126,11 +128,14 @@ def new_job(wanted: Wanted) -> Made:
     """Writes `job.toml`, and `readings.csv` with `sheet.html` or `touches.csv`; nothing where one is there already.
 
     The program is run and matched with the part: one that does not cut it is refused here, not at the first correction.
-    Raises NC, GEO, JOB-EXISTS and OUT errors.
+    Raises NC errors, NC-WORD and NC-CODE for what the dialect does not know
+    among them, GEO, JOB-EXISTS and OUT errors.
     """
     program = read_program(wanted.program, wanted.dialect, wanted.unit)
     with in_file(wanted.program):
         check_uncorrected(program.source)
+        if not wanted.accept_unknown_words:
+            require_understood(program)
     drawn = _drawn(wanted, program)
     profile = drawn.profile
     with in_file(wanted.program):
@@ -148,7 +153,7 @@ def new_job(wanted: Wanted) -> Made:
 
 
 def _run(wanted: Wanted) -> Run:
-    return Run(wanted.parameters, False, wanted.lines, tip=wanted.tip)
+    return Run(wanted.parameters, False, wanted.lines, tip=wanted.tip, accept_unknown_words=wanted.accept_unknown_words)
 
 
 def _drawn(wanted: Wanted, program: Program) -> Drawn:
@@ -220,4 +225,5 @@ def _said(wanted: Wanted, program: Program, drawn: Drawn, file: str) -> NewJob:
         unit=wanted.unit,
         lines=wanted.lines,
         parameters=wanted.parameters,
+        accept_unknown_words=wanted.accept_unknown_words,
     )

@@ -30,7 +30,7 @@ from trueloop.nc.program.feed_moves import FeedMove, feed_moves
 from trueloop.nc.program.path_mode import path_mode_findings
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
-from trueloop.nc.program.understood import require_known_frame, require_sound, require_unturned
+from trueloop.nc.program.understood import require_known_frame, require_sound, require_understood, require_unturned
 from trueloop.turned.compensation.shift import ZERO, Shift
 from trueloop.turned.compensation.targets import Cut
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -44,6 +44,7 @@ class Run:
     obvious. `called`: only what that edge cuts counts; None: a program of one. `number`: the finishing tool's, as the
     job states it: of the runs of one contour by several tools its own counts. `tip`: the orientation of the tip that
     programs move without G41 or G42, by the control's number, 0 for the nose's centre; None: determined from the path.
+    `accept_unknown_words`: whether a contour is read from a program with words that the dialect does not know.
     """
 
     parameters: Mapping[str, float]
@@ -52,6 +53,7 @@ class Run:
     called: Called | None = None
     number: int | None = None
     tip: int | None = None
+    accept_unknown_words: bool = False
 
     def moves(self, program: Program, path: ToolPath) -> tuple[FeedMove, ...]:
         """Returns the feed moves that count; of those that the same blocks make again at the same places the last."""
@@ -92,6 +94,8 @@ class Run:
     def contour(self, program: Program, nose_radius_mm: float, side: Side = Side.OUTSIDE) -> ProgramContour:
         """Returns the contour that a finish pass leaves. Raises NC and GEO errors with the program's file named."""
         with in_file(program.file):
+            if not self.accept_unknown_words:
+                require_understood(program)
             path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
             path = of_centre(path, tip_mm(program.dialect, self.tip or 0, nose_radius_mm))
             shown = sides_of_cuts(path)

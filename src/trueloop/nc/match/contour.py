@@ -74,7 +74,7 @@ def contour_of_program(
     _require_side(chain, ordered is not chain, side, shown)
     chain = ordered
     if lines is None:
-        chain = _without_approach(chain, side, notes)
+        chain = _without_approach(chain, side, offset_mm, notes)
     chain = _up_to_axis(chain, notes)
     if not chain:
         raise _nothing(len(found), lines)
@@ -148,11 +148,11 @@ _PASS: Final = {Side.OUTSIDE: "pass outside", Side.INSIDE: "bore", Side.AROUND: 
 _BESIDE: Final = {Side.OUTSIDE: "nearer to the axis", Side.INSIDE: "further from the axis"}
 
 
-def _without_approach(moves: list[FeedMove], side: Side, notes: list[str]) -> list[FeedMove]:
+def _without_approach(moves: list[FeedMove], side: Side, offset_mm: float, notes: list[str]) -> list[FeedMove]:
     """Leaves out a way in or out: straight moves at the ends that make a concave corner of more than 45° with the rest.
 
     At the chuck end one that runs straight from or to the side where the tool is free, at the free end one that goes
-    there in any direction.
+    there in any direction, or along z in front of the face at z = 0 beyond which nothing else is cut.
     """
     kept = list(moves)
     if side is Side.AROUND:
@@ -163,8 +163,9 @@ def _without_approach(moves: list[FeedMove], side: Side, notes: list[str]) -> li
         if len(kept) < 2 or not _is_way(kept[at], kept[pair]):
             continue
         to_free = free_x * along * float(kept[at].path.tangent(0.0)[0])
-        if to_free > (SQUARE if end == "chuck" else _OUTWARDS):
-            shape = "a face" if end == "chuck" else "a cone"
+        in_air = end == "free" and _in_front(kept[at], kept[1:] if at == 0 else kept[:-1], offset_mm)
+        if in_air or to_free > (SQUARE if end == "chuck" else _OUTWARDS):
+            shape = "a face" if end == "chuck" else "a cylinder" if in_air else "a cone"
             notes.append(f"Line {kept.pop(at).line} was taken for the way in or out at the {end} end, not for {shape}.")
     return kept
 
@@ -172,6 +173,14 @@ def _without_approach(moves: list[FeedMove], side: Side, notes: list[str]) -> li
 def _is_way(move: FeedMove, pair: Sequence[FeedMove]) -> bool:
     turn_rad = junctions_of([member.path for member in pair])[0].turn_rad
     return isinstance(move.path, Line) and turn_rad < -math.pi / 4
+
+
+def _in_front(move: FeedMove, others: Sequence[FeedMove], offset_mm: float) -> bool:
+    """Returns whether a move is in the air in front of the part's face at z = 0; `offset_mm`: of moves from contour."""
+    beyond_mm = min(move.path.start_mm[1], move.path.end_mm[1]) - offset_mm
+    highest_mm = max(max(other.path.start_mm[1], other.path.end_mm[1]) for other in others) - offset_mm
+    outside_axis = move.path.start_mm[0] > GAP_MM
+    return outside_axis and abs(beyond_mm) <= GAP_MM and abs(highest_mm) <= GAP_MM
 
 
 def _up_to_axis(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:

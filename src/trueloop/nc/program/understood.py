@@ -20,7 +20,7 @@ def require_understood(program: Program) -> None:
             first.message + (f", and {more} more that {program.dialect.name} does not know" if more else ""),
             hint=f"{first.hint}; `trueloop nc check` lists them all",
             place=first.place,
-            override="programs.accept_unknown_words in the job",
+            override="programs.accept_unknown_words in the job, --accept-unknown-words",
             values=first.values,
         )
 
