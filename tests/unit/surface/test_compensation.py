@@ -91,6 +91,18 @@ def test_linuxcnc_runs_the_corrected_program_where_we_say() -> None:
     np.testing.assert_allclose(np.array([move.end_mm for move in lines]), wanted, atol=1e-9)
 
 
+@pytest.mark.parametrize("ending", ["G91 G28 X0. Y0.", "G91 G28 Z0.\nG28 X0. Y0.", "G91 G00 X5. Y5. Z20."])
+def test_increments_behind_the_last_cut_start_where_it_ends_displaced(ending: str) -> None:
+    """As post-processors end a program; the words stay, and what they move is as far off as the cut before them."""
+    text = program_text(zigzag(NOMINAL, OPTIONS), dialect_named("fanuc-mill"), OPTIONS)
+    given = read_program(text.replace("\nM5\n", f"\n{ending}\nM5\n").encode(), "fanuc-mill")
+    found = corrected_program(given, NOMINAL, corrected().surface, BALL, "0123456789abcdef").source
+    assert f"\n{ending}\n".encode() in found
+    before, after = (program.run().end_mm[-1] for program in (given, given.rewritten(found)))
+    if "G28" not in ending:
+        assert 1e-4 < float(np.max(np.abs(after - before)[:2])) < 0.025
+
+
 def test_feeds_stay_and_long_moves_are_split_where_the_correction_bends() -> None:
     flat = wavy_surface(20.0, 0.0)
     text = "G21 G90 G94 G17\nG0 X0 Y10 Z5\nN10 G1 Z0 F100\nN20 X20 F300\nN30 Y11\nN40 X0\nG0 Z5\nM2\n"

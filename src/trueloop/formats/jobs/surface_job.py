@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from trueloop.domain.option import OF_SURFACES
 from trueloop.formats.jobs.job import StoreTable, read_job_file
 from trueloop.formats.option_tables import with_options
-from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Table
+from trueloop.formats.toml_tables import Count, Finite, In, Moment, NotNegative, Positive, Table
 from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.options import SurfaceOptions
 
@@ -79,6 +79,8 @@ class SurfaceProgramTable(Table):
     """
     decimals: Annotated[int, Field(ge=0, le=9, strict=True)] = 0
     """Decimals of new coordinates; never fewer than the control's and the program's."""
+    parameters: Annotated[dict[str, Finite], In("program's")] = Field(default_factory=dict)
+    """Values of the program's parameters and of the machine's that it depends on, `{ "3402#0" = 0 }`."""
 
 
 @with_options("compensation", SurfaceOptions, SurfaceJob, OF_SURFACES)

@@ -180,7 +180,9 @@ def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:
         return None
     corner = job.cutter.radius_mm if job.cutter.corner_mm is None else job.cutter.corner_mm
     cutter = Cutter(job.cutter.radius_mm, corner)
-    return options_from(SurfaceJob, job, cutter=cutter, axis=job.cutter.axis, rotary=job.cutter.rotary)
+    parameters = {} if job.program is None else job.program.parameters
+    axis, rotary = job.cutter.axis, job.cutter.rotary
+    return options_from(SurfaceJob, job, cutter=cutter, axis=axis, rotary=rotary, parameters=parameters)
 
 
 def _program(path: Path, table: SurfaceProgramTable) -> Program:

@@ -212,7 +212,7 @@ def _passes(surface: Surface, program: Program, job: SurfaceJob) -> Passes:
     The tip goes straight, as tool centre point control has it, and the words that turn the tool change evenly with it:
     places lie so close that the edge leaves its way by no more than `TURN_MM` between them.
     """
-    path = program.run()
+    path = program.run(job.parameters)
     arcs, cutting = np.count_nonzero(path.motion == Motion.ARC), np.flatnonzero(path.motion == Motion.LINE)
     if arcs or not len(cutting):
         raise TrueloopError(

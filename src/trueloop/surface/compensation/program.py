@@ -108,14 +108,23 @@ def depths_mm(surface: Surface, cutter: Cutter, tips_mm: Array, axes: Array) -> 
 
 
 def held_starts(path: ToolPath, ends: Mapping[int, Array]) -> Array:
-    """Where each move starts in the written program, (n, 3): coordinates that no word sets stay displaced."""
+    """Where each move starts in the written program, (n, 3): coordinates that no word sets stay displaced, and so do
+    those that an increment moves.
+    """
     held = np.array(path.start_mm)
     for move in range(1, len(path)):
         last = ends.get(move - 1)
         if last is None:
-            last = np.where(path.word[move - 1] >= 0, path.end_mm[move - 1], held[move - 1])
+            last = _held_end(path, move - 1, held)
         held[move] = last + (path.start_mm[move] - path.end_mm[move - 1])
     return held
+
+
+def _held_end(path: ToolPath, move: int, held: Array) -> Array:
+    """Returns where a move that is left alone ends, (3,), when it starts at `held`, (n, 3) for all moves."""
+    stays = (path.word[move] < 0) | path.incremental[move]
+    end: Array = np.where(stays, held[move] + (path.end_mm[move] - path.start_mm[move]), path.end_mm[move])
+    return end
 
 
 def require_arcs_stay(program: Program, path: ToolPath, ends: Mapping[int, Array]) -> None:
@@ -167,7 +176,7 @@ def corrected_program(
     """
     check_uncorrected(program.source)
     require_understood(program)
-    path = program.run()
+    path = program.run(job.parameters)
     require_sound(path)
     require_known_frame(path)
     samples = sampled(program, path, nominal, corrected, job)
@@ -179,7 +188,7 @@ def corrected_program(
     edits = [*_mark(program, record_id), *_edits(program, path, samples.axes, ends, between)]
     source = apply_edits(program, edits)
     written = program.rewritten(source)
-    again = written.run()
+    again = written.run(job.parameters)
     axes = tool_axes(written, again, job.rotary, job.axis)
     inserted = _inserted(path, between)
     at = np.arange(len(path)) + np.cumsum(inserted)  # what the source's moves have become
@@ -328,7 +337,9 @@ def _read_back(
         found = again.end_mm[at[move] - len(points) : at[move]]
         if (off := float(np.max(np.abs(found - [at for _, at in points])))) > allowed:
             raise not_as_intended(f"a new point of the written program is {off * UM_PER_MM:.2f} µm off")
-    wanted = np.array([ends.get(move, path.end_mm[move]) for move in range(len(path))]).reshape(-1, 3)
+    held = held_starts(path, ends)
+    left_alone = (_held_end(path, move, held) for move in range(len(path)))
+    wanted = np.array([ends.get(move, end) for move, end in enumerate(left_alone)]).reshape(-1, 3)
     checked = (path.word >= 0) | np.isin(np.arange(len(path)), list(ends))[:, None]
     off = float(np.max(np.abs(again.end_mm[at] - wanted)[checked], initial=0.0))
     if off > allowed:

@@ -3,8 +3,8 @@
 M(u, v) = N(u, v) − w · MPM(u, v) · n(u, v) [MPM Eq. 5], fitted again as a B-spline surface on the nominal's parameters.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Annotated, Final, Protocol
 
 import numpy as np
@@ -85,8 +85,8 @@ TURN_DEG: Final = 1.0
 @dataclass(frozen=True)
 class SurfaceJob:
     """How a program is to be corrected: its cutter, the tool axis out of the material, or the letters of the words that
-    turn it (`tool_axis`), the chord tolerance, the distance between the places looked at along a move, and what may be
-    cut too deep.
+    turn it (`tool_axis`), the chord tolerance, the distance between the places looked at along a move, what may be
+    cut too deep, and values of the program's parameters.
     """
 
     cutter: Cutter
@@ -105,6 +105,7 @@ class SurfaceJob:
     ] = 5e-3
     cuts_mm: float = CUTS_MM
     rotary: str = ""
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,7 +235,7 @@ def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, 
         both = inside[inner] & (inside[1:] if axis == 0 else inside[:, 1:])
         rise = np.where(both, np.diff(weight * deviation.grid_mm(*at), axis=axis), 0.0)
         slope[inner] = np.hypot(slope[inner], rise / steps)
-    for code, values, limit, unit, field in (
+    for code, values, limit, unit, key in (
         (Code.CMP_SIZE, size, limits.correction_mm, "µm", "correction_mm"),
         (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "slope"),
     ):
@@ -246,7 +247,7 @@ def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, 
                 f"the correction reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f}, y {y:.3f}, z {z:.3f} mm; the "
                 f"limit is {limit * UM_PER_MM:.1f} {unit}",
                 hint="look at the deviations there first: bad touches are likelier than such an error",
-                override=allowed_by(field),
+                override=allowed_by(key),
                 values=dict(zip(code.values, (float(values[k]) * UM_PER_MM, limit * UM_PER_MM), strict=True)),
             )
 

@@ -23,7 +23,7 @@ def require_outer_side(program: Program, surface: Surface, job: SurfaceJob) -> N
     what is wrong with it.
     """
     try:
-        path = program.run()
+        path = program.run(job.parameters)
         axes = tool_axes(program, path, job.rotary, job.axis)
     except TrueloopError:
         return
