@@ -12,7 +12,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Place
 from trueloop.formats.jobs.surface_job import read_surface_job
 from trueloop.jobs.surface.job import correct_surface, read_surface
-from trueloop.loops.surface.surface import model_of
+from trueloop.loops.surface.surface import SurfaceCorrection, correct, model_of, pattern_model
 
 SIDE = 12
 AT = np.linspace(0.05, 0.95, SIDE)
@@ -172,3 +172,19 @@ def test_cells_that_are_none_are_refused_with_key_and_line(folder: Path, cells: 
 def test_more_cells_than_points_are_refused_with_the_part(folder: Path) -> None:
     refusal = refused(_modelled, _job(folder, "cells = [40, 40]\n"))
     assert refusal.place.file == str(folder / "parts" / "S01.csv")
+
+
+def test_parts_that_differ_by_their_set_up_alone_are_no_correction(folder: Path) -> None:
+    """Set up 40 µm apart, with a form of 5 µm: by the datum nothing of the pattern is known, by the best fit it is."""
+    for number, z_mm in ((1, 0.05), (2, -0.04), (3, 0.03)):
+        _write(folder, number, lambda points, z_mm=z_mm: points + np.array([0.0, 0.0, z_mm]))
+    refusal = refused(_corrected, _job(folder))
+    assert refusal.code is Code.SRF_PARTS and 'gauging.alignment = "best-fit"' in refusal.hint
+    found = _corrected(_job(folder, alignment="best-fit"))
+    assert 0.003 < found.model.figures.largest_mm < 0.008
+
+
+def _corrected(path: Path) -> SurfaceCorrection:
+    inputs = read_surface(path).inputs
+    parts = model_of(inputs.surface, inputs.parts, inputs.options)
+    return correct(pattern_model(inputs.surface, parts, inputs.options))

@@ -56,6 +56,24 @@ def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigu
     return SurfaceFigures(largest, unsure, kept, share, float(unsure_mm[worst]), (x, y, z))
 
 
+def require_known(figures: SurfaceFigures, parts: int, best_fit: bool) -> None:
+    """Raises SRF-PARTS for a pattern that is nowhere larger than what it is known to: its correction may make worse.
+
+    Parts that were set up anew and are compared by their datum differ so, and not in form.
+    """
+    if figures.largest_mm > figures.uncertainty_mm:
+        return
+    more = "measure more parts; these show nothing to correct"
+    raise TrueloopError(
+        Code.SRF_PARTS,
+        f"the pattern of {parts} parts, up to {figures.largest_mm * UM_PER_MM:.1f} µm, is known to "
+        f"± {figures.uncertainty_mm * UM_PER_MM:.1f} µm (95 %): even its sign is not sure",
+        hint=more
+        if best_fit
+        else f'gauging.alignment = "best-fit" takes out how each part was set up, and corrects form alone; or {more}',
+    )
+
+
 def unsupported_at(pattern: Pattern, u: Array, v: Array) -> np.ndarray:
     """Returns which pairs of parameters in [0, 1] no measurement supports."""
     if pattern.support is None:

@@ -10,7 +10,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Place, Severity, in_file
 from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import Item, Result, run_batch
-from trueloop.loops.surface.figures import SurfaceFigures, figures_of, support_findings
+from trueloop.loops.surface.figures import SurfaceFigures, figures_of, require_known, support_findings
 from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, corrected_program
 from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob, corrected_surface
@@ -236,8 +236,12 @@ def pattern_model(
 def correct(
     model: SurfaceModel, program: Program | None = None, job: SurfaceJob | None = None, record_id: str = ""
 ) -> SurfaceCorrection:
-    """Returns the surface corrected by −w times the pattern, and the program that cuts it."""
+    """Returns the surface corrected by −w times the pattern, and the program that cuts it.
+
+    Raises SRF-PARTS for a pattern that the parts do not determine.
+    """
     options = model.options
+    require_known(model.figures, model.pattern.parts, options.best_fit)
     corrected = corrected_surface(
         model.surface,
         model.pattern.mean,
