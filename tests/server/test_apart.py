@@ -119,6 +119,18 @@ def test_a_file_that_takes_memory_is_refused_and_the_next_one_read(limited: Star
     still_reads(otto)
 
 
+@pytest.mark.parametrize(
+    ("job", "said"),
+    [("a = " + "[" * 5_000, "nested too deeply"), (".".join(["a"] * 50_000) + " = 1", "longer than 0.5 s")],
+)
+def test_the_job_of_an_order_that_takes_long_is_refused(limited: Starts, job: str, said: str) -> None:
+    ana = limited(Limits(read_s=0.5)).signed_in("engineer")
+    order = {"part_type": "a", "revision": "", "machine": "m", "serials": ["1"], "blocks": [], "job_toml": job}
+    answer = ana.post("orders", order)
+    assert (answer.status_code, problem(answer)) == (422, "SRV-FILE"), answer.text
+    assert said in answer.json()["detail"]
+
+
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV])
 def test_a_process_that_is_killed_is_an_answer(limited: Starts, number: signal.Signals) -> None:
     otto = limited(Limits(read_s=100.0)).signed_in("operator")

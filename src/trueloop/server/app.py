@@ -3,10 +3,11 @@
 import secrets
 import time
 from collections import OrderedDict
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import partial
 from threading import Event, Lock, Thread
 from typing import Any, Final, TypeVar
 
@@ -17,11 +18,12 @@ from sqlalchemy import func, select
 import trueloop
 from trueloop.errors import TrueloopError
 from trueloop.factory.carry_out import hold_silent
-from trueloop.factory.tasks import run_task
-from trueloop.jobs.factory.runners import RUNNERS
+from trueloop.factory.tasks import Runner, run_task
+from trueloop.jobs.factory.runners import RUNNERS, correct
+from trueloop.jobs.factory.uploads import order_read
 from trueloop.server import guarded, pages, problems
 from trueloop.server.access import Access, require
-from trueloop.server.apart.reading import PROCESSES
+from trueloop.server.apart.reading import PROCESSES, answered
 from trueloop.server.gates import Figures, Gates
 from trueloop.server.guarded import Service
 from trueloop.server.heap import start_giving_back
@@ -40,7 +42,7 @@ from trueloop.server.routes import (
     studied,
     uploads,
 )
-from trueloop.server.settings import Settings, log, now
+from trueloop.server.settings import Limits, Settings, log, now
 from trueloop.server.traces import Traces
 from trueloop.storage.store import Store
 from trueloop.storage.tables import TABLES
@@ -98,11 +100,12 @@ _AFTER_A_FAULT_S: Final = 5.0
 _WATCH_S: Final = 5.0
 
 
-def start_workers(store: Store, clock: Callable[[], datetime], stopping: Event, count: int) -> None:
-    """Starts them. They end with the process: a task is leased, and its lease runs out."""
+def start_workers(store: Store, clock: Callable[[], datetime], stopping: Event, count: int, limits: Limits) -> None:
+    """Starts them. They end with the process: a task is leased, and its lease runs out. `limits`: of what is read."""
+    runners = {**RUNNERS, "correct": partial(correct, first=partial(answered, limits, reading=order_read))}
     for _ in range(count):
         name = f"worker-{secrets.token_hex(4)}"
-        Thread(target=_work, args=(store, clock, stopping, name), name=name, daemon=True).start()
+        Thread(target=_work, args=(store, runners, clock, stopping, name), name=name, daemon=True).start()
 
 
 def start_watch(store: Store, clock: Callable[[], datetime], stopping: Event, silent_s: float) -> None:
@@ -119,10 +122,12 @@ def _watch(store: Store, clock: Callable[[], datetime], stopping: Event, silent_
             log("watch waits", code=refused.code.value, why=refused.message)
 
 
-def _work(store: Store, clock: Callable[[], datetime], stopping: Event, name: str) -> None:
+def _work(
+    store: Store, runners: Mapping[str, Runner], clock: Callable[[], datetime], stopping: Event, name: str
+) -> None:
     while not stopping.is_set():
         try:
-            task = run_task(store, RUNNERS, name, clock)
+            task = run_task(store, runners, name, clock)
         except TrueloopError as refused:  # the store is busy or away
             log("worker waits", worker=name, code=refused.code.value, why=refused.message)
             stopping.wait(_AFTER_A_FAULT_S)
@@ -167,7 +172,7 @@ def create_app(
 
     @asynccontextmanager
     async def running(_: FastAPI) -> AsyncIterator[None]:
-        start_workers(store, clock, stopping, settings.workers)
+        start_workers(store, clock, stopping, settings.workers, settings.limits)
         if settings.workers:
             start_watch(store, clock, stopping, settings.silent_s)
             start_giving_back(stopping)

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime, timedelta
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
@@ -17,9 +18,12 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.tasks import LEASE_S, Working, lease, run_task, task_of
-from trueloop.jobs.factory.runners import RUNNERS
+from trueloop.jobs.factory.runners import RUNNERS, correct
+from trueloop.jobs.factory.uploads import Handed, order_read
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job
+from trueloop.server.apart.reading import PROCESSES, answered, not_read
+from trueloop.server.settings import Limits
 from trueloop.storage.factory_tables import TASK, stamp
 from trueloop.storage.store import Store, keep
 
@@ -126,6 +130,24 @@ def test_the_step_correct_gives_the_finish_cut_its_program(store: Store, tmp_pat
     own = [a for a, b in zip(finish.program.splitlines(), wanted.splitlines(), strict=True) if a != b]
     assert all(b"TRUELOOP" in line.upper() for line in own), own
     assert finish.checks[1].startswith("correction")
+
+
+def test_job_and_touches_are_read_apart_before_they_are_read_here(store: Store) -> None:
+    """By the process that reads files: what it cannot read holds the part, and what it can is corrected."""
+    store = replace(store, codec=store_codec())
+    shop = modbas2(store, (MODBAS2 / "job.toml").read_text(encoding="utf-8"))
+    read: list[object] = []
+
+    def first(handed: Handed) -> None:
+        read.append(answered(Limits(), handed, order_read))
+        raise not_read(handed.name, "it takes longer than 30 s")
+
+    task = run_task(store, {"correct": partial(correct, first=first)}, "worker", lambda: shop.now)
+    PROCESSES.end()
+    assert task is not None and task.state == "failed"
+    assert read == [32]
+    part = shop.now_is().parts[0]
+    assert part.state is PartState.HELD and part.held_why.startswith("SRV-FILE"), part.held_why
 
 
 def test_a_correction_that_the_loop_refuses_holds_the_part(store: Store) -> None:

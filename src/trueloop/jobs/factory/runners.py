@@ -1,7 +1,8 @@
 """The functions that carry out each kind of task, by kind: `RUNNERS`."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 from sqlalchemy import select
@@ -15,7 +16,8 @@ from trueloop.factory.load import Known, order_of, program_text, record_of
 from trueloop.factory.requests import CorrectionRefused, StepCorrected
 from trueloop.factory.roles import By, Role
 from trueloop.factory.tasks import Runner, Task, Working
-from trueloop.jobs.factory.job_folder import job_folder, programs_of
+from trueloop.jobs.factory.job_folder import job_folder, programs_of, unnamed_folder
+from trueloop.jobs.factory.uploads import Handed
 from trueloop.jobs.store.keep_correction import keep_correction, part_of
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.turned.compensate import Corrected, corrected_of
@@ -39,9 +41,12 @@ class _Given:
     programs: dict[str, bytes]
 
 
-def correct(store: Store, task: Task, working: Working) -> dict[str, str]:
+def correct(
+    store: Store, task: Task, working: Working, first: Callable[[Handed], object] | None = None
+) -> dict[str, str]:
     """Corrects, keeps, and sets the finish cut's program; a refusal of the loop holds the part with its code.
 
+    `first` reads job, programs and touches before this process does, where they may take any time and memory.
     Done twice it comes to the same record of the same inputs, or finds the step recorded.
     """
     order, row, step = task.values["order"], int(task.values["part"]), int(task.values["step"])
@@ -53,6 +58,9 @@ def correct(store: Store, task: Task, working: Working) -> dict[str, str]:
         given = _given(known, now, now.part(row), step)
     working.say(0.1, f"part {given.part.value.serial}: correcting")
     try:
+        if first is not None:
+            with unnamed_folder() as folder:
+                first(_handed(given, folder))
         made = _corrected(store, given)
         if not _kept_already(store, made.correction):
             keep_correction(store, made.inputs, made.correction, Keeping())
@@ -88,6 +96,13 @@ def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
             values={"run": run},
         )
     return _Given(order, part, step, run, bytes(touches), programs_of(known, order.order))
+
+
+def _handed(given: _Given, folder: Path) -> Handed:
+    file = folder / "touches"
+    file.write_bytes(given.touches)
+    name = f"job of order {given.order.order.id} with the touches of run {given.gauged_by}"
+    return Handed(str(file), name, sha256_of(given.touches), order=given.order.order, programs=given.programs)
 
 
 def _corrected(store: Store, given: _Given) -> Corrected:

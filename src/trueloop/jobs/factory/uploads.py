@@ -1,6 +1,7 @@
 """Files that people hand over: kept for a day, read as often as asked, and forgotten. No name of theirs is a path."""
 
 import re
+import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -15,7 +16,7 @@ from trueloop.domain.codec import Codec
 from trueloop.domain.factory import WorkOrder
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.values import CODEC as STORED
-from trueloop.errors import Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.factory.load import Known, order_of
 from trueloop.factory.views import uploads as views
@@ -128,8 +129,36 @@ def inspected(handed: Handed) -> Inspected:
     return Inspected(tuple((one.run, one.inspection) for one in found.on_part))
 
 
+def order_read(handed: Handed) -> int:
+    """Reads the job of `handed.order` with all that it names, the file as its touches; returns its number of touches.
+
+    Raises JOB, NC, GEO, TCH, PRB and MSR errors, and FAC-PLAN.
+    """
+    from trueloop.jobs.turned.job import read_job  # most files that are handed over are no touches
+
+    assert handed.order is not None
+    with job_folder(handed.order, handed.programs, handed.file.read_bytes()) as job:
+        return len(read_job(job).inputs.touches.error_mm)
+
+
+def toml_read(handed: Handed) -> bool:
+    """Returns whether the file is TOML. Raises SRV-FILE for tables in tables without end."""
+    try:
+        tomllib.loads(handed.file.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError:
+        return False
+    except RecursionError:
+        raise TrueloopError(
+            Code.SRV_FILE,
+            f"{handed.name!r} was not read: its lists or tables are nested too deeply",
+            hint="write the job as `trueloop new` does, or as in docs/job-file.md",
+            values={"file": handed.name},
+        ) from None
+    return True
+
+
 READINGS: Final[Mapping[str, Callable[[Handed], Any]]] = {
-    one.__name__: one for one in (upload_view, program_read, inspected)
+    one.__name__: one for one in (upload_view, program_read, inspected, order_read, toml_read)
 }
 """The ways to read a file, by name."""
 CODEC: Final[Codec] = STORED.with_more(

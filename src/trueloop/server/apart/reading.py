@@ -23,6 +23,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.factory.uploads import Asked, Handed, Upload, handed
 from trueloop.server.apart.answers import CODEC, Answer, Question
 from trueloop.server.guarded import Service
+from trueloop.server.settings import Limits
 
 AT_ONCE: Final = 2
 """Files that are read at once: others wait, and hold no thread that answers requests."""
@@ -68,17 +69,20 @@ async def read_apart(here: Service, upload: Upload, asked: Asked, reading: Calla
 
 
 def _read(here: Service, upload: Upload, asked: Asked, reading: Callable[[Handed], T]) -> T:
-    limits = here.settings.limits
     with handed(here.store, upload, asked) as given:
-        question = Question(reading.__name__, given, limits.read_s, limits.read_bytes)
-        answer = PROCESSES.answer(question)
-        if answer.refusal is not None:
-            raise answer.refusal.error()
-        if answer.exhausted:
-            raise not_read(upload.name, f"it takes more than {limits.read_bytes / 1e9:.3g} GB of memory")
-        if answer.fault:
-            raise RuntimeError(answer.fault)
-        return cast(T, answer.value)
+        return answered(here.settings.limits, given, reading)
+
+
+def answered(limits: Limits, given: Handed, reading: Callable[[Handed], T]) -> T:
+    """Returns what a process apart reads of a file in its folder. Raises what the reading raises, and SRV-FILE."""
+    answer = PROCESSES.answer(Question(reading.__name__, given, limits.read_s, limits.read_bytes))
+    if answer.refusal is not None:
+        raise answer.refusal.error()
+    if answer.exhausted:
+        raise not_read(given.name, f"it takes more than {limits.read_bytes / 1e9:.3g} GB of memory")
+    if answer.fault:
+        raise RuntimeError(answer.fault)
+    return cast(T, answer.value)
 
 
 def not_read(name: str, why: str) -> TrueloopError:

@@ -1,10 +1,12 @@
 """What people change: each address one request to the factory, which judges it."""
 
 from dataclasses import dataclass, field
+from hashlib import sha256
 from typing import Annotated, Any, Literal
 
 from fastapi import Request, Response
 from pydantic import Field
+from starlette.concurrency import run_in_threadpool
 
 from trueloop.domain.factory import Block, Conditions
 from trueloop.factory import requests as ask
@@ -13,7 +15,9 @@ from trueloop.factory.shown.orders import order_view
 from trueloop.factory.shown.programs import proposal_view
 from trueloop.factory.views.orders import OrderView
 from trueloop.factory.views.series import ProposalView
+from trueloop.jobs.factory.uploads import Asked, Upload, toml_read
 from trueloop.server import etags
+from trueloop.server.apart.reading import read_apart
 from trueloop.server.guarded import By, Here, Row, RowPath, Service, factory_by, router
 from trueloop.server.identity.who import Who
 
@@ -103,8 +107,16 @@ class Said:
 
 
 @routes.post("/orders", status_code=201)
-def plan(given: Order, here: Here, who: By, response: Response) -> OrderView:
+async def plan(given: Order, here: Here, who: By, response: Response) -> OrderView:
     """A new order; its route is frozen."""
+    for name, text in (("job_toml", given.job_toml), ("probe_toml", given.probe_toml)):
+        if text:
+            content = text.encode()
+            await read_apart(here, Upload(name, sha256(content).hexdigest(), content), Asked(), toml_read)
+    return await run_in_threadpool(_planned, given, here, who, response)
+
+
+def _planned(given: Order, here: Service, who: Who, response: Response) -> OrderView:
     wanted = ask.PlanOrder(
         *(given.part_type, given.revision, given.machine, given.serials, given.blocks, given.job_toml),
         *(given.conditions, given.probe_toml, given.probe_control),
