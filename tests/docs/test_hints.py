@@ -50,6 +50,11 @@ KEY = re.compile(r"(?<![\w./-])(?!feature\.)([a-z]+)\.(?!html\b|toml\b|json\b|cs
 """TABLE.key; the tables below `feature` have the names of the part's own features."""
 
 
+BARE = re.compile(r"`([a-z_]{3,})(?: = [^`]*)?`")
+WHERE = re.compile(r"\[\[?[a-z]|\bcolumns?\b|the link's table|at the top of")
+"""Where a key stands that is named without its table: the table in brackets, a column of a table, or none."""
+
+
 def hints(pattern: re.Pattern[str]) -> list[object]:
     """The hints that have it, each with all it names."""
     return [pytest.param(pattern.findall(text), id=name) for name, text in HINTS.items() if pattern.search(text)]
@@ -105,6 +110,12 @@ def test_a_key_is_one_of_a_file(named: list[tuple[str, str]]) -> None:
     tables_known = {one.partition(".")[0] for one in known}
     wrong = [f"{table}.{key}" for table, key in named if table in tables_known and f"{table}.{key}" not in known]
     assert wrong == []
+
+
+@pytest.mark.parametrize("text", [pytest.param(text, id=name) for name, text in HINTS.items() if BARE.search(text)])
+def test_a_key_is_named_with_its_table(text: str) -> None:
+    in_tables = {one.partition(".")[2] for one in keys() if not one.startswith(".")}
+    assert WHERE.search(text) or set(BARE.findall(text)) & in_tables == set()
 
 
 def test_many_hints_name_something() -> None:

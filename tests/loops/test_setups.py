@@ -199,7 +199,7 @@ def test_a_part_that_is_taken_over_and_not_turned_round(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("sign", "frame", "key"),
     [
-        (1.0, "zero_at_z_mm = -80.0", "state in the set-up `flipped = true`"),
+        (1.0, "zero_at_z_mm = -80.0", "state in its table [[setups]] `flipped = true`"),
         (-1.0, FRAMES["second"], "leave out `flipped`"),
         (-1.0, MIRRORED["second"], "leave out `mirrored_z`"),
     ],

@@ -43,7 +43,7 @@ impl Runner<'_> {
             let text = self.word_text(word);
             let message =
                 format!("\"{text}\": {what}, by the machine's parameter {name} ({says}), whose value is not given");
-            let hint = format!("give it: --set '{name}=0' or '{name}=1', in a job: parameters = {{ \"{name}\" = … }}");
+            let hint = format!("give it: --set '{name}=0' or '{name}=1', in a job, in its table [programs] (surface: [program]): parameters = {{ \"{name}\" = … }}");
             self.report(severity, finding::PARAMETER, self.word_start(word), message, &hint);
             if severity == Severity::Error {
                 self.state.asked.push(name);

@@ -236,7 +236,7 @@ impl Runner<'_> {
                 continue;
             }
             let text = key.text(self.program.dialect());
-            let hint = format!("give it one: --set '{text}=…', or in a job: parameters = {{ \"{text}\" = … }}");
+            let hint = format!("give it one: --set '{text}=…', or in a job, in its table [programs] (surface: [program]): parameters = {{ \"{text}\" = … }}");
             let zero = self.program.dialect().parameters.unset_is_zero && has_value(&key);
             if zero {
                 let message = format!("parameter {text} has no value: the control reads it as 0");

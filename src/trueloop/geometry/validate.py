@@ -175,7 +175,8 @@ def _require_side(start: Point, end: Point, side: Side, gap_mm: float) -> None:
     raise TrueloopError(
         Code.GEO_ORDER,
         f"the {_SIDE_WORDS[side]} runs from {_at(start)} to {_at(end)}, {way or 'outwards along a face'}",
-        hint='order an outside from chuck end to free end, a bore (`side = "inside"`) from free end to chuck end, a '
+        hint='order an outside from chuck end to free end, a bore (`part.side = "inside"`) from free end to '
+        "chuck end, a "
         "front face alone inwards: normals and error signs depend on it",
         values={"start_x_mm": start[0], "start_z_mm": start[1], "end_x_mm": end[0], "end_z_mm": end[1]},
     )

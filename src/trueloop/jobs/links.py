@@ -224,7 +224,8 @@ def require_same(name: str, found: list[Difference], state: str) -> None:
         Code.LNK_DIFFERS,
         f"{name!r} came back otherwise in {len(found)} lines, the first {lines[0]}: {_line_of(first)}; {state}; lines "
         f"{', '.join(map(str, lines))}",
-        hint="if this control always changes that (capitals, blanks, line ends), say so in `passes` of its settings",
+        hint="if this control always changes that (capitals, blanks, line ends), state so by `passes` in "
+        "the link's table",
         values={"name": name, "lines": lines},
     )
 
@@ -388,7 +389,7 @@ def with_table(opened: Opened, table: str | None, unit: Unit | None) -> Opened:
         raise TrueloopError(
             Code.LNK_NAME,
             f"nothing says which program at {opened.link.where} is the tool table",
-            hint="name it with --table, or as `tool_table` in the settings",
+            hint="name it with --table, or as `tool_table` in the link's table",
             values={"name": name},
         )
     return replace(opened, tool_table=checked_name(name), table_unit=unit or opened.table_unit)

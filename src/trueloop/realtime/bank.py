@@ -64,7 +64,7 @@ def signals_of(model: MachineModel, stated: Stated = NOTHING) -> tuple[Signal, .
         raise TrueloopError(
             Code.RTC_SIGNAL,
             f"the model needs {len(needs)} signals, an image holds {SIGNALS}: {', '.join(needs)}",
-            hint="fit the model with fewer temperatures: `choose` in the machine's file takes those that matter",
+            hint="fit the model with fewer temperatures: `term.choose` in the machine's file takes those that matter",
             values={"signals": list(needs)},
         )
     return tuple(_signal(model, name, ranges[name], stated.steps.get(name)) for name in needs)

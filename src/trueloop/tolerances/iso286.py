@@ -230,6 +230,6 @@ def _not_there(tolerance_class: str, nominal_mm: float, why: str) -> TrueloopErr
     return TrueloopError(
         Code.TOL_SIZE,
         f"ISO 286 has no {tolerance_class} at {nominal_mm:.4f} mm: {why}",
-        hint="give the limits, or `nominal` as the drawing has it",
+        hint="give the limits, or `characteristic.nominal` as the drawing has it",
         values={"tolerance": tolerance_class, "nominal_mm": nominal_mm},
     )

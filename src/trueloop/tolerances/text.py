@@ -65,7 +65,7 @@ def _other_size(text: str, size_mm: float, nominal_mm: float) -> TrueloopError:
     return TrueloopError(
         Code.TOL_SIZE,
         f"the tolerance {text!r} is of {size_mm:.4f} mm, the nominal is {nominal_mm:.4f} mm",
-        hint="give `nominal` as the drawing has it; left out, it is the profile's",
+        hint="give `characteristic.nominal` as the drawing has it; left out, it is the profile's",
         values={"tolerance": text, "nominal_mm": nominal_mm},
     )
 

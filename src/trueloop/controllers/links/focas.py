@@ -47,7 +47,7 @@ def load(path: Path) -> ctypes.CDLL:
         raise TrueloopError(
             Code.LNK_LIBRARY,
             f"the FOCAS library {str(path)!r} cannot be loaded: {error}",
-            hint="it is Fanuc's, and not part of this: name yours as `library` in the settings of the link "
+            hint="it is Fanuc's, and not part of this: name yours as `library` in the link's table [focas.NAME] "
             "(libfwlib32.so, Fwlib32.dll, Fwlib64.dll), of as many bits as this Python",
             values={"where": str(path)},
         ) from error
@@ -129,7 +129,7 @@ def _function(library: ctypes.CDLL, name: str, where: str) -> Callable[..., int]
         raise TrueloopError(
             Code.LNK_LIBRARY,
             f"the library has no function {name}",
-            hint="name Fanuc's FOCAS library as `library` in the settings of the link",
+            hint="name Fanuc's FOCAS library as `library` in the link's table [focas.NAME]",
             values={"where": where},
         ) from error
     found.restype = ctypes.c_short
@@ -435,7 +435,8 @@ class Focas:
             raise TrueloopError(
                 Code.OFS_UNIT,
                 f"{self.where} counts offsets, and nothing says in what: a tenth or ten times as much would be read",
-                hint="state `table_unit`, and `increment` (0.001 where the control shows three decimals), for the link",
+                hint="state `table_unit`, and `increment` (0.001 where the control shows three decimals), "
+                "in the link's table [focas.NAME]",
             )
         return self.increment, self.unit
 

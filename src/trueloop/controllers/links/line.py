@@ -109,7 +109,7 @@ def wrong(what: str, line: int, column: int) -> TrueloopError:
     return TrueloopError(
         Code.LNK_CODE,
         f"line {line}, column {column}: {what}",
-        hint="compare `code`, `baud` and `parity` in the settings of this link with those of the control",
+        hint="compare `code`, `baud` and `parity` in the link's table [serial.NAME] with those of the control",
         values={"line": line, "column": column},
     )
 

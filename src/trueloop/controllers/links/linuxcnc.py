@@ -103,7 +103,7 @@ def _stated(ini: Path, nc: Any, section: str, name: str) -> str:
         return nc.ini(str(ini)).find(section, name) or ""
     except nc.error as error:
         said = f"LinuxCNC's configuration {str(ini)!r} cannot be read: {error}"
-        raise _failed(said, "name it as `ini` in the settings of the link") from error
+        raise _failed(said, "name it as `ini` in the link's table [linuxcnc.NAME]") from error
 
 
 def _failed(message: str, hint: str) -> TrueloopError:

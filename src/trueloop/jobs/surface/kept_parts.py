@@ -161,7 +161,11 @@ def _require_same_surface(inputs: SurfaceInputs, inspection: Inspection) -> None
     turned = float(np.min(np.einsum("nk,nk->n", normal, feet.normal)))
     if off > SAME_MM or turned < ALONG:
         how = f"its nominal points are up to {off:.3g} mm off" if off > SAME_MM else "its normals are others"
-        raise _refused(inspection, f"was measured on another surface: {how}", "give another surface another `name`")
+        raise _refused(
+            inspection,
+            f"was measured on another surface: {how}",
+            "give another surface another `name`, at the top of the job",
+        )
 
 
 def _refused(inspection: Inspection, why: str, hint: str) -> TrueloopError:

@@ -137,7 +137,7 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
                 f"the part was measured at {when or 'a time that is not stated'}, correction {record.id} was made at "
                 f"{corrected_at.isoformat(timespec='minutes')}",
                 hint="a part that was cut before it was cut without it: leave out `gauging.after_record`, and state "
-                "what was in force then by `programs.cut_with`; `measured_at` states when a part was measured",
+                "what was in force then by `programs.cut_with`; `gauging.measured_at` states when a part was measured",
                 place=Place(str(job)),
                 values={"measured_at": when, "corrected_at": corrected_at.isoformat()},
             )

@@ -284,7 +284,8 @@ def _without_datum(setup: SetupTable) -> TrueloopError:
     return TrueloopError(
         Code.SET_DATUM,
         f"set-up '{setup.name}' does not say where its program's Z is 0 on the part",
-        hint="write `zero_at_z_mm` into the set-up: z of the part's frame, in mm, at which this program's Z is 0; for "
+        hint="write `zero_at_z_mm` into the set-up's table [[setups]]: z of the part's frame, in mm, at "
+        "which this program's Z is 0; for "
         "one whose zero is the end face at z = −80, zero_at_z_mm = -80.0",
         values={"setup": setup.name},
     )

@@ -255,7 +255,7 @@ def _cuts_nothing(setup: Setup, said: str) -> TrueloopError:
     return TrueloopError(
         Code.SET_CUTS,
         said,
-        hint="mend its `zero_at_z_mm`, z of the part where this program's Z is 0, or its tools, or leave it out",
+        hint="mend its `setups.zero_at_z_mm`, z of the part where this program's Z is 0, or its tools, or leave it out",
         place=Place(setup.program.file),
         values={"setup": setup.frame.name},
     )
@@ -265,14 +265,15 @@ def _mirrored(frame: SetupFrame, stated_mm: float, other_mm: float) -> TrueloopE
     mend = (
         f"leave out `{'flipped' if frame.flipped else 'mirrored_z'}` of the set-up"
         if frame.backwards
-        else "state in the set-up `flipped = true` where the part is turned round, `mirrored_z = true` where the "
+        else "state in its table [[setups]] `flipped = true` where the part is turned round, `mirrored_z = "
+        "true` where the "
         "control mirrors Z"
     )
     return TrueloopError(
         Code.SET_MIRROR,
         f"the program of set-up '{frame.name}' runs along {stated_mm:.3f} mm of the part's profile as stated "
         f"({frame.words}), and along {other_mm:.3f} mm with its Z the other way round ({frame.the_other_way.words})",
-        hint=f"{mend}; or mend `zero_at_z_mm`",
+        hint=f"{mend}; or mend its `setups.zero_at_z_mm`",
         values={"setup": frame.name},
     )
 

@@ -64,7 +64,7 @@ def contour_of_program(
         notes.append(
             f"Without G41 or G42 the pass was taken for the path of {point}, and the contour for what the nose of "
             f"{nose_radius_mm:.4f} mm leaves along it. Where the program moves another point, sizes of this part are "
-            "wrong by up to twice the radius: state the tip (`tip` of the tool, --tip), and where it moves the contour "
+            "wrong by up to twice the radius: state the tip (`tool.tip`, --tip), and where it moves the contour "
             "itself, do not use it."
         )
     ordered = _material_on_the_right(chain, side)

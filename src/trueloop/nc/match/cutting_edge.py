@@ -67,7 +67,7 @@ def _out_of_reach(edge: CuttingEdge, feature: Feature, lowest: float, line: int 
     return TrueloopError(
         Code.NC_EDGE,
         f"{edge.words} cuts '{feature.name}', which leans {angle_deg:.1f}° under that corner: it cannot touch it",
-        hint=f"the {other} corner cuts it: call that one's offset there, or mend `groove_corner` of the tool: "
+        hint=f"the {other} corner cuts it: call that one's offset there, or mend its `tools.groove_corner`: "
         f"{_SAID[other]}",
         place=Place(line=line),
         values={"feature": feature.name, "tool": edge.called.words},

@@ -125,7 +125,7 @@ class Passes:
         name = self.profile.features[index].name
         hint = (
             "check nose radius, allowance, parameters, part zero; without G41 or G42 the path is that of the nose's "
-            "centre, or of the tip that `tip` of the tool states"
+            "centre, or of the tip that `tool.tip` states"
         )
         if passes:
             best = min(passes, key=lambda p: p.missing_mm)

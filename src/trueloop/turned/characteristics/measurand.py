@@ -119,7 +119,9 @@ def _length(
     """Returns the length from the other face, or from the part's zero; always positive."""
     faces = [index, *([feature_index(profile, asked, asked.other)] if asked.other else [])]
     if len(set(faces)) < len(faces):
-        raise no_such(asked, "a length needs a second face", "`other` names the face that it counts from")
+        raise no_such(
+            asked, "a length needs a second face", "`characteristic.other` names the face that it counts from"
+        )
     at, z, gains = [], [], []
     for k in faces:
         feature = profile.features[k]

@@ -54,7 +54,7 @@ def checked(
             asked,
             f"its limits {words} exclude the {has:.4f} {unit} that the profile has, which the correction aims at",
             "limits are absolute and in diameters of a diameter; of a fit away from the nominal, draw the profile to "
-            "the middle of the zone and give the drawing's `nominal`",
+            "the middle of the zone and give the drawing's `characteristic.nominal`",
         )
     return replace(asked, lower_limit=lower, upper_limit=upper, tolerance=tolerance)
 

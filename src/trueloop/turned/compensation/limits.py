@@ -108,7 +108,7 @@ def check_offset(offset_mm: tuple[float, float], limits: Limits) -> None:
                 f"the tool offset on {axis} would be {value_mm * UM_PER_MM:+.1f} µm{' (radius)' * (axis == 'X')}; the "
                 f"limit is {limits.correction_mm * UM_PER_MM:.1f} µm",
                 hint="a constant this large is likelier a ball radius, an allowance, a datum or the tip that a program "
-                "without G41 and G42 moves (`tip` in [tool]), which the job leaves out",
+                "without G41 and G42 moves (`tool.tip`), which the job leaves out",
                 override=allowed_by("correction_mm"),
                 values={"size_um": abs(value_mm) * UM_PER_MM, "limit_um": limits.correction_mm * UM_PER_MM},
             )

@@ -197,7 +197,7 @@ def _refuse_dropped_knots(
         raise TrueloopError(
             Code.FIT_POINTS,
             f"{' and '.join(names)}: {len(touches.positions)} touches, but the knots asked for need {needed}",
-            hint="leave `knot_every` out, make it larger, or touch the feature at more points",
+            hint="leave `compensation.knot_every` out, make it larger, or touch the feature at more points",
             values={"touches": len(touches.positions)},
         )
 
@@ -206,5 +206,6 @@ def _bad_knot_every(name: str, r: int) -> TrueloopError:
     return TrueloopError(
         Code.FIT_KNOTS,
         f"{name}: `knot_every` is {r}; a knot at every r-th touch needs r of at least 2",
-        hint="3 is the published choice, 4 to 5 suit smooth errors; without `knot_every` leave-one-out chooses",
+        hint="3 is the published choice, 4 to 5 suit smooth errors; without `compensation.knot_every` "
+        "leave-one-out chooses",
     )

@@ -129,7 +129,7 @@ def unit_of(stated: Stated, meaning: Meaning, path: Path) -> Unit:
     raise TrueloopError(
         Code.MSR_UNIT,
         f"{path.name!r}: {why}",
-        hint="state it once: --unit mm or --unit inch, or `unit` in the mapping",
+        hint="state it once: --unit mm or --unit inch, or `unit` at the top of the mapping",
         place=Place(str(path)),
         values={"file": path.name},
     )

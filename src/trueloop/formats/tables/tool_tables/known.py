@@ -129,7 +129,7 @@ def nose_radius_mm(table: ToolTable, tool: int, edge: int, name: str, stated_mm:
         raise TrueloopError(
             Code.OFS_NOSE,
             f"tool {tool} has no nose radius above 0 in the table, and the job states none",
-            hint="state it in the job: `nose_radius_mm`; 0 is a pointed tool",
+            hint="state it in the job: `tool.nose_radius_mm`; 0 is a pointed tool",
             place=table.place(row),
             values={"tool": float(tool), "table_mm": float("nan"), "job_mm": float("nan")},
         )
