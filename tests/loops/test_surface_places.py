@@ -177,7 +177,7 @@ def test_more_cells_than_points_are_refused_with_the_part(folder: Path) -> None:
 def test_parts_that_differ_by_their_set_up_alone_are_no_correction(folder: Path) -> None:
     """Set up 40 µm apart, with a form of 5 µm: by the datum nothing of the pattern is known, by the best fit it is."""
     for number, z_mm in ((1, 0.05), (2, -0.04), (3, 0.03)):
-        _write(folder, number, lambda points, z_mm=z_mm: points + np.array([0.0, 0.0, z_mm]))
+        _write(folder, number, _raised(z_mm))
     refusal = refused(_corrected, _job(folder))
     assert refusal.code is Code.SRF_PARTS and 'gauging.alignment = "best-fit"' in refusal.hint
     found = _corrected(_job(folder, alignment="best-fit"))
@@ -188,3 +188,7 @@ def _corrected(path: Path) -> SurfaceCorrection:
     inputs = read_surface(path).inputs
     parts = model_of(inputs.surface, inputs.parts, inputs.options)
     return correct(pattern_model(inputs.surface, parts, inputs.options))
+
+
+def _raised(z_mm: float) -> Callable[[Array], Array]:
+    return lambda points: points + np.array([0.0, 0.0, z_mm])
