@@ -3,10 +3,15 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from scripts.nist_parts import parts
 from scripts.nist_table import write_job
-from trueloop.jobs.turned.job import read_job
+from tests.loops import test_setups_in_store
+from tests.loops.test_setups_in_store import FLIPPED, errors_um, touches
+from tests.support.cli import run
+from trueloop.jobs.turned.job import read_cuts, read_job
+from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 
@@ -40,3 +45,25 @@ def test_a_nose_never_seen_at_the_knobs_angles_does_not_serve_it(tmp_path: Path)
     assert any("contact angles open" in note for note in correction.model.notes)
     knob = correction.touches.of_feature(correction.profile.names.index("knob"))
     assert np.abs(correction.prediction.after_mm[knob]).max() < 0.006
+
+
+def test_the_nose_is_that_of_one_edge_in_the_clamping_of_its_set_up(tmp_path: Path) -> None:
+    """Of a part that three tools cut in two set-ups, what T2 cut: as a job of T2 alone has it, drawn by hand in the
+    frame of its program.
+    """
+    single = test_setups_in_store.alone(tmp_path / "single", FLIPPED)
+    others = {"whole": test_setups_in_store.placed(tmp_path / "whole"), "single": single}
+    own = touches(errors_um(1), FLIPPED)
+    (single.parent / "touches.csv").write_text(own)
+    found = []
+    for name in others:
+        path = test_setups_in_store.alone(tmp_path / f"by-{name}", FLIPPED)
+        (path.parent / "touches.csv").write_text(own)
+        listed = f'[compensation]\nnose_from = ["../{name}/job.toml"]\n'
+        path.write_text(path.read_text().replace("[compensation]\n", listed))
+        nose = read_cuts(JobFiles.of(path)).setups[0].cuts[0][1].nose
+        assert nose is not None
+        found.append(nose.w_mm(np.linspace(nose.lowest_rad, nose.highest_rad, 9)))
+    assert found[0] == pytest.approx(found[1], abs=1e-8) and np.ptp(found[0]) > 5e-4
+    path.write_text(path.read_text().replace("../single", "../whole").replace("right-hand", "left-over"))
+    assert "NC-NO-TOOL" in run("compensate", path, "--no-store", "-o", tmp_path / "no", status=3)

@@ -411,16 +411,6 @@ def test_readings_of_gauges_find_their_places_in_a_set_up(tmp_path: Path) -> Non
     assert small - large > 0.030
 
 
-def test_what_is_for_one_set_up_is_refused(tmp_path: Path) -> None:
-    job(tmp_path, touched(tmp_path, SET_OFF).tolist())
-    other = tmp_path / "other"
-    other.mkdir()
-    grooved = job(other, [0.0] * len(PLACES))
-    text = grooved.read_text().replace("nose_radius_mm = 0.4\n", 'nose_radius_mm = 0.4\nnose_from = ["../job.toml"]\n')
-    grooved.write_text(text)
-    assert "JOB-SETUPS" in run("compensate", grooved, "-o", tmp_path / "out", status=3)
-
-
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [

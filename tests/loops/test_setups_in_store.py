@@ -294,6 +294,8 @@ def test_the_whole_part_is_answered_for_by_its_serial_number(tmp_path: Path) -> 
     assert {one["part_type"] for one in of_part["shares"]} == types == {one["part_type"] for one in of_series["shares"]}
     of_one = json.loads(run("diagnose", "part", "P2", "--type", "two sides, second, T4", "--json", *db))
     assert of_one["part_type"] == "two sides, second, T4"
+    with_job = json.loads(run("diagnose", "part", "P2", "--job", path, "--json", *db))
+    assert {one["part_type"] for one in with_job["shares"]} == types
 
 
 def from_front_um(part: int, left: float = 1.0) -> list[float]:

@@ -16,16 +16,19 @@ Control = Literal["linuxcnc", "fanuc", "haas", "renishaw", "siemens", "ge2000t"]
 
 Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job; its key `gauging.probe` names the probe.")]
 OfControl = Annotated[Control, typer.Option("--control", "-c", help="The control.")]
+OfSetup = Annotated[
+    str | None, typer.Option("--setup", help="The set-up in which the part is clamped, where the job has several.")
+]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write.  [default: stdout]")]
 
 
 @app.command()
 @guarded
-def plan(job: Job, as_json: AsJson = False) -> None:
+def plan(job: Job, setup: OfSetup = None, as_json: AsJson = False) -> None:
     """Show every touch: point, feature, contact, approach and the way there, free of collisions."""
     from trueloop.jobs.measure.probing import read_probing
 
-    probing = read_probing(job)
+    probing = read_probing(job, setup=setup)
     touches = probing.plan.touches
     if as_json:
         print_json(probing.plan.as_dict())
@@ -57,13 +60,14 @@ def program(
     trials: Annotated[
         int, typer.Option("--trials", min=1, max=1000, metavar="N", help="Touch all points in turn so many times.")
     ] = 1,
+    setup: OfSetup = None,
 ) -> None:
     """Write the probing program for a control."""
     from trueloop.controllers.probing import probing_program
     from trueloop.controllers.probing.settings import settings_of
     from trueloop.jobs.measure.probing import read_probing
 
-    probing = read_probing(job, trials=trials)
+    probing = read_probing(job, setup=setup, trials=trials)
     text = probing_program(
         probing.plan, control, settings_of(probing.part.name, probing.probe.program, probing.probe.probe)
     )
@@ -85,6 +89,7 @@ def read(
         Path | None,
         typer.Option("--points", metavar="CSV", help="List of the points that were touched.  [default: the job's]"),
     ] = None,
+    setup: OfSetup = None,
     as_json: AsJson = False,
 ) -> None:
     """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place.
@@ -95,7 +100,7 @@ def read(
     from trueloop.jobs.measure.keep_measured import Shown, keep_inspections
     from trueloop.jobs.measure.probing import inspection_of_log, read_listed, read_logged_touches, read_probing
 
-    probing = read_probing(job) if points is None else read_listed(job, points)
+    probing = read_probing(job, setup=setup) if points is None else read_listed(job, points, setup)
     matched = read_logged_touches(probing, log, control)
     print_findings(matched.findings)
     inspection, shown = inspection_of_log(log, matched.touches), Shown("semifinish")
@@ -116,6 +121,7 @@ def trials(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="What the control wrote.")],
     control: OfControl,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="File for the repeats.")] = None,
+    setup: OfSetup = None,
     as_json: AsJson = False,
 ) -> None:
     """Show what a touch repeats to, from the log of a program that was written with `--trials`.
@@ -126,7 +132,7 @@ def trials(
     from trueloop.jobs.measure.probing import read_logged_trials, read_probing
     from trueloop.units import UM_PER_MM
 
-    probing = read_probing(job)
+    probing = read_probing(job, setup=setup)
     found = read_logged_trials(probing, log, control)
     by_point = dict(zip(found.points, found.error_mm.T, strict=True))
     if output is not None:

@@ -44,6 +44,11 @@ class SetupFrame:
         return replace(self, flipped=not self.backwards, mirrored_z=False)
 
     @property
+    def back(self) -> "SetupFrame":
+        """Returns the frame that maps the program's places to those of the part: z = zero ± Z."""
+        return replace(self, zero_at_z_mm=-self.sign * self.zero_at_z_mm)
+
+    @property
     def words(self) -> str:
         """Returns the equation of the program's Z by the part's z, mm: `Z = −80.0000 − z`, `Z = z + 80.0000`."""
         sized = f"{abs(self.zero_at_z_mm):.4f}"

@@ -25,8 +25,8 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.inputs import machine_of_job
-from trueloop.jobs.turned.job import read_setups
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.setups import read_setups
 from trueloop.jobs.user import user_name
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import filled_in, known_findings, nominal_findings, unit_findings

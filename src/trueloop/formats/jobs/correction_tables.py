@@ -28,9 +28,10 @@ class GaugingTable(Table):
     Ranges of repeated probing are those of [6811 §4.1]: 1.5 µm on diameters, 0.5 µm on faces.
     """
 
-    touches: Path | None = None
+    touches: tuple[Path, ...] | Path | None = None
     """CSV of the touches after the semi-finish cut: `point`, `feature`, nominal and measured point or error, the unit
-    in each column's name; also `note`, which is not read, and no others. Left out, the job has `readings`.
+    in each column's name; also `note`, which is not read, and no others. Several files, as of a part that is probed in
+    each of its set-ups, count as one. Left out, the job has `readings`.
     """
     readings: tuple[Path, ...] | Path = ()
     """One or several inspection files, in any format of [measurements.md](measurements.md): diameters, radii, lengths
@@ -68,13 +69,18 @@ class GaugingTable(Table):
     """CSV of touches after an earlier corrected cut, to find a correction of reversed sign."""
 
     @property
+    def touches_files(self) -> tuple[Path, ...]:
+        """Those of `touches`, one or several."""
+        return (self.touches,) if isinstance(self.touches, Path) else self.touches or ()
+
+    @property
     def readings_files(self) -> tuple[Path, ...]:
         """Those of `readings`, one or several."""
         return (self.readings,) if isinstance(self.readings, Path) else self.readings
 
     @model_validator(mode="after")
     def _something_measured(self) -> "GaugingTable":
-        if self.touches is None and not self.readings_files:
+        if not self.touches_files and not self.readings_files:
             raise ValueError("`touches` or `readings` is missing: at least one of them is to be given")
         return self
 

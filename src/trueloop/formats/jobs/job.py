@@ -94,8 +94,8 @@ class Job(Table):
             raise TrueloopError(
                 Code.JOB_SETUPS,
                 f"the job has {len(names)} set-ups ({', '.join(names)}): this is done for one alone",
-                hint="`trueloop compensate` (in Python `compensate_part`), `measure read`, `nc features` and `part "
-                "show` take set-ups",
+                hint="`trueloop compensate` (in Python `compensate_part`), `measure read`, `series propose`, `probe`, "
+                "`nc features` and `part show` take set-ups",
                 values={"setups": names},
             )
 
@@ -176,7 +176,7 @@ class Job(Table):
 
     @model_validator(mode="after")
     def _touched_on_the_machine(self) -> "Job":
-        if self.machine is not None and self.machine.touched_on == "machine" and self.gauging.touches is None:
+        if self.machine is not None and self.machine.touched_on == "machine" and not self.gauging.touches_files:
             raise ValueError(
                 '`machine.touched_on = "machine"` is of `gauging.touches`, and there are none: readings are taken off '
                 'the machine, "cmm"'

@@ -12,7 +12,8 @@ from trueloop.geometry.profile import Profile
 from trueloop.jobs.diagnose.both import given_model
 from trueloop.jobs.diagnose.records import Records, part_named, read_records, types_of
 from trueloop.jobs.diagnose.seen_series import Sources, parts_of
-from trueloop.jobs.turned.job import read_job
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.shares import shares_of
 from trueloop.loops.diagnosis.part import diagnose_part, diagnose_series
 from trueloop.loops.diagnosis.points_of import places_of
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
@@ -37,8 +38,15 @@ def sources_of(store: Store, asked: Asked, part_type: str | None) -> Sources:
     return Sources(store, records, _places(records, asked.job), model, asked.accept)
 
 
+def _profile(job: Path, part_type: str) -> Profile:
+    """Returns the profile of a job's part, or of what one edge cuts of it, of that type, in its program's frame."""
+    files = JobFiles.of(job)
+    shares = shares_of(files) if files.job.tools or files.job.setups else []
+    return next((one.own.profile for one in shares if one.files.job.part.name == part_type), None) or files.profile()
+
+
 def _places(records: Records, job: Path | None) -> Mapping[str, FeaturePlace]:
-    profile: Profile | None = None if job is None else read_job(job).inputs.profile
+    profile = None if job is None else _profile(job, records.part_type)
     seen = [kept.value for kept in records.inspections if records.seen_by(kept.value) is not None]
     places, tools = places_of(seen, profile), records.tools
     return {name: replace(place, tool=tools[0]) for name, place in places.items()} if len(tools) == 1 else places

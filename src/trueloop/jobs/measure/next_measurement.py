@@ -16,7 +16,7 @@ from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.measure.probing import points_at, program_of, reached, read_measuring, read_probing
+from trueloop.jobs.measure.probing import by_setup, program_of, reached, read_measuring, read_probing
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.inputs import Measured
 from trueloop.jobs.turned.job import ReadCuts, read_cuts
@@ -146,11 +146,13 @@ def written_files(found: NextOf, source: Path, control: str | None = None) -> di
     if probed := found.points("probe"):
         texts["probe.csv"] = cmm_plan_to_csv(probed)
         if control is not None:
-            probing = read_probing(source, points_at(found.profile, probed))
-            settings = settings_of(probing.part.name, probing.probe.program, probing.probe.probe)
-            texts["probe.ngc" if control == "linuxcnc" else "probe.nc"] = probing_program(
-                probing.plan, control, settings
-            )
+            for name, own in by_setup(source, probed).items():
+                probing = read_probing(source, own, name or None)
+                settings = settings_of(probing.part.name, probing.probe.program, probing.probe.probe)
+                file = f"probe-{name}" if name else "probe"
+                texts[f"{file}.ngc" if control == "linuxcnc" else f"{file}.nc"] = probing_program(
+                    probing.plan, control, settings
+                )
     if measured := found.points("cmm"):
         texts["cmm.csv"] = cmm_plan_to_csv(measured)
         measuring = replace(read_measuring(source, (0.0,)), touches=measured, characteristics=())
@@ -162,8 +164,8 @@ def written_files(found: NextOf, source: Path, control: str | None = None) -> di
 
 
 def _was_measured(files: JobFiles) -> bool:
-    named = [files.job.gauging.touches, *files.job.gauging.readings_files]
-    return any(one is not None and (files.path.parent / one).exists() for one in named)
+    named = [*files.job.gauging.touches_files, *files.job.gauging.readings_files]
+    return any((files.path.parent / one).exists() for one in named)
 
 
 def _no_vectors() -> ErrorVectors:
@@ -192,11 +194,12 @@ def _places(profile: Profile, cuts: ReadCuts) -> tuple[CmmTouch, ...]:
 
 
 def _probed(path: Path, files: JobFiles, profile: Profile, places: Sequence[CmmTouch]) -> tuple[CmmTouch, ...]:
-    """Returns the places that the job's probe reaches; all of them where the job names no probe, or has set-ups."""
-    if files.job.gauging.probe is None or files.job.setups:
+    """Returns the places that the job's probe reaches; all of them where the job names no probe."""
+    if files.job.gauging.probe is None:
         return tuple(places)
-
-    return reached(path, places)
+    setups: list[str | None] = [one.name for one in files.job.setups] or [None]
+    found = {touch.name for setup in setups for touch in reached(path, places, setup)}
+    return tuple(touch for touch in places if touch.name in found)
 
 
 def _touch(profile: Profile, touch: CmmTouch, kind: Instrument, gauging: Gauging) -> Seen:

@@ -20,10 +20,15 @@ from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
 from trueloop.formats.measurements.cmm_plan_csv import read_cmm_plan
 from trueloop.formats.measurements.touches_csv import read_probe_log, read_touches
 from trueloop.geometry.feature import Line, Point
+from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.job import ReadPart, read_part
+from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import DEVICES
+from trueloop.jobs.turned.setups import read_setups
+from trueloop.loops.turned.share import touch_in
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_moves, cmm_plan
 from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
@@ -31,7 +36,7 @@ from trueloop.probing.probe_match import MatchedTouches, match_touches, renamed
 from trueloop.probing.probe_plan import ProbePlan, probe_plan
 from trueloop.probing.stylus import Obstacle, stock_obstacle
 from trueloop.probing.trials import Trials, match_trials, repeated
-from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
 REPORTING_SURFACES: Final = ("renishaw",)
 """Controls whose probing macros take the ball off by themselves."""
@@ -55,35 +60,133 @@ class JobPoints:
 
 
 @dataclass(frozen=True)
-class ProbingJob:
-    """A job's part, its probe, the plan that touches it, the probe's file; `files` are all that was read."""
+class ProbedPart:
+    """What a probe touches of a part in one clamping: the contour that one set-up cuts, in the frame of its program; of
+    a job without set-ups the whole profile.
 
-    part: ReadPart
+    `features` are what it cuts, by name; `whole` is the part's own profile; `nose_radius_mm` has to fit everywhere.
+    `allowance_mm` is what the semi-finish cut leaves on. `bar_radius_mm`: how thick the part is behind that contour,
+    where the probe's file does not state it.
+    """
+
+    name: str
+    whole: Profile
+    profile: Profile
+    features: tuple[str, ...]
+    frame: SetupFrame
+    allowance_mm: float
+    nose_radius_mm: float
+    bar_radius_mm: float | None
+    files: tuple[Path, ...]
+
+    @property
+    def reachable_mm(self) -> Array:
+        """Returns the arc lengths from and to which the nose reaches every feature, (n, 2)."""
+        return nose_centre_path(self.profile, self.nose_radius_mm).reachable_mm
+
+    def of_part(self, touches: Sequence[Touch]) -> tuple[Touch, ...]:
+        """Returns touches as the part's frame has them, in order along it."""
+        if not self.frame.name:
+            return tuple(touches)
+        return tuple(in_order(self.whole, [touch_in(self.frame.back, one) for one in touches]))
+
+
+def probed_part(path: Path, setup: str | None = None) -> ProbedPart:
+    """Reads what is probed of a job's part, in the set-up of this name where it has several.
+
+    Raises JOB, GEO, NC and SET errors, JOB-SETUPS where the job has set-ups and none of them is named, or another.
+    """
+    job = read_turned_job(path)
+    names = [one.name for one in job.setups]
+    if not names and setup is None:
+        return _whole(job, read_part(path))
+    if setup not in names:
+        raise _no_setup(path, setup, names)
+    files = JobFiles.of(path)
+    read = read_setups(files)
+    read.found.require_plain()
+    k = names.index(setup)
+    of, one = read.found.setups[k], read.files[k]
+    own = [index for index, name in enumerate(of.profile.names) if name in of.features]
+    first, last = own[0], own[-1]
+    features = of.profile.features
+    profile = replace(of.profile, features=features[first : last + 1], junctions=of.profile.junctions[first:last])
+    behind = max((max(f.start_mm[0], f.end_mm[0]) for f in features[:first]), default=0.0)
+    bar_mm = max(behind, profile.features[0].start_mm[0])
+    nose_mm, allowance_mm = min(edge.nose_radius_mm for edge in one.edges), _allowance_mm(one.job)
+    frame, read_files = of.setup.frame, files.sources.files
+    return ProbedPart(
+        job.part.name, read.profile, profile, of.features, frame, allowance_mm, nose_mm, bar_mm, read_files
+    )
+
+
+def _whole(job: Job, part: ReadPart) -> ProbedPart:
+    whole = part.profile
+    return ProbedPart(
+        part.name, whole, whole, whole.names, PART, _allowance_mm(job), part.nose_radius_mm, None, part.files
+    )
+
+
+def _allowance_mm(job: Job) -> float:
+    """Returns what the semi-finish cut leaves on, the most of all set-ups."""
+    return max(one.semifinish_allowance_mm or 0.0 for one in job.every_programs)
+
+
+def _no_setup(path: Path, setup: str | None, names: Sequence[str]) -> TrueloopError:
+    stated = "none is named" if setup is None else f"{setup!r} is none of them"
+    return TrueloopError(
+        Code.JOB_SETUPS,
+        f"the job has {len(names)} set-ups ({', '.join(names) or 'no table [[setups]]'}), and {stated}",
+        hint="a probe reaches what is cut in one clamping: name it, `--setup NAME`, and touch the others in theirs"
+        if names
+        else "leave `--setup` out",
+        place=Place(str(path)),
+        values={"setups": list(names)},
+    )
+
+
+@dataclass(frozen=True)
+class ProbingJob:
+    """A job's part as it is probed, its probe, the plan that touches it, the probe's file; `files` are all that was
+    read.
+    """
+
+    part: ProbedPart
     probe: ReadProbe
     plan: ProbePlan
     probe_file: Path
     files: tuple[Path, ...]
 
 
-def read_probing(path: Path, chosen: JobPoints | None = None, trials: int = 1) -> ProbingJob:
-    """Reads a job and its probe file, places the points and plans the ways. Raises JOB, GEO, TCH and PRB errors.
+def read_probing(
+    path: Path,
+    chosen: Sequence[CmmTouch] | None = None,
+    setup: str | None = None,
+    file: Path | None = None,
+    trials: int = 1,
+) -> ProbingJob:
+    """Reads a job and its probe file, places the points and plans the ways, of the set-up of this name. Raises JOB,
+    GEO, SET, TCH and PRB errors.
 
-    `chosen` points take the place of the job's. `trials`: the tour of all points is made so many times.
+    `chosen` points of the part, read from `file`, take the place of the job's. `trials`: the tour of all points is made
+    so many times.
     """
-    job, part = read_turned_job(path), read_part(path)
+    job, part = read_turned_job(path), probed_part(path, setup)
     probe_file, probe, obstacle = _probe(path, job, part)
-    with in_file(path):
+    with in_file(file or path):
         margin_mm = CLEAR_OF_ENDS * probe.stylus.ball_radius_mm
-        points = points_of_job(path, job, part, margin_mm) if chosen is None else chosen
+        points = points_of_job(path, job, part, margin_mm) if chosen is None else points_at(part, chosen)
+    with in_file(path):
         plan = probe_plan(part.profile, points.points, obstacle, probe.stylus, probe.approach, points.names)
         if trials > 1:
             ends = points.chosen([-1, 0])
             back = probe_plan(part.profile, ends.points, obstacle, probe.stylus, probe.approach, ends.names)
             plan = repeated(plan, back, trials)
-    return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file, *points.files))
+    listed = () if file is None else (file,)
+    return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file, *points.files, *listed))
 
 
-def _probe(path: Path, job: Job, part: ReadPart) -> tuple[Path, ReadProbe, Obstacle]:
+def _probe(path: Path, job: Job, part: ProbedPart) -> tuple[Path, ReadProbe, Obstacle]:
     """Returns the job's probe with its file, and what it must not touch. Raises PRB errors."""
     if job.gauging.probe is None:
         raise TrueloopError(
@@ -93,18 +196,21 @@ def _probe(path: Path, job: Job, part: ReadPart) -> tuple[Path, ReadProbe, Obsta
             place=Place(str(path)),
         )
     probe_file = path.parent / job.gauging.probe
-    probe = read_probe(probe_file, job.own_programs.semifinish_allowance_mm or 0.0)
-    return probe_file, probe, stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
+    probe = read_probe(probe_file, part.allowance_mm)
+    bar_mm = part.bar_radius_mm if probe.bar_radius_mm is None else probe.bar_radius_mm
+    return probe_file, probe, stock_obstacle(part.profile, probe.approach.allowance_mm, bar_mm)
 
 
-def reached(path: Path, touches: Sequence[CmmTouch]) -> tuple[CmmTouch, ...]:
+def reached(path: Path, touches: Sequence[CmmTouch], setup: str | None = None) -> tuple[CmmTouch, ...]:
     """Returns the places that ball and stem of the job's probe reach. Raises as `read_probing`."""
-    job, part = read_turned_job(path), read_part(path)
+    job, part = read_turned_job(path), probed_part(path, setup)
     _, probe, obstacle = _probe(path, job, part)
 
     def reach(touch: CmmTouch) -> bool:
+        if touch.feature not in part.features:
+            return False
+        points = points_at(part, [touch])
         try:
-            points = points_at(part.profile, [touch])
             probe_plan(part.profile, points.points, obstacle, probe.stylus, probe.approach, points.names)
         except TrueloopError as error:
             if error.code not in (Code.PRB_BALL, Code.PRB_REACH):
@@ -115,19 +221,33 @@ def reached(path: Path, touches: Sequence[CmmTouch]) -> tuple[CmmTouch, ...]:
     return tuple(one for one in touches if reach(one))
 
 
-def read_listed(path: Path, points: Path) -> ProbingJob:
+def read_listed(path: Path, points: Path, setup: str | None = None) -> ProbingJob:
     """Reads a job and its probe with a list of points in place of the job's. Raises as `read_probing`, TCH errors."""
     with in_file(points):
-        chosen = points_at(read_part(path).profile, read_cmm_plan(points))
-    return read_probing(path, replace(chosen, files=(points,)))
+        listed = read_cmm_plan(points)
+    return read_probing(path, listed, setup, points)
+
+
+def by_setup(path: Path, touches: Sequence[CmmTouch]) -> dict[str, list[CmmTouch]]:
+    """Returns places of a job's part by the set-up that cuts them, "" of a job without set-ups. Raises JOB, GEO, NC and
+    SET errors.
+    """
+    names = [one.name for one in read_turned_job(path).setups]
+    if not names:
+        return {"": list(touches)}
+    own = {name: probed_part(path, name).features for name in names}
+    found = {name: [one for one in touches if one.feature in own[name]] for name in names}
+    return {name: of_it for name, of_it in found.items() if of_it}
 
 
 def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> MatchedTouches:
-    """Converts a log's touches to part errors of the job's plan. Raises PRB errors that name the log and its line."""
+    """Converts a log's touches to part errors of the job's plan, in the part's frame. Raises PRB errors that name the
+    log and its line.
+    """
     places, lines, surfaces = _logged(probing, log, control)
     with in_file(log if surfaces or probing.probe.calibration is not None else probing.probe_file):
         matched = match_touches(probing.plan, places, lines, probing.probe.calibration, reports_surface=surfaces)
-    return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
+    return MatchedTouches(probing.part.of_part(matched.touches), renamed(matched.findings, str(log)))
 
 
 def read_logged_trials(probing: ProbingJob, log: Path, control: str) -> Trials:
@@ -155,49 +275,72 @@ def inspection_of_log(log: Path, touches: Sequence[Touch]) -> Inspection:
     return Inspection(Part(PartType("")), "touches", sha256, len(touches), tuple(touches), device=DEVICES["machine"])
 
 
-def points_of_job(path: Path, job: Job, part: ReadPart, margin_mm: float) -> JobPoints:
+def points_of_job(path: Path, job: Job, part: ProbedPart, margin_mm: float) -> JobPoints:
     """Returns the points by the job's counts and spacing, or, without any, those of its touches. Raises TCH errors.
 
     `margin_mm` is what stays free between the first and last point of a feature and the ends of what the nose reaches.
     """
     profile = part.profile
     if job.gauging.points or job.gauging.spacing_mm is not None:
-        reachable = part.centre_path.reachable_mm
-        points = equally_spaced(profile, _spacings(job, profile, reachable, margin_mm), reachable)
-        return JobPoints(points, [str(k + 1) for k in range(len(points.arc_length_mm))])
-    if job.gauging.touches is None:
+        reachable = part.reachable_mm
+        points = equally_spaced(profile, _spacings(job, part, reachable, margin_mm), reachable)
+        before = f"{part.frame.name}-" if part.frame.name else ""
+        return JobPoints(points, [f"{before}{k + 1}" for k in range(len(points.arc_length_mm))])
+    files = [path.parent / name for name in job.gauging.touches_files]
+    if not files:
         raise TrueloopError(
             Code.TCH_PLAN,
             "the job names 0 points to touch: it has readings of gauges alone",
             hint="say how many with `gauging.points`, or how far apart with `gauging.spacing_mm`",
         )
-    file = path.parent / job.gauging.touches
-    with in_file(file):
-        vectors = error_vectors(profile, read_touches(file), Gauging())
-    points = GaugingPoints(vectors.feature_index, vectors.arc_length_mm, vectors.nominal_mm, vectors.outward_normal)
-    return JobPoints(points, list(vectors.point), (file,))
+    touches: list[Touch] = []
+    for file in files:
+        with in_file(file):
+            touches += read_touches(file)
+    with in_file(files[0]):
+        ordered = touches if len(files) == 1 else in_order(part.whole, touches)
+        vectors = error_vectors(part.whole, ordered, Gauging())
+    names, places = part.whole.names, vectors.nominal_mm.tolist()
+    rows = zip(vectors.point, vectors.feature_index.tolist(), places, vectors.outward_normal.tolist(), strict=True)
+    listed = [CmmTouch(point, names[i], (x, z), (n_x, n_z)) for point, i, (x, z), (n_x, n_z) in rows]
+    return replace(points_at(part, listed), files=tuple(files))
 
 
-def points_at(profile: Profile, touches: Sequence[CmmTouch]) -> JobPoints:
-    """Returns places on features of a profile as points to probe. Raises TCH-PLAN for a feature it does not have."""
+def points_at(part: ProbedPart, touches: Sequence[CmmTouch]) -> JobPoints:
+    """Returns places on features of a part as points to probe, those that are on its contour. Raises TCH-PLAN for a
+    feature that the part does not have, and where none is on the contour.
+    """
     for one in touches:
-        if one.feature not in profile.names:
+        if one.feature not in part.whole.names:
             raise TrueloopError(
                 Code.TCH_PLAN,
-                f"point {one.name!r} is on {one.feature!r}, which is not one of the {len(profile.names)} features",
-                hint=f"the part's features are: {', '.join(profile.names)}",
+                f"point {one.name!r} is on {one.feature!r}, which is not one of the {len(part.whole.names)} features",
+                hint=f"the part's features are: {', '.join(part.whole.names)}",
             )
-    index = np.array([profile.names.index(one.feature) for one in touches], dtype=np.intp)
-    pairs = zip(index.tolist(), touches, strict=True)
-    along = np.array([float(profile.features[i].locate(one.place_mm)[0]) for i, one in pairs])
-    places, normals = (np.array([getattr(one, name) for one in touches]) for name in ("place_mm", "normal"))
-    return JobPoints(GaugingPoints(index, along, places, normals), [one.name for one in touches])
+    profile, frame = part.profile, part.frame
+    own = [one for one in touches if one.feature in part.features]
+    if not own:
+        raise TrueloopError(
+            Code.TCH_PLAN,
+            f"0 of {len(touches)} points are on what set-up {frame.name!r} cuts",
+            hint=f"it cuts: {', '.join(part.features)}",
+        )
+    index = np.array([profile.names.index(one.feature) for one in own], dtype=np.intp)
+    places = frame.points([one.place_mm for one in own])
+    normals = frame.directions([one.normal for one in own])
+    along = [float(profile.features[i].locate(place)[0]) for i, place in zip(index.tolist(), places, strict=True)]
+    order = np.lexsort((np.array(along), index)) if frame.backwards else np.arange(len(own))
+    points = GaugingPoints(index[order], np.array(along)[order], places[order], normals[order])
+    return JobPoints(points, [own[k].name for k in order.tolist()])
 
 
-def _spacings(job: Job, profile: Profile, reachable_mm: Array, margin_mm: float) -> dict[str, Spacing]:
-    unknown = [name for name in job.gauging.points if name not in profile.names]
+def _spacings(job: Job, part: ProbedPart, reachable_mm: Array, margin_mm: float) -> dict[str, Spacing]:
+    profile = part.profile
+    unknown = [name for name in job.gauging.points if name not in part.whole.names]
     spacings = {name: Spacing(1) for name in unknown}  # refused, with its name, by `equally_spaced`
     for name, (low, high) in zip(profile.names, reachable_mm, strict=True):
+        if name not in part.features:
+            continue
         count = job.gauging.points.get(name)
         if count is None and job.gauging.spacing_mm is not None:
             room = float(high - low) - 2 * margin_mm
@@ -238,7 +381,7 @@ def read_measuring(path: Path, angles_deg: Sequence[float] = (0.0,), *, diameter
     probe_file = None if job.gauging.probe is None else path.parent / job.gauging.probe
     margin_mm = MARGIN_MM if probe_file is None else read_probe(probe_file, 0.0).stylus.ball_radius_mm
     with in_file(path):
-        given = points_of_job(path, job, part, margin_mm)
+        given = points_of_job(path, job, _whole(job, part), margin_mm)
         touches = cmm_plan(part.profile, given.points, given.names, angles_deg, diameters=diameters)
     tables = job.every_programs
     named = [name for one in tables for name in (one.finish, one.semifinish) if name is not None]
@@ -249,7 +392,7 @@ def read_measuring(path: Path, angles_deg: Sequence[float] = (0.0,), *, diameter
         touches,
         characteristics_of(located, part.profile),
         tuple(angles_deg),
-        max(one.semifinish_allowance_mm or 0.0 for one in tables),
+        _allowance_mm(job),
         (*part.files, *probe_files, *given.files, *programs),
     )
 

@@ -117,7 +117,7 @@ def compensate_job(
     >>> [file.name for file in files]
     ['corrected.nc', 'offsets.nc', 'table.csv', 'report.html', 'report.json', 'record.json']
     """
-    JobFiles.of(Path(job)).require_one_tool()
+    assert JobFiles.of(Path(job)).tool  # refused where there are several
     done = compensate_and_keep(job, output, Keeping(), language=language, unit=unit, pdf=pdf)
     return done.correction, done.files
 

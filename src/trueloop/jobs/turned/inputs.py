@@ -1,6 +1,6 @@
 """What an edge of a job is corrected from: what the job names, whichever tool cuts, and what is of that tool."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -22,14 +22,16 @@ from trueloop.jobs.turned.characteristics import characteristics_of, joined
 from trueloop.jobs.turned.cut_with import with_cut
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import part_errors, part_type, read_inspection, read_part_errors, read_readings
+from trueloop.jobs.turned.setups import read_setups
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.loops.turned.share import vectors_in, vectors_of_edge
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.nc.program.program import Program
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
-from trueloop.turned.fit.nose_model import NoseModel
+from trueloop.turned.fit.nose_model import NoseModel, NoseTouches
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
 from trueloop.turned.readings.vectors import nominal_words
@@ -102,18 +104,16 @@ def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
 
 def read_measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None = None) -> Measured:
     """Touches and readings of a job's part. Raises TCH, MSR and TOL errors."""
-    job, file = files.job, None
-    inspections: tuple[Inspection, ...] = ()
-    if job.gauging.touches is not None:
-        file = files.sources.file(job.gauging.touches)
-        inspections = (read_inspection(file, job, machine),)
+    job = files.job
+    touched = [files.sources.file(name) for name in job.gauging.touches_files]
+    inspections = tuple(read_inspection(file, job, machine) for file in touched)
     readings = read_readings(job, files.sources, profile)
     touches = [touch for one in inspections for touch in one.touches]
-    if readings.touches:
+    if readings.touches or len(touched) > 1:
         touches = in_order(profile, [*touches, *readings.touches])
     vectors = None
-    if touches or file is not None:
-        vectors = part_errors(touches, str(file) if file is not None else readings.file, job, profile)
+    if touches or touched:
+        vectors = part_errors(touches, str(touched[0]) if touched else readings.file, job, profile)
         vectors = replace(vectors, by_cmm=tuple(touch.point for touch in readings.touches))
     elif (reference := options_from(Gauging, job).z_reference) is not None:
         with files.located.at("gauging", "z_reference"):
@@ -139,22 +139,57 @@ def edge_of_job(given: TableOfTool) -> Edge | None:
 
 def _nose(files: JobFiles, nose_from: Sequence[Path]) -> NoseModel | None:
     """The nose as the jobs of other parts know it that were cut with the same edge."""
-    parts = []
-    for other in map(files.other, nose_from):
-        other.require_one_setup()
-        if other.job.part.from_program:
+    parts = [touches for other in map(files.other, nose_from) for touches in _of_nose(files.tool, other)]
+    return fit_nose_model(parts) if parts else None
+
+
+def _of_nose(tool: TableOfTool, other: JobFiles) -> Iterator[NoseTouches]:
+    """Yields the touches of another job of what that edge cut there, once for each set-up that it cut in.
+
+    Raises NC-NO-TOOL where the job lists its edges and none of them is that one.
+    """
+    job = other.job
+    if not job.gauging.touches_files:
+        raise TrueloopError(
+            Code.TCH_FILE,
+            f"{other.path.name!r} has 0 touches: a nose model needs touches of a probe along an arc",
+            hint="leave it out of `compensation.nose_from`",
+            place=Place(str(other.path)),
+        )
+    touched = [other.sources.file(name) for name in job.gauging.touches_files]
+    if job.tool is not None:
+        if job.part.from_program:
             other.require_uncorrected()
         profile = other.profile()
-        if other.job.gauging.touches is None:
-            raise TrueloopError(
-                Code.TCH_FILE,
-                f"{other.path.name!r} has 0 touches: a nose model needs touches of a probe along an arc",
-                hint="leave it out of `compensation.nose_from`",
-                place=Place(str(other.path)),
-            )
-        touches = read_part_errors(other.sources.file(other.job.gauging.touches), other.job, profile)
-        parts.append(nose_touches(other.job.part.name, profile, touches))
-    return fit_nose_model(parts) if parts else None
+        yield nose_touches(job.part.name, profile, read_part_errors(touched, job, profile))
+        return
+    read = read_setups(other)
+    read.found.require_plain()
+    vectors, found = read_part_errors(touched, job, read.profile), False
+    for of, one in zip(read.found.setups, read.files, strict=True):
+        calls = [table.called for table in one.job.tools if _same_edge(tool, table)]
+        placed = vectors_in(of.setup.frame, vectors, read.profile)
+        for own in of.contours:
+            if own is not None and own.edge.called in calls:
+                found = True
+                name = f"{job.part.name} {of.setup.frame.name}".strip()
+                yield nose_touches(name, own.profile, vectors_of_edge(placed, own, of.profile))
+    if not found:
+        raise TrueloopError(
+            Code.NC_NO_TOOL,
+            f"none of the edges of {other.path.name!r} is {tool.name or f'T{tool.number}'!r}",
+            hint="state the same `name`, `insert` and `corner` in both jobs, or the same `number`; or leave it out of "
+            "`nose_from`",
+            place=Place(str(other.path)),
+            values={"tool": tool.name or f"T{tool.number}"},
+        )
+
+
+def _same_edge(one: TableOfTool, other: ToolsTable) -> bool:
+    """Whether two tables are of one edge: by what both call it, else by the number of its offset."""
+    if one.name and other.name:
+        return (one.name, one.insert, one.corner) == (other.name, other.insert, other.corner)
+    return (one.number, one.table_edge) == (other.number, other.table_edge)
 
 
 def _options(job: Job, tool: TableOfTool) -> Options:

@@ -2,7 +2,6 @@
 what was measured, each in the frame of its program. A job of one tool has one set-up with one edge.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -23,13 +22,14 @@ from trueloop.formats.tables.model_file import read_model
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.geometry.setup_frame import PART, SetupFrame
+from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.sources import Sources
 from trueloop.jobs.turned.inputs import Measured, ReadFiles, inputs_of, read_measured
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import read_part_errors
+from trueloop.jobs.turned.setups import ReadSetups, read_setups
 from trueloop.loops.turned.correction import Inputs
-from trueloop.loops.turned.cuts import InSetups, OfSetup, Setup, in_setups
+from trueloop.loops.turned.cuts import OfSetup
 from trueloop.loops.turned.part import SetupCuts, with_zero
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.share import characteristics_in, ends_in, vectors_in
@@ -38,7 +38,6 @@ from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import Signals
 from trueloop.machine.model.validity import require_serial
 from trueloop.nc.match.cutting_edge import CuttingEdge
-from trueloop.nc.program.called import Called
 from trueloop.turned.readings.vectors import own_seen, shared_words
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging
@@ -98,23 +97,6 @@ def read_part(path: FilePath) -> ReadPart:
     return ReadPart(files.job.part.name, files.profile(), noses_mm, files.sources.files, edges, files.frames)
 
 
-def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called | None]:
-    """Returns by feature the edge that the job names, None where it is to be left alone.
-
-    Raises JOB-KEY for a feature that the part has not.
-    """
-    for name in files.job.feature:
-        if name not in profile.names:
-            with files.located.at("feature", name):
-                raise TrueloopError(
-                    Code.JOB_KEY,
-                    f"'feature.{name}' is not one of the {len(profile.names)} features of the part",
-                    hint=f"the part's features are: {', '.join(profile.names)}",
-                    values={"key": f"feature.{name}"},
-                )
-    return {name: cut.called for name, cut in files.job.feature.items() if cut.tool is not None}
-
-
 def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
     """Everything a job names; `serial` takes the place of its part's serial number.
 
@@ -129,43 +111,10 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
     ('dome', 0.79375)
     """
     files = JobFiles.of(Path(path)).with_serial(serial)
-    files.require_one_tool()
-    ((_, inputs),) = read_cuts(files).setups[0].cuts
     tool, job = files.tool, files.job
+    ((_, inputs),) = read_cuts(files).setups[0].cuts
     table = files.tool_table(tool.table) if tool.table is not None else None
     return ReadJob(inputs, files.sources.files, files.output_folder, table, files.page_options(), job.store.db)
-
-
-@dataclass(frozen=True)
-class ReadSetups:
-    """A part with its set-ups: `profile` in the part's frame, and what each set-up cuts of it. `files` is the job by
-    set-up, as if that were its only one.
-    """
-
-    profile: Profile
-    found: InSetups
-    files: tuple[JobFiles, ...]
-
-
-def read_setups(files: JobFiles) -> ReadSetups:
-    """Reads every set-up of a job with what it cuts: its touches need not exist yet.
-
-    Raises JOB, GEO, NC and SET errors, but not those of single features.
-    """
-    frames = files.frames or (PART,)
-    of_setups = files.of_setups
-    programs = [one.finish_program() for one in of_setups]
-    profile = files.profile(programs[0])
-    decided_of(files, profile)
-    setups = [
-        Setup(frame, program, one.run, one.edges, decided_of(one, profile), None if one.edges else one.nose_radius_mm)
-        for frame, one, program in zip(frames, of_setups, programs, strict=True)
-    ]
-    given = files.job.feature
-    decided = {
-        name: None if cut.left_alone else cut.setup for name, cut in given.items() if cut.setup or cut.left_alone
-    }
-    return ReadSetups(profile, in_setups(profile, setups, decided), of_setups)
 
 
 @dataclass(frozen=True)
@@ -193,7 +142,7 @@ def read_cuts(files: JobFiles, unmeasured: Measured | None = None) -> ReadCuts:
         machine = read_part_on_machine(sources, files.path, job.machine, ball_mm)
     measured = read_measured(files, read.profile, machine) if unmeasured is None else unmeasured
     after = job.gauging.finish_touches if unmeasured is None else None
-    finish = None if after is None else read_part_errors(sources.file(after), job, read.profile)
+    finish = None if after is None else read_part_errors([sources.file(after)], job, read.profile)
     pairs = zip(read.found.setups, read.files, strict=True)
     if not job.setups:
         cuts = [_cuts(of, one, ReadFiles(of.setup.program, of.profile, measured, finish, machine)) for of, one in pairs]

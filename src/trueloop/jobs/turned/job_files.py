@@ -74,19 +74,11 @@ class JobFiles:
         given = options_from(PageOptions, self.job)
         return PageOptions(language or given.language, unit or given.unit)
 
-    def require_one_tool(self) -> None:
-        """Raises JOB-TOOLS where the job has several, JOB-SETUPS where it has several set-ups."""
-        assert self.tool
-
-    def require_one_setup(self) -> None:
-        """Raises JOB-SETUPS where the job has several."""
-        with in_file(self.path):
-            self.job.require_one_setup()
-
     @property
     def tool(self) -> TableOfTool:
         """Returns the finishing tool. Raises JOB-TOOLS for a job of several, JOB-SETUPS for one of several set-ups."""
-        self.require_one_setup()
+        with in_file(self.path):
+            self.job.require_one_setup()
         if self.job.tool is None:
             called = [tool.called.words for tool in self.job.tools]
             raise TrueloopError(

@@ -27,7 +27,7 @@ from trueloop.turned.readings.observed import corrected, repeated
 from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.vectors import assumed_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
 
 @dataclass(frozen=True)
@@ -236,6 +236,7 @@ def part_errors(touches: Sequence[Touch], file: str | None, job: Job, profile: P
         return replace(error_vectors(profile, touches, options_from(Gauging, job)), file=file)
 
 
-def read_part_errors(file: Path, job: Job, profile: Profile) -> ErrorVectors:
-    """Reads touches from a file as error vectors. Raises TCH errors."""
-    return part_errors(read_inspection(file, job).touches, str(file), job, profile)
+def read_part_errors(files: Sequence[Path], job: Job, profile: Profile) -> ErrorVectors:
+    """Reads touches from files as error vectors. Raises TCH errors."""
+    touches: Sequence[Touch] = [touch for file in files for touch in read_inspection(file, job).touches]
+    return part_errors(touches if len(files) == 1 else in_order(profile, touches), str(files[0]), job, profile)

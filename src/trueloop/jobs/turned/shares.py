@@ -21,8 +21,8 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
-from trueloop.jobs.turned.job import read_setups
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.setups import read_setups
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part import EdgeCorrection, PartCorrection, SetupCorrection
 from trueloop.loops.turned.share import index_in, reading_in, touch_in

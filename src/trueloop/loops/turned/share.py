@@ -43,8 +43,8 @@ def inputs_of_edge(inputs: Inputs, own: OwnContour | None) -> Inputs:
     """
     if own is None:
         return inputs
-    touches = _own_vectors(inputs.touches, own, inputs)
-    finish = None if inputs.finish_touches is None else _own_vectors(inputs.finish_touches, own, inputs)
+    touches = vectors_of_edge(inputs.touches, own, inputs.profile)
+    finish = None if inputs.finish_touches is None else vectors_of_edge(inputs.finish_touches, own, inputs.profile)
     asked = tuple(one for one in inputs.characteristics if _is_own(one, own, inputs))
     return replace(
         inputs,
@@ -83,15 +83,15 @@ def _own_of(own: OwnContour) -> tuple[int, ...]:
     return tuple(index for parts in own.parts for index in parts)
 
 
-def _own_vectors(vectors: ErrorVectors, own: OwnContour, inputs: Inputs) -> ErrorVectors:
-    """Returns those on the edge's features, placed along its own contour."""
+def vectors_of_edge(vectors: ErrorVectors, own: OwnContour, profile: Profile) -> ErrorVectors:
+    """Returns those on the edge's features, placed along its own contour; `profile` is the whole one, in its frame."""
     rows = np.flatnonzero(np.isin(vectors.feature_index, _own_of(own)))
     chosen = vectors.chosen(rows)
     index = np.array([own.index_of(int(i)) for i in chosen.feature_index], dtype=np.intp)
     features = own.profile.features
     along = [float(features[i].locate(point)[0]) for i, point in zip(index, chosen.nominal_mm, strict=True)]
     gauged = tuple(name for name in chosen.gauged if name in chosen.point)
-    seen = tuple(_own_seen(one, own, inputs.profile) for one in own_seen(chosen.seen, _own_of(own)))
+    seen = tuple(_own_seen(one, own, profile) for one in own_seen(chosen.seen, _own_of(own)))
     placed = replace(chosen, feature_index=index, arc_length_mm=np.array(along), gauged=gauged, seen=seen)
     return placed.chosen(np.lexsort((placed.arc_length_mm, placed.feature_index)))
 
