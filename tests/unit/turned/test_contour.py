@@ -175,7 +175,7 @@ def test_without_shifts_the_path_is_the_offset_of_lines_and_circles(profile: Pro
         assert math.dist(end, moved.end_mm) < near_mm and abs(float(moved.locate(end)[1])) < 1e-7
 
 
-@pytest.mark.parametrize(("first_mm", "second_mm", "meets_mm"), [(4.0, 4.0, 0.8), (4.0, 0.5, 0.0), (0.5, 4.0, 0.0)])
+@pytest.mark.parametrize(("first_mm", "second_mm", "meets_mm"), [(4.0, 4.0, 0.8), (4.0, 1.2, 0.0), (1.2, 4.0, 0.0)])
 def test_tangent_lines_that_cross_beyond_half_of_the_shorter_go_over_where_they_end(
     first_mm: float, second_mm: float, meets_mm: float
 ) -> None:
