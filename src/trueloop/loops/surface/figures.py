@@ -14,6 +14,8 @@ from trueloop.surface.pattern.pattern import Pattern
 from trueloop.surface.pattern.support import between
 from trueloop.units import UM_PER_MM
 
+MUCH: Final = 0.1
+"""Of a face with a larger share without support the mean uncertainty is not that of what was measured."""
 NAMED: Final = 0.001
 """A smaller share of the face without support is not reported: the last row of points never stands on the edge."""
 
@@ -59,9 +61,10 @@ def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigu
 def require_known(figures: SurfaceFigures, parts: int, best_fit: bool) -> None:
     """Raises SRF-PARTS for a pattern that is nowhere larger than what it is known to: its correction may make worse.
 
-    Parts that were set up anew and are compared by their datum differ so, and not in form.
+    Parts that were set up anew and are compared by their datum differ so, and not in form. A face of which much is not
+    supported is judged by `check_support`: the uncertainty there says nothing of the rest.
     """
-    if figures.largest_mm > figures.uncertainty_mm:
+    if figures.unsupported > MUCH or figures.largest_mm > figures.uncertainty_mm:
         return
     more = "measure more parts; these show nothing to correct"
     raise TrueloopError(
