@@ -1,11 +1,13 @@
 """Characteristics of a job file: units, defaults from the profile, general tolerances, what a file adds."""
 
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from tests.support.cli import run
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned.characteristics import joined
@@ -139,3 +141,40 @@ def test_a_file_adds_what_the_job_does_not_have(tmp_path: Path) -> None:
     assert len(notes) == 4
     for note, words in zip(notes, ("D1: the limits", "'D9' is of feature", "a runout", "half of"), strict=True):
         assert words in note
+
+
+BARREL = """characteristic,feature,quantity,unit,nominal,lower_limit,upper_limit,actual,z mm
+d0,shaft,diameter,mm,40,39.97,40.03,40.0250,-95.0
+d1,shaft,diameter,mm,40,39.97,40.03,40.0450,-72.0
+d2,shaft,diameter,mm,40,39.97,40.03,40.0507,-50.0
+d3,shaft,diameter,mm,40,39.97,40.03,40.0440,-27.0
+d4,shaft,diameter,mm,40,39.97,40.03,40.0251,-5.0
+"""
+
+
+def test_several_diameters_of_a_file_are_judged_where_each_was_read(tmp_path: Path) -> None:
+    """Else the ends of a barrel would be as large as its middle; a diameter of the job holds along the whole shaft."""
+    (tmp_path / "finish.nc").write_text(
+        "G21 G8 G40 T1 M6\nG0 X-0.2 Z0.8\nG1 X20.8 Z0.8 F100\nX20.8 Z-99.2\nX30.8\nM2\n"
+    )
+    (tmp_path / "readings.csv").write_text(BARREL)
+    job = (
+        '[part]\nname = "barrel"\nstart = [30.0, -100.0]\nfeature = [{ name = "shoulder", to = [20.0, -100.0] }, '
+        '{ name = "shaft", to = [20.0, 0.0] }, { name = "face", to = [0.0, 0.0] }]\n{more}'
+        "[tool]\nnose_radius_mm = 0.8\n"
+        '[programs]\ndialect = "linuxcnc"\nfinish = "finish.nc"\n[gauging]\nreadings = "readings.csv"\n'
+    )
+    (tmp_path / "job.toml").write_text(job.replace("{more}", ""))
+    run("compensate", tmp_path / "job.toml", "-o", tmp_path / "out", "--no-store")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    found = {one["name"]: one for one in report["characteristics"]}
+    actual = {line.split(",")[0]: float(line.split(",")[7]) for line in BARREL.splitlines()[1:]}
+    places = {line.split(",")[0]: float(line.split(",")[8]) for line in BARREL.splitlines()[1:]}
+    assert {name: one["at_z_mm"] for name, one in found.items()} == places
+    assert {name: one["before"]["value"] for name, one in found.items()} == pytest.approx(actual, abs=0.002)
+    assert {name for name, one in found.items() if one["before"]["value"] > 40.03} == {"d1", "d2", "d3"}
+    seat = '[[part.characteristic]]\nname = "seat"\nquantity = "diameter"\nfeature = "shaft"\ntolerance = "±0.05"\n'
+    (tmp_path / "job.toml").write_text(job.replace("{more}", seat))
+    run("compensate", tmp_path / "job.toml", "-o", tmp_path / "whole", "--no-store")
+    report = json.loads((tmp_path / "whole" / "report.json").read_text())
+    assert [one["name"] for one in report["characteristics"]] == ["seat"]

@@ -246,7 +246,7 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
         encoding=encoding,
         unit=stated.unit if unit is None else "mm" if unit == "MM" else "inch",
         inspections=tuple(inspections),
-        characteristics=characteristics_of(one.reading for one in found),
+        characteristics=characteristics_of([one.reading for one in found]),
         remarks=tuple(remarks),
     )
 

@@ -94,8 +94,8 @@ class Job(Table):
             raise TrueloopError(
                 Code.JOB_SETUPS,
                 f"the job has {len(names)} set-ups ({', '.join(names)}): this is done for one alone",
-                hint="`trueloop compensate` (in Python `compensate_part`), `measure read`, `series propose`, `probe`, "
-                "`nc features` and `part show` take set-ups",
+                hint="`trueloop compensate` (in Python `compensate_part`), `measure read`, `series propose`, "
+                "`probe program`, `probe read`, `nc features` and `part show` take set-ups",
                 values={"setups": names},
             )
 

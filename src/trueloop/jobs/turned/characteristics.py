@@ -90,7 +90,8 @@ def joined(
     found, notes = list(asked), list[str]()
     for theirs in of_file:
         one = replace(theirs, feature=names.get(theirs.feature, theirs.feature))
-        ours = next((each for each in asked if each.name == one.name or place_of(each) == place_of(one)), None)
+        places = place_of(one), place_of(replace(one, at_z_mm=None))  # the job's may hold along the whole feature
+        ours = next((each for each in asked if each.name == one.name or place_of(each) in places), None)
         if ours is not None:
             notes += _other_limits(ours, one)
             continue

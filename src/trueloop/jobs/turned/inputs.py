@@ -178,8 +178,8 @@ def _of_nose(tool: TableOfTool, other: JobFiles) -> Iterator[NoseTouches]:
         raise TrueloopError(
             Code.NC_NO_TOOL,
             f"none of the edges of {other.path.name!r} is {tool.name or f'T{tool.number}'!r}",
-            hint="state the same `name`, `insert` and `corner` in both jobs, or the same `number`; or leave it out of "
-            "`nose_from`",
+            hint="state the same `name`, `insert` and `corner` in the tables [tool] or [[tools]] of both jobs, or the "
+            "same `number`; or leave it out of `compensation.nose_from`",
             place=Place(str(other.path)),
             values={"tool": tool.name or f"T{tool.number}"},
         )

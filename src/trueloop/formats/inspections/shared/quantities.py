@@ -2,7 +2,8 @@
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
@@ -17,15 +18,25 @@ from trueloop.errors import Code, Place, TrueloopError
 SLACK = 1e-9
 
 
-def characteristics_of(readings: Iterable[Reading]) -> tuple[Characteristic, ...]:
-    """Returns the file's characteristics, each once: those with a nominal value."""
+def characteristics_of(readings: Sequence[Reading]) -> tuple[Characteristic, ...]:
+    """Returns the file's characteristics, each once: those with a nominal value.
+
+    Several diameters of one feature hold at the z where each was read; a single one holds along the whole feature.
+    """
     found: dict[tuple[str, str, str], Characteristic] = {}
+    places: dict[tuple[str, str, str], set[float | None]] = {}
     for one in readings:
         key = one.characteristic, one.feature, one.axis
+        places.setdefault(key, set()).add(one.place_mm[-1] if one.place_mm else None)
         if one.nominal is not None and key not in found:
             found[key] = Characteristic(
                 one.characteristic, one.quantity, one.feature, one.nominal, one.lower_limit, one.upper_limit, one.other
             )
+    diameters = [one.feature for one in found.values() if one.quantity is Quantity.DIAMETER]
+    for key, one in found.items():
+        several = one.quantity is Quantity.DIAMETER and diameters.count(one.feature) > 1
+        if several and len(places[key]) == 1:
+            found[key] = replace(one, at_z_mm=next(iter(places[key])))
     return tuple(found.values())
 
 
