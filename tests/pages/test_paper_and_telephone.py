@@ -47,7 +47,7 @@ def test_at_400_px_nothing_runs_over_the_edge_and_figures_are_legible(german: Pa
     seen = dict(re.findall(r'data-(\w+)="([^"]*)"', body[1]))
     assert int(seen["wide"]) <= 400
     assert float(seen["least"]) >= 9  # px on the screen
-    assert int(seen["figures"]) == 5  # each figure once
+    assert int(seen["figures"]) == 6  # each figure once
     levels = [int(level) for level in seen["levels"]]
     assert levels[0] == 1 and all(b - a <= 1 for a, b in pairwise(levels))
 
