@@ -32,11 +32,11 @@ def characteristics_of(readings: Sequence[Reading]) -> tuple[Characteristic, ...
             found[key] = Characteristic(
                 one.characteristic, one.quantity, one.feature, one.nominal, one.lower_limit, one.upper_limit, one.other
             )
-    diameters = [one.feature for one in found.values() if one.quantity is Quantity.DIAMETER]
-    for key, one in found.items():
-        several = one.quantity is Quantity.DIAMETER and diameters.count(one.feature) > 1
-        if several and len(places[key]) == 1:
-            found[key] = replace(one, at_z_mm=next(iter(places[key])))
+    diameters = [size.feature for size in found.values() if size.quantity is Quantity.DIAMETER]
+    for each, size in found.items():
+        several = size.quantity is Quantity.DIAMETER and diameters.count(size.feature) > 1
+        if several and len(places[each]) == 1:
+            found[each] = replace(size, at_z_mm=next(iter(places[each])))
     return tuple(found.values())
 
 
