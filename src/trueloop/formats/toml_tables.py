@@ -98,7 +98,9 @@ def statements(text: str) -> Iterator[Statement]:
         if heading := HEADING.match(written):
             several, names = heading[1] == "[[", _parts(heading[2])
             if several:
-                counts[".".join(names)] = counts.get(".".join(names), -1) + 1
+                path = ".".join(names)
+                counts = {one: count for one, count in counts.items() if not one.startswith(f"{path}.")}
+                counts[path] = counts.get(path, -1) + 1  # the arrays in a new table are counted from its first
             above, table = names, _with_counts(names, counts)
             kind: Literal["table", "tables"] = "tables" if several else "table"
             yield Statement(kind, line, heading.start(1) + 1, (), table, ".".join(names))

@@ -115,6 +115,7 @@ def test_rows_of_an_array_are_no_headings() -> None:
 
 @settings(max_examples=400)
 @example(lines=["[[c.b]]", "[c]", "b.a = 1"])
+@example(lines=["[[a]]", "[[a.a]]", "[[a]]", "[a.a]", "[[a.a]]"])
 @given(lines=LINES)
 def test_the_two_that_are_named_collide_by_themselves(lines: list[str]) -> None:
     """Judged by Python's reader: it refuses the file in that line, and the two with nothing but their headings too."""
