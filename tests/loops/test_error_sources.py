@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.loops.test_composed_correction import write_job
+from tests.loops.test_composed_correction import TOUCHES, finish_program, left_on_mm, write_job
 from tests.loops.test_remembering import by_memory
 from tests.support.cli import run
 from tests.support.correction import example_correction
@@ -146,3 +146,15 @@ def test_the_machine_has_the_share_that_its_component_takes_out(tmp_path: Path) 
         assert found["mean_um"] == pytest.approx(float(np.mean(mine)), abs=1e-3)
         assert (found["low_um"], found["high_um"]) == pytest.approx((min(mine), max(mine)), abs=1e-3)
         assert abs(found["mean_um"]) > 1.0
+
+
+def test_with_a_machine_the_shares_add_up_to_what_the_given_program_would_leave_on(tmp_path: Path) -> None:
+    """Judged by the formulas of machine and process and LinuxCNC's interpreter: what the uncorrected program cuts."""
+    run("compensate", write_job(tmp_path, "G8", "machine", "uncompensated"), "-o", tmp_path / "out")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    left_um = 1000.0 * left_on_mm(finish_program("G8"), tmp_path, TOUCHES)
+    assert len(report["features"]) == 3
+    for feature in report["features"]:
+        mine = [left for left, name in zip(left_um, TOUCHES.feature, strict=True) if name == feature["feature"]]
+        shares = [one["mean_um"] for one in feature["sources"] if one["source"] != "measuring"]
+        assert math.fsum(shares) == pytest.approx(float(np.mean(mine)), abs=0.7)

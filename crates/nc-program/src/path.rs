@@ -103,7 +103,7 @@ pub struct ToolPath {
     pub drilled: Vec<Drilled>,
     /// Moves to the places of hole patterns.
     pub placed: Vec<Placed>,
-    /// Turning cycles whose moves hang on one block's words, in order.
+    /// Turning cycles whose moves follow from the words of one block, in order.
     pub turned: Vec<Turned>,
     /// Dwells: the move that comes next, and the time, s; NaN where the program counts revolutions.
     pub dwells: Vec<(usize, f64)>,

@@ -77,7 +77,7 @@ class _Block:
 
 @dataclass(frozen=True, eq=False)
 class _Scatter:
-    """What the cut scatters by from place to place: N places of few variances, of each of which the values follow a
+    """The scatter of the cut from place to place: N places of few variances, of each of which the values follow a
     sum.
 
     `places` are one of each variance, (c,), `shares` by how much the values' covariance grows with it, (n, n) each.

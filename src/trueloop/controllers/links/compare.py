@@ -14,7 +14,7 @@ from trueloop.nc.program.program import Word, read_program
 
 
 class Change(StrEnum):
-    """What a control may do to a program that it stores, if its settings say that it does."""
+    """The changes that a control's settings allow it to make to a program that it stores."""
 
     CAPITALS = "capitals"  # small letters made capitals
     BLANKS = "blanks"  # blanks and tabs added or left out

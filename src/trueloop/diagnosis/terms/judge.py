@@ -46,7 +46,7 @@ ALIKE_K: Final = 0.5
 
 
 def check(chain: Chain, seen: Residuals) -> tuple[Finding, ...]:
-    """What the data lack, as notes with DIA-ALIKE.
+    """Returns what the data lack, as notes with DIA-ALIKE.
 
     Raises MCH-SHAPE for arrays that do not fit, MCH-AXIS for an element of no axis, DIA-SIGNAL for a temperature that
     is missing or not finite, DIA-POINTS for other values that are not finite, DIA-FEW for one part or few points.

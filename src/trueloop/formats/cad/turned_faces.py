@@ -42,7 +42,7 @@ class HalfPlane:
 
 
 def flat_feature(curve: Any, axis: Axis) -> Feature | None:
-    """Returns the curve as a feature; None where it does not lie in one half plane, or is no longer than a point."""
+    """Returns the curve as a feature; None where it does not lie in one half plane, or has no length."""
     occ, plane = kernel(), HalfPlane(curve, axis)
     if not plane.holds_curve:
         return None
@@ -56,7 +56,7 @@ def flat_feature(curve: Any, axis: Axis) -> Feature | None:
 
 
 def _arc(plane: HalfPlane) -> Arc:
-    """Whether the way from a quarter of it to the middle turns left or right says which way the arc turns."""
+    """Returns the sense of the arc: that in which the way from a quarter of it to its middle turns."""
     sweep_rad = plane.high - plane.low
     (x0, z0), (x1, z1), (x2, z2) = (plane.at(plane.low + share * sweep_rad) for share in (0.0, 0.25, 0.5))
     left = (z2 - z0) * (x1 - x0) - (x2 - x0) * (z1 - z0)

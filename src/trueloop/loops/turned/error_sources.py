@@ -2,7 +2,7 @@
 
 What is shared out is the error that the next cut would have, had nothing been corrected: of the state of the part, or,
 where earlier parts of the edge take part, of the state that they and this part's touches make. Every share is linear in
-the state, so that the shares add up to the error, and each has its uncertainty. Shares of like effect are told apart by
+the state, so that the shares add up to the error, and each has its uncertainty. Shares of like effect are separated by
 their priors alone as long as one part was measured (a tool set off and a part zero off displace it alike): their
 uncertainties then are larger than that of their sum.
 """
@@ -131,11 +131,6 @@ class _Known:
     places: Callable[[NDArray[np.intp], Array, bool], tuple[Places, Array]]
     between: BetweenCuts
 
-    def differs_mm2(self, normal: Array) -> float:
-        """Returns the variance of the next cut's mean over n places, normals (n, 2), about that of this one."""
-        whole = float(np.sum(np.mean(normal, axis=0) ** 2))
-        return self.between.common_difference_mm**2 * whole + self.between.scatter_difference_mm**2 / len(normal)
-
 
 def _of_part(model: ProfileErrorModel, between: BetweenCuts) -> _Known:
     def places(index: NDArray[np.intp], along_mm: Array, finish: bool) -> tuple[Places, Array]:
@@ -173,7 +168,7 @@ def _of_feature(known: _Known, model: ProfileErrorModel, machine: MachineShare |
     state = known.state.at(places)
     shares = [_share(state, places, (mean, functional[len(at) :]), source) for source in TERMS]
     normal = np.array([model.profile.features[index].outward_normal(float(s)) for s in at])
-    differs = known.differs_mm2(normal)
+    differs = float(known.between.variance_mm2(normal, np.full((1, len(at)), 1.0 / len(at)))[0])
     shares = [_wider(one, differs) if one.source is Source.NEXT_CUT else one for one in shares]
     whole = state.predict(places, mean[None, :], repeatability=False)
     together, variance = float(whole.mean_mm[0]), float(whole.covariance_mm2[0, 0]) + differs

@@ -21,7 +21,6 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Inputs
 from trueloop.tolerances.conformance import judge
 from trueloop.turned.characteristics.measurand import measurand
-from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.turned.fit.prior.part_state import PartState, in_frame, part_state
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 
@@ -175,10 +174,10 @@ class _Known:
         self.noise = np.array([one.seen.standard_u_mm**2 for one in edge.candidates]) + np.array(own)
         self.along = rows[slices[count]] * np.sqrt(length / self.length_mm)[:, None]
         normal = _normals(profile, index, along)
-        self.other_mm2 = float(_varies(between, normal, np.eye(len(index))).mean() + scatter[slices[count]].mean())
+        self.other_mm2 = float(between.variance_mm2(normal, np.eye(len(index))).mean() + scatter[slices[count]].mean())
         self.sizes = []
         for (asked, size), at in zip(sizes, slices[count + 1 :], strict=True):
-            other = _varies(between, _normals(profile, size.feature_index, size.arc_length_mm), size.gains)
+            other = between.variance_mm2(_normals(profile, size.feature_index, size.arc_length_mm), size.gains)
             self.sizes.append((asked, size.nominal, size.gains @ rows[at], other + size.gains**2 @ scatter[at]))
 
     @property
@@ -243,12 +242,6 @@ def _out(asked: Characteristic, nominal: Array, variance: Array) -> float:
 
 def _variance(rows: Array, covariance: Array) -> Array:
     return np.asarray(np.einsum("ij,jk,ik->i", rows, covariance, rows))
-
-
-def _varies(between: BetweenCuts, normal: Array, gains: Array) -> Array:
-    """Returns the variances of functionals (m, n) by what differs between two cuts, (m,)."""
-    common = np.sum((gains @ normal) ** 2, axis=1) * between.common_difference_mm**2
-    return np.asarray(common + np.sum(gains**2, axis=1) * between.scatter_difference_mm**2)
 
 
 def _contour(profile: Profile) -> tuple[NDArray[np.intp], Array, Array]:

@@ -21,6 +21,9 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
+from trueloop.arrays import Array
 from trueloop.wording import wording
 
 
@@ -52,6 +55,11 @@ class BetweenCuts:
     def difference_mm(self) -> float:
         """Returns both together, at one place."""
         return math.hypot(self.common_difference_mm, self.scatter_difference_mm)
+
+    def variance_mm2(self, normal: Array, gains: Array) -> Array:
+        """Returns the variances of functionals (m, n) of the differences at n places with normals (n, 2), (m,)."""
+        common = np.sum((gains @ normal) ** 2, axis=1) * self.common_difference_mm**2
+        return np.asarray(common + np.sum(gains**2, axis=1) * self.scatter_difference_mm**2)
 
 
 PRIOR: Final = BetweenCuts(0.002, 0.0015, wording("prior for turning in general"))

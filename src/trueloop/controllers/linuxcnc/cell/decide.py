@@ -9,7 +9,7 @@ from trueloop.domain.factory import FactKind
 
 
 class Doing(StrEnum):
-    """What a control does."""
+    """The state of a control."""
 
     IDLE = "idle"
     RUNNING = "running"
