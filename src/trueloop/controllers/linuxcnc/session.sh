@@ -14,7 +14,11 @@ mount --bind "$1" "$1/tmp/.session"
 mount --rbind /tmp "$1/tmp/.outside"
 mount --rbind "$1/tmp" /tmp
 cd /tmp
-find .outside -mindepth 1 -maxdepth 1 ! -name 'linuxcnc.*' -print0 | xargs -0 -r ln -s -t .
+# The shell's own pattern reads names alone: `find` looks at each entry, and fails where another process removes it.
+shopt -s dotglob nullglob
+for entry in .outside/*; do
+    case $entry in .outside/linuxcnc.*) ;; *) printf '%s\0' "$entry" ;; esac
+done | xargs -0 -r ln -s -t .
 
 mount -t overlay overlay -o lowerdir=/tmp/.session/modules:/usr/lib/linuxcnc/modules /usr/lib/linuxcnc/modules
 export HOME=/tmp/.session/home RTAPI_FIFO_PATH=/tmp/.session/home/rtapi_fifo
