@@ -11,11 +11,11 @@ import pytest
 from tests.loops.test_several_tools_in_machine import MACHINE, ZERO, placed
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.jobs.measure.next_measurement import _edges, _places, _size, _touch, next_of_job
+from trueloop.jobs.measure.next_measurement import _edges, _nose_mm, _places, _size, _touch, next_of_job
 from trueloop.jobs.turned.job import read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.loops.turned.next_measurement import OUT, Candidate, Edge, next_measurements
-from trueloop.turned.fit.prior.part_state import in_frame, places_on
+from trueloop.loops.turned.next_measurement import OUT, Candidate, Edge, OfPart, next_measurements
+from trueloop.turned.fit.prior.part_state import PartState, in_frame, places_on
 from trueloop.turned.touches.touches import Gauging
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -26,15 +26,21 @@ def edge_of(path: Path, asked: tuple[Characteristic, ...] = ()) -> Edge:
     """The only edge of a job with a touch of a probe at every place, one minute each."""
     cuts = read_cuts(JobFiles.of(path))
     profile = cuts.read.profile
-    seen = [(one.feature, "probe", _touch(profile, one, "probe", Gauging())) for one in _places(profile, cuts)]
+    places = _places(profile, _nose_mm(cuts))
+    seen = [(one.feature, "probe", _touch(profile, one, "probe", Gauging())) for one in places]
     (edge,) = _edges(cuts, seen, {"probe": 1.0, "micrometer": 1.0, "cmm": 1.0})  # type: ignore[arg-type]
-    return replace(edge, inputs=replace(edge.inputs, characteristics=asked))
+    return replace(edge, characteristics=asked)
+
+
+def part_of(edge: Edge) -> PartState:
+    assert isinstance(edge.known, OfPart)
+    return edge.known.state
 
 
 def conditioned(edge: Edge, taken: list[Candidate], contour: tuple[Array, Array, Array]) -> float:
     """Mean square, µm², along the contour when these are measured too: C − C_m (C_mm + N)⁻¹ C_mᵀ, all at once."""
     index, along, share = contour
-    state, profile = edge.state.updated.state, edge.inputs.profile
+    state, profile = part_of(edge).updated.state, edge.profile
     at = np.concatenate([index, *(one.seen.feature_index for one in taken)]).astype(np.intp)
     s = np.concatenate([along, *(one.seen.arc_length_mm for one in taken)])
     covariance = state.predict(places_on(profile, at, s), repeatability=False).covariance_mm2
@@ -43,13 +49,13 @@ def conditioned(edge: Edge, taken: list[Candidate], contour: tuple[Array, Array,
     noise = np.diag([one.seen.standard_u_mm**2 + scatter for one in taken])
     cross = covariance[:n, n:]
     left = covariance[:n, :n] - cross @ np.linalg.solve(covariance[n:, n:] + noise, cross.T)
-    between = edge.inputs.options.between_cuts
+    between = edge.known.between
     return 1e6 * (float(share @ np.diag(left)) + between.difference_mm**2 + scatter)
 
 
 def contour_of(edge: Edge) -> tuple[Array, Array, Array]:
     """Nine places in the middle of equal stretches of each feature."""
-    features = edge.inputs.profile.features
+    features = edge.profile.features
     index = np.repeat(np.arange(len(features)), 9)
     along = np.concatenate([one.length_mm * (np.arange(9) + 0.5) / 9 for one in features])
     share = np.repeat([one.length_mm for one in features], 9)
@@ -104,10 +110,10 @@ def test_parts_drawn_from_what_is_known_come_out_as_often_as_the_plan_expects() 
     """50,000 faces drawn where a correction by the expected error leaves them: the probability is a share of parts."""
     asked = length(0.012)
     edge = edge_of(SHAFT, (asked,))
-    index = edge.inputs.profile.names.index("shoulder-1")
-    middle_mm = edge.inputs.profile.features[index].length_mm / 2
-    place = places_on(edge.inputs.profile, np.array([index]), np.array([middle_mm]))
-    state, between = edge.state.updated.state, edge.inputs.options.between_cuts
+    index = edge.profile.names.index("shoulder-1")
+    middle_mm = edge.profile.features[index].length_mm / 2
+    place = places_on(edge.profile, np.array([index]), np.array([middle_mm]))
+    state, between = part_of(edge).updated.state, edge.known.between
     drawn = np.random.default_rng(5).standard_normal((4, 50_000))
     u_mm = [float(state.predict(place, repeatability=False).standard_u_mm[0]), state.sizes["repeatability"]]
     u_mm += [between.common_difference_mm, between.scatter_difference_mm]
@@ -120,15 +126,13 @@ def test_every_place_of_a_part_is_a_candidate_of_the_edge_that_cuts_it(name: str
     """Several tools, two set-ups, one of which looks the other way, inches: the same place, whatever the frame."""
     cuts = read_cuts(JobFiles.of(EXAMPLES / name))
     profile, setups = cuts.read.profile, [(setup, cut) for setup in cuts.setups for cut in setup.cuts]
-    places = {one.name: one for one in _places(profile, cuts)}
+    places = {one.name: one for one in _places(profile, _nose_mm(cuts))}
     seen = [(one.feature, "probe", _touch(profile, one, "probe", Gauging())) for one in places.values()]
     edges = _edges(cuts, seen, {"probe": 1.0})  # type: ignore[arg-type]
     found = []
     for (setup, _), edge in zip(setups, edges, strict=True):
         for one in edge.candidates:
-            point = edge.inputs.profile.features[int(one.seen.feature_index[0])].point_mm(
-                float(one.seen.arc_length_mm[0])
-            )
+            point = edge.profile.features[int(one.seen.feature_index[0])].point_mm(float(one.seen.arc_length_mm[0]))
             expected = setup.frame.point(places[one.seen.name.removesuffix(" (probe)")].place_mm)
             assert point == pytest.approx(expected, abs=1e-6)
             found.append(one.seen.name)
@@ -174,12 +178,12 @@ def test_limits_of_a_tool_of_whose_features_nothing_was_measured_are_weighed(tmp
     for file in ("finish.nc", "grooved.toml", "touches.csv"):
         (tmp_path / file).write_bytes((given / file).read_bytes())
     edges = _edges(read_cuts(JobFiles.of(tmp_path / "grooved.toml")), [], {})
-    own = {name for edge in edges[1:] for name in edge.inputs.profile.names}
+    own = {name for edge in edges[1:] for name in edge.profile.names}
     rows = (tmp_path / "touches.csv").read_text().splitlines()
     kept = [row for row in rows if not any(f",{name}," in row for name in own)]
     assert len(kept) < len(rows)
     (tmp_path / "touches.csv").write_text("\n".join(kept) + "\n")
-    name = edges[1].inputs.profile.names[0]
+    name = edges[1].profile.names[0]
     text = (tmp_path / "grooved.toml").read_text()
     limits = (
         f'[[part.characteristic]]\nname = "groove"\nquantity = "length"\nfeature = "{name}"\ntolerance = "±0.01"\n\n'
@@ -194,7 +198,7 @@ def test_limits_of_a_tool_of_whose_features_nothing_was_measured_are_weighed(tmp
 def test_the_face_that_z_was_taken_from_has_no_error_left_to_measure() -> None:
     """Its error is 0 by definition: with the other sign of its share it would be twice its own uncertainty."""
     edges = _edges(read_cuts(JobFiles.of(EXAMPLES / "dxf" / "job.toml")), [], {})
-    states = [edge.state for edge in edges if edge.state.vectors.at_reference.any()]
+    states = [part_of(edge) for edge in edges if edge.vectors.at_reference.any()]
     assert states
     for state in states:
         k = np.flatnonzero(state.vectors.at_reference)

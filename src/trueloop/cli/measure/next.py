@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 import typer
 
 from trueloop.cli.probe import Control
+from trueloop.cli.shared_options import Db
 from trueloop.cli.terminal import AsJson, guarded, print_json
 
 if TYPE_CHECKING:
@@ -13,7 +14,10 @@ if TYPE_CHECKING:
 
 Instrument = Literal["probe", "micrometer", "cmm"]
 KINDS: Final[tuple[Instrument, ...]] = ("probe", "micrometer", "cmm")
-Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job of the part.")]
+Asked = Annotated[
+    str,
+    typer.Argument(metavar="JOB.toml|SERIAL", help="The job of the part, or the serial number of one in the store."),
+]
 Count = Annotated[int, typer.Option("--count", "-n", min=1, help="So many measurements at most.")]
 With = Annotated[
     str, typer.Option("--with", help="Instruments at hand: probe, micrometer and cmm, separated by commas.")
@@ -32,6 +36,8 @@ Output = Annotated[
 ]
 
 
+Type = Annotated[str | None, typer.Option("--type", "-t", help="The part type, where several have that serial number.")]
+
 OfControl = Annotated[
     Control | None, typer.Option("--control", "-c", help="Also write the probing program for this control.")
 ]
@@ -39,12 +45,14 @@ OfControl = Annotated[
 
 @guarded
 def next_measurement(
-    job: Job,
+    of_what: Asked,
     count: Count = 5,
     instruments: With = "probe,micrometer,cmm",
     minutes: Minutes = None,
     output: Output = None,
     control: OfControl = None,
+    part_type: Type = None,
+    db: Db = None,
     as_json: AsJson = False,
 ) -> None:
     """List the measurements that lower most, a minute, what is not known of the next part, or that none is needed.
@@ -56,9 +64,16 @@ def next_measurement(
         raise typer.BadParameter(f"{unknown[0]!r} is not one of {', '.join(KINDS)}", param_hint="--with")
     taken = dict(map(_minutes, minutes or ()))
     from trueloop.formats.outputs import write_all
-    from trueloop.jobs.measure.next_measurement import next_of_job, written_files
+    from trueloop.jobs.measure.next_measurement import next_of_job, next_of_part, written_files
+    from trueloop.jobs.store.opened import opened
 
-    found = next_of_job(job, count, [one for one in KINDS if one in kinds], taken)
+    asked, job = [one for one in KINDS if one in kinds], Path(of_what) if of_what.endswith(".toml") else None
+    if job is not None:
+        found = next_of_job(job, count, asked, taken)
+    elif control is not None:
+        raise typer.BadParameter("a probing program needs the probe that a job names: name the job", param_hint="-c")
+    else:
+        found = next_of_part(opened(db), of_what, count, asked, taken, part_type)
     if output is not None and found.plan.chosen:
         texts = written_files(found, job, control)
         for file in write_all(output, [(name, text.encode()) for name, text in texts.items()], found.files):

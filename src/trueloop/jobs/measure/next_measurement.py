@@ -1,7 +1,8 @@
-"""From a job to the measurements that are worth taking next, and to the files that take them."""
+"""From a job, or a part that a store holds, to the measurements worth taking next, and to the files that take them."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -11,36 +12,52 @@ import numpy as np
 from trueloop.controllers.probing import probing_program
 from trueloop.controllers.probing.settings import settings_of
 from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.life import Cut, Stage
+from trueloop.domain.part import Part
+from trueloop.domain.record import Correction as StoredCorrection
+from trueloop.domain.tool import Setting
+from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
 from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
+from trueloop.geometry.setup_frame import PART, SetupFrame
+from trueloop.jobs.diagnose.records import part_named
 from trueloop.jobs.measure.probing import by_setup, program_of, reached, read_measuring, read_probing
+from trueloop.jobs.store.history import REMEMBERED, history_from, life_of
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.inputs import Measured
 from trueloop.jobs.turned.job import ReadCuts, read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.next_measurement import (
     Candidate,
     Edge,
     Instrument,
+    OfHistory,
+    OfPart,
     Plan,
     next_measurements,
-    state_of,
 )
 from trueloop.loops.turned.process_intermittent import process_errors
-from trueloop.loops.turned.share import inputs_of_edge, seen_of_edge
+from trueloop.loops.turned.share import characteristics_in, inputs_of_edge, seen_of_edge
+from trueloop.memory.made_part import MadePart
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_plan
 from trueloop.probing.plan import MARGIN_MM, Spacing, equally_spaced
+from trueloop.storage.store import Store, find
 from trueloop.turned.characteristics.measurand import measurand
+from trueloop.turned.fit.prior.part_state import part_state
 from trueloop.turned.readings.observed import PLACED_BY_HAND_MM
 from trueloop.turned.readings.plan import gauge_plan
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.turned.touches.touches import Gauging, standard_uncertainty_mm
 
 INSTRUMENTS: Final[tuple[Instrument, ...]] = ("probe", "micrometer", "cmm")
+
+BALLS: Final[tuple[Instrument, ...]] = ("probe", "cmm")
 
 MINUTES: Final[Mapping[Instrument, float]] = MappingProxyType({"probe": 0.25, "micrometer": 1.0, "cmm": 0.2})
 """Minutes a measurement takes: a touch on the machine, a size read by hand and noted, a touch of a measuring machine.
@@ -55,14 +72,13 @@ POINTS: Final = 7
 
 @dataclass(frozen=True)
 class NextOf:
-    """A job's plan, and what its measurements are: points for a ball and sizes for a gauge, in the part's frame.
+    """A plan, and what its measurements are: points for a ball and sizes for a gauge, in the part's frame.
 
     `measured`: some of the files of touches and readings that the job names are there; else it is planned from the
     priors alone.
     """
 
     part: str
-    profile: Profile
     plan: Plan
     measured: bool
     touches: Mapping[str, CmmTouch]
@@ -118,34 +134,31 @@ def next_of_job(
     cuts = read_cuts(files, None if measured else Measured((), _no_vectors(), (), ()))
     profile, gauging = cuts.read.profile, options_from(Gauging, files.job)
     asked = characteristics_of(files.located, profile)
-    places = _places(profile, cuts)
+    places = _places(profile, _nose_mm(cuts))
     touches = {touch.name: touch for touch in places}
-    planned = gauge_plan(profile, asked) if "micrometer" in instruments else ()
-    sizes = {one.name: one for one in planned if one.quantity in (Quantity.DIAMETER, Quantity.LENGTH)}
+    sizes = _sizes(profile, asked, instruments)
     probed = _probed(path, files, profile, places) if "probe" in instruments else ()
     by_ball: list[tuple[CmmTouch, Instrument]] = [(one, "probe") for one in probed]
     by_ball += [(one, "cmm") for one in places if "cmm" in instruments]
-    seen: list[tuple[str, Instrument, Seen]] = [
-        *((touch.feature, kind, _touch(profile, touch, kind, gauging)) for touch, kind in by_ball),
-        *((one.feature, "micrometer", _size(profile, one, gauging)) for one in sizes.values()),
-    ]
+    seen = _seen(profile, by_ball, sizes, gauging)
     plan = next_measurements(_edges(cuts, seen, {**MINUTES, **minutes}), count)
     first = files.of_setups[0]
     program = first.finish_program()
     inch = unit_of_path(program.unit, first.run.of(program))["unit"] == "inch"
-    return NextOf(files.job.part.name, profile, plan, measured, touches, sizes, inch, (path, *files.sources.files))
+    return NextOf(files.job.part.name, plan, measured, touches, sizes, inch, (path, *files.sources.files))
 
 
-def written_files(found: NextOf, source: Path, control: str | None = None) -> dict[str, str]:
+def written_files(found: NextOf, source: Path | None, control: str | None = None) -> dict[str, str]:
     """Returns the texts of the files that take the plan's measurements, by name; of no instrument without any.
 
     Points of the probe are a list and, for a control, its probing program; those of a measuring machine a list and a
-    DMIS program; sizes a sheet to fill in. Raises PRB errors.
+    DMIS program; sizes a sheet to fill in. Programs are made by a job's probe and allowance: None, of a part without
+    its job, has lists and a sheet. Raises PRB errors.
     """
     texts = dict[str, str]()
     if probed := found.points("probe"):
         texts["probe.csv"] = cmm_plan_to_csv(probed)
-        if control is not None:
+        if control is not None and source is not None:
             for name, own in by_setup(source, probed).items():
                 probing = read_probing(source, own, name or None)
                 settings = settings_of(probing.part.name, probing.probe.program, probing.probe.probe)
@@ -155,6 +168,7 @@ def written_files(found: NextOf, source: Path, control: str | None = None) -> di
                 )
     if measured := found.points("cmm"):
         texts["cmm.csv"] = cmm_plan_to_csv(measured)
+    if measured and source is not None:
         measuring = replace(read_measuring(source, (0.0,)), touches=measured, characteristics=())
         approach = CmmApproach(1.0, 3.0, 10.0, measuring.allowance_mm)
         texts["cmm.dms"] = program_of(measuring, approach, source.name)
@@ -173,15 +187,12 @@ def _no_vectors() -> ErrorVectors:
     return ErrorVectors((), np.zeros(0, np.intp), none, none, none, np.zeros(0, np.bool_), pairs, pairs)
 
 
-def _places(profile: Profile, cuts: ReadCuts) -> tuple[CmmTouch, ...]:
+def _places(profile: Profile, nose_radius_mm: float | None) -> tuple[CmmTouch, ...]:
     """Returns places that a ball may touch on every feature, away from its ends where there is room.
 
-    Of a part that one tool cuts they lie on what its nose reaches.
+    They lie on what the nose of the one tool reaches; None: several tools cut the part.
     """
-    edges = [(own, inputs) for setup in cuts.setups for own, inputs in setup.cuts]
-    reachable = None
-    if len(edges) == 1 and edges[0][0] is None:
-        reachable = nose_centre_path(profile, edges[0][1].nose_radius_mm).reachable_mm
+    reachable = None if nose_radius_mm is None else nose_centre_path(profile, nose_radius_mm).reachable_mm
     spacings = {}
     for k, feature in enumerate(profile.features):
         length_mm = feature.length_mm if reachable is None else float(reachable[k, 1] - reachable[k, 0])
@@ -202,6 +213,19 @@ def _probed(path: Path, files: JobFiles, profile: Profile, places: Sequence[CmmT
     return tuple(touch for touch in places if touch.name in found)
 
 
+def _seen(
+    profile: Profile,
+    by_ball: Sequence[tuple[CmmTouch, Instrument]],
+    sizes: Mapping[str, Characteristic],
+    gauging: Gauging,
+) -> list[tuple[str, Instrument, Seen]]:
+    """Returns all measurements that can be taken, each with its feature and instrument."""
+    return [
+        *((touch.feature, kind, _touch(profile, touch, kind, gauging)) for touch, kind in by_ball),
+        *((one.feature, "micrometer", _size(profile, one, gauging)) for one in sizes.values()),
+    ]
+
+
 def _touch(profile: Profile, touch: CmmTouch, kind: Instrument, gauging: Gauging) -> Seen:
     index = profile.names.index(touch.feature)
     s = float(profile.features[index].locate(touch.place_mm)[0])
@@ -220,17 +244,131 @@ def _size(profile: Profile, size: Characteristic, gauging: Gauging) -> Seen:
     return Seen.at(size.name, places, 0.0, float(np.hypot(gauging.readings_u_mm, slope * PLACED_BY_HAND_MM)))
 
 
+def _nose_mm(cuts: ReadCuts) -> float | None:
+    edges = [(own, inputs) for setup in cuts.setups for own, inputs in setup.cuts]
+    return edges[0][1].nose_radius_mm if len(edges) == 1 and edges[0][0] is None else None
+
+
 def _edges(
     cuts: ReadCuts, seen: Sequence[tuple[str, Instrument, Seen]], minutes: Mapping[Instrument, float]
 ) -> list[Edge]:
-    kinds = {one.name: (feature, kind) for feature, kind, one in seen}
     edges = []
     for setup in cuts.setups:
         for own, whole in setup.cuts:
             inputs = inputs_of_edge(whole, own)
-            measured = len(inputs.touches.point) > 0
-            state = state_of(inputs, process_errors(inputs) if measured else inputs.touches)
+            errors = process_errors(inputs) if len(inputs.touches.point) else inputs.touches
+            known = OfPart(part_state(inputs.profile, errors), inputs.options.between_cuts)
             mine = seen_of_edge([one for _, _, one in seen], setup.frame, own, cuts.read.profile)
-            candidates = tuple(Candidate(one, *kinds[one.name], minutes[kinds[one.name][1]]) for one in mine)
-            edges.append(Edge(inputs, state, candidates))
+            edges.append(
+                Edge(
+                    inputs.profile,
+                    known.state.vectors,
+                    inputs.characteristics,
+                    inputs.part_zero_z_mm,
+                    known,
+                    _candidates(mine, seen, minutes),
+                )
+            )
     return edges
+
+
+def _candidates(
+    mine: Sequence[Seen], seen: Sequence[tuple[str, Instrument, Seen]], minutes: Mapping[Instrument, float]
+) -> tuple[Candidate, ...]:
+    kinds = {one.name: (feature, kind) for feature, kind, one in seen}
+    return tuple(Candidate(one, *kinds[one.name], minutes[kinds[one.name][1]]) for one in mine)
+
+
+def next_of_part(
+    store: Store,
+    serial: str,
+    count: int,
+    instruments: Sequence[Instrument] = INSTRUMENTS,
+    minutes: Mapping[Instrument, float] = MINUTES,
+    part_type: str | None = None,
+) -> NextOf:
+    """Plans at most `count` measurements of a part that a store holds, after those that it holds of this part and of
+    earlier parts of its edges.
+
+    The profile, the tools and the limits are those of the part's corrections. Raises DIA-NONE for a part that is not in
+    the store, or without a correction; STO and MEM errors.
+    """
+    whole = part_named(store, serial, part_type)
+    made = [one for share in whole.shares if (one := _correction_of(store, share)) is not None]
+    if not made:
+        raise TrueloopError(
+            Code.DIA_NONE,
+            f"part {serial!r} has no correction in the store, by which its profile would be known",
+            hint="name its job instead of its serial number",
+        )
+    touches, sizes, edges = dict[str, CmmTouch](), dict[str, Characteristic](), list[Edge]()
+    for correction in made:
+        profile, frame, gauging = correction.profile, _frame(correction), _gauging(correction)
+        asked = characteristics_in(frame, [one.characteristic for one in correction.characteristics])
+        places = _places(profile, correction.nose_radius_mm)
+        own = _sizes(profile, asked, instruments)
+        seen = _seen(profile, [(one, kind) for kind in BALLS if kind in instruments for one in places], own, gauging)
+        known = OfHistory.of(correction, *_parts_of(store, correction))
+        candidates = _candidates([one for _, _, one in seen], seen, {**MINUTES, **minutes})
+        edges.append(Edge(profile, correction.model.vectors, asked, frame.z_mm(0.0), known, candidates))
+        touches |= {one.name: _on_part(one, frame) for one in places}
+        sizes |= {one.name: one for one in characteristics_in(frame.back, tuple(own.values()))}
+    program = made[0].record.program
+    plan, inch = next_measurements(edges, count), program is not None and program.unit == "inch"
+    return NextOf(whole.part.part_type.name, plan, True, touches, sizes, inch, ())
+
+
+def _correction_of(store: Store, part: Part) -> Correction | None:
+    """Returns the last correction that was made from measurements of a part."""
+    found = find(store, StoredCorrection, part_type=part.part_type.name, serial=part.serial, product=REMEMBERED)
+    made = [one.value.payload for one in found if isinstance(one.value.payload, Correction)]
+    of_part = (one for one in made if any(of.part.identity == part.identity for of in one.record.inspections))
+    return next(iter(reversed([*of_part])), None)
+
+
+def _parts_of(store: Store, correction: Correction) -> tuple[tuple[MadePart, ...], MadePart]:
+    """Returns earlier parts of a correction's edge and the part that it was made from, as memory works on them.
+
+    Of the edge those whose program was corrected for known errors of the machine as this one was, or was not.
+    """
+    record, of_machine = correction.record, correction.composed is not None
+    part = record.inspections[0].part
+    life = () if record.edge is None else life_of(store, record.edge)
+    life = tuple(one for one in life if one.of_machine == of_machine)
+    parts = () if record.edge is None else history_from(store, record.edge, life)
+    for k, one in enumerate(life):
+        if one.cut.part.identity == part.identity:
+            return parts[:k], parts[k]
+    stage = Stage.SEMIFINISH if record.cut_with is None else Stage.FINISH
+    setting = None if record.edge is None else Setting(record.edge, record.edge_set_at)
+    return parts, made_part(correction, Cut(part, stage, setting, order=len(parts)), None)
+
+
+def _frame(correction: Correction) -> SetupFrame:
+    """Returns the frame of the set-up in which a correction and its profile are."""
+    stated = correction.record.options.get("setup")
+    if not isinstance(stated, Mapping):
+        return PART
+    return SetupFrame(**{one.name: stated[one.name] for one in fields(SetupFrame)})
+
+
+def _on_part(touch: CmmTouch, frame: SetupFrame) -> CmmTouch:
+    x, z = frame.back.directions(touch.normal).tolist()
+    return replace(touch, place_mm=frame.back.point(touch.place_mm), normal=(x, z))
+
+
+def _gauging(correction: Correction) -> Gauging:
+    """Returns the repeatability of the touches that a correction was made from; of readings, what holds unstated."""
+    vectors = correction.model.vectors
+    own = vectors.own_u_mm[vectors.by_probe & ~vectors.at_reference]
+    if not len(own):
+        return Gauging()
+    range_mm = float(np.median(own)) * math.sqrt(12.0)
+    return Gauging(range_x_mm=range_mm, range_z_mm=range_mm)
+
+
+def _sizes(
+    profile: Profile, asked: Sequence[Characteristic], instruments: Sequence[Instrument]
+) -> dict[str, Characteristic]:
+    planned = gauge_plan(profile, asked) if "micrometer" in instruments else ()
+    return {one.name: one for one in planned if one.quantity in (Quantity.DIAMETER, Quantity.LENGTH)}

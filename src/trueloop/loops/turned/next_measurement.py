@@ -9,19 +9,27 @@ contour does. The means do not count: a correction takes them out.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from dataclasses import dataclass, replace
+from typing import Final, Literal, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.estimate.observed import Observed
+from trueloop.estimate.places import Places
+from trueloop.estimate.state import State
 from trueloop.geometry.profile import Profile
-from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.cut_errors import places_at
+from trueloop.memory.edge.predict import latest
+from trueloop.memory.edge.state import known_edge, observed, places_of
+from trueloop.memory.made_part import MadePart
 from trueloop.tolerances.conformance import judge
 from trueloop.turned.characteristics.measurand import measurand
-from trueloop.turned.fit.prior.part_state import PartState, in_frame, part_state
+from trueloop.turned.fit.between_cuts import NONE, BetweenCuts
+from trueloop.turned.fit.prior.part_state import BY_DEFINITION_MM, PartState, in_frame
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 
 Instrument: TypeAlias = Literal["probe", "micrometer", "cmm"]
@@ -50,11 +58,113 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class Edge:
-    """One edge's part in a plan: the state after what was measured of its features, and what can be measured yet."""
+class Errors:
+    """Errors at n places of the cut that is measured and of the next one: (n, m) times coefficients of this covariance
+    (m, m), and independent of these what places scatter by, (n,).
+    """
 
-    inputs: Inputs
+    covariance: Array
+    measured: Array
+    following: Array
+    scatter_mm2: Array
+    following_mm2: Array
+
+
+class Known(Protocol):
+    """What is known of an edge's errors; `between`: what the next cut differs by besides."""
+
+    @property
+    def between(self) -> BetweenCuts:
+        """Returns it."""
+
+    def errors(self, index: NDArray[np.intp], along: Array) -> Errors:
+        """Returns them at places (n,) of the edge's profile."""
+
+
+@dataclass(frozen=True, eq=False)
+class OfPart:
+    """What one part's touches and readings show; the next cut repeats the errors of the measured one."""
+
     state: PartState
+    between: BetweenCuts
+
+    def errors(self, index: NDArray[np.intp], along: Array) -> Errors:
+        """Returns them at places (n,) of the edge's profile."""
+        places, functional = in_frame(self.state.profile, self.state.vectors, index, along)
+        whole = self.state.updated.state.at(places)
+        rows, scatter = functional @ whole.design(places), _scatter(whole, places, len(index))
+        return Errors(whole.covariance, rows, rows, scatter, scatter)
+
+
+@dataclass(frozen=True, eq=False)
+class OfHistory:
+    """What earlier parts of an edge and `part` show. Measured is its finish cut where it is `finished`, and the next
+    cut is then that of another part of its type; else its cut before, and the next one is its finish cut.
+    """
+
+    profile: Profile
+    vectors: ErrorVectors
+    part: MadePart
+    finished: bool
+    age: float
+    state: State
+    between: BetweenCuts = NONE
+
+    @classmethod
+    def of(cls, correction: Correction, history: Sequence[MadePart], part: MadePart) -> "OfHistory":
+        """Takes in earlier parts of the edge in cutting order, then the part, with the readings that it was corrected
+        by.
+        """
+        profile, vectors = correction.profile, correction.model.vectors
+        of_finished = correction.record.cut_with is not None
+        measured = part.finish if of_finished else part.semifinish
+        taken = set() if measured is None else {*measured.point}
+        ends = [np.array([0.0, feature.length_mm]) for feature in profile.features]
+        index = np.repeat(np.arange(len(ends)), 2)
+        known = known_edge(latest(history, part.part_type), part, places_at(profile, index, np.hstack(ends), vectors))
+        state = known.state
+        for cut in observed(part, known.age):
+            state = state.given(cut).state
+        for one in (seen for seen in vectors.seen if seen.name not in taken):
+            at = places_at(profile, one.feature_index, one.arc_length_mm, vectors.chosen([]))
+            places, _ = places_of(part, known.age, at, of_finished)
+            u_mm = np.array([one.standard_u_mm or BY_DEFINITION_MM])
+            state = state.given(Observed(places, np.array([one.value_mm]), u_mm, one.weight[None, :])).state
+        return cls(profile, vectors, part, of_finished or part.finish is not None, known.age, state)
+
+    def errors(self, index: NDArray[np.intp], along: Array) -> Errors:
+        """Returns them at places (n,) of the edge's profile."""
+        at, later = places_at(self.profile, index, along, self.vectors), float(self.finished)
+        after = replace(self.part, order=self.part.order + later)
+        measured, shown = places_of(self.part, self.age, at, self.finished)
+        following, left = places_of(after, self.age + later, at, True)
+        state = self.state.at(measured).at(following)
+        rows = [
+            design if functional is None else functional @ design
+            for design, functional in ((state.design(measured), shown), (state.design(following), left))
+        ]
+        n = len(index)
+        return Errors(state.covariance, rows[0], rows[1], _scatter(state, measured, n), _scatter(state, following, n))
+
+
+def _scatter(state: State, places: Places, n: int) -> Array:
+    """Returns the variances by which the first n places scatter."""
+    return state.catalogue.repeatability_mm2(places, state.sizes)[:n]
+
+
+@dataclass(frozen=True, eq=False)
+class Edge:
+    """One edge's part in a plan: its contour, what is known of its errors, and what can be measured yet.
+
+    `characteristics` are of its features, `zero_z_mm` is z of the part's zero, from which lengths count, in the frame
+    of the profile; `vectors` are the touches.
+    """
+
+    profile: Profile
+    vectors: ErrorVectors
+    characteristics: tuple[Characteristic, ...]
+    zero_z_mm: float
+    known: Known
     candidates: tuple[Candidate, ...]
 
 
@@ -95,11 +205,6 @@ class Plan:
     def minutes(self) -> float:
         """Returns how long the measurements take together."""
         return math.fsum(one.minutes for one in self.chosen)
-
-
-def state_of(inputs: Inputs, process: ErrorVectors) -> PartState:
-    """Returns the state of one edge's features given its touches and readings without the shares of the programs."""
-    return part_state(inputs.profile, process)
 
 
 def next_measurements(edges: Sequence[Edge], count: int) -> Plan:
@@ -151,34 +256,32 @@ class _Known:
     """What is known of one edge's errors while a plan is made: the covariance of the coefficients."""
 
     def __init__(self, edge: Edge) -> None:
-        self.edge, state = edge, edge.state
-        profile, between = edge.inputs.profile, edge.inputs.options.between_cuts
+        self.edge, profile, between = edge, edge.profile, edge.known.between
         index, along, length = _contour(profile)
         self.length_mm = float(np.sum(length))
         parts = [(one.seen.feature_index, one.seen.arc_length_mm) for one in edge.candidates]
-        zero_z_mm, touches = edge.inputs.part_zero_z_mm, _touches(state)
-        sizes = [(asked, measurand(profile, asked, touches, zero_z_mm)) for asked in _limited(edge)]
+        touches = np.bincount(edge.vectors.feature_index, minlength=len(profile.features)).astype(np.intp)
+        sizes = [(asked, measurand(profile, asked, touches, edge.zero_z_mm)) for asked in _limited(edge)]
         parts += [(index, along), *((one.feature_index, one.arc_length_mm) for _, one in sizes)]
-        index_of_all, along_all = np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts])
-        places, functional = in_frame(profile, state.vectors, index_of_all, along_all)
-        whole = state.updated.state.at(places)
-        rows = functional @ whole.design(places)
-        scatter = whole.catalogue.repeatability_mm2(places, whole.sizes)[: functional.shape[0]]
-        self.covariance = whole.covariance
+        known = edge.known.errors(np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts]))
+        self.covariance = known.covariance
         ends = np.cumsum([len(a) for a, _ in parts])
         slices = [slice(end - len(a), end) for end, (a, _) in zip(ends.tolist(), parts, strict=True)]
         count = len(edge.candidates)
         weights = [one.seen.weight for one in edge.candidates]
-        self.rows = _stacked([w @ rows[at] for w, at in zip(weights, slices, strict=False)], rows.shape[1])
-        own = [float(w**2 @ scatter[at]) for w, at in zip(weights, slices, strict=False)]
+        rows = [w @ known.measured[at] for w, at in zip(weights, slices, strict=False)]
+        self.rows = _stacked(rows, len(self.covariance))
+        own = [float(w**2 @ known.scatter_mm2[at]) for w, at in zip(weights, slices, strict=False)]
         self.noise = np.array([one.seen.standard_u_mm**2 for one in edge.candidates]) + np.array(own)
-        self.along = rows[slices[count]] * np.sqrt(length / self.length_mm)[:, None]
-        normal = _normals(profile, index, along)
-        self.other_mm2 = float(between.variance_mm2(normal, np.eye(len(index))).mean() + scatter[slices[count]].mean())
+        on = slices[count]
+        self.along = known.following[on] * np.sqrt(length / self.length_mm)[:, None]
+        varies = between.variance_mm2(_normals(profile, index, along), np.eye(len(index)))
+        self.other_mm2 = float(varies.mean() + known.following_mm2[on].mean())
         self.sizes = []
         for (asked, size), at in zip(sizes, slices[count + 1 :], strict=True):
             other = between.variance_mm2(_normals(profile, size.feature_index, size.arc_length_mm), size.gains)
-            self.sizes.append((asked, size.nominal, size.gains @ rows[at], other + size.gains**2 @ scatter[at]))
+            scatter = size.gains**2 @ known.following_mm2[at]
+            self.sizes.append((asked, size.nominal, size.gains @ known.following[at], other + scatter))
 
     @property
     def limited(self) -> bool:
@@ -222,10 +325,9 @@ class _Known:
 
 
 def _limited(edge: Edge) -> list[Characteristic]:
-    asked = edge.inputs.characteristics
     return [
         one
-        for one in asked
+        for one in edge.characteristics
         if (one.lower_limit is not None or one.upper_limit is not None)
         and one.quantity in (Quantity.DIAMETER, Quantity.LENGTH, Quantity.ANGLE, Quantity.RADIUS)
     ]
@@ -255,10 +357,6 @@ def _contour(profile: Profile) -> tuple[NDArray[np.intp], Array, Array]:
 def _normals(profile: Profile, index: NDArray[np.intp], along: Array) -> Array:
     pairs = zip(index.tolist(), along.tolist(), strict=True)
     return np.array([profile.features[i].outward_normal(s) for i, s in pairs]).reshape(-1, 2)
-
-
-def _touches(state: PartState) -> NDArray[np.intp]:
-    return np.bincount(state.vectors.feature_index, minlength=len(state.profile.features)).astype(np.intp)
 
 
 def _stacked(rows: Sequence[Array], count: int) -> Array:
