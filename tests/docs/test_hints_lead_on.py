@@ -1,11 +1,16 @@
 """What a hint names is done as it states, and the next call succeeds: no hint leads back to where it came from."""
 
+import shlex
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+
+import pytest
 
 from tests.loops.test_cut_with import FIRST, SECOND, correct
 from tests.support.cli import run
 from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.surface.job import read_surface
+from trueloop.surface.compensation.program import corrected_program
 
 
 def refusal_of(folder: Path, programs: str = "", more: str = "") -> TrueloopError:
@@ -51,3 +56,31 @@ def test_too_few_parts_of_a_surface_come_together_in_a_store(tmp_path: Path) -> 
             assert "SRF-PARTS" in refused and "`trueloop surface add`" in refused
         run("surface", "add", job)
     run("surface", "pattern", job, "-o", tmp_path / "out")
+
+
+def test_a_store_that_is_not_there_is_made_by_the_command_of_the_hint(tmp_path: Path) -> None:
+    """STO-FILE: `trueloop db init` with the name that the command was given, not with that of every store."""
+    place = tmp_path / "the shop's.db"
+    refused = run("db", "check", "--db", place, status=3)
+    run(*shlex.split(refused.partition("make it by `trueloop ")[2].partition("`,")[0]))
+    run("db", "check", "--db", place)
+
+
+def test_a_code_of_a_surface_s_program_that_is_unknown_is_accepted_by_the_key_of_its_hint(tmp_path: Path) -> None:
+    """NC-CODE: jobs of surfaces have a table `[program]`, no `[programs]`."""
+    run("examples", "surface", "-o", tmp_path)
+    job = next(tmp_path.glob("**/surface.toml"))
+    job.write_text(job.read_text().replace("[program]\n", '[program]\ndialect = "linuxcnc"\n'))
+    program = job.parent / "finish.ngc"
+    program.write_text(program.read_text().replace("G21", "G21 G68", 1), "utf-8")
+
+    def corrected() -> bytes:
+        given = read_surface(job).inputs
+        assert given.program is not None and given.cutter is not None
+        return corrected_program(given.program, given.surface, given.surface, given.cutter, "0123456789abcdef").source
+
+    with pytest.raises(TrueloopError) as refused:
+        corrected()
+    assert refused.value.code is Code.NC_CODE and refused.value.override == "program.accept_unknown_words in the job"
+    job.write_text(job.read_text().replace("[program]\n", "[program]\naccept_unknown_words = true\n"))
+    assert b"G21 G68" in corrected()

@@ -5,6 +5,7 @@ SQLite: write-ahead log, `synchronous = FULL`, so that what was acknowledged out
 they appear.
 """
 
+import shlex
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -134,7 +135,9 @@ def _sqlite_file(url: URL, create: bool, read_only: bool, held_open: int) -> Eng
     path = Path(str(url.database))
     if not path.is_file() and (not create or path.exists()):
         raise TrueloopError(
-            Code.STO_FILE, f"there is no store '{path}'", hint="make one by `trueloop db init`, or name another by --db"
+            Code.STO_FILE,
+            f"there is no store '{path}'",
+            hint=f"make it by `trueloop db init {shlex.quote(str(path))}`, or name another by --db",
         )
     mode = "ro" if read_only else "rwc" if create else "rw"
     uri = f"file:{quote(str(path.absolute()))}?mode={mode}"

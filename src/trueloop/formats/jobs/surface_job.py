@@ -81,6 +81,8 @@ class SurfaceProgramTable(Table):
     """Decimals of new coordinates; never fewer than the control's and the program's."""
     parameters: Annotated[dict[str, Finite], In("program's")] = Field(default_factory=dict)
     """Values of the program's parameters and of the machine's that it depends on, `{ "3402#0" = 0 }`."""
+    accept_unknown_words: bool = False
+    """Go on although the program holds words or codes that the dialect does not know: taken to move nothing."""
 
 
 @with_options("compensation", SurfaceOptions, SurfaceJob, OF_SURFACES)

@@ -180,9 +180,9 @@ def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:
         return None
     corner = job.cutter.radius_mm if job.cutter.corner_mm is None else job.cutter.corner_mm
     cutter = Cutter(job.cutter.radius_mm, corner)
-    parameters = {} if job.program is None else job.program.parameters
     axis, rotary = job.cutter.axis, job.cutter.rotary
-    return options_from(SurfaceJob, job, cutter=cutter, axis=axis, rotary=rotary, parameters=parameters)
+    of_program = job.program.model_dump(include={"parameters", "accept_unknown_words"}) if job.program else {}
+    return options_from(SurfaceJob, job, cutter=cutter, axis=axis, rotary=rotary, **of_program)
 
 
 def _program(path: Path, table: SurfaceProgramTable) -> Program:

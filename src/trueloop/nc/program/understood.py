@@ -10,8 +10,10 @@ from trueloop.nc.program.tool_path import Motion, ToolPath
 NOT_UNDERSTOOD: Final = frozenset({Code.NC_WORD, Code.NC_CODE})
 
 
-def require_understood(program: Program) -> None:
-    """Raises NC-WORD or NC-CODE for the first word or code that the dialect does not know, with how many there are."""
+def require_understood(program: Program, key: str = "programs.accept_unknown_words") -> None:
+    """Raises NC-WORD or NC-CODE for the first word or code that the dialect does not know, with how many there are;
+    `key` is that of the job which accepts them.
+    """
     found = [finding for finding in program.findings if finding.code in NOT_UNDERSTOOD]
     if found:
         first, more = found[0], len(found) - 1
@@ -20,7 +22,7 @@ def require_understood(program: Program) -> None:
             first.message + (f", and {more} more that {program.dialect.name} does not know" if more else ""),
             hint=f"{first.hint}; `trueloop nc check` lists them all",
             place=first.place,
-            override="programs.accept_unknown_words in the job, --accept-unknown-words",
+            override=f"{key} in the job" + ", --accept-unknown-words" * key.startswith("programs."),
             values=first.values,
         )
 

@@ -86,7 +86,7 @@ TURN_DEG: Final = 1.0
 class SurfaceJob:
     """How a program is to be corrected: its cutter, the tool axis out of the material, or the letters of the words that
     turn it (`tool_axis`), the chord tolerance, the distance between the places looked at along a move, what may be
-    cut too deep, and values of the program's parameters.
+    cut too deep, values of the program's parameters, and whether words that the dialect does not know are left alone.
     """
 
     cutter: Cutter
@@ -106,6 +106,7 @@ class SurfaceJob:
     cuts_mm: float = CUTS_MM
     rotary: str = ""
     parameters: Mapping[str, float] = field(default_factory=dict)
+    accept_unknown_words: bool = False
 
 
 @dataclass(frozen=True, eq=False)
