@@ -209,7 +209,7 @@ def test_places_of_the_machine_stay_and_need_no_field(tmp_path: Path) -> None:
     [
         ("G21\nG0 X1\nG87 X2 Z-3 R1 F1\n", Code.NC_OPAQUE, 3, "G87"),
         ("G21 F1 G0 X0 Y0\no1 repeat [3]\nG91 G1 X10\no1 endrepeat\n", Code.NC_MAP, 3, "several times"),
-        ("G21 F1\nG0 X10\nG92 X0\nG1 X5\n", Code.NC_MAP, 3, "set anew"),
+        ("G21 F1\nG0 X0 Y0 Z0\nG1 X10\nG92 X0\nG1 X5\n", Code.NC_MAP, 4, "set anew"),
         ("G21 G91 F1\nG1 X10\n", Code.NC_MAP, 2, "X has no position yet in the cut"),
         ("G21 F1\nG1 X10\nG1 Y2\n", Code.NC_MAP, 2, "Y has no position yet in the cut"),
         ("G21 F1\nG0 X1 Y1 Z1\nG28 Z5\nG1 X10\n", Code.NC_MAP, 4, "Z stands at a place of the machine in the cut"),

@@ -15,6 +15,7 @@ mod part;
 mod pieces;
 mod reader;
 mod refusal;
+mod register;
 mod role;
 mod standing;
 mod text;
@@ -34,6 +35,7 @@ pub use lines::{new_lines, BlockNumbers};
 pub use mention::mentions;
 pub use refusal::Refusal;
 use refusal::Refusals;
+use register::Register;
 pub use role::{first_blocks, letters, named_axes};
 pub use standing::{said, Saying};
 pub use text::{writes_comma, written_decimals, Step};
@@ -114,6 +116,7 @@ struct Writing {
     renamed: [u32; 3],
     /// The way each axis went last.
     travel: [i8; 3],
+    register: Register,
     summary: Summary,
     refusals: Refusals,
 }
@@ -133,6 +136,7 @@ impl Mapper {
             standing: standing::at_start(named),
             renamed: [0; 3],
             travel: [0; 3],
+            register: Register::default(),
             summary: Summary::default(),
             refusals: Refusals::default(),
         };
@@ -173,11 +177,12 @@ impl Mapper {
 
     /// Deals with what is left.
     pub fn finish(&mut self, field: &mut dyn Field, out: &mut Vec<u8>) -> Result<(), Refusal> {
-        if let Some(part) = self.ready.take() {
+        let last = self.reader.last().map_err(|error| self.too_large(&error))?;
+        if let Some(mut part) = self.ready.take() {
+            part.last = last.path.is_empty() && last.roles.is_empty();
             self.writing.part(part, field, out)?;
         }
-        let part = self.reader.last().map_err(|error| self.too_large(&error))?;
-        self.writing.part(part, field, out)
+        self.writing.part(last, field, out)
     }
 
     fn too_large(&self, error: &TooLarge) -> Refusal {

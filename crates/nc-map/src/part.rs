@@ -11,6 +11,7 @@ use crate::lines::BlockNumbers;
 use crate::pieces::{pieces, Fault, Piece};
 use crate::reader::Part;
 use crate::refusal::{self, Refused};
+use crate::register::{require_on_position, ways, Ways};
 use crate::role::{names_axis, Role};
 use crate::standing::{self, leaves, Saying, Standing};
 use crate::text::Step;
@@ -55,11 +56,13 @@ impl Writing {
         field: &mut dyn Field,
         out: &mut Vec<u8>,
     ) -> Result<(), Refused> {
-        let refused = std::mem::take(&mut part.refused);
+        let ways = ways(&part.program, &part.path, &part.roles, &mut self.register, part.last);
+        let mut refused = std::mem::take(&mut part.refused);
+        refused.retain(|one| !ways.excuses(&part.program, one));
         let unknown: HashSet<usize> = refused.iter().map(|one| part.program.block_at(one.at)).collect();
         self.refusals.keep_all(refused)?;
         let Part { program, path, roles, .. } = &*part;
-        let mut courses = self.courses(program, path, roles, &unknown)?;
+        let mut courses = self.courses(part, &ways, &unknown)?;
         let stays = |index: &usize| matches!(courses[*index].fate, Fate::Stays | Fate::Refused);
         let displaced: Vec<usize> = (0..path.len()).filter(|index| !stays(index)).collect();
         let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma, self.decimals));
@@ -109,13 +112,8 @@ impl Writing {
 
     /// What becomes of each move. A rapid move while an axis stands at a place of the machine stays as it is: the field
     /// need not reach there. A cut needs to know where every axis stands.
-    fn courses(
-        &mut self,
-        program: &Program,
-        path: &ToolPath,
-        roles: &HashMap<usize, Role>,
-        unknown: &HashSet<usize>,
-    ) -> Result<Vec<Course>, Refused> {
+    fn courses(&mut self, part: &Part, ways: &Ways, unknown: &HashSet<usize>) -> Result<Vec<Course>, Refused> {
+        let Part { program, path, roles, .. } = part;
         let mut courses = Vec::with_capacity(path.len());
         let mut called = path.drilled.iter().filter(|hole| hole.said.is_some()).peekable();
         let mut placed = path.placed.iter().peekable();
@@ -137,7 +135,10 @@ impl Writing {
                 // by its arguments
             }
             let mut fate = fate(path, index, role, before, self.standing);
-            if unknown.contains(&(path.block[index] as usize)) || !unknown.is_empty() && !is_finite(path, index) {
+            if ways.has(index) {
+                fate = Fate::Stays;
+            } else if unknown.contains(&(path.block[index] as usize)) || !unknown.is_empty() && !is_finite(path, index)
+            {
                 fate = Fate::Refused;
             } else if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
                 let said = require_said(program, path, index, before, self.standing);
@@ -412,18 +413,6 @@ fn stay(writer: &mut Writer, index: usize, role: Option<&Role>) {
             writer.carried[axis] = 0.0;
         }
     }
-}
-
-/// The position register may only be set where the tool is not displaced: the positions after it would be, twice.
-fn require_on_position(program: &Program, block: usize, carried: &Vector) -> Result<(), Refused> {
-    let off = carried.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-    if off <= 1e-3 {
-        return Ok(());
-    }
-    let at = program.blocks().get(block).map_or(0, |found| found.start as usize);
-    let message = format!("coordinates are set anew where the tool is {off:.5} mm off its programmed position");
-    let hint = "set them at the start of the program, or after a move to the reference point";
-    Err(Refused::block(at, message, hint))
 }
 
 /// A fault by what it means for the program.

@@ -23,6 +23,8 @@ pub(crate) struct Part {
     pub moved: Vec<bool>,
     /// The program's end was reached.
     pub ended: bool,
+    /// Nothing comes after it that moves or is moved.
+    pub last: bool,
     /// Why it cannot be displaced, in the order of the blocks.
     pub refused: Vec<Refused>,
 }
@@ -68,7 +70,7 @@ impl Reader {
         let (path, findings) = self.session.run(&program, until);
         let (roles, moved) = (roles(&program), moved(&program, &path));
         let refused = obstacles(&program, findings, &moved, &roles, end);
-        Ok(Part { program, until, end, path, roles, moved, ended: self.session.ended(), refused })
+        Ok(Part { program, until, end, path, roles, moved, ended: self.session.ended(), last: ahead == 0, refused })
     }
 }
 

@@ -3,13 +3,17 @@
 use std::collections::HashMap;
 
 use nc_program::dialect::{Letters, G};
-use nc_program::{Motion, Program, Word, WordKind};
+use nc_program::{Dialect, Motion, Program, Word, WordKind};
 
 /// Letters of positions and increments.
 const COORDINATES: Letters = Letters::of(b"XYZUVWl");
 
-/// Those of each axis.
-const AXIS_LETTERS: [Letters; 3] = [Letters::of(b"XU"), Letters::of(b"YV"), Letters::of(b"ZW")];
+/// The letters that name X, Y and Z: U, V, W where the control reads them as increments, else they are other axes or,
+/// as V of an Okuma, variables.
+fn axis_letters(dialect: &Dialect) -> [Letters; 3] {
+    let [u, v, w] = dialect.increments.unwrap_or(*b"XYZ");
+    [Letters::of(&[b'X', u]), Letters::of(&[b'Y', v]), Letters::of(&[b'Z', w])]
+}
 
 /// What such a block's coordinates are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,9 +61,7 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
                 | G::Removal(_)
                 | G::DiameterByWord,
             ) => Role::Data,
-            Some(G::OpaqueCycle | G::DefineCycle(None) | G::OpaqueMotion | G::OpaqueBlock | G::TurningCycle) => {
-                Role::Cycle
-            }
+            Some(G::OpaqueCycle | G::DefineCycle(None) | G::OpaqueMotion | G::OpaqueBlock) => Role::Cycle,
             _ => continue,
         };
         let block = program.block_at(word.start as usize);
@@ -73,13 +75,15 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
 
 /// Whether a block names an axis.
 pub(crate) fn names_axis(program: &Program, block: usize) -> bool {
-    program.words_of(block).iter().any(|word| COORDINATES.has(word.letter))
+    let coordinate = |word: &Word| COORDINATES.has(word.letter) && word.kind != WordKind::Assignment;
+    program.words_of(block).iter().any(coordinate)
 }
 
 /// Whether a block names that axis, by position or increment.
 pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
+    let letters = axis_letters(program.dialect())[axis];
     let own = |word: &Word| program.text(word).first().map_or(0, u8::to_ascii_uppercase) == b"XYZ"[axis];
-    let named = |word: &Word| AXIS_LETTERS[axis].has(word.letter) || word.letter == b'l' && own(word);
+    let named = |word: &Word| letters.has(word.letter) || word.letter == b'l' && own(word);
     program.words_of(block).iter().any(named)
 }
 
@@ -121,6 +125,6 @@ pub fn letters(program: &Program) -> Vec<(u8, usize)> {
 }
 
 /// Which of X, Y, Z a program of these letters names.
-pub fn named_axes(letters: &[(u8, usize)]) -> [bool; 3] {
-    AXIS_LETTERS.map(|own| letters.iter().any(|(letter, _)| own.has(*letter)))
+pub fn named_axes(letters: &[(u8, usize)], dialect: &Dialect) -> [bool; 3] {
+    axis_letters(dialect).map(|own| letters.iter().any(|(letter, _)| own.has(*letter)))
 }

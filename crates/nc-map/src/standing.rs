@@ -31,7 +31,7 @@ impl Saying {
 /// Whether X, Y and Z stand where the program said, after each move of the whole program.
 pub fn said(program: &Program, moves: impl IntoIterator<Item = Saying>) -> Vec<[bool; 3]> {
     let roles = roles(program);
-    let mut standing = at_start(named_axes(&letters(program)));
+    let mut standing = at_start(named_axes(&letters(program), program.dialect()));
     let mut renamed = [0; 3];
     let follow = |saying: Saying| {
         standing = before(standing, &mut renamed, &saying);

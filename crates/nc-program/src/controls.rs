@@ -94,6 +94,8 @@ pub struct Rules {
     pub lead_along_thread: bool,
     /// Blocks may have names behind N: `NLAP1`.
     pub sequence_names: bool,
+    /// A name before an equals sign is a variable, but for those that begin with N, O, S or V.
+    pub local_names: bool,
 }
 
 impl Rules {
@@ -126,6 +128,7 @@ impl Rules {
         diameter_is_machine_data: false,
         lead_along_thread: false,
         sequence_names: false,
+        local_names: false,
     };
 
     /// Every parameter of the machine that decides.

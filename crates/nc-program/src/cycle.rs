@@ -1,7 +1,7 @@
 //! The longitudinal turning cycle of the GE 2000T, taken apart into moves.
 
 use crate::finding;
-use crate::path::{MoveKind, INHERITED};
+use crate::path::MoveKind;
 use crate::request::Request;
 use crate::run::Runner;
 
@@ -58,7 +58,7 @@ impl Turning {
 impl Runner<'_> {
     /// A longitudinal turning cycle, taken apart.
     pub(crate) fn turning_cycle(&mut self, request: &Request) {
-        let (end, _) = self.target(request, false);
+        let (end, words) = self.target(request, false);
         let mm = self.state.modal.mm();
         let cycle = Turning {
             start: [self.state.position[0], self.state.position[2]],
@@ -72,10 +72,9 @@ impl Runner<'_> {
             let hint = "give P1=, the depth of cut on the radius, and an X other than the start's";
             return self.refuse(finding::MISPLACED, self.block_start(), message, hint);
         };
-        for (at_feed, [x, z]) in steps {
-            let kind = if at_feed { MoveKind::Line } else { MoveKind::Rapid };
-            self.emit(kind, [x, self.state.position[1], z], [INHERITED; 3]);
-        }
+        let y = self.state.position[1];
+        let kind = |at_feed| if at_feed { MoveKind::Line } else { MoveKind::Rapid };
+        self.emit_turned(steps.into_iter().map(|(at_feed, [x, z])| (kind(at_feed), [x, y, z])), words, end);
     }
 }
 

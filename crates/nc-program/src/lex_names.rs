@@ -41,9 +41,9 @@ impl Lexer<'_> {
         true
     }
 
-    /// Whether a variable's name may begin with a letter: of OSP all begin with V.
+    /// Whether a variable's name may begin with a letter: of OSP V begins those of the control, and N, O, S have a meaning.
     fn may_be_variable(&self, letter: u8) -> bool {
-        !self.dialect.rules.sequence_names || letter == self.dialect.parameters.mark
+        !self.dialect.rules.local_names || !matches!(letter, b'N' | b'O' | b'S')
     }
 
     /// A word of the dialect's list, that ends at a byte but for its value.

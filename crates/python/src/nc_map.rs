@@ -222,7 +222,7 @@ fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<S
                 (
                     program.blocks().len(),
                     jumps(&program),
-                    named_axes(&letters),
+                    named_axes(&letters, dialect),
                     letters
                         .into_iter()
                         .map(|(letter, block)| (letter.into(), block))

@@ -60,7 +60,7 @@ impl Writer<'_> {
     }
 
     /// Moves a value of a cycle's definition by so many mm; returns by how much it was moved.
-    fn value_of_cycle(&mut self, here: &Here, (start, end): (u32, u32), by_mm: f64) -> Result<f64, Refused> {
+    pub(super) fn value_of_cycle(&mut self, here: &Here, (start, end): (u32, u32), by_mm: f64) -> Result<f64, Refused> {
         let (program, step, unit) = (self.program, here.step, here.state.mm());
         let (start, end) = (start as usize, end as usize);
         if let Some(known) = self.heights.get(&start).copied() {

@@ -1,12 +1,16 @@
 //! Turning cycles (G74 to G76, simple cycles): the end that their words state is displaced, and all moves with it.
 
-use super::{Axis, Writer};
+use super::{Axis, Here, Writer};
 use crate::field::Vector;
 use crate::part::{require_said, Course};
 use crate::pieces::Piece;
 use crate::refusal::Refused;
 use crate::standing::is_increment;
-use nc_program::{MoveKind, Turned};
+use nc_program::dialect::G;
+use nc_program::{MoveKind, Program, Turned, Word, WordKind};
+
+/// The parameter of the GE 2000T's cycle that says where along Z its exit taper begins.
+const TAPER_START: f64 = 2.0;
 
 impl Writer<'_> {
     /// Writes a cycle into its block. It keeps its form: a field that displaces its moves by more than the tolerance
@@ -33,6 +37,9 @@ impl Writer<'_> {
                 self.turning[axis] = written * own.unit - to;
             }
         }
+        if let Some(span) = taper_start(self.program, &here) {
+            self.value_of_cycle(&here, span, by[2])?;
+        }
         if !self.edits.close(here.block, from) {
             return Err(self.twice(here.block));
         }
@@ -56,4 +63,13 @@ impl Writer<'_> {
         let hint = "write the cycle out as moves, or allow a larger tolerance";
         Err(Refused::block(self.block_start(here.block), message, hint))
     }
+}
+
+/// The bytes of the position at which the exit taper of a GE 2000T's cycle begins: `P2=-4.5`.
+fn taper_start(program: &Program, here: &Here) -> Option<(u32, u32)> {
+    here.words.iter().find(|word| program.code(word) == Some(G::TurningCycle))?;
+    let sets = |word: &&Word| word.kind == WordKind::Assignment && word.value == TAPER_START;
+    let word = here.words.iter().rev().find(sets)?;
+    let equals = memchr::memchr(b'=', program.text(word))?;
+    Some((word.start + equals as u32 + 1, word.end() as u32))
 }

@@ -1,0 +1,187 @@
+//! Ways to the place where the position register is set (G50, G92): they stay, so that the coordinates after it are
+//! those of the program as given, and the next part begins at the same place.
+
+use std::collections::{HashMap, HashSet};
+
+use nc_program::dialect::{FlowStyle, G};
+use nc_program::{finding, MoveKind, Program, ToolPath};
+
+use crate::field::Vector;
+use crate::refusal::Refused;
+use crate::role::{names, Role};
+use crate::standing::{is_position, Saying};
+
+/// Positions nearer than this are one, mm.
+const SAME_MM: f64 = 1e-6;
+
+/// The register set last, and whether a cut was made since.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Register {
+    /// What it called the place of the tool, mm; NaN along axes that it does not name.
+    place: Option<Vector>,
+    /// The axes that it names, where no move came after it yet.
+    named: Option<[bool; 3]>,
+    has_cut: bool,
+    /// A cut was made before it.
+    cut_before: bool,
+}
+
+/// Moves and blocks of a part that stay for the register's sake.
+#[derive(Debug, Default)]
+pub(crate) struct Ways {
+    /// Indices of moves.
+    moves: HashSet<usize>,
+    /// Blocks that set the register from which nothing is cut, or move to where it is set.
+    blocks: HashSet<usize>,
+}
+
+impl Ways {
+    /// Whether a move stays.
+    pub fn has(&self, index: usize) -> bool {
+        self.moves.contains(&index)
+    }
+
+    /// Whether a block cannot be run for a parameter that matters nowhere: it says where on the machine the tool goes.
+    pub fn excuses(&self, program: &Program, refused: &Refused) -> bool {
+        refused.code == finding::PARAMETER && self.blocks.contains(&program.block_at(refused.at))
+    }
+}
+
+/// Moves from one setting of the register to the next.
+struct Section {
+    first: usize,
+    end: usize,
+    /// The block that sets the register at its beginning, and the one at its end.
+    registers: [Option<usize>; 2],
+}
+
+/// The ways of a part. `last` says that nothing comes after it.
+pub(crate) fn ways(
+    program: &Program,
+    path: &ToolPath,
+    roles: &HashMap<usize, Role>,
+    known: &mut Register,
+    last: bool,
+) -> Ways {
+    let mut ways = Ways::default();
+    let Some(sections) = sections(program, path, roles, known.place.is_some() || known.named.is_some()) else {
+        *known = Register { has_cut: true, cut_before: true, ..Register::default() };
+        return ways;
+    };
+    if sections.is_empty() {
+        known.has_cut |= path.kind.iter().any(|kind| *kind != MoveKind::Rapid);
+    }
+    for section in sections {
+        let Section { first, end, registers: [begins, ends] } = section;
+        if let Some(block) = begins {
+            let named = [0, 1, 2].map(|axis| names(program, block, axis));
+            let cut_before = known.cut_before || known.has_cut;
+            *known = Register { place: None, named: Some(named), has_cut: false, cut_before };
+        }
+        if let Some((named, start)) = known.named.zip(path.start.get(first)) {
+            known.place = Some([0, 1, 2].map(|axis| if named[axis] { start[axis] } else { f64::NAN }));
+            known.named = None;
+        }
+        let cuts = (first..end).any(|index| path.kind[index] != MoveKind::Rapid);
+        known.has_cut |= cuts;
+        let is_set = known.place.is_some() || known.named.is_some() || ends.is_some();
+        if is_set && !known.has_cut && (ends.is_some() || last && known.cut_before) {
+            ways.moves.extend(first..end);
+            ways.blocks.extend((first..end).map(|index| path.block[index] as usize).chain(begins));
+            continue;
+        }
+        match (ends, known.place) {
+            (Some(block), place) => {
+                let named = [0, 1, 2].map(|axis| names(program, block, axis));
+                keep_way(program, path, &mut ways, first..end, named, place);
+            }
+            (None, Some(place)) if last && end > first && is_at(&path.end[end - 1], &place) => {
+                keep_way(program, path, &mut ways, first..end, place.map(|at| !at.is_nan()), Some(place));
+            }
+            _ => {}
+        }
+    }
+    ways
+}
+
+/// The sections of a part; `None` where blocks run in another order than they are written, so that it is not known when
+/// the register is set. None are of interest where it never is; `is_set` says that it was before.
+fn sections(program: &Program, path: &ToolPath, roles: &HashMap<usize, Role>, is_set: bool) -> Option<Vec<Section>> {
+    let sets = |block: &usize| {
+        program.words_of(*block).iter().any(|word| program.code(word) == Some(G::SetRegister))
+            && roles.get(block) == Some(&Role::Register)
+    };
+    let mut registers: Vec<usize> = roles.keys().copied().filter(sets).collect();
+    registers.sort_unstable();
+    if registers.is_empty() && !is_set {
+        return Some(Vec::new());
+    }
+    let main: Vec<usize> = (0..path.len()).map(|index| main_block(path, index)).collect();
+    let elsewhere = registers.last() > main.last() || program.dialect().flow == FlowStyle::OWords;
+    if !main.is_sorted() || !path.calls.is_empty() && elsewhere {
+        return None;
+    }
+    let ends = registers.iter().map(|register| main.partition_point(|block| block < register));
+    let ends: Vec<usize> = ends.chain([path.len()]).collect();
+    let section = |place: usize| Section {
+        first: place.checked_sub(1).map_or(0, |before| ends[before]),
+        end: ends[place],
+        registers: [place.checked_sub(1).map(|before| registers[before]), registers.get(place).copied()],
+    };
+    Some((0..ends.len()).map(section).collect())
+}
+
+/// The block of the main program that makes a move, itself or by what it calls.
+fn main_block(path: &ToolPath, index: usize) -> usize {
+    let (mut block, mut call) = (path.block[index] as usize, path.call[index]);
+    while let Some([from, outer]) = usize::try_from(call).ok().and_then(|call| path.calls.get(call)) {
+        (block, call) = (*from as usize, *outer);
+    }
+    block
+}
+
+/// The straight moves that last take each of some axes to where the section ends: at rapid, or at feed to the place of
+/// the register itself, where nothing is cut.
+fn keep_way(
+    program: &Program,
+    path: &ToolPath,
+    ways: &mut Ways,
+    moves: std::ops::Range<usize>,
+    mut open: [bool; 3],
+    place: Option<Vector>,
+) {
+    for index in moves.rev() {
+        let returns = place.is_some_and(|place| is_at(&path.end[index], &place));
+        let straight = path.kind[index] == MoveKind::Rapid || path.kind[index] == MoveKind::Line && returns;
+        if !straight || open == [false; 3] {
+            return;
+        }
+        let saying = Saying::of(path, index);
+        let takes = [0, 1, 2].map(|axis| open[axis] && is_position(program, &saying, axis));
+        if takes != [false; 3] {
+            ways.moves.insert(index);
+            ways.blocks.insert(path.block[index] as usize);
+            open = [0, 1, 2].map(|axis| open[axis] && !takes[axis]);
+        }
+    }
+}
+
+/// Whether a position is a place along the axes that it names, one at least.
+fn is_at(position: &Vector, place: &Vector) -> bool {
+    let named = || (0..3).filter(|axis| !place[*axis].is_nan());
+    named().next().is_some() && named().all(|axis| (position[axis] - place[axis]).abs() <= SAME_MM)
+}
+
+/// The register may only be set where the tool is not displaced along the axes that it names: the positions after it
+/// would be, twice.
+pub(crate) fn require_on_position(program: &Program, block: usize, carried: &Vector) -> Result<(), Refused> {
+    let named = (0..3).filter(|axis| names(program, block, *axis));
+    let off = named.map(|axis| carried[axis].abs()).fold(0.0, f64::max);
+    if off <= 1e-3 {
+        return Ok(());
+    }
+    let at = program.blocks().get(block).map_or(0, |found| found.start as usize);
+    let message = format!("coordinates are set anew where the tool is {off:.5} mm off its programmed position");
+    let hint = "set them at the start of the program, or after rapid moves to positions of the axes that are set";
+    Err(Refused::block(at, message, hint))
+}
