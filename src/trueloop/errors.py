@@ -336,6 +336,12 @@ class Code(StrEnum):
     MCH_MACHINE = "MCH-MACHINE", "a model for another machine", ("machine", "serial", "expected_serial")
     MCH_OFFERED = "MCH-OFFERED", "a model of a machine that is offered and was not accepted", ("sha256",)
     MCH_PATTERN = "MCH-PATTERN", "a pattern of plates that is not known to repeat", ("plates",)
+    MCH_RUN = "MCH-RUN", "a run of readings that contradicts the others", ("runs",)
+    MCH_SCATTER = (
+        "MCH-SCATTER",
+        "readings that scatter by far less than their stated uncertainty",
+        ("scatter",),
+    )
     MCH_OUTLIER = "MCH-OUTLIER", "a reading far off the model", ("run", "reading", "off", "unit")
     # REC: records of corrections
     REC_FILE = "REC-FILE", "a file that is no record of a correction"

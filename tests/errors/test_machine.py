@@ -11,8 +11,10 @@ from tests.support.files import read_as_file
 from tests.support.worn_lathe import cut, lathe_model, nothing
 from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.formats.examples import example
 from trueloop.formats.measurements.positioning_data import read_positioning
 from trueloop.formats.tables.control_tables import linuxcnc_comp
+from trueloop.jobs.machine.machine_model import fit_machine
 from trueloop.machine.correct import AxisTable, Setup, displace_points, state_at
 from trueloop.machine.identify.identify import at_bounds, identify
 from trueloop.machine.identify.observations import Observations
@@ -68,6 +70,16 @@ def _outlier() -> object:
     return identify(MILL, [EXX], replace(data, reading=slipped)).findings[0]
 
 
+def _fitted(factor: Callable[[str], float]) -> object:
+    """The example's machine, from readings of which those of a run are multiplied."""
+    header, *rows = example("machine/readings.csv").read_text(encoding="utf-8").splitlines()
+    reading, run = header.split(",").index("reading_um"), header.split(",").index("run")
+    words = [row.split(",") for row in rows]
+    changed = [[*row[:reading], repr(float(row[reading]) * factor(row[run])), *row[reading + 1 :]] for row in words]
+    text = "\n".join([header, *(",".join(row) for row in changed), ""])
+    return read_as_file(text, lambda file: fit_machine(example("machine/machine.toml"), [file]))
+
+
 def _offered() -> None:
     version = Version(2, 64 * "0", ("EXX",), "EXX refined", "better", "2026-11-23T10:00:00+00:00")
     model = MachineModel(MILL, (EXX,), np.zeros(3), np.zeros((3, 3)), version=version)
@@ -92,6 +104,8 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
         _readings({"X": np.zeros(9)}, T1=np.arange(9.0), T2=2 * np.arange(9.0) - 20),
     ),
     Code.MCH_OUTLIER: _outlier,
+    Code.MCH_RUN: lambda: _fitted(lambda row: {"X at 20 °C": -1.0}.get(row, 1.0)),
+    Code.MCH_SCATTER: lambda: _fitted(lambda row: 1e-3),
     Code.MCH_PROGRAM: lambda: displace_points(
         read_program(b"G21 G91\nX1. Y1.\n", "linuxcnc"), QuadrupoleField(1e-5, 0.0)
     ),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 import typer
 
-from trueloop.cli.options import Supersede, kept_as_dict, print_findings
+from trueloop.cli.options import AcceptRefused, Supersede, kept_as_dict, print_findings
 from trueloop.cli.shared_options import Db, ModelOption, positive
 from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines
 from trueloop.domain.option import Language, LengthUnit
@@ -21,12 +21,6 @@ if TYPE_CHECKING:
 
     Share = TypeVar("Share", PartDiagnosisShape, SeriesDiagnosisShape)
 
-Accept = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--accept", metavar="CODE", help="Go on although it is refused with this code, as DIA-UNSTABLE; several times."
-    ),
-]
 Output = Annotated[Path | None, typer.Option("--output", "-o", help="Folder for page and JSON.  [default: none]")]
 Element = Annotated[
     list[str] | None,
@@ -175,7 +169,7 @@ def machine(
     part_type: Types = None,
     element: Element = None,
     output: Output = None,
-    accept: Accept = None,
+    accept: AcceptRefused = None,
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
@@ -198,7 +192,7 @@ def part(
     of: Of,
     page: Page,
     output: Output = None,
-    accept: Accept = None,
+    accept: AcceptRefused = None,
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
@@ -216,7 +210,7 @@ def part(
 
 @guarded
 def series(
-    of: Of, page: Page, output: Output = None, accept: Accept = None, db: Db = None, as_json: AsJson = False
+    of: Of, page: Page, output: Output = None, accept: AcceptRefused = None, db: Db = None, as_json: AsJson = False
 ) -> None:
     """Name what makes the parts of a type wrong: tool, probe, set-up, deflection, chatter, or the machine."""
     from trueloop.jobs.diagnose import diagnosed
@@ -243,7 +237,7 @@ def refine(
     share: Annotated[float, typer.Option("--share", min=0.05, max=1.0, help="Part of the change that is made.")] = 1.0,
     part_type: Types = None,
     element: Element = None,
-    accept: Accept = None,
+    accept: AcceptRefused = None,
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:

@@ -11,6 +11,7 @@ from trueloop.cli.options import (
     LARGEST_UM,
     STEEPEST,
     TOLERANCE_UM,
+    AcceptRefused,
     Db,
     LimitUm,
     NoStore,
@@ -486,13 +487,14 @@ def fit(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
     history: HistoryFile = None,
     robust: Annotated[bool, typer.Option(help="Let outliers count less.")] = True,
+    accept: AcceptRefused = None,
     as_json: AsJson = False,
 ) -> None:
     """Find the model of a machine from readings. Writes model.json and machine.html."""
     from trueloop.jobs.machine.machine_model import fit_machine
     from trueloop.report.machine.summary import fit_lines, fit_summary
 
-    made = fit_machine(machine, readings, history, robust=robust)
+    made = fit_machine(machine, readings, history, robust=robust, accept=accept or ())
     made.write(out)
     summarised = (made.found, made.chosen, made.held, len(made.data))
     if as_json:

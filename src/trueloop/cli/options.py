@@ -109,6 +109,15 @@ Accept = Annotated[
     typer.Option("--accept", metavar="CODE", help="Store despite this refusal, e.g. --accept STO-CLOCK."),
 ]
 
+AcceptRefused = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--accept",
+        metavar="CODE",
+        help="Go on although it is refused with this code, as DIA-UNSTABLE or MCH-RUN; several times.",
+    ),
+]
+
 
 def chosen(db: str | None, no_store: bool) -> "Choice":
     """Returns the store that two options name. Raises BadParameter where they contradict each other."""

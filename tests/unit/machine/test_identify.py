@@ -1,10 +1,16 @@
 """Known truth: what is found is what was put in, and the stated uncertainty is right."""
 
+from collections import Counter
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.stats import t as student
 
 from tests.support.machines import chain_with_travel, random_directions, random_model, random_state, readings
+from trueloop.errors import Code
+from trueloop.formats.examples import example
+from trueloop.jobs.machine.machine_model import fit_machine
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.model import Machine, State
 from trueloop.machine.model.names import error_name
@@ -123,3 +129,19 @@ def test_two_sensors_that_move_together_are_named() -> None:
     messages = [finding.message for finding in identify(LATHE, form, data).findings]
     assert len(messages) == 1
     assert "EZ0C·T1 and EZ0C·T2" in messages[0]
+
+
+def test_a_run_that_is_off_as_a_whole_is_named_once_and_not_reading_by_reading(tmp_path: Path) -> None:
+    """A run of the other sign, accepted: a warning for each of the two runs that disagree, another for their outliers."""
+    header, *rows = example("machine/readings.csv").read_text(encoding="utf-8").splitlines()
+    where = header.split(",").index("reading_um")
+    for k, row in enumerate(rows):
+        cells = row.split(",")
+        if "X at 20 °C" in cells:
+            rows[k] = ",".join([*cells[:where], repr(-float(cells[where])), *cells[where + 1 :]])
+    file = tmp_path / "readings.csv"
+    file.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    fitted = fit_machine(example("machine/machine.toml"), [file], accept=[Code.MCH_RUN])
+    counted = Counter(finding.code for finding in fitted.found.findings)
+    assert counted == {Code.MCH_RUN: 2, Code.MCH_OUTLIER: 2}
+    assert all("of 11 readings" in one.message for one in fitted.found.findings if one.code == Code.MCH_OUTLIER)

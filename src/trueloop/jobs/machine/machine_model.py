@@ -24,6 +24,7 @@ from trueloop.machine.identify.choice import Chosen
 from trueloop.machine.identify.form import fit_form
 from trueloop.machine.identify.hold_out import HeldOut, hold_out
 from trueloop.machine.identify.identify import Identification
+from trueloop.machine.identify.judge_fit import require_agreement
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.history import check_lags_given, signals_at_end
@@ -161,11 +162,17 @@ class FittedMachine:
 
 
 def fit_machine(
-    machine: FilePath, readings: Sequence[FilePath], history: FilePath | None = None, *, robust: bool = True
+    machine: FilePath,
+    readings: Sequence[FilePath],
+    history: FilePath | None = None,
+    *,
+    robust: bool = True,
+    accept: Sequence[str] = (),
 ) -> FittedMachine:
-    """The model of a machine from the files of readings and a log of its temperatures.
+    """Returns the model of a machine from the files of readings and a log of its temperatures.
 
-    robust: outliers count less. Raises MCH errors that name the file.
+    robust: outliers count less. Raises MCH errors that name the file; MCH-RUN for a run that contradicts the others and
+    MCH-SCATTER for readings in another unit are not raised where they are among `accept`.
 
     >>> fitted = trueloop.fit_machine(
     ...     trueloop.example("machine/machine.toml"), [trueloop.example("machine/readings.csv")]
@@ -178,8 +185,19 @@ def fit_machine(
     machine, log, files = Path(machine), Path(history) if history else None, [Path(file) for file in readings]
     named, form = read_machine(machine)
     data = readings_of(files, named.chain, log)
+    anew = bool(form.choices or any(lag.between_s for lag in form.lags))
+
+    def fit(some: Observations) -> MachineModel:
+        return fit_form(named, form, some, robust=robust)[0].model
+
+    def judged(some: Observations) -> tuple[Identification, tuple[HeldOut, ...]]:
+        alone, _ = fit_form(named, form, some, robust=robust)
+        return alone, hold_out(some, alone, fit, anew=anew)
+
     with in_file(machine):
         found, chosen = fit_form(named, form, data, robust=robust)
-    anew = bool(form.choices or any(lag.between_s for lag in form.lags))
-    held = hold_out(data, found, lambda others: fit_form(named, form, others, robust=robust)[0].model, anew=anew)
+    held = hold_out(data, found, fit, anew=anew)
+    with in_file(files[0] if len(files) == 1 else machine):
+        warnings = require_agreement((found, held), data, judged, accept)
+    found = replace(found, findings=(*warnings, *found.findings))
     return FittedMachine(found, chosen, held, data, (machine, *files, *([log] if log else ())))

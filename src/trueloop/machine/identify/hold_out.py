@@ -25,13 +25,18 @@ SPARED = 1e-7
 class Left:
     """The residuals of readings of one kind: RMS of the readings, RMS and largest of reading − model; all in one unit.
 
-    All without the runs' own zeros and slopes, where those are not known.
+    All without the runs' own zeros and slopes, where those are not known. `gain` is the slope of the readings on their
+    prediction, `scaled_rms` what gain · prediction leaves of them; `chi2` the mean square of reading − model in units
+    of its variance, where that is known.
     """
 
     readings: int
     raw: float
     rms: float
     largest: float
+    gain: float
+    scaled_rms: float
+    chi2: float | None = None
 
 
 @dataclass(frozen=True)
@@ -65,9 +70,9 @@ def compare(model: MachineModel, readings: Observations, run: str = "") -> HeldO
     return _held(run, without(opened, both), readings.is_angle)
 
 
-def _held(run: str, both: Array, angle: Rows) -> HeldOut:
+def _held(run: str, both: Array, angle: Rows, chi2: float | None = None) -> HeldOut:
     raw, rest = both.T
-    length_mm, angle_rad = (_left(raw[rows], rest[rows]) for rows in (~angle, angle))
+    length_mm, angle_rad = (_left(raw[rows], rest[rows], chi2) for rows in (~angle, angle))
     return HeldOut(run, length_mm, angle_rad)
 
 
@@ -109,7 +114,7 @@ class _Downdated:
         whole = readings.with_lags(found.model.lags)
         rows, values, _ = weighted_rows(machine, found.model.terms, whole)
         root = np.sqrt(found.share)
-        self.readings, self.weight = readings, values_weight(readings) * root
+        self.readings, self.root, self.weight = readings, root, values_weight(readings) * root
         self.opened = np.hstack([zero_columns(readings), slope_columns(machine.chain, readings)])
         opened = self.opened * self.weight[:, None]
         self.q = orthonormal(without(opened, rows * root[:, None]))
@@ -127,14 +132,21 @@ class _Downdated:
         solution = directions @ ((directions.T @ (self.right - q.T @ values)) / strength)
         rest = (values - q @ solution) / self.weight[own]
         both = without(self.opened[own], np.column_stack([self.readings.reading[own], rest]))
-        return _held(run, both, self.readings.is_angle[own])
+        # the variance of the deviation is I + q (I − qᵀq)⁻¹ qᵀ, its inverse I − q qᵀ; weights of outliers are left out
+        deviation = (values - q @ solution) / self.root[own]
+        along = q.T @ deviation
+        return _held(run, both, self.readings.is_angle[own], float(deviation @ deviation - along @ along) / len(q))
 
 
-def _left(raw: Array, rest: Array) -> Left | None:
+def _left(raw: Array, rest: Array, chi2: float | None) -> Left | None:
     if not len(raw):
         return None
-    return Left(len(raw), rms(raw), rms(rest), float(np.abs(rest).max()))
+    predicted = raw - rest
+    size = float(predicted @ predicted)
+    gain = float(raw @ predicted) / size if size > 0 else 0.0
+    return Left(len(raw), rms(raw), rms(rest), float(np.abs(rest).max()), gain, rms(raw - gain * predicted), chi2)
 
 
 def _scaled(left: Left, scale: float) -> Left:
-    return replace(left, raw=scale * left.raw, rms=scale * left.rms, largest=scale * left.largest)
+    lengths = {name: scale * getattr(left, name) for name in ("raw", "rms", "largest", "scaled_rms")}
+    return replace(left, **lengths)

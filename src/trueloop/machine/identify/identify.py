@@ -384,19 +384,35 @@ def _too_few(parameters: int, count: int) -> TrueloopError:
     )
 
 
+MOST_SLIPS = 0.3
+"""Share of a run's readings off the model from which the run is named, not each of its readings."""
+
+
 def _outlier_findings(readings: Observations, residual: Array, outlier: NDArray[np.bool_]) -> list[Finding]:
     found = []
-    for k in np.flatnonzero(outlier):
-        size, unit = (residual[k] * URAD_PER_RAD, "µrad") if readings.is_angle[k] else (residual[k] * UM_PER_MM, "µm")
-        line = int(readings.line[k]) if len(readings.line) else None
-        found.append(
-            Finding(
-                Severity.WARNING,
-                Code.MCH_OUTLIER,
-                f"reading {k + 1} of run {readings.run[k]!r} is {size:+.2f} {unit} off the model",
-                hint="a slipped reading: look at the instrument's record of that run, or measure it again",
-                place=Place(line=line),
-                values={"run": str(readings.run[k]), "reading": int(k) + 1, "off": float(size), "unit": unit},
-            )
-        )
+    for run in dict.fromkeys(readings.run):
+        own = np.array([name == run for name in readings.run])
+        off = np.flatnonzero(own & outlier)
+        if len(off) > MOST_SLIPS * np.count_nonzero(own):
+            largest = int(off[np.argmax(np.abs(residual[off]))])
+            found.append(_off_the_model(readings, residual, largest, f"{len(off)} of {np.count_nonzero(own)} readings"))
+        else:
+            found += [_off_the_model(readings, residual, int(k)) for k in off]
     return found
+
+
+def _off_the_model(readings: Observations, residual: Array, k: int, many: str = "") -> Finding:
+    """Returns the warning of one reading, or of `many` of its run, of which it is the furthest off."""
+    size, unit = (residual[k] * URAD_PER_RAD, "µrad") if readings.is_angle[k] else (residual[k] * UM_PER_MM, "µm")
+    what, run = f"reading {k + 1} of run {readings.run[k]!r}", str(readings.run[k])
+    message = f"{many} of run {run!r} are off the model, {what} the most: {size:+.2f} {unit}"
+    return Finding(
+        Severity.WARNING,
+        Code.MCH_OUTLIER,
+        message if many else f"{what} is {size:+.2f} {unit} off the model",
+        hint="so many are no slips: look at sign, unit, axis and temperature of the run"
+        if many
+        else "a slipped reading: look at the instrument's record of that run, or measure it again",
+        place=Place(line=int(readings.line[k]) if len(readings.line) else None),
+        values={"run": run, "reading": k + 1, "off": float(size), "unit": unit},
+    )

@@ -1,0 +1,183 @@
+"""Checks of a fit by its own data: runs that contradict the others, and readings whose unit cannot be right.
+
+A run is predicted from all others (`hold_out`). The slope b of its readings on their prediction, both without the run's
+own zero and slope, is 1 within its uncertainty where sign, scale and unit of the run are those of the others. b = −1
+stands for a run of the other sign, 1000 for µm in a column of mm.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.machine.identify.hold_out import HeldOut, Left
+from trueloop.machine.identify.identify import Identification
+from trueloop.machine.identify.observations import Observations
+
+PROPORTIONAL = 0.3
+"""RMS that b · prediction may leave of a run, as a share of its readings', for b to stand for the whole run."""
+
+GAIN = 1.25
+"""Factor between a run and its prediction from which it is named: no machine's error changes so much between runs."""
+
+CERTAIN = 5.0
+"""Standard uncertainties by which a slope differs from 1 where a run is named for it."""
+
+CONTRADICTS = 9.0
+"""Mean square of a left-out run's deviations, in units of their predicted variance, from which it contradicts."""
+
+DIFFERS = 1.5
+"""As CONTRADICTS where no uncertainty is stated: the scatter, which the wrong run makes larger, is the measure."""
+
+LACK_OF_FIT = 3.0
+"""Scatter in units of the stated uncertainty from which the run that fits least is named."""
+
+LEAST_SCATTER = 0.05
+"""Scatter in units of the stated uncertainty below which that, or the unit of the readings, is wrong."""
+
+FEWEST = 10
+"""Degrees of freedom from which the scatter is judged."""
+
+TRIED = 6
+"""Runs at most that are left out one by one to find which is wrong."""
+
+FACTORS: Final = {1000.0: "mm and µm, or µm and nm", 25.4: "inch and mm", 4.848: "arcsec and µrad", 57.3: "° and rad"}
+"""Which units, mixed up, make such a ratio."""
+
+
+Judged = tuple[Identification, Sequence[HeldOut]]
+"""A model, and each of its runs as predicted from all others."""
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """A run of readings that does not agree with what all others predict of it.
+
+    `gain` is the slope b, NaN where the run is not proportional to its prediction; `rms` and `raw` are the RMS left by
+    the prediction and of the readings, in `unit`. `refused`: no model is to be made with it.
+    """
+
+    run: str
+    unit: str
+    gain: float
+    rms: float
+    raw: float
+    refused: bool
+
+    @property
+    def message(self) -> str:
+        """Returns by how much the run disagrees."""
+        left = f"{self.rms:.2f} {self.unit} RMS off, its readings are {self.raw:.2f} {self.unit}"
+        if np.isnan(self.gain):
+            return f"run {self.run!r} contradicts the others: predicted from them it is {left}"
+        return f"run {self.run!r} reads {self.gain:.3g} times what the other runs predict: {left}"
+
+    @property
+    def hint(self) -> str:
+        """Returns what may be wrong with it."""
+        if np.isnan(self.gain):
+            return "look at positions, axis, direction and unit of the run; or a term is missing in the model"
+        if self.gain < 0:
+            return "its sign is likely the other way: readings are actual − commanded, tool as seen from the work"
+        mixed = _mixed_units(self.gain)
+        return f"its unit is likely wrong: {mixed}" if mixed else "look at the scale factor of the instrument in it"
+
+
+def contradictions(judged: Judged, readings: Observations) -> tuple[Contradiction, ...]:
+    """Returns the runs that disagree with what the others predict of them, the least probable first; the least probable
+    of all where the model as a whole leaves more than `LACK_OF_FIT` times the stated uncertainty.
+
+    A run is refused where its sign is the other, its slope is that of units mixed up, or the prediction leaves more
+    than the readings themselves are, beyond what the uncertainties of both allow.
+    """
+    found, held = judged
+    stated = _stated(readings)
+    allowed = CONTRADICTS * max(found.scatter, 1.0) ** 2 if stated else DIFFERS * found.scatter**2
+    every: list[tuple[float, bool, Contradiction]] = []
+    for run in held:
+        for unit, left in run.by_unit.items():
+            gain, chi2 = _certain_gain(left), np.inf if left.chi2 is None else left.chi2
+            worse = left.rms > left.raw and left.chi2 is not None and stated
+            wrong = chi2 > allowed and (worse or not np.isnan(gain))
+            refused = wrong and (worse or gain < 0 or bool(_mixed_units(gain)))
+            every.append((-chi2, wrong, Contradiction(run.run, unit, gain, left.rms, left.raw, refused)))
+    every.sort(key=lambda entry: entry[0])
+    disagreeing = tuple(contradiction for _, wrong, contradiction in every if wrong)
+    if every and not disagreeing and stated and found.scatter > LACK_OF_FIT:
+        return (every[0][2],)
+    return disagreeing
+
+
+def _certain_gain(left: Left) -> float:
+    """Returns the slope of a run on its prediction where it is certain and not 1, else NaN."""
+    if not left.scaled_rms < PROPORTIONAL * left.raw or left.readings < 3:
+        return float("nan")
+    u = abs(left.gain) * left.scaled_rms / left.raw / np.sqrt(left.readings - 1)
+    near = left.gain > 0 and abs(np.log(left.gain)) < np.log(GAIN)
+    return float("nan") if near or abs(left.gain - 1.0) < CERTAIN * u else left.gain
+
+
+def _mixed_units(gain: float) -> str:
+    """Returns which units, mixed up, make such a slope; empty where none do."""
+    near = [words for factor, words in FACTORS.items() if abs(abs(np.log(abs(gain))) - np.log(factor)) < 0.1]
+    return near[0] if near else ""
+
+
+def require_agreement(
+    judged: Judged, readings: Observations, refit: Callable[[Observations], Judged], accepted: Sequence[str] = ()
+) -> tuple[Finding, ...]:
+    """Returns a warning for each run that disagrees with the others, as `contradictions`.
+
+    Raises MCH-RUN for runs of which no model is to be made, MCH-SCATTER where all readings scatter by less than a
+    twentieth of their stated uncertainty, unless the code is among the accepted. The runs named are those without which
+    all others agree, where there are such.
+    """
+    found = judged[0]
+    small = _stated(readings) and found.degrees_of_freedom >= FEWEST and found.scatter < LEAST_SCATTER
+    if small and Code.MCH_SCATTER not in accepted:
+        raise _too_little_scatter(found.scatter, len(readings))
+    wrong = contradictions(judged, readings)
+    if any(one.refused for one in wrong) and Code.MCH_RUN not in accepted:
+        raise _refusal(wrong, readings, refit)
+    return tuple(
+        Finding(Severity.WARNING, Code.MCH_RUN, one.message, hint=one.hint, values={"runs": [one.run]}) for one in wrong
+    )
+
+
+def _refusal(
+    wrong: Sequence[Contradiction], readings: Observations, refit: Callable[[Observations], Judged]
+) -> TrueloopError:
+    alone = [one for one in wrong[:TRIED] if _agrees(readings.only(np.array(readings.run) != one.run), refit)]
+    named = alone or [one for one in wrong if one.refused][:TRIED]
+    either = f"; one of these {len(alone)} runs is wrong, the others agree" if len(alone) > 1 else ""
+    return TrueloopError(
+        Code.MCH_RUN,
+        "; ".join(one.message for one in named),
+        hint=named[0].hint + either,
+        override="--accept MCH-RUN",
+        values={"runs": [one.run for one in named]},
+    )
+
+
+def _agrees(readings: Observations, refit: Callable[[Observations], Judged]) -> bool:
+    """Returns whether the readings make a model that no run contradicts."""
+    try:
+        return not contradictions(refit(readings), readings)
+    except TrueloopError:
+        return False
+
+
+def _stated(readings: Observations) -> bool:
+    return bool(np.all(np.isfinite(readings.standard_u)))
+
+
+def _too_little_scatter(scatter: float, count: int) -> TrueloopError:
+    return TrueloopError(
+        Code.MCH_SCATTER,
+        f"{count} readings scatter by {scatter:.2g} of their stated standard uncertainty",
+        hint="name the unit that the readings are in: reading_mm, reading_um; or state the uncertainty they have",
+        override="--accept MCH-SCATTER",
+        values={"scatter": scatter},
+    )
