@@ -32,7 +32,7 @@ def _normal_of(tangent: Array) -> Array:
     return np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Line:
     """A straight feature: cylinder, face or cone. Points are (x, z) in mm, x a radius."""
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array, Integers
 from trueloop.geometry.curve import Curve
-from trueloop.geometry.feature import Arc, Feature, contact_angle_rad
+from trueloop.geometry.feature import Arc, Feature, Line, contact_angle_rad
 
 TANGENT_WITHIN_RAD: Final = 1e-3
 """Two features whose directions differ by less meet tangentially, unless the job says otherwise: rounding coordinates
@@ -215,5 +215,7 @@ def named_by_kind(features: Iterable[Feature]) -> tuple[Feature, ...]:
     for feature in features:
         kind = kind_of(feature)
         seen[kind] += 1
-        named.append(replace(feature, name=f"{kind}-{seen[kind]}"))
+        name = f"{kind}-{seen[kind]}"
+        line = isinstance(feature, Line)  # `replace` takes long, and a drawing has many
+        named.append(Line(name, feature.start_mm, feature.end_mm) if line else replace(feature, name=name))
     return tuple(named)

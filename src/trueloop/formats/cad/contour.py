@@ -17,7 +17,7 @@ from trueloop.geometry.intersection import intersections
 from trueloop.geometry.profile import Side
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Piece:
     """A part of a meridian, its material on the right, which there is at `share` of the angles about the axis."""
 
@@ -92,7 +92,7 @@ def crossing(contours: Sequence[Contour], within_mm: float = WITHIN_MM) -> Point
 
 def _at_extremes(piece: Piece, low: float, high: float, within_mm: float) -> list[Piece]:
     at = [pole for pole in _poles(piece.feature, within_mm) if min(abs(pole[1] - low), abs(pole[1] - high)) < within_mm]
-    return [replace(piece, feature=part) for part in cut_at(piece.feature, at, within_mm)]
+    return [replace(piece, feature=part) for part in cut_at(piece.feature, at, within_mm)] if at else [piece]
 
 
 def _chains(pieces: Sequence[Piece], within_mm: float) -> Iterator[list[Piece]]:
@@ -121,9 +121,17 @@ def _rightmost(pieces: Sequence[Piece], last: int, onward: Sequence[int]) -> int
 
 def _right(before: Feature, after: Feature) -> float:
     """How far one turns to the right, rad."""
-    arriving, leaving = before.tangent(before.length_mm), after.tangent(0.0)
-    across = arriving[0] * leaving[1] - arriving[1] * leaving[0]
-    return math.atan2(float(across), float(arriving @ leaving))
+    (x0, z0), (x1, z1) = _along(before, before.length_mm), _along(after, 0.0)
+    return math.atan2(x0 * z1 - z0 * x1, x0 * x1 + z0 * z1)
+
+
+def _along(feature: Feature, arc_length_mm: float) -> Point:
+    """A tangent; that of a line by floats, of any length: a drawing has many."""
+    if isinstance(feature, Line):
+        (x0, z0), (x1, z1) = feature.start_mm, feature.end_mm
+        return x1 - x0, z1 - z0
+    x, z = feature.tangent(arc_length_mm)
+    return float(x), float(z)
 
 
 def _sides(chain: Sequence[Piece], extremes: tuple[float, float], body: str, within_mm: float) -> Iterator[Contour]:

@@ -124,12 +124,12 @@ class _Cells:
         """The sharpest turn to the right at its end; back only where nothing else leads on."""
         index, forwards = step
         node = self.ends[index][1 if forwards else 0]
-        arriving = heading(self._feature(step), first=False)
         onward = [one for one in self.at[node] if one != _back(step)]
         if not onward:
             return _back(step)
         if len(onward) == 1:
             return onward[0]
+        arriving = heading(self._feature(step), first=False)
         return min(onward, key=lambda one: turn_rad(arriving, heading(self._feature(one), first=True)))
 
     def _feature(self, step: Step) -> Feature:

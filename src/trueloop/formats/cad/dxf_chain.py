@@ -17,7 +17,7 @@ SLIP: Final = 100.0
 """Free ends that lie apart by more than the tolerance but less than this many times it were meant to meet."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Segment:
     """One drawn line or arc and the layer it is on."""
 

@@ -123,8 +123,9 @@ def _once(pieces: Sequence[Segment], within_mm: float) -> list[Segment]:
     ends[exchanged] = ends[exchanged][:, ::-1]
     places = np.array([value for piece in pieces for value in _place_of(piece.feature)]).reshape(-1, 2)
     runs = np.rint(np.concatenate([ends.reshape(-1, 4), places], axis=1) / within_mm)
-    _, first = np.unique(runs, axis=0, return_index=True)
-    return [pieces[k] for k in np.sort(first).tolist()]
+    order = np.lexsort(runs.T)  # stable: of equal rows the first comes first
+    new = np.any(np.diff(runs[order], axis=0, prepend=np.nan) != 0, axis=1)
+    return [pieces[k] for k in np.sort(order[new]).tolist()]
 
 
 def _points_on(
