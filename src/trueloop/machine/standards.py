@@ -469,18 +469,23 @@ class Positioning:
 
 
 def positioning(target: Array, deviation_up: Array, deviation_down: Array, *, angular: bool = False) -> Positioning:
-    """Analyses deviations (targets, approaches) of both ways. Raises MCH-DATA for too few or missing approaches."""
+    """Analyses deviations (targets, approaches) of both ways, or of the one whose array is not empty (targets, 0).
+
+    What a test of one way does not give is NaN: B, M, the other way, and A, R, E of both. Raises MCH-DATA for too few
+    or missing approaches.
+    """
     _check(target, deviation_up, deviation_down)
     order = np.argsort(target)
     up, down = deviation_up[order], deviation_down[order]
-    mean_up, mean_down = up.mean(axis=1), down.mean(axis=1)
-    spread_up, spread_down = up.std(axis=1, ddof=1), down.std(axis=1, ddof=1)
+    mean_up, spread_up = _mean_and_spread(up)
+    mean_down, spread_down = _mean_and_spread(down)
     reversal = mean_up - mean_down
     mean = 0.5 * (mean_up + mean_down)
     highest = np.array([mean_up + 2 * spread_up, mean_down + 2 * spread_down])
     lowest = np.array([mean_up - 2 * spread_up, mean_down - 2 * spread_down])
     means = np.array([mean_up, mean_down])
     at_target = np.array([4 * spread_up, 4 * spread_down, 2 * spread_up + 2 * spread_down + np.abs(reversal)])
+    both = at_target if up.size and down.size else at_target[2:]
     return Positioning(
         target=target[order],
         deviation_up=up,
@@ -490,13 +495,20 @@ def positioning(target: Array, deviation_up: Array, deviation_down: Array, *, an
         spread_up=spread_up,
         spread_down=spread_down,
         accuracy=_spans(highest, lowest),
-        repeatability=BothWays(float(at_target[0].max()), float(at_target[1].max()), float(at_target.max())),
+        repeatability=BothWays(float(at_target[0].max()), float(at_target[1].max()), float(both.max())),
         systematic=_spans(means, means),
         mean_range=float(np.ptp(mean)),
         reversal=float(np.abs(reversal).max()),
         mean_reversal=float(reversal.mean()),
         angular=angular,
     )
+
+
+def _mean_and_spread(deviation: Array) -> tuple[Array, Array]:
+    """Returns mean and standard deviation of each target's approaches; NaN where the test has no approach that way."""
+    if not deviation.size:
+        return np.full(len(deviation), np.nan), np.full(len(deviation), np.nan)
+    return deviation.mean(axis=1), deviation.std(axis=1, ddof=1)
 
 
 def _spans(highest: Array, lowest: Array) -> BothWays:
@@ -506,15 +518,18 @@ def _spans(highest: Array, lowest: Array) -> BothWays:
 
 
 def _check(target: Array, up: Array, down: Array) -> None:
-    if up.shape != down.shape or up.ndim != 2 or len(target) != len(up):
+    one_way = not up.size or not down.size
+    if (up.shape != down.shape and not one_way) or {len(up), len(down)} != {len(target)}:
         raise TrueloopError(
             Code.MCH_DATA,
             f"{len(target)} targets, deviations ↑ {up.shape} and ↓ {down.shape} do not make one table",
-            hint="every target needs the same number of approaches from below and from above",
+            hint="every target needs the same number of approaches from below and from above, or all from one side",
         )
-    if up.shape[0] < 2 or up.shape[1] < 2 or not (np.isfinite(up).all() and np.isfinite(down).all()):
+    given = [deviation for deviation in (up, down) if deviation.size]
+    least = min((deviation.shape[1] for deviation in given), default=0)
+    if len(target) < 2 or least < 2 or not all(np.isfinite(deviation).all() for deviation in given):
         raise TrueloopError(
             Code.MCH_DATA,
-            f"{up.shape[0]} targets with {up.shape[1]} approaches each way, some missing: no spread can be computed",
+            f"{len(target)} targets with {least} approaches each way, some missing: no spread can be computed",
             hint="the standard asks for five targets a metre at least and five approaches each way",
         )

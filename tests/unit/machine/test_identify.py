@@ -132,7 +132,7 @@ def test_two_sensors_that_move_together_are_named() -> None:
 
 
 def test_a_run_that_is_off_as_a_whole_is_named_once_and_not_reading_by_reading(tmp_path: Path) -> None:
-    """A run of the other sign, accepted: a warning for each of the two runs that disagree, another for their outliers."""
+    """A run of the other sign, accepted: a warning for each of two runs that disagree, another for their outliers."""
     header, *rows = example("machine/readings.csv").read_text(encoding="utf-8").splitlines()
     where = header.split(",").index("reading_um")
     for k, row in enumerate(rows):

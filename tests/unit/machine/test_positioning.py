@@ -9,6 +9,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.measurements.positioning_data import read_positioning
 from trueloop.machine.drift import drift
 from trueloop.machine.standards import positioning
+from trueloop.report.machine.positioning import positioning_page
+from trueloop.report.machine.summary import positioning_lines, positioning_summary
 
 UP = np.array([[1.0, 3.0], [6.0, 6.0], [2.0, 4.0]])
 DOWN = np.array([[0.0, 2.0], [3.0, 5.0], [5.0, 5.0]])
@@ -30,7 +32,7 @@ def test_values_by_hand() -> None:
 
 def test_a_csv_in_any_order_and_unit(tmp_path: Path) -> None:
     rows = [
-        f"{target / 25.4!r},{way},{cycle + 1},{float(target + table[k, cycle]) / 25.4!r}"
+        f"{target / 25.4!r},{way},{cycle + 1},{float(target + 1e-3 * table[k, cycle]) / 25.4!r}"
         for way, table in (("up", UP), ("down", DOWN))
         for cycle in (1, 0)
         for k, target in ((2, 20.0), (0, 0.0), (1, 10.0))
@@ -38,8 +40,28 @@ def test_a_csv_in_any_order_and_unit(tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
     path.write_text("\n".join(["target_in,approach,cycle,actual_in", *rows]))
     result = read_positioning(path)
-    np.testing.assert_allclose(result.deviation_up, UP, atol=1e-12)
-    np.testing.assert_allclose(result.deviation_down, DOWN, atol=1e-12)
+    np.testing.assert_allclose(result.deviation_up, 1e-3 * UP, atol=1e-12)
+    np.testing.assert_allclose(result.deviation_down, 1e-3 * DOWN, atol=1e-12)
+
+
+@pytest.mark.parametrize("way", ["up", "down"])
+def test_a_test_of_one_way_has_the_values_of_that_way_alone(tmp_path: Path, way: str) -> None:
+    """ISO 230-2: A, R and E of one way by the same hand arithmetic; no reversal. Deviations in their own column."""
+    table = UP if way == "up" else DOWN
+    rows = [f"{10 * k},{way},{cycle},{table[k, cycle]}" for k in range(3) for cycle in (0, 1)]
+    path = tmp_path / "x.csv"
+    path.write_text("\n".join(["target_mm,approach,cycle,deviation_um", *rows]))
+    test, of_both = read_positioning(path), positioning(np.array([0.0, 10.0, 20.0]), 1e-3 * UP, 1e-3 * DOWN)
+    for name in ("accuracy", "repeatability", "systematic"):
+        assert getattr(getattr(test, name), way) == pytest.approx(getattr(getattr(of_both, name), way))
+        assert np.isnan(getattr(test, name).both)
+    assert np.isnan(test.reversal)
+    assert [line.split()[0] for line in positioning_lines(test)] == [
+        f"{symbol}{'↑↓'[way == 'down']}" for symbol in "ARE"
+    ]
+    assert set(positioning_summary(test)) == {"unit", "A", "R", "E"}
+    page = positioning_page("x", test)
+    assert "from one side" in page and "reversal value" not in page
 
 
 @pytest.mark.parametrize(
@@ -50,6 +72,8 @@ def test_a_csv_in_any_order_and_unit(tmp_path: Path) -> None:
         ("target_mm,approach,cycle,actual_mm\n0,sideways,1,0\n", Code.MCH_FILE),
         ("target_ft,approach,cycle,actual_ft\n0,up,1,0\n", Code.MCH_UNIT),
         ("target_mm,approach,cycle,actual_mm\n0,up,1,0\n0,down,1,0\n", Code.MCH_DATA),
+        ("target_mm,approach,cycle,actual_mm\n0,up,1,0\n0,up,2,0\n9,up,1,7.9\n9,up,2,7.9\n", Code.MCH_UNIT),
+        ("target_mm,approach,cycle,actual_mm,deviation_um\n0,up,1,0,0\n", Code.MCH_FILE),
         ("UNIT=mm\nTGT_DATA[1]=0\nREF_DATA_FWD[1]=0.1\n", Code.MCH_FILE),
     ],
 )

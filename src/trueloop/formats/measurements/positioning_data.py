@@ -1,6 +1,7 @@
 """Bidirectional positioning tests: CSV, and the assignments that ecmc's measuring scripts write.
 
-CSV: `target_mm,approach,cycle,actual_mm` (or `target_deg`, `actual_deg`), approach `up` or `down`.
+CSV: `target_mm,approach,cycle,actual_mm` (or `target_deg`, `actual_deg`; `in`), approach `up` or `down`; both, or one
+alone. In place of the position reached, `deviation_um` (`_mm`, `_in`; `_arcsec`, `_deg`): it less the target.
 Assignments: `TGT_DATA[i]=…`, `REF_DATA_FWD[i,cycle]=…`, `REF_DATA_BWD[i,cycle]=…`, `UNIT=mm`. Each is given once.
 """
 
@@ -51,7 +52,8 @@ Test: TypeAlias = tuple[str, Numbered, Table, Table]
 """Unit, targets, positions reached from below and from above, in that unit."""
 
 SCALE: Final = {"mm": 1.0, "um": 1 / UM_PER_MM, "in": MM_PER_INCH, "deg": float(np.pi / 180)}
-HINT: Final = "CSV with target_mm,approach,cycle,actual_mm, or TGT_DATA/REF_DATA assignments"
+ARCSECONDS: Final = {"arcsec": float(np.pi / 180 / 3600)}
+HINT: Final = "CSV with target_mm,approach,cycle,actual_mm or deviation_um, or TGT_DATA/REF_DATA assignments"
 KIND: Final = CsvKind(Code.MCH_FILE, Code.MCH_FILE, Code.MCH_FILE, HINT)
 WAYS: Final = ("up", "down")
 _BEGINNING: Final = re.compile(r"\s*(TGT_DATA|REF_DATA_FWD|REF_DATA_BWD|UNIT)\b")
@@ -68,7 +70,23 @@ def read_positioning(path: Path) -> Positioning:
     target = SCALE[unit] * np.array([targets[key] for key in order])
     deviations = [SCALE[unit] * _table(actual, order) - target[:, None] for actual in (up, down)]
     with in_file(path):
+        _check_size(deviations, unit == "deg")
         return positioning(target, *deviations, angular=unit == "deg")
+
+
+LARGEST: Final = {False: (1.0, 1.0, "mm"), True: (float(np.pi / 180), float(180 / np.pi), "°")}
+"""Deviation, mm or rad, that no axis in use has: its unit is another, or it is read as a position; how it is shown."""
+
+
+def _check_size(deviations: list[Array], angular: bool) -> None:
+    limit, scale, unit = LARGEST[angular]
+    largest = max((float(np.nanmax(np.abs(deviation), initial=0.0)) for deviation in deviations), default=0.0)
+    if largest > limit:
+        raise TrueloopError(
+            Code.MCH_UNIT,
+            f"a position reached is {scale * largest:.4g} {unit} off its target, beyond 1 {unit}",
+            hint="actual_mm is the position reached; deviations stand in a column of their own, deviation_um",
+        )
 
 
 def _assignments(text: str, path: Path) -> Test:
@@ -100,10 +118,21 @@ def _csv(text: str, path: Path) -> Test:
     if len(units) != 1:
         raise file.refusal(f"{len(units)} of its {len(file.header)} columns are target_mm or the like; one is needed")
     _check_unit(units[0], path)
-    rows = file.rows((target := f"target_{units[0]}", "approach", "cycle", actual := f"actual_{units[0]}"))
+    target, angular = f"target_{units[0]}", units[0] == "deg"
+    readings = {f"actual_{units[0]}": 1.0}
+    readings |= {
+        f"deviation_{unit}": scale / SCALE[units[0]]
+        for unit, scale in (SCALE | ARCSECONDS).items()
+        if (unit in ("deg", "arcsec")) == angular
+    }
+    given = [name for name in file.header if name in readings]
+    if len(given) > 1:
+        raise file.refusal(f"{len(given)} of its columns are readings: {', '.join(given)}; one is needed")
+    reading = given[0] if given else next(iter(readings))
+    rows = file.rows((target, "approach", "cycle", *readings))
     targets: Numbered = {}
     tables: dict[str, Table] = {way: {} for way in WAYS}
-    columns = (rows.numbers(target), rows.texts("approach"), rows.numbers("cycle"), rows.numbers(actual))
+    columns = (rows.numbers(target), rows.texts("approach"), rows.numbers("cycle"), rows.numbers(reading))
     for row, (at, way, cycle, reached) in enumerate(zip(*columns, strict=True)):
         if way not in WAYS or cycle % 1:
             raise rows.refusal(row, f"approach {way!r}, cycle {cycle:g}: not up or down and a whole number")
@@ -111,7 +140,7 @@ def _csv(text: str, path: Path) -> Test:
         if key in tables[way]:
             raise rows.refusal(row, f"target {at:g}, approach {way}, cycle {cycle:g} is given twice")
         targets[key[0]] = at
-        tables[way][key] = reached
+        tables[way][key] = readings[reading] * reached + (at if reading.startswith("deviation_") else 0.0)
     return units[0], targets, tables["up"], tables["down"]
 
 

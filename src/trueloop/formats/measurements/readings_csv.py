@@ -1,11 +1,11 @@
 """Characterization readings as CSV, one reading a row; columns carry their unit.
 
-X_mm, Y_mm …, A_deg …   axis positions as commanded; axes left out stand at 0
+X_mm, Y_mm …, A_deg …   axis positions as commanded (X_in …); axes left out stand at 0
 travel_X …              + or − (or 1, −1): the way the axis came; empty or left out: unknown
 along                   X Y Z: the reading is a displacement along it; A B C: a rotation about it
 along_x, along_y, along_z   instead of `along`: a direction, for instance of a ball bar from its centre to the tool
-reading_um | reading_mm | reading_urad | reading_arcsec     actual − commanded, tool as seen from the work
-u_um | u_mm | u_urad | u_arcsec     standard uncertainty, if known
+reading_um | reading_mm | reading_in | reading_urad | reading_arcsec     actual − commanded, tool as seen from the work
+u_um | u_mm | u_in | u_urad | u_arcsec     standard uncertainty, if known
 tool_x_mm, tool_y_mm, tool_z_mm   point of measurement from the frame of the last axis that carries the tool
 run                     what was measured in one go
 absolute                no (or empty, or no column): the instrument was zeroed, a straightedge laid by eye, for the run;
@@ -43,7 +43,7 @@ from trueloop.machine.model.model import State
 from trueloop.machine.model.names import COMPONENTS
 from trueloop.machine.model.validity import outside
 from trueloop.simulator.lathe import Reading
-from trueloop.units import UM_PER_MM, URAD_PER_RAD
+from trueloop.units import MM_PER_INCH, UM_PER_MM, URAD_PER_RAD
 
 HEADER: Final = "time_s,X_mm,Z_mm,travel_X,travel_Z,{along},{reading},{u},tool_x_mm,tool_z_mm,tool_y_mm,absolute,run"
 VIRTUAL_WAYS: Final = {1: "+", -1: "-", 0: ""}
@@ -79,14 +79,14 @@ def _row(reading: Reading, along: str) -> str:
     return f"{reading.time_s:.3f},{x:.6f},{z:.6f},{ways},{along},{value},{tool},{absolute},{reading.run}"
 
 
-LENGTHS: Final = {"um": 1 / UM_PER_MM, "mm": 1.0}
+LENGTHS: Final = {"um": 1 / UM_PER_MM, "mm": 1.0, "in": MM_PER_INCH}
 ANGLES: Final = {"urad": 1 / URAD_PER_RAD, "arcsec": math.radians(1 / 3600)}
 READING: Final = {f"reading_{unit}": scale for unit, scale in (LENGTHS | ANGLES).items()}
 UNCERTAINTY: Final = {f"u_{unit}": scale for unit, scale in (LENGTHS | ANGLES).items()}
 ALONG: Final = ("along_x", "along_y", "along_z")
 TOOL: Final = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
 OTHERS: Final = ("along", *ALONG, *TOOL, "run", "time_s", "absolute")
-POSITION: Final = re.compile(r"[A-Z]_(mm|deg)")
+POSITION: Final = re.compile(r"[A-Z]_(mm|in|deg)")
 ABSOLUTE: Final = {"": (True, True), "no": (True, True), "slope": (True, False), "yes": (False, False)}
 """Flags (zero, slope) by the text of `absolute`: True where it is the run's own."""
 
@@ -105,7 +105,7 @@ def read_readings(path: FilePath, chain: Chain, history: History | None = None) 
     66 [-8.00e-05  2.15e-03] [20. 20.]
     """
     path = Path(path)
-    rows = _rows(read_measured(path), chain)
+    rows = _rows(read_measured(path, inches=True), chain)
     clock = _clock(rows, history)
     along, is_angle = _along(rows)
     reading, u = _readings(rows, is_angle)
@@ -129,7 +129,7 @@ def _rows(file: CsvFile, chain: Chain) -> Rows:
         if POSITION.fullmatch(name) and name[0] not in chain.order:
             with in_file(file.path, 1):
                 chain.axis(name[0])
-    axes = [name for axis in chain.order for name in (_position_column(chain, axis)[0], f"travel_{axis}")]
+    axes = [name for axis in chain.order for name in (*_position_columns(chain, axis), f"travel_{axis}")]
     return file.rows([*axes, *READING, *UNCERTAINTY, *OTHERS], SIGNAL_UNITS)
 
 
@@ -137,8 +137,10 @@ def _state(rows: Rows, chain: Chain, past: Mapping[str, Array]) -> State:
     """Where the axes stand, which way they came, and at which signals."""
     positions = {}
     for axis in chain.order:
-        name, scale = _position_column(chain, axis)
-        if name in rows.header:
+        given = {name: scale for name, scale in _position_columns(chain, axis).items() if name in rows.header}
+        if len(given) > 1:
+            raise wrong_unit(rows.path, f"{len(given)} columns hold positions of {axis}: {' and '.join(given)}")
+        for name, scale in given.items():
             positions[axis] = rows.numbers(name) * scale
             _check_reach(chain.axis(axis), positions[axis], rows)
     return State(
@@ -197,10 +199,11 @@ def _clock(rows: Rows, history: History | None) -> Clock | None:
     return Clock(time_s, np.zeros(len(time_s), dtype=np.intp), (history,))
 
 
-def _position_column(chain: Chain, axis: str) -> tuple[str, float]:
+def _position_columns(chain: Chain, axis: str) -> dict[str, float]:
+    """Returns the columns that may hold an axis' positions, with their unit in mm or rad."""
     if chain.axis(axis).kind is AxisKind.ROTARY:
-        return f"{axis}_deg", math.pi / 180
-    return f"{axis}_mm", 1.0
+        return {f"{axis}_deg": math.pi / 180}
+    return {f"{axis}_mm": 1.0, f"{axis}_in": MM_PER_INCH}
 
 
 def _along(rows: Rows) -> tuple[Array, Flags]:

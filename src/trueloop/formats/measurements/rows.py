@@ -177,11 +177,14 @@ HINT: Final = "a header such as X_mm,travel_X,along,reading_um,T1_degC and a row
 KIND: Final = CsvKind(Code.MCH_FILE, Code.MCH_FILE, Code.MCH_FILE, HINT)
 
 
-def read_measured(path: Path) -> CsvFile:
-    """Reads the file and checks its units. Raises MCH-FILE, and MCH-UNIT for a column in a unit not used here."""
+def read_measured(path: Path, *, inches: bool = False) -> CsvFile:
+    """Reads the file and checks its units, among which `inches` may be.
+
+    Raises MCH-FILE, and MCH-UNIT for a column in a unit not used here.
+    """
     file = read_csv(path, KIND)
     for name in file.header:
-        if name.endswith(WRONG_UNITS) or name in BARE:
+        if (name.endswith(WRONG_UNITS) and not (inches and name.endswith("_in"))) or name in BARE:
             why = f"column {name!r} is in a unit that is not mm, µm, µrad, °, °C, s, or says none"
             raise wrong_unit(path, why)
     return file

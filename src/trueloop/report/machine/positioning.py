@@ -59,11 +59,13 @@ def positioning_page(name: str, test: Positioning) -> str:
     rows = [
         (f"{esc(symbol)} – {esc(meaning)}", *(plain(scale * v, 2) for v in (value.both, value.up, value.down)))
         for symbol, meaning, value in values_of(test)
+        if not np.isnan([value.both, value.up, value.down]).all()
     ]
-    targets, approaches = test.deviation_up.shape
+    targets, approaches = max(test.deviation_up.shape, test.deviation_down.shape)
+    ways = "each way" if test.deviation_up.size and test.deviation_down.size else "from one side"
     head = (
         '<header><p class="kicker">trueloop · positioning after ISO 230-2</p>'
-        f"<h1>{esc(name)}</h1><p class='meta'>{targets} targets, {approaches} approaches each way</p>"
+        f"<h1>{esc(name)}</h1><p class='meta'>{targets} targets, {approaches} approaches {ways}</p>"
         "<p class='note'>Deviation is actual minus target position; ↑ is approached from below, ↓ from above. Bands "
         "are the mean ± 2 s of the approaches.</p></header>"
     )
@@ -100,6 +102,8 @@ def positioning_figure(test: Positioning) -> Figure:
         (test.deviation_up, test.mean_up, test.spread_up, "triangle-up", INK),
         (test.deviation_down, test.mean_down, test.spread_down, "triangle-down", AFTER),
     ):
+        if not deviation.size:
+            continue
         upper, lower = (scale * (mean + k * spread) for k in (2.0, -2.0))
         edges += [*upper.tolist(), *lower.tolist()]
         traces.append(area([*at, *at[::-1]], [*upper.tolist(), *lower.tolist()[::-1]], BAND))
@@ -108,13 +112,18 @@ def positioning_figure(test: Positioning) -> Figure:
         y = (scale * deviation).ravel().tolist()
         hover = [f"{plain(b, 2)} {unit} at {a:g}" for a, b in zip(x, y, strict=True)]
         traces.append(dots(x, y, hover, color=colour, symbol=symbol))
-    traces.append(lines(at, (0.5 * scale * (test.mean_up + test.mean_down)).tolist(), SOFT, line={"dash": "dot"}))
+    if test.deviation_up.size and test.deviation_down.size:
+        traces.append(lines(at, (0.5 * scale * (test.mean_up + test.mean_down)).tolist(), SOFT, line={"dash": "dot"}))
     span = 0.05 * (at[-1] - at[0])
     ends: list[float | None] = [at[0] - span, at[-1] + span]
     traces += [lines(ends, [limit, limit], LEFT_ON, 1, line={"dash": "dash"}) for limit in (min(edges), max(edges))]
-    everything = scale * np.concatenate([test.deviation_up, test.deviation_down]).ravel()
+    everything = scale * np.concatenate([test.deviation_up.ravel(), test.deviation_down.ravel()])
     low, high = padded([*everything.tolist(), *edges])
-    shown = [(symbol, scale * value.both) for symbol, _, value in values_of(test) if symbol != "B̄"]
+    shown = [
+        (symbol, scale * next(one for one in (value.both, value.up, value.down) if not np.isnan(one)))
+        for symbol, _, value in values_of(test)
+        if symbol != "B̄" and not np.isnan([value.both, value.up, value.down]).all()
+    ]
     words = " · ".join(f"{symbol} {plain(value, 2)}" for symbol, value in shown) + f" {unit}"
     axes = {
         "xaxis": axis("target position (°)" if test.angular else "target position (mm)", at[0] - span, at[-1] + span),

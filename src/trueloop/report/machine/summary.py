@@ -162,10 +162,11 @@ def drift_lines(runs: Sequence[DriftRun], share: float) -> Iterator[str]:
 def positioning_summary(test: Positioning) -> dict[str, object]:
     """Returns the values of ISO 230-2: up, down and both, those that there are."""
     scale, unit = scale_of(test)
-    return {"unit": unit} | {
+    values = {
         symbol: {way: scale * one for way, one in asdict(value).items() if not isnan(one)}
         for symbol, _, value in values_of(test)
     }
+    return {"unit": unit} | {symbol: known for symbol, known in values.items() if known}
 
 
 def positioning_lines(test: Positioning) -> Iterator[str]:
@@ -173,8 +174,12 @@ def positioning_lines(test: Positioning) -> Iterator[str]:
     scale, unit = scale_of(test)
     for symbol, meaning, value in values_of(test):
         up, down, both = (scale * one for one in astuple(value))
-        ways = f"   ↑ {up:.2f}  ↓ {down:.2f}" if not isnan(up) else ""
-        yield f"{symbol}  {both:9.2f} {unit}  {meaning}{ways}"
+        if not isnan(both):
+            ways = f"   ↑ {up:.2f}  ↓ {down:.2f}" if not isnan(up) else ""
+            yield f"{symbol}  {both:9.2f} {unit}  {meaning}{ways}"
+        for arrow, one in (("↑", up), ("↓", down)) if isnan(both) else ():
+            if not isnan(one):
+                yield f"{symbol}{arrow} {one:9.2f} {unit}  {meaning}"
 
 
 def plates_summary(names: Sequence[str], judged: JudgedPattern) -> dict[str, object]:
