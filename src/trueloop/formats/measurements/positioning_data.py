@@ -125,7 +125,7 @@ def _csv(text: str, path: Path) -> Test:
         for unit, scale in (SCALE | ARCSECONDS).items()
         if (unit in ("deg", "arcsec")) == angular
     }
-    given = [name for name in file.header if name in readings]
+    given = [name for name in dict.fromkeys(file.header) if name in readings]
     if len(given) > 1:
         raise file.refusal(f"{len(given)} of its columns are readings: {', '.join(given)}; one is needed")
     reading = given[0] if given else next(iter(readings))
