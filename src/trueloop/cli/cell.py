@@ -5,22 +5,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from trueloop.cli.terminal import AsJson, guarded, print_json
+from trueloop.cli.shared_options import argument, option
+from trueloop.cli.terminal import AsJson, Group, print_json
 
 if TYPE_CHECKING:
     from trueloop.controllers.linuxcnc.cell.journal import Known, RunNow
 
-app = typer.Typer(
-    help="Beside a machine's LinuxCNC: run what the service offers, each run once.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-Settings = Annotated[Path, typer.Option("--settings", help="The cell's settings.", metavar="CELL.toml")]
+app = Group("Beside a machine's LinuxCNC: run what the service offers, each run once.")
+Settings = Annotated[Path, option("The cell's settings.", "--settings", metavar="CELL.toml")]
 CELL = Path("cell.toml")
 
 
 @app.command()
-@guarded
 def run(settings: Settings = CELL) -> None:
     """Work until Ctrl-C or SIGTERM. What the machine does then goes on, and is found again."""
     import signal
@@ -42,7 +38,6 @@ def _said(words: str) -> None:
 
 
 @app.command()
-@guarded
 def status(settings: Settings = CELL, as_json: AsJson = False) -> None:
     """Say what the journal knows: the run in hand, what waits for the service, what it refused."""
     from trueloop.controllers.linuxcnc.cell.journal import known, read
@@ -77,11 +72,10 @@ def _row(machine: str, now: "Known") -> dict[str, Any]:
 
 
 @app.command()
-@guarded
 def arm(
-    order: Annotated[str, typer.Argument(metavar="ORDER", help="The order's number.")],
-    parts: Annotated[int, typer.Option("--parts", min=1, help="How many of its parts.")],
-    why: Annotated[str, typer.Option("--why", help="Who stands at the machine, and why; it is kept.")],
+    order: Annotated[str, argument("The order's number.", metavar="ORDER")],
+    parts: Annotated[int, option("How many of its parts.", min=1)],
+    why: Annotated[str, option("Who stands at the machine, and why; it is kept.")],
     settings: Settings = CELL,
 ) -> None:
     """At the machine: let the next parts of an order start without Cycle Start."""

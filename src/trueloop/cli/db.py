@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.shared_options import Db
-from trueloop.cli.terminal import AsJson, ExitStatus, as_dict, busy, guarded, print_json, print_lines, wide_console
+from trueloop.cli.shared_options import Db, argument, option
+from trueloop.cli.terminal import (
+    AsJson,
+    ExitStatus,
+    Group,
+    as_dict,
+    busy,
+    print_json,
+    print_lines,
+    wide_console,
+)
 
 if TYPE_CHECKING:
     from trueloop.domain.part import Part
@@ -18,7 +27,6 @@ if TYPE_CHECKING:
     from trueloop.jobs.db.life import Entry
 
 
-@guarded
 def check(db: Db = None, as_json: AsJson = False) -> None:
     """Check that rows are what was kept, that links lead to rows, and that labels, order and times agree."""
     from trueloop.jobs.db.checked import check_store
@@ -36,12 +44,11 @@ def check(db: Db = None, as_json: AsJson = False) -> None:
         raise typer.Exit(ExitStatus.FINDINGS)
 
 
-Copy = Annotated[Path, typer.Argument(metavar="FILE", help="The file to write, which must be new.")]
-Backup = Annotated[Path, typer.Argument(metavar="FILE", help="A backup, or what `export` wrote.")]
-New = Annotated[str, typer.Option("--db", metavar="FILE|URL", help="The store to make, which must be new.")]
+Copy = Annotated[Path, argument("The file to write, which must be new.", metavar="FILE")]
+Backup = Annotated[Path, argument("A backup, or what `export` wrote.", metavar="FILE")]
+New = Annotated[str, option("The store to make, which must be new.", "--db", metavar="FILE|URL")]
 
 
-@guarded
 def backup(file: Copy, db: Db = None) -> None:
     """Copy the store into a SQLite file, as it is at one moment, while others go on working with it."""
     from trueloop.jobs.db.copied import back_up
@@ -53,7 +60,6 @@ def backup(file: Copy, db: Db = None) -> None:
     typer.echo(f"written: {file}", err=True)
 
 
-@guarded
 def restore(file: Backup, db: New) -> None:
     """Make a new store of what a backup or an export holds. A store that is there is never changed."""
     from trueloop.jobs.db.copied import restore as restored
@@ -64,7 +70,6 @@ def restore(file: Backup, db: New) -> None:
     typer.echo(f"made: {shown(db)}, {copied.count} rows", err=True)
 
 
-@guarded
 def migrate(db: Db = None) -> None:
     """Bring a store of an earlier version of trueloop to this version's form. What it holds stays as it is."""
     from trueloop.jobs.store.opened import migrated
@@ -74,10 +79,9 @@ def migrate(db: Db = None) -> None:
     typer.echo(f"{place}: {said}", err=True)
 
 
-Output = Annotated[Path, typer.Option("--output", "-o", help="File to write: JSON, one value a line.")]
+Output = Annotated[Path, option("File to write: JSON, one value a line.", "--output", "-o")]
 
 
-@guarded
 def export(output: Output, db: Db = None) -> None:
     """Write the whole store into a text file, one value a line; imported into an empty store, it gives an equal one."""
     from trueloop.jobs.db.exported import export as write
@@ -89,26 +93,22 @@ def export(output: Output, db: Db = None) -> None:
     typer.echo(f"written: {output}, {count} values", err=True)
 
 
-FindWhat = Annotated[str, typer.Argument(metavar="WHAT", help="part, inspection, correction, cut, edge, transfer, …")]
+FindWhat = Annotated[str, argument("part, inspection, correction, cut, edge, transfer, …", metavar="WHAT")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
     """Selects rows."""
 
-    part_type: Annotated[str | None, typer.Option("--type", help="Of this type of part, by its name.")] = None
-    serial: Annotated[str | None, typer.Option("--serial", help="Of the part with this serial number.")] = None
-    edge: Annotated[
-        str | None, typer.Option("--edge", help="Of this edge: TOOL, TOOL/INSERT or TOOL/INSERT/CORNER.")
-    ] = None
+    part_type: Annotated[str | None, option("Of this type of part, by its name.", "--type")] = None
+    serial: Annotated[str | None, option("Of the part with this serial number.")] = None
+    edge: Annotated[str | None, option("Of this edge: TOOL, TOOL/INSERT or TOOL/INSERT/CORNER.")] = None
     since: Annotated[
-        datetime | None,
-        typer.Option("--since", formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"], help="Kept on or after that day or time, UTC."),
+        datetime | None, option("Kept on or after that day or time, UTC.", formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"])
     ] = None
-    superseded: Annotated[bool, typer.Option("--superseded", help="Also rows that others supersede.")] = False
+    superseded: Annotated[bool, option("Also rows that others supersede.", "--superseded")] = False
 
 
-@guarded
 def find(what: FindWhat, wanted: Wanted, db: Db = None, as_json: AsJson = False) -> None:
     """List rows of the store, oldest first: each with its name, by which `show` and `replace` take it."""
     from trueloop.jobs.db.found import NAMES, TRANSFERS, Sought, found_rows
@@ -140,8 +140,7 @@ def _find_print(rows: "list[Row]") -> None:
 
 
 Files = Annotated[
-    list[Path],
-    typer.Argument(metavar="FILE…", help="Inspection files, a job's touches, record.json, or exports of a store."),
+    list[Path], argument("Inspection files, a job's touches, record.json, or exports of a store.", metavar="FILE…")
 ]
 
 
@@ -150,23 +149,18 @@ class Meant:
     """Facts that inspection files lack."""
 
     job: Annotated[
-        Path | None, typer.Option("--job", "-j", help="The job whose part was measured.  [default: what the file says]")
+        Path | None, option("The job whose part was measured.  [default: what the file says]", "--job", "-j")
     ] = None
-    serial: Annotated[
-        str, typer.Option("--serial", help="Serial number of the part.  [default: the file's, the job's, the label's]")
-    ] = ""
-    unit: Annotated[
-        Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
-    ] = None
+    serial: Annotated[str, option("Serial number of the part.  [default: the file's, the job's, the label's]")] = ""
+    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]")] = None
     mapping: Annotated[
-        Path | None, typer.Option("--mapping", "-m", help="TOML file that says what columns, variables and names mean.")
+        Path | None, option("TOML file that says what columns, variables and names mean.", "--mapping", "-m")
     ] = None
     ignore_labels: Annotated[
-        bool, typer.Option("--ignore-labels", help="Take a label in a file's name for no statement about the part.")
+        bool, option("Take a label in a file's name for no statement about the part.", "--ignore-labels")
     ] = False
 
 
-@guarded
 def import_(files: Files, meant: Meant, db: Db = None, as_json: AsJson = False) -> None:
     """Keep files in the store, each whole or not at all. What is there already is found and not kept twice."""
     from trueloop.formats.inspections.measured_file import Stated
@@ -186,11 +180,10 @@ def import_(files: Files, meant: Meant, db: Db = None, as_json: AsJson = False) 
 
 
 Place = Annotated[
-    str | None, typer.Argument(metavar="[FILE|URL]", help="The store to make.  [default: trueloop.db in this folder]")
+    str | None, argument("The store to make.  [default: trueloop.db in this folder]", metavar="[FILE|URL]")
 ]
 
 
-@guarded
 def init(place: Place = None) -> None:
     """Make an empty store: a SQLite file, or tables in a PostgreSQL database by its URL."""
     from trueloop.jobs.store.opened import made
@@ -201,13 +194,12 @@ def init(place: Place = None) -> None:
     typer.echo(f"made: {shown(place or BESIDE)}", err=True)
 
 
-RowId = Annotated[str, typer.Argument(metavar="ROW", help="The wrong row, as `find` names it: inspection:12.")]
-File = Annotated[Path, typer.Argument(metavar="FILE", help="What `show ROW --json` printed, with the mistake mended.")]
-Why = Annotated[str, typer.Option("--why", help="What was wrong.")]
-By = Annotated[str, typer.Option("--by", help="Name of the person who decides.  [default: the user]")]
+RowId = Annotated[str, argument("The wrong row, as `find` names it: inspection:12.", metavar="ROW")]
+File = Annotated[Path, argument("What `show ROW --json` printed, with the mistake mended.", metavar="FILE")]
+Why = Annotated[str, option("What was wrong.", "--why")]
+By = Annotated[str, option("Name of the person who decides.  [default: the user]", "--by")]
 
 
-@guarded
 def replace(row: RowId, file: File, why: Why, by: By = "", db: Db = None) -> None:
     """Keep the value in a file in the stead of a row, which stays, superseded, with who did it and why."""
     from trueloop.jobs.db.found import row_name
@@ -223,12 +215,9 @@ def replace(row: RowId, file: File, why: Why, by: By = "", db: Db = None) -> Non
         typer.echo(f"still names the row that was replaced: {name}; replace it too", err=True)
 
 
-What = Annotated[
-    str, typer.Argument(metavar="WHAT", help="A part's SERIAL, TYPE/SERIAL or label; a record's id; or a row.")
-]
+What = Annotated[str, argument("A part's SERIAL, TYPE/SERIAL or label; a record's id; or a row.", metavar="WHAT")]
 
 
-@guarded
 def show(what: What, db: Db = None, as_json: AsJson = False) -> None:
     """Show the life of a part: inspections, corrections and cuts with their links; or one row as it is stored."""
     from trueloop.jobs.db.life import life_of_part
@@ -268,18 +257,5 @@ def _print(part: "Part", entries: "tuple[Entry, ...]") -> None:
     wide_console().print(table)
 
 
-app = typer.Typer(
-    help="The store: parts, edges, inspections, cuts and corrections, kept for the next part.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-app.command()(init)
-app.command("import")(import_)
-app.command()(export)
-app.command()(find)
-app.command()(show)
-app.command()(check)
-app.command()(replace)
-app.command()(backup)
-app.command()(restore)
-app.command()(migrate)
+app = Group("The store: parts, edges, inspections, cuts and corrections, kept for the next part.")
+app.add_all(init, import_, export, find, show, check, replace, backup, restore, migrate)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 import typer
 
 from trueloop.cli.options import AcceptRefused, Supersede, kept_as_dict, print_findings
-from trueloop.cli.shared_options import Db, ModelOption, positive
-from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines
+from trueloop.cli.shared_options import Db, ModelOption, argument, option, positive
+from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines
 from trueloop.domain.option import Language, LengthUnit
 
 if TYPE_CHECKING:
@@ -21,38 +21,32 @@ if TYPE_CHECKING:
 
     Share = TypeVar("Share", PartDiagnosisShape, SeriesDiagnosisShape)
 
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="Folder for page and JSON.  [default: none]")]
+Output = Annotated[Path | None, option("Folder for page and JSON.  [default: none]", "--output", "-o")]
 Element = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
+        "The temperature of what carries an axis; several times.  [default: what the model's terms take]",
         "--element",
         metavar="AXIS=SIGNAL",
-        help="The temperature of what carries an axis; several times.  [default: what the model's terms take]",
     ),
 ]
-Types = Annotated[
-    list[str] | None, typer.Option("--type", "-t", help="Of this part type alone; several times.  [default: all]")
-]
+Types = Annotated[list[str] | None, option("Of this part type alone; several times.  [default: all]", "--type", "-t")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Of:
     """Selects the parts, and adds facts about them."""
 
-    part_type: Annotated[
-        str | None, typer.Option("--type", "-t", help="The part type.  [default: the only one in the store]")
-    ] = None
+    part_type: Annotated[str | None, option("The part type.  [default: the only one in the store]", "--type", "-t")] = (
+        None
+    )
     job: Annotated[
-        Path | None,
-        typer.Option("--job", "-j", help="The job with the part's profile.  [default: features by their names]"),
+        Path | None, option("The job with the part's profile.  [default: features by their names]", "--job", "-j")
     ] = None
     model: Annotated[
         Path | None,
-        typer.Option(
-            "--model",
-            "-m",
-            metavar="MODEL.json",
-            help="The machine's model, for what its probe reported.  [default: none]",
+        option(
+            "The machine's model, for what its probe reported.  [default: none]", "--model", "-m", metavar="MODEL.json"
         ),
     ] = None
 
@@ -67,8 +61,8 @@ class Of:
 class Page:
     """How the page is shown."""
 
-    language: Annotated[Language, typer.Option("--language", help="Of the page.")] = "en"
-    unit: Annotated[LengthUnit, typer.Option("--unit", help="Of the page.")] = "mm"
+    language: Annotated[Language, option("Of the page.")] = "en"
+    unit: Annotated[LengthUnit, option("Of the page.")] = "mm"
 
 
 def elements_of(given: list[str] | None) -> dict[str, str]:
@@ -127,20 +121,16 @@ def _print_shares(
         print_diagnosis(one, lines(one), one.findings, written, as_json=False)
 
 
-@guarded
 def fixture(
     of_what: Annotated[
-        str, typer.Argument(metavar="FILE.csv|SERIAL", help="Repeats at one point right after fixturing, or a part.")
+        str, argument("Repeats at one point right after fixturing, or a part.", metavar="FILE.csv|SERIAL")
     ],
     of: Of,
     page: Page,
     repeats_to_um: Annotated[
-        float | None,
-        typer.Option("--repeats-to-um", callback=positive, help="What one reading repeats to.  [default: as stated]"),
+        float | None, option("What one reading repeats to.  [default: as stated]", callback=positive)
     ] = None,
-    limit_um: Annotated[
-        float | None, typer.Option("--limit-um", callback=positive, help="What it may vary by.  [default: no limit]")
-    ] = None,
+    limit_um: Annotated[float | None, option("What it may vary by.  [default: no limit]", callback=positive)] = None,
     output: Output = None,
     db: Db = None,
     as_json: AsJson = False,
@@ -162,7 +152,6 @@ def fixture(
         raise typer.Exit(ExitStatus.FINDINGS)
 
 
-@guarded
 def machine(
     model: ModelOption,
     page: Page,
@@ -186,9 +175,8 @@ def machine(
     print_diagnosis(found, machine_lines(found), found.findings, files, as_json=as_json)
 
 
-@guarded
 def part(
-    serial: Annotated[str, typer.Argument(metavar="SERIAL", help="Serial number of the part.")],
+    serial: Annotated[str, argument("Serial number of the part.", metavar="SERIAL")],
     of: Of,
     page: Page,
     output: Output = None,
@@ -208,7 +196,6 @@ def part(
     _print_shares(found, part_lines, files, as_json=as_json)
 
 
-@guarded
 def series(
     of: Of, page: Page, output: Output = None, accept: AcceptRefused = None, db: Db = None, as_json: AsJson = False
 ) -> None:
@@ -224,17 +211,12 @@ def series(
     _print_shares(found, series_lines, files, as_json=as_json)
 
 
-@guarded
 def refine(
     model: ModelOption,
-    errors: Annotated[
-        str, typer.Option("--errors", metavar="EXX,…|auto", help="Which errors are to be updated; auto: those found.")
-    ],
-    out: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the offered model and the page.")
-    ],
+    errors: Annotated[str, option("Which errors are to be updated; auto: those found.", metavar="EXX,…|auto")],
+    out: Annotated[Path, option("Folder of the offered model and the page.", "--output", "-o", metavar="DIR")],
     page: Page,
-    share: Annotated[float, typer.Option("--share", min=0.05, max=1.0, help="Part of the change that is made.")] = 1.0,
+    share: Annotated[float, option("Part of the change that is made.", min=0.05, max=1.0)] = 1.0,
     part_type: Types = None,
     element: Element = None,
     accept: AcceptRefused = None,
@@ -259,18 +241,13 @@ def refine(
         typer.echo(done.kept)
 
 
-@guarded
 def standard(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Calibrated sizes, each with its uncertainty.")],
-    serial: Annotated[str, typer.Option("--serial", help="Serial number of the standard part.")],
-    part_type: Annotated[str, typer.Option("--type", "-t", help="Part type whose series it is probed among.")],
-    by: Annotated[str, typer.Option("--by", help="Who calibrated it.")] = "",
-    unit: Annotated[
-        Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
-    ] = None,
-    mapping: Annotated[
-        Path | None, typer.Option("--mapping", help="TOML file that says what columns and names mean.")
-    ] = None,
+    file: Annotated[Path, argument("Calibrated sizes, each with its uncertainty.", metavar="FILE")],
+    serial: Annotated[str, option("Serial number of the standard part.")],
+    part_type: Annotated[str, option("Part type whose series it is probed among.", "--type", "-t")],
+    by: Annotated[str, option("Who calibrated it.")] = "",
+    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]")] = None,
+    mapping: Annotated[Path | None, option("TOML file that says what columns and names mean.")] = None,
     supersede: Supersede = False,
     db: Db = None,
     as_json: AsJson = False,
@@ -289,10 +266,5 @@ def standard(
         typer.echo(kept.words)
 
 
-app = typer.Typer(
-    help="From errors of parts to their causes: tool, probe, set-up, process, or the model of the machine.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-for command in (part, series, fixture, machine, refine, standard):
-    app.command()(command)
+app = Group("From errors of parts to their causes: tool, probe, set-up, process, or the model of the machine.")
+app.add_all(part, series, fixture, machine, refine, standard)

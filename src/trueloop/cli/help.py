@@ -6,14 +6,15 @@ from typing import Annotated
 
 import typer
 
+from trueloop.cli.shared_options import argument, option
 from trueloop.cli.terminal import AsJson, guarded, print_json
 
 
 @guarded
 def docs(
-    words: Annotated[list[str] | None, typer.Argument(help="What to search for; left out, the first page.")] = None,
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port to serve at; 0: any that is free.")] = 0,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
+    words: Annotated[list[str] | None, argument("What to search for; left out, the first page.")] = None,
+    port: Annotated[int, option("Port to serve at; 0: any that is free.", min=0, max=65535)] = 0,
+    no_browser: Annotated[bool, option("Print the address and open no browser.", "--no-browser")] = False,
 ) -> None:
     """Show the manual in the browser, served to this machine alone until Ctrl-C; no network is needed."""
     from trueloop.server import manual
@@ -31,10 +32,8 @@ def docs(
 
 @guarded
 def examples(
-    names: Annotated[list[str] | None, typer.Argument(metavar="NAME", help="Which; left out, they are listed.")] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The folder that gets them.  [default: examples]")
-    ] = None,
+    names: Annotated[list[str] | None, argument("Which; left out, they are listed.", metavar="NAME")] = None,
+    output: Annotated[Path | None, option("The folder that gets them.  [default: examples]", "--output", "-o")] = None,
 ) -> None:
     """Copy examples that come with trueloop into folders of your own, or list them."""
     from trueloop.formats.examples import copy_example, titles
@@ -53,8 +52,7 @@ def examples(
 
 @guarded
 def explain(
-    code: Annotated[str, typer.Argument(metavar="CODE", help="As a message names it: CMP-SIZE.")],
-    as_json: AsJson = False,
+    code: Annotated[str, argument("As a message names it: CMP-SIZE.", metavar="CODE")], as_json: AsJson = False
 ) -> None:
     """Show what an error code is about, and which values its errors carry."""
     from difflib import get_close_matches

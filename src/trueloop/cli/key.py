@@ -4,21 +4,18 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli.shared_options import Db
-from trueloop.cli.terminal import AsJson, guarded, print_json, print_table
+from trueloop.cli.shared_options import Db, argument, option
+from trueloop.cli.terminal import AsJson, Group, print_json, print_table
 
-app = typer.Typer(
-    help="Keys by which cells of machines and monitoring get in.", no_args_is_help=True, rich_markup_mode=None
-)
+app = Group("Keys by which cells of machines and monitoring get in.")
 
 
 @app.command()
-@guarded
 def add(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="What to call it: who or what uses it.")],
-    machine: Annotated[str, typer.Option("--machine", help="The machine whose cell it is for.")] = "",
-    days: Annotated[int, typer.Option("--days", help="How many days it holds.")] = 365,
-    metrics: Annotated[bool, typer.Option("--metrics", help="For /metrics instead of a machine.")] = False,
+    name: Annotated[str, argument("What to call it: who or what uses it.", metavar="NAME")],
+    machine: Annotated[str, option("The machine whose cell it is for.")] = "",
+    days: Annotated[int, option("How many days it holds.")] = 365,
+    metrics: Annotated[bool, option("For /metrics instead of a machine.", "--metrics")] = False,
     db: Db = None,
 ) -> None:
     """Make a key and print it, this once: the store holds its hash alone."""
@@ -36,8 +33,7 @@ def add(
     typer.echo(f"made: key {made.row.id}, until {made.row.expires_at:%Y-%m-%d}; it is not shown again", err=True)
 
 
-@app.command("list")
-@guarded
+@app.command()
 def list_(db: Db = None, as_json: AsJson = False) -> None:
     """List the keys, newest first, without what they are used by."""
     from trueloop.server.settings import require_packages
@@ -70,10 +66,7 @@ def list_(db: Db = None, as_json: AsJson = False) -> None:
 
 
 @app.command()
-@guarded
-def end(
-    number: Annotated[int, typer.Argument(metavar="KEY", help="Its number, as `key list` shows it.")], db: Db = None
-) -> None:
+def end(number: Annotated[int, argument("Its number, as `key list` shows it.", metavar="KEY")], db: Db = None) -> None:
     """End a key: from now on nothing gets in by it."""
     from trueloop.server.settings import require_packages
 

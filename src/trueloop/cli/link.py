@@ -6,28 +6,26 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.shared_options import UnitOption
-from trueloop.cli.terminal import AsJson, ExitStatus, guarded, print_json, print_lines, print_table
+from trueloop.cli.shared_options import UnitOption, argument, option
+from trueloop.cli.terminal import AsJson, ExitStatus, Group, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
     from trueloop.controllers.links.link import Listed
     from trueloop.jobs.links import AtControl, Opened, Recorder
 
-NotRunning = Annotated[bool, typer.Option("--not-running", help="It does not run: for links that cannot know it.")]
+NotRunning = Annotated[bool, option("It does not run: for links that cannot know it.", "--not-running")]
 
-Db = Annotated[
-    str | None, typer.Option("--db", metavar="FILE|URL", help="Record the transfer in this store.  [default: in none]")
-]
+Db = Annotated[str | None, option("Record the transfer in this store.  [default: in none]", "--db", metavar="FILE|URL")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinkOf:
     """Selects the control."""
 
-    link: Annotated[str, typer.Option("--link", "-l", help="The link's name in the settings.")]
-    settings: Annotated[
-        Path, typer.Option("--settings", help="A TOML file with a table for each link.", metavar="LINKS.toml")
-    ] = Path("links.toml")
+    link: Annotated[str, option("The link's name in the settings.", "--link", "-l")]
+    settings: Annotated[Path, option("A TOML file with a table for each link.", metavar="LINKS.toml")] = Path(
+        "links.toml"
+    )
 
     def opened(self) -> "Opened":
         """The link; what its user has to know goes to stderr."""
@@ -48,20 +46,18 @@ class LinkOf:
         return Recorder(opened(db), self.link)
 
 
-@guarded
 def offsets(
     control: LinkOf,
     correction: Annotated[
         Path | None,
-        typer.Option(
+        option(
+            "A correction, its record or its job: write the table with its offset.",
             "--apply",
-            help="A correction, its record or its job: write the table with its offset.",
             metavar="JOB.toml|RECORD.json",
         ),
     ] = None,
     table: Annotated[
-        str | None,
-        typer.Option("--table", "-t", help="The table's name at the control.  [default: the settings' tool_table]"),
+        str | None, option("The table's name at the control.  [default: the settings' tool_table]", "--table", "-t")
     ] = None,
     unit: UnitOption = None,
     not_running: NotRunning = False,
@@ -96,18 +92,14 @@ def _show(done: "AtControl", as_json: bool) -> None:
     typer.echo(f"{sent.name}: read back as it was sent, {sent.read_back_sha256[:16]}; the table before it: {kept}")
 
 
-app = typer.Typer(
-    help="Programs at a control (DNC): listed, fetched, sent and compared; its tool table read and corrected.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-app.command("offsets")(offsets)
-
-Name = Annotated[str, typer.Argument(metavar="NAME", help="The program's name at the control.")]
+app = Group("Programs at a control (DNC): listed, fetched, sent and compared; its tool table read and corrected.")
+app.add(offsets)
 
 
-@app.command("list")
-@guarded
+Name = Annotated[str, argument("The program's name at the control.", metavar="NAME")]
+
+
+@app.command()
 def list_(control: LinkOf, as_json: AsJson = False) -> None:
     """List the programs at a control."""
     there = control.opened().link.listed()
@@ -127,11 +119,10 @@ def _row(name: str, size_bytes: int | None, changed_at: object) -> dict[str, obj
 
 
 @app.command()
-@guarded
 def get(
     name: Name,
     control: LinkOf,
-    output: Annotated[Path, typer.Option("--output", "-o", help="The file to be written; a new one.")],
+    output: Annotated[Path, option("The file to be written; a new one.", "--output", "-o")],
     db: Db = None,
 ) -> None:
     """Fetch a program from a control, byte for byte; no file that is there is overwritten."""
@@ -147,16 +138,15 @@ def get(
         recorder.fetched(name, content)
 
 
-@app.command("put")
-@guarded
+@app.command()
 def put_(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program.")],
+    file: Annotated[Path, argument("The program.", metavar="FILE")],
     control: LinkOf,
-    name: Annotated[str | None, typer.Option("--name", help="Its name at the control.  [default: the file's]")] = None,
-    replace: Annotated[bool, typer.Option("--replace", help="Replace another program of that name.")] = False,
+    name: Annotated[str | None, option("Its name at the control.  [default: the file's]")] = None,
+    replace: Annotated[bool, option("Replace another program of that name.", "--replace")] = False,
     not_running: NotRunning = False,
     drip_feed: Annotated[
-        bool, typer.Option("--drip", help="Feed it while it is cut, over a serial line: it is not read back.")
+        bool, option("Feed it while it is cut, over a serial line: it is not read back.", "--drip")
     ] = False,
     db: Db = None,
     as_json: AsJson = False,
@@ -192,11 +182,10 @@ def put_(
 
 
 @app.command()
-@guarded
 def compare(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program as it should be.")],
+    file: Annotated[Path, argument("The program as it should be.", metavar="FILE")],
     control: LinkOf,
-    name: Annotated[str | None, typer.Option("--name", help="Its name at the control.  [default: the file's]")] = None,
+    name: Annotated[str | None, option("Its name at the control.  [default: the file's]")] = None,
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:

@@ -31,8 +31,8 @@ from trueloop.cli.program_file import (
     tables_of,
     vector_of,
 )
-from trueloop.cli.shared_options import ModelOption, not_negative, positive
-from trueloop.cli.terminal import AsJson, busy, guarded, print_json
+from trueloop.cli.shared_options import ModelOption, argument, not_negative, option, positive
+from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 if TYPE_CHECKING:
@@ -47,25 +47,23 @@ if TYPE_CHECKING:
     from trueloop.machine.model.model import MachineModel
     from trueloop.machine.standards import PlanarField
 
-MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE.toml", help="Structure, travels and error terms.")]
-ReadingFiles = Annotated[list[Path], typer.Argument(metavar="READINGS.csv", help="Laser, straight edge, ball bar …")]
-ModelFile = Annotated[Path, typer.Argument(metavar="MODEL.json", help="As `trueloop machine fit` wrote it.")]
+MachineFile = Annotated[Path, argument("Structure, travels and error terms.", metavar="MACHINE.toml")]
+ReadingFiles = Annotated[list[Path], argument("Laser, straight edge, ball bar …", metavar="READINGS.csv")]
+ModelFile = Annotated[Path, argument("As `trueloop machine fit` wrote it.", metavar="MODEL.json")]
 Temperatures = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
+        "Value of a signal of the model, or LOG.csv, its past until now; may be repeated.",
         "--temperatures",
         "-t",
         metavar="T1=V",
-        help="Value of a signal of the model, or LOG.csv, its past until now; may be repeated.",
     ),
 ]
 HistoryFile = Annotated[
-    Path | None,
-    typer.Option("--history", metavar="LOG.csv", help="Log of temperatures and speeds on the clock of the readings."),
+    Path | None, option("Log of temperatures and speeds on the clock of the readings.", "--history", metavar="LOG.csv")
 ]
 Extrapolate = Annotated[
-    list[str] | None,
-    typer.Option("--extrapolate", metavar="NAME", help="Axis or signal that may leave the range of the data."),
+    list[str] | None, option("Axis or signal that may leave the range of the data.", "--extrapolate", metavar="NAME")
 ]
 
 
@@ -105,12 +103,11 @@ def numbered(texts: "Sequence[str]", option: str) -> "dict[int, Vector]":
     return found
 
 
-@guarded
 def accept(
     model: ModelFile,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="NEW.json", help="The accepted model.")],
-    why: Annotated[str, typer.Option("--why", help="Why it is accepted.  [default: not said]")] = "",
-    who: Annotated[str, typer.Option("--who", help="Who accepts it.  [default: the user]")] = "",
+    out: Annotated[Path, option("The accepted model.", "--out", "-o", metavar="NEW.json")],
+    why: Annotated[str, option("Why it is accepted.  [default: not said]")] = "",
+    who: Annotated[str, option("Who accepts it.  [default: the user]")] = "",
     db: Db = None,
     no_store: NoStore = False,
 ) -> None:
@@ -136,35 +133,34 @@ class InMachine:
     """Where a program is in the machine, and how warm that is."""
 
     work_zero: Annotated[
-        list[str] | None,
-        typer.Option(metavar="N=X,Y,Z", help="Machine coordinates of the zero of offset N (1 is G54), mm."),
+        list[str] | None, option("Machine coordinates of the zero of offset N (1 is G54), mm.", metavar="N=X,Y,Z")
     ] = None
     tool: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "Tool point from the last axis' frame, mm; T is * for all.  [default: 0, or as --offsets says]",
             metavar="T=X,Y,Z",
-            help="Tool point from the last axis' frame, mm; T is * for all.  [default: 0, or as --offsets says]",
         ),
     ] = None
     offsets_file: Annotated[
         Path | None,
-        typer.Option(
+        option(
+            "A TOML file of work offsets and tools: machine = program + work offset + tool offset in force. "
+            "The command line comes first.",
             "--offsets",
             metavar="FILE",
-            help="A TOML file of work offsets and tools: machine = program + work offset + tool offset in force. "
-            "The command line comes first.",
         ),
     ] = None
     at: Annotated[
         list[str] | None,
-        typer.Option(metavar="A=V", help="Where a rotary axis stands, degrees; the program has to leave it alone."),
+        option("Where a rotary axis stands, degrees; the program has to leave it alone.", metavar="A=V"),
     ] = None
     temperatures: Temperatures = None
     zeroed_s: Annotated[
         float | None,
-        typer.Option(
+        option(
+            "time_s of the log at which the work zero was set or last referenced: displacements drift from there.",
             metavar="T",
-            help="time_s of the log at which the work zero was set or last referenced: displacements drift from there.",
         ),
     ] = None
 
@@ -198,14 +194,13 @@ class Bounds:
     limit_um: LimitUm = LARGEST_UM
     slope: Slope = STEEPEST
     extrapolate: Extrapolate = None
-    serial: Annotated[str | None, typer.Option(help="Refuse a model of a machine with another serial number.")] = None
+    serial: Annotated[str | None, option("Refuse a model of a machine with another serial number.")] = None
 
 
-@guarded
 def compensate(
     file: ProgramFile,
     model: ModelOption,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    out: Annotated[Path, option("Folder of the results.", "--out", "-o", metavar="DIR")],
     place: InMachine,
     bounds: Bounds,
     reading: Reading,
@@ -244,23 +239,20 @@ def compensate(
     print_mapped(file, out / file.name, done)
 
 
-@guarded
 def decompose(
-    inspections: Annotated[Path, typer.Argument(metavar="INSPECTIONS.csv", help="Touches and CMM points of one part.")],
+    inspections: Annotated[Path, argument("Touches and CMM points of one part.", metavar="INSPECTIONS.csv")],
     model: ModelOption,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
-    work_zero: Annotated[str, typer.Option(metavar="X,Y,Z", help="Machine coordinates of the part's zero, mm.")],
-    cutting: Annotated[list[str], typer.Option(metavar="T1=V", help="T_CUTTING: a signal each, or LOG.csv.")],
-    probing: Annotated[list[str], typer.Option(metavar="T1=V", help="T_PROBING: a signal each, or LOG.csv.")],
-    tool: Annotated[str, typer.Option(metavar="X,Y,Z", help="Cutting tool, mm, of all points.")] = "",
-    probe: Annotated[str, typer.Option(metavar="X,Y,Z", help="Probe stylus, mm, of all points.")] = "",
-    compensated: Annotated[bool, typer.Option(help="The model was in force during cutting.")] = True,
-    new_frame: Annotated[bool, typer.Option(help="Take out the part coordinate system discrepancy.")] = False,
+    out: Annotated[Path, option("Folder of the results.", "--out", "-o", metavar="DIR")],
+    work_zero: Annotated[str, option("Machine coordinates of the part's zero, mm.", metavar="X,Y,Z")],
+    cutting: Annotated[list[str], option("T_CUTTING: a signal each, or LOG.csv.", metavar="T1=V")],
+    probing: Annotated[list[str], option("T_PROBING: a signal each, or LOG.csv.", metavar="T1=V")],
+    tool: Annotated[str, option("Cutting tool, mm, of all points.", metavar="X,Y,Z")] = "",
+    probe: Annotated[str, option("Probe stylus, mm, of all points.", metavar="X,Y,Z")] = "",
+    compensated: Annotated[bool, option("The model was in force during cutting.")] = True,
+    new_frame: Annotated[bool, option("Take out the part coordinate system discrepancy.")] = False,
     extrapolate: Extrapolate = None,
-    part_type: Annotated[str, typer.Option("--type", help="The part type, for the store.  [default: none]")] = "",
-    serial: Annotated[
-        str, typer.Option("--serial", help="Serial number of the part: keep both inspections in the store.")
-    ] = "",
+    part_type: Annotated[str, option("The part type, for the store.  [default: none]", "--type")] = "",
+    serial: Annotated[str, option("Serial number of the part: keep both inspections in the store.")] = "",
     db: Db = None,
     supersede: Supersede = False,
 ) -> None:
@@ -324,15 +316,14 @@ def _kept(done: "Decomposed", part_type: str, serial: str, db: str | None, *, su
     return keep_both(done, part_type, serial, Keeping(db, supersede=supersede))
 
 
-LogFile = Annotated[Path, typer.Argument(metavar="LOG.csv", help="time_s, NAME_um, NAME_degC, NAME_rpm.")]
+LogFile = Annotated[Path, argument("time_s, NAME_um, NAME_degC, NAME_rpm.", metavar="LOG.csv")]
 
 
-@guarded
 def drift_fit(
     log: LogFile,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    out: Annotated[Path, option("Folder of the results.", "--out", "-o", metavar="DIR")],
     hold_out: Annotated[
-        float, typer.Option(min=0.05, max=0.9, help="Share of the time, at its end, that is predicted to judge.")
+        float, option("Share of the time, at its end, that is predicted to judge.", min=0.05, max=0.9)
     ] = 0.3,
     as_json: AsJson = False,
 ) -> None:
@@ -357,17 +348,14 @@ def drift_fit(
     write_all(out, files.items(), inputs=(log,))
     if as_json:
         print_json(drift_summary(models, runs))
-        return
-    for line in drift_lines(runs, hold_out):
-        typer.echo(line)
-    typer.echo(f"written: {out / 'drift.json'}, {out / 'drift.html'}")
+    else:
+        print_lines([*drift_lines(runs, hold_out), f"written: {out / 'drift.json'}, {out / 'drift.html'}"])
 
 
-@guarded
 def drift_predict(
-    model: Annotated[Path, typer.Argument(metavar="DRIFT.json", help="As `trueloop machine drift-fit` wrote it.")],
+    model: Annotated[Path, argument("As `trueloop machine drift-fit` wrote it.", metavar="DRIFT.json")],
     log: LogFile,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="PREDICTED.csv", help="time_s and NAME_um, predicted.")],
+    out: Annotated[Path, option("time_s and NAME_um, predicted.", "--out", "-o", metavar="PREDICTED.csv")],
     extrapolate: Extrapolate = None,
     as_json: AsJson = False,
 ) -> None:
@@ -393,19 +381,18 @@ def drift_predict(
     typer.echo(f"written: {out}, {len(found)} channels at {len(test.time_s)} times")
 
 
-@guarded
 def add_drift(
     model: ModelFile,
-    drift: Annotated[Path, typer.Argument(metavar="DRIFT.json", help="As `trueloop machine drift-fit` wrote it.")],
+    drift: Annotated[Path, argument("As `trueloop machine drift-fit` wrote it.", metavar="DRIFT.json")],
     channels: Annotated[
         list[str],
-        typer.Option(
+        option(
+            "Channel and the displacement of place that it is, as z=EZ0S; z=-EZ0S where it reads the other way.",
             "--channel",
             metavar="NAME=ERROR",
-            help="Channel and the displacement of place that it is, as z=EZ0S; z=-EZ0S where it reads the other way.",
         ),
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.json", help="The model with the drift.")],
+    out: Annotated[Path, option("The model with the drift.", "--out", "-o", metavar="FILE.json")],
 ) -> None:
     """Make drifts terms of a machine model, for `compensate`: a channel is the tool as seen from the work."""
     from trueloop.errors import in_file
@@ -432,20 +419,15 @@ def add_drift(
 class TableOptions:
     """Which table, and where it is."""
 
-    control: Annotated[Literal["linuxcnc", "siemens", "heidenhain"], typer.Option(help="Whose table.")]
-    axis: Annotated[str, typer.Option(metavar="X", help="Axis whose position the table runs over.")]
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The table.")]
-    error_of: Annotated[str | None, typer.Option(metavar="Y", help="Axis that is corrected.  [default: the same]")] = (
-        None
-    )
-    count: Annotated[int, typer.Option(help="Entries.", min=2)] = 101
-    at: Annotated[list[str] | None, typer.Option(metavar="Y=V", help="Position of another axis, mm or °.")] = None
-    opposite_sign: Annotated[bool, typer.Option(help="All values with the other sign, where trying it says so.")] = (
-        False
-    )
+    control: Annotated[Literal["linuxcnc", "siemens", "heidenhain"], option("Whose table.")]
+    axis: Annotated[str, option("Axis whose position the table runs over.", metavar="X")]
+    out: Annotated[Path, option("The table.", "--out", "-o", metavar="FILE")]
+    error_of: Annotated[str | None, option("Axis that is corrected.  [default: the same]", metavar="Y")] = None
+    count: Annotated[int, option("Entries.", min=2)] = 101
+    at: Annotated[list[str] | None, option("Position of another axis, mm or °.", metavar="Y=V")] = None
+    opposite_sign: Annotated[bool, option("All values with the other sign, where trying it says so.")] = False
 
 
-@guarded
 def export(
     model: ModelFile, wanted: TableOptions, temperatures: Temperatures = None, extrapolate: Extrapolate = None
 ) -> None:
@@ -480,13 +462,12 @@ def export(
         typer.echo(words, err=True)
 
 
-@guarded
 def fit(
     machine: MachineFile,
     readings: ReadingFiles,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    out: Annotated[Path, option("Folder of the results.", "--out", "-o", metavar="DIR")],
     history: HistoryFile = None,
-    robust: Annotated[bool, typer.Option(help="Let outliers count less.")] = True,
+    robust: Annotated[bool, option("Let outliers count less.")] = True,
     accept: AcceptRefused = None,
     as_json: AsJson = False,
 ) -> None:
@@ -507,7 +488,6 @@ def fit(
     typer.echo(f"written: {out / 'model.json'}, {out / 'machine.html'}")
 
 
-@guarded
 def show(
     model: ModelFile, temperatures: Temperatures = None, extrapolate: Extrapolate = None, as_json: AsJson = False
 ) -> None:
@@ -532,13 +512,12 @@ def show(
         typer.echo(f"{row.error:<5} {row.least:+9.2f} to {row.most:+9.2f} {row.unit:<5} u {row.largest_u:.2f}")
 
 
-@guarded
 def check(
     model: ModelFile,
     readings: ReadingFiles,
     history: HistoryFile = None,
-    limit_um: Annotated[float | None, typer.Option(help="Refuse when the RMS of the lengths is larger.")] = None,
-    limit_urad: Annotated[float | None, typer.Option(help="Refuse when the RMS of the angles is larger.")] = None,
+    limit_um: Annotated[float | None, option("Refuse when the RMS of the lengths is larger.")] = None,
+    limit_urad: Annotated[float | None, option("Refuse when the RMS of the angles is larger.")] = None,
     extrapolate: Extrapolate = None,
     as_json: AsJson = False,
 ) -> None:
@@ -576,19 +555,14 @@ def _beyond(result: "HeldOut", unit: str, option: str, limit: float | None) -> b
     return not result.by_unit[unit].rms <= limit
 
 
-@guarded
 def plates(
-    reports: Annotated[list[Path], typer.Argument(metavar="REPORT.txt", help="CMM reports of drilled plates, mm.")],
+    reports: Annotated[list[Path], argument("CMM reports of drilled plates, mm.", metavar="REPORT.txt")],
     out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="FIELD.csv", help="The correction as a table of displacements."),
+        Path | None, option("The correction as a table of displacements.", "--out", "-o", metavar="FIELD.csv")
     ] = None,
-    step_mm: Annotated[
-        float, typer.Option(callback=positive, help="Largest step between the nodes of the table.")
-    ] = 10.0,
+    step_mm: Annotated[float, option("Largest step between the nodes of the table.", callback=positive)] = 10.0,
     margin_mm: Annotated[
-        float,
-        typer.Option(callback=not_negative, help="How far the table reaches beyond the holes, where it is a guess."),
+        float, option("How far the table reaches beyond the holes, where it is a guess.", callback=not_negative)
     ] = 0.0,
     as_json: AsJson = False,
 ) -> None:
@@ -629,18 +603,14 @@ class PlaneErrors:
 
     quadrupole: Annotated[
         str | None,
-        typer.Option(
-            metavar="M,DEG", help="X and Y times 1 − M cos 2(θ − DEG), θ the point's direction from the zero."
-        ),
+        option("X and Y times 1 − M cos 2(θ − DEG), θ the point's direction from the zero.", metavar="M,DEG"),
     ] = None
     table: Annotated[
         Path | None,
-        typer.Option(
-            "--table", "-t", metavar="FIELD.csv", help="Displacements at the nodes of a grid, as of `plates`."
-        ),
+        option("Displacements at the nodes of a grid, as of `plates`.", "--table", "-t", metavar="FIELD.csv"),
     ] = None
     unproven: Annotated[
-        bool, typer.Option("--unproven", help="Also by a table of plates whose pattern is not known to repeat.")
+        bool, option("Also by a table of plates whose pattern is not known to repeat.", "--unproven")
     ] = False
 
     def read(self) -> "tuple[PlanarField, dict[str, object]]":
@@ -675,14 +645,12 @@ def _table(table: Path, *, unproven: bool) -> "tuple[PlanarField, dict[str, obje
     return known, known.field.identity | ({"unproven": True} if unproven else {})
 
 
-@guarded
 def points(
     file: ProgramFile,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
+    out: Annotated[Path, option("The program to be written.", "--out", "-o", metavar="FILE")],
     errors: PlaneErrors,
     all_words: Annotated[
-        bool,
-        typer.Option("--all-words", help="Also X and Y of G10, G28, G52, G53 and G92 blocks, as if they were points."),
+        bool, option("Also X and Y of G10, G28, G52, G53 and G92 blocks, as if they were points.", "--all-words")
     ] = False,
     limit_um: LimitUm = LARGEST_UM,
     dialect: DialectName = None,
@@ -712,12 +680,11 @@ def points(
     typer.echo(f"written: {out}, record {done.record}")
 
 
-Page = Annotated[Path | None, typer.Option("--out", "-o", metavar="PAGE.html", help="Page with the plots.")]
+Page = Annotated[Path | None, option("Page with the plots.", "--out", "-o", metavar="PAGE.html")]
 
 
-@guarded
 def positioning(
-    test: Annotated[Path, typer.Argument(metavar="TEST.csv", help="Target, approach, cycle, actual.")],
+    test: Annotated[Path, argument("Target, approach, cycle, actual.", metavar="TEST.csv")],
     out: Page = None,
     as_json: AsJson = False,
 ) -> None:
@@ -739,13 +706,10 @@ def positioning(
         typer.echo(f"written: {out}")
 
 
-@guarded
 def drift(
-    log: Annotated[Path, typer.Argument(metavar="LOG.csv", help="time_s, NAME_um, NAME_degC, NAME_rpm.")],
+    log: Annotated[Path, argument("time_s, NAME_um, NAME_degC, NAME_rpm.", metavar="LOG.csv")],
     out: Page = None,
-    window_h: Annotated[
-        float, typer.Option(callback=positive, help="Time over which the largest drift is looked for, h.")
-    ] = 1.0,
+    window_h: Annotated[float, option("Time over which the largest drift is looked for, h.", callback=positive)] = 1.0,
     as_json: AsJson = False,
 ) -> None:
     """Analyse a drift test after ISO 230-3: ranges over all and within a time, plots beside the temperatures."""
@@ -771,12 +735,8 @@ def drift(
         typer.echo(f"written: {out}")
 
 
-app = typer.Typer(
-    help="A machine's own errors: found from readings, taken out of programs, handed to the control.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-for command in (
+app = Group("A machine's own errors: found from readings, taken out of programs, handed to the control.")
+app.add_all(
     fit,
     show,
     check,
@@ -791,5 +751,4 @@ for command in (
     add_drift,
     plates,
     points,
-):
-    app.command()(command)
+)

@@ -6,28 +6,32 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.shared_options import Db, Page, positive
-from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines, print_table
+from trueloop.cli.shared_options import Db, Page, argument, option, positive
+from trueloop.cli.terminal import (
+    AsJson,
+    ExitStatus,
+    Group,
+    busy,
+    print_json,
+    print_lines,
+    print_table,
+)
 
 if TYPE_CHECKING:
     from trueloop.loops.monitor.options import ChartOptions
 
 
-@guarded
 def certify(
-    serial: Annotated[str, typer.Argument(metavar="SERIAL", help="The part's serial number.")],
+    serial: Annotated[str, argument("The part's serial number.", metavar="SERIAL")],
     page: Page,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the certificate.")],
+    output: Annotated[Path, option("Folder for the certificate.", "--output", "-o")],
     part_type: Annotated[
-        str | None, typer.Option("--type", "-t", help="The part type, where several have that serial number.")
+        str | None, option("The part type, where several have that serial number.", "--type", "-t")
     ] = None,
     u_um: Annotated[
-        float | None,
-        typer.Option(
-            "--u-um", callback=positive, help="Standard uncertainty of readings that state none.  [default: unknown]"
-        ),
+        float | None, option("Standard uncertainty of readings that state none.  [default: unknown]", callback=positive)
     ] = None,
-    who: Annotated[str | None, typer.Option("--who", help="Who certifies.  [default: the user's name]")] = None,
+    who: Annotated[str | None, option("Who certifies.  [default: the user's name]")] = None,
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
@@ -63,33 +67,25 @@ class What(StrEnum):
     RESIDUAL = "residual"
 
 
-@guarded
 def chart(
     page: Page,
     part_type: Annotated[
-        str | None, typer.Option("--type", "-t", help="The part type.  [default: the only one in the store]")
+        str | None, option("The part type.  [default: the only one in the store]", "--type", "-t")
     ] = None,
     characteristic: Annotated[
         list[str] | None,
-        typer.Option("--characteristic", "-c", help="Of this characteristic alone; several times.  [default: all]"),
+        option("Of this characteristic alone; several times.  [default: all]", "--characteristic", "-c"),
     ] = None,
-    rules: Annotated[
-        str, typer.Option("--rules", help="Nelson's tests on single values: numbers 1 to 8, or all.")
-    ] = "1",
+    rules: Annotated[str, option("Nelson's tests on single values: numbers 1 to 8, or all.")] = "1",
     baseline: Annotated[
-        str,
-        typer.Option(
-            "--baseline", metavar="N|FIRST..LAST", help="Limits from the first N parts, or from these serial numbers."
-        ),
+        str, option("Limits from the first N parts, or from these serial numbers.", metavar="N|FIRST..LAST")
     ] = BASELINE,
     each_setting: Annotated[
-        bool, typer.Option("--each-setting", help="Begin anew, with a centre of its own, where the tool was set.")
+        bool, option("Begin anew, with a centre of its own, where the tool was set.", "--each-setting")
     ] = False,
-    what: Annotated[
-        What, typer.Option("--what", help="Errors as inspected, or residuals: what memory did not expect.")
-    ] = What.VALUE,
+    what: Annotated[What, option("Errors as inspected, or residuals: what memory did not expect.")] = What.VALUE,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for the page and the values.  [default: none]")
+        Path | None, option("Folder for the page and the values.  [default: none]", "--output", "-o")
     ] = None,
     db: Db = None,
     as_json: AsJson = False,
@@ -141,14 +137,13 @@ def _baseline(given: str, anew: bool) -> int | tuple[str, str]:
     return int(given)
 
 
-@guarded
 def gauge(
     page: Page,
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="The device, as inspections name it.  [default: all]")
+        str | None, argument("The device, as inspections name it.  [default: all]", metavar="[NAME]")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for the page and the values.  [default: none]")
+        Path | None, option("Folder for the page and the values.  [default: none]", "--output", "-o")
     ] = None,
     db: Db = None,
     as_json: AsJson = False,
@@ -164,19 +159,12 @@ def gauge(
         print_json({**shown.model_dump(mode="json"), "files": files})
     else:
         print_table(HEAD, gauge_rows(shown))
-        for one in shown.gauges:
-            print_lines(remark_lines(one))
+        print_lines(line for one in shown.gauges for line in remark_lines(one))
     for file in files:
         typer.echo(f"written: {file}", err=True)
     if any(one.alarm for one in shown.gauges):
         raise typer.Exit(ExitStatus.FINDINGS)
 
 
-app = typer.Typer(
-    help="Quality monitor: control charts, certificates of parts, drift of gauges.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-app.command()(chart)
-app.command()(certify)
-app.command()(gauge)
+app = Group("Quality monitor: control charts, certificates of parts, drift of gauges.")
+app.add_all(chart, certify, gauge)

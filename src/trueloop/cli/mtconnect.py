@@ -9,32 +9,29 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from trueloop.cli.terminal import AsJson, guarded, print_json, print_table
+from trueloop.cli.shared_options import argument, option
+from trueloop.cli.terminal import AsJson, Group, print_json, print_table
 
 if TYPE_CHECKING:
     from trueloop.controllers.mtconnect.agent import Seen
     from trueloop.controllers.mtconnect.items import Machine
 
-app = typer.Typer(
-    help="MTConnect: an adapter beside LinuxCNC, and a reader of agents.", no_args_is_help=True, rich_markup_mode=None
-)
+app = Group("MTConnect: an adapter beside LinuxCNC, and a reader of agents.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Of:
     """What is told of which machine."""
 
-    device: Annotated[str, typer.Option("--device", help="The machine's name in the device model.")] = "linuxcnc"
-    axes: Annotated[str, typer.Option("--axes", help="Letters of its axes.")] = "XZ"
+    device: Annotated[str, option("The machine's name in the device model.")] = "linuxcnc"
+    axes: Annotated[str, option("Letters of its axes.")] = "XZ"
     temperature: Annotated[
-        list[str] | None,
-        typer.Option("--temperature", metavar="NAME=PIN", help="A HAL pin that holds a temperature, °C; repeatable."),
+        list[str] | None, option("A HAL pin that holds a temperature, °C; repeatable.", metavar="NAME=PIN")
     ] = None
     correction: Annotated[
-        list[str] | None,
-        typer.Option("--correction", metavar="AXIS=PIN", help="A HAL pin that holds a correction, mm; repeatable."),
+        list[str] | None, option("A HAL pin that holds a correction, mm; repeatable.", metavar="AXIS=PIN")
     ] = None
-    part_count: Annotated[str, typer.Option("--part-count", metavar="PIN", help="A HAL pin that counts parts.")] = ""
+    part_count: Annotated[str, option("A HAL pin that counts parts.", metavar="PIN")] = ""
 
     def machine(self) -> "Machine":
         """Returns the machine of the options. Raises MTC-NAME."""
@@ -53,10 +50,8 @@ def _pairs(given: Sequence[str]) -> dict[str, str]:
 
 
 @app.command()
-@guarded
 def devices(
-    of: Of,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="The file.  [default: it is printed]")] = None,
+    of: Of, output: Annotated[Path | None, option("The file.  [default: it is printed]", "--output", "-o")] = None
 ) -> None:
     """Write Devices.xml, with which an agent is started; options as for serve."""
     from trueloop.controllers.mtconnect.items import devices_xml
@@ -71,23 +66,18 @@ def devices(
 
 
 @app.command()
-@guarded
 def serve(
     of: Of,
-    host: Annotated[str, typer.Option("--host", help="Address to listen at.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0: any that is free.")] = 7878,
+    host: Annotated[str, option("Address to listen at.")] = "127.0.0.1",
+    port: Annotated[int, option("0: any that is free.", min=0, max=65535)] = 7878,
     silent_s: Annotated[
-        float, typer.Option("--silent", metavar="S", min=0.5, help="LinuxCNC's status older than this is UNAVAILABLE.")
+        float, option("LinuxCNC's status older than this is UNAVAILABLE.", "--silent", metavar="S", min=0.5)
     ] = 2.0,
     temperature_age_s: Annotated[
-        float, typer.Option("--temperature-age", metavar="S", min=0.5, help="And temperatures older than this.")
+        float, option("And temperatures older than this.", "--temperature-age", metavar="S", min=0.5)
     ] = 60.0,
-    part_file: Annotated[
-        Path | None, typer.Option("--part-file", help="A file whose first line names the part in the machine.")
-    ] = None,
-    python: Annotated[Path, typer.Option("--python", help="The Python that has LinuxCNC's modules.")] = Path(
-        "/usr/bin/python3"
-    ),
+    part_file: Annotated[Path | None, option("A file whose first line names the part in the machine.")] = None,
+    python: Annotated[Path, option("The Python that has LinuxCNC's modules.")] = Path("/usr/bin/python3"),
 ) -> None:
     """Tell agents what LinuxCNC does, until Ctrl-C or SIGTERM (SHDR over TCP)."""
     import ipaddress
@@ -105,20 +95,14 @@ def serve(
 
 
 @app.command()
-@guarded
 def read(
-    url: Annotated[str, typer.Argument(metavar="URL", help="The agent's address, such as http://10.0.0.7:5000/lathe.")],
-    seconds: Annotated[
-        float, typer.Option("--seconds", metavar="N", min=0, help="How long; 0: what is current.")
-    ] = 0.0,
+    url: Annotated[str, argument("The agent's address, such as http://10.0.0.7:5000/lathe.", metavar="URL")],
+    seconds: Annotated[float, option("How long; 0: what is current.", metavar="N", min=0)] = 0.0,
     kind: Annotated[
-        list[str] | None,
-        typer.Option("--type", metavar="TYPE", help="Only items of it, TEMPERATURE, PROGRAM …; repeatable."),
+        list[str] | None, option("Only items of it, TEMPERATURE, PROGRAM …; repeatable.", "--type", metavar="TYPE")
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Observations to a CSV file, a new one.")] = None,
-    log: Annotated[
-        Path | None, typer.Option("--log", help="Temperatures to a log as `machine` commands read them, a new file.")
-    ] = None,
+    out: Annotated[Path | None, option("Observations to a CSV file, a new one.", "--out", "-o")] = None,
+    log: Annotated[Path | None, option("Temperatures to a log as `machine` commands read them, a new file.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Read what an agent holds: what is current, then what comes, without a gap or with it told."""

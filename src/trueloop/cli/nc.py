@@ -22,8 +22,8 @@ from trueloop.cli.program_file import (
     tables_of,
     vector_of,
 )
-from trueloop.cli.shared_options import not_negative, positive
-from trueloop.cli.terminal import AsJson, ExitStatus, as_dict, busy, guarded, print_json, say, wide_console
+from trueloop.cli.shared_options import argument, not_negative, option, positive
+from trueloop.cli.terminal import AsJson, ExitStatus, Group, as_dict, busy, print_json, say, wide_console
 from trueloop.errors import Code, Finding, Severity
 from trueloop.units import UM_PER_MM
 
@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from trueloop.nc.program.tool_path import ToolPath
 
 
-@guarded
 def check_program(file: ProgramFile, reading: Reading, tables: Tables, as_json: AsJson = False) -> None:
     """Print what is odd about a program, with its place. Exit status 1 when there is an error among it."""
     from trueloop.errors import Severity
@@ -146,12 +145,8 @@ def tell(found: Sequence[Finding], file: str | None) -> None:
 class Other:
     """How the second program is read, where that is otherwise."""
 
-    other_dialect: Annotated[
-        str | None, typer.Option("--other-dialect", metavar="D", help="Dialect of the second.  [default: as the first]")
-    ] = None
-    other_unit: Annotated[
-        Literal["mm", "inch"] | None, typer.Option("--other-unit", help="Unit of the second.  [default: as the first]")
-    ] = None
+    other_dialect: Annotated[str | None, option("Dialect of the second.  [default: as the first]", metavar="D")] = None
+    other_unit: Annotated[Literal["mm", "inch"] | None, option("Unit of the second.  [default: as the first]")] = None
 
     def reading(self, first: Reading) -> Reading:
         """That of the second program."""
@@ -159,17 +154,15 @@ class Other:
         return replace(first, dialect=dialect, unit=self.other_unit or first.unit)
 
 
-@guarded
 def difference_of_programs(
     file: ProgramFile,
     other: ProgramFile,
     reading: Reading,
     second: Other,
     tables: Tables,
-    rapids: Annotated[bool, typer.Option("--rapids", help="Compare rapid moves as well as cuts.")] = False,
+    rapids: Annotated[bool, option("Compare rapid moves as well as cuts.", "--rapids")] = False,
     tolerance_mm: Annotated[
-        float | None,
-        typer.Option("--tolerance-mm", callback=not_negative, help="Exit status 1 when they lie further apart."),
+        float | None, option("Exit status 1 when they lie further apart.", callback=not_negative)
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -235,9 +228,8 @@ class CuttingBlock:
     deviation_um: float
 
 
-@guarded
 def features_of_job(
-    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file; its touches need not exist yet.")],
+    job: Annotated[Path, argument("The job file; its touches need not exist yet.", metavar="JOB.toml")],
     as_json: AsJson = False,
 ) -> None:
     """Print which blocks of the finish program, and which tool, cut which feature; of a job with set-ups, in each.
@@ -428,16 +420,15 @@ class Displacements:
     """A field of displacements: a table, or shift, turn and scale."""
 
     table: Annotated[
-        Path | None,
-        typer.Option("--table", "-t", metavar="FIELD.csv", help="Displacements at the nodes of a grid, added."),
+        Path | None, option("Displacements at the nodes of a grid, added.", "--table", "-t", metavar="FIELD.csv")
     ] = None
-    shift: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Shift, mm; X on the radius.")] = None
+    shift: Annotated[str | None, option("Shift, mm; X on the radius.", metavar="X,Y,Z")] = None
     rotate: Annotated[
-        float | None, typer.Option(metavar="DEG", help="Turn about --axis, anticlockwise seen from its positive end.")
+        float | None, option("Turn about --axis, anticlockwise seen from its positive end.", metavar="DEG")
     ] = None
-    axis: Annotated[Literal["X", "Y", "Z"], typer.Option(help="Axis of --rotate.")] = "Z"
-    scale: Annotated[float | None, typer.Option(metavar="S", help="Scale, 1.001 for 1 mm a metre.")] = None
-    about: Annotated[str, typer.Option(metavar="X,Y,Z", help="Centre of --rotate and --scale, mm.")] = "0,0,0"
+    axis: Annotated[Literal["X", "Y", "Z"], option("Axis of --rotate.")] = "Z"
+    scale: Annotated[float | None, option("Scale, 1.001 for 1 mm a metre.", metavar="S")] = None
+    about: Annotated[str, option("Centre of --rotate and --scale, mm.", metavar="X,Y,Z")] = "0,0,0"
 
     def field(self) -> "Field":
         """The field. Raises NC-FIELD."""
@@ -468,12 +459,11 @@ class Bounds:
 
     tolerance_um: ToleranceUm = TOLERANCE_UM
     limit_um: Annotated[
-        float | None,
-        typer.Option(min=0.0, help=f"A larger one is refused.  [default: {LARGEST_UM:g} for a table, else none]"),
+        float | None, option(f"A larger one is refused.  [default: {LARGEST_UM:g} for a table, else none]", min=0.0)
     ] = None
     slope: Annotated[
         float | None,
-        typer.Option(min=0.0, help=f"A steeper one is refused, µm/mm.  [default: {STEEPEST:g} for a table, else none]"),
+        option(f"A steeper one is refused, µm/mm.  [default: {STEEPEST:g} for a table, else none]", min=0.0),
     ] = None
 
     def options(self, table: Path | None, reading: Reading, decimals: int) -> "MapOptions":
@@ -494,17 +484,17 @@ class Frame:
 
     frame: Annotated[
         Literal["program", "machine"],
-        typer.Option(
-            help="What the field's positions are: the program's own, in the work offset in force, or the machine's, "
+        option(
+            "What the field's positions are: the program's own, in the work offset in force, or the machine's, "
             "which are program + work offset + tool offset by the file of --offsets."
         ),
     ] = "program"
     offsets_file: Annotated[
         Path | None,
-        typer.Option(
+        option(
+            "A TOML file of work offsets and tools: --frame machine needs it, --frame program refuses it.",
             "--offsets",
             metavar="FILE",
-            help="A TOML file of work offsets and tools: --frame machine needs it, --frame program refuses it.",
         ),
     ] = None
 
@@ -518,17 +508,15 @@ class Frame:
         return field_in_machine(field, tables.tools, dict(tables.work_mm)) if self.offsets_file else field
 
 
-@guarded
 def map_program_file(
     file: ProgramFile,
     displacements: Displacements,
     bounds: Bounds,
     frame: Frame,
     reading: Reading,
-    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")] = None,
+    out: Annotated[Path | None, option("The program to be written.", "--out", "-o", metavar="FILE")] = None,
     dry_run: Annotated[
-        bool,
-        typer.Option("--dry-run", help="Write nothing; list every block that would be refused, exit status 1 if any."),
+        bool, option("Write nothing; list every block that would be refused, exit status 1 if any.", "--dry-run")
     ] = False,
     decimals: Decimals = 0,
     as_json: AsJson = False,
@@ -602,12 +590,11 @@ def print_mapped(file: Path, out: Path, done: "Mapped") -> None:
     typer.echo(f"written: {out}, record {done.record}")
 
 
-@guarded
 def path_of_program(
     file: ProgramFile,
     reading: Reading,
     tables: TablesAndOffsets,
-    form: Annotated[Literal["csv", "json"], typer.Option("--format", "-f", help="How to print it.")] = "csv",
+    form: Annotated[Literal["csv", "json"], option("How to print it.", "--format", "-f")] = "csv",
 ) -> None:
     """Print the tool path: a row a move with its line and column, mm, x as a radius.
 
@@ -666,16 +653,11 @@ def _say_errors(findings: "Sequence[Finding]", as_json: bool) -> bool:
     return any(found.code in (Code.NC_FLOW, Code.NC_LIMIT) for found in errors)
 
 
-@guarded
 def time_of_program(
     file: ProgramFile,
     reading: Reading,
-    rapid_mm_min: Annotated[
-        float, typer.Option("--rapid-mm-min", min=1.0, callback=positive, help="Rate of rapid moves, mm/min.")
-    ],
-    max_rpm: Annotated[
-        float | None, typer.Option("--max-rpm", min=1.0, callback=positive, help="The spindle's greatest speed, 1/min.")
-    ] = None,
+    rapid_mm_min: Annotated[float, option("Rate of rapid moves, mm/min.", min=1.0, callback=positive)],
+    max_rpm: Annotated[float | None, option("The spindle's greatest speed, 1/min.", min=1.0, callback=positive)] = None,
     offsets_file: OffsetsFile = None,
     as_json: AsJson = False,
 ) -> None:
@@ -709,15 +691,13 @@ def time_of_program(
         print(f"  tool {tool}: {seconds:.1f} s at feed")
 
 
-app = typer.Typer(
-    help="NC programs: their tool path, and what is odd about them.", no_args_is_help=True, rich_markup_mode=None
-)
-app.command("features")(features_of_job)
-app.command("map")(map_program_file)
-app.command("time")(time_of_program)
-app.command("path")(path_of_program)
-app.command("check")(check_program)
-app.command("diff")(difference_of_programs)
+app = Group("NC programs: their tool path, and what is odd about them.")
+app.add(features_of_job, "features")
+app.add(map_program_file, "map")
+app.add(time_of_program, "time")
+app.add(path_of_program, "path")
+app.add(check_program, "check")
+app.add(difference_of_programs, "diff")
 
 
 @app.command("translate", hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})

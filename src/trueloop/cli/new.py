@@ -18,7 +18,7 @@ from trueloop.cli.program_file import (
     UnitAtStart,
     parameters_of,
 )
-from trueloop.cli.shared_options import not_negative
+from trueloop.cli.shared_options import not_negative, option
 from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines
 
 HOW: Final = "Measured with a micrometer, or as points by a probe or measuring machine"
@@ -30,46 +30,28 @@ Choice = TypeVar("Choice", bound=str)
 def new(
     program: ProgramFile,
     drawing: Annotated[
-        Path | None,
-        typer.Option("--drawing", help="DXF drawing or STEP solid of the part.  [default: as the program cuts it]"),
+        Path | None, option("DXF drawing or STEP solid of the part.  [default: as the program cuts it]")
     ] = None,
     nose_radius_mm: Annotated[
-        float | None,
-        typer.Option(
-            "--nose-radius-mm", callback=not_negative, help="Radius of the finishing tool's nose.  [asked for]"
-        ),
+        float | None, option("Radius of the finishing tool's nose.  [asked for]", callback=not_negative)
     ] = None,
-    name: Annotated[
-        str | None, typer.Option("--name", help="What the part is called.  [asked for; default: the program's name]")
-    ] = None,
+    name: Annotated[str | None, option("What the part is called.  [asked for; default: the program's name]")] = None,
     measured: Annotated[
         Literal["gauge", "points"] | None,
-        typer.Option(
-            "--measured",
-            help="With a micrometer (gauge), or by a probe or measuring machine (points).  [asked for; default: gauge]",
-        ),
+        option("With a micrometer (gauge), or by a probe or measuring machine (points).  [asked for; default: gauge]"),
     ] = None,
-    folder: Annotated[
-        Path | None, typer.Option("--folder", help="Where the job goes.  [default: a folder with the part's name]")
-    ] = None,
-    tool: Annotated[
-        int | None, typer.Option("--tool", min=1, help="Number of the tool's offset at the control.")
-    ] = None,
+    folder: Annotated[Path | None, option("Where the job goes.  [default: a folder with the part's name]")] = None,
+    tool: Annotated[int | None, option("Number of the tool's offset at the control.", min=1)] = None,
     dialect: DialectName = None,
     unit: UnitAtStart = None,
     settings: Settings = None,
-    lines: Annotated[
-        tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
-    ] = None,
+    lines: Annotated[tuple[int, int] | None, option("First and last line of the finish pass.")] = None,
     side: OfSide = "outside",
     tip: OfTip = None,
     accept_unknown_words: AcceptUnknown = False,
-    outline: Annotated[
-        int | None, typer.Option("--outline", min=1, help="Which contour of the drawing, where that side has several.")
-    ] = None,
+    outline: Annotated[int | None, option("Which contour of the drawing, where that side has several.", min=1)] = None,
     zero: Annotated[
-        Literal["drawing", "free-end", "chuck-end"],
-        typer.Option("--zero", help="From where z of a DXF drawing is counted."),
+        Literal["drawing", "free-end", "chuck-end"], option("From where z of a DXF drawing is counted.")
     ] = "drawing",
     as_json: AsJson = False,
 ) -> None:

@@ -5,24 +5,19 @@ from typing import Annotated, Literal
 
 import typer
 
-from trueloop.cli.shared_options import Control, UnitOption
-from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines, put
+from trueloop.cli.shared_options import Control, UnitOption, argument, option
+from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines, put
 
-app = typer.Typer(
-    help="Tool tables of controls: read, and written with the offset of a correction.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
+app = Group("Tool tables of controls: read, and written with the offset of a correction.")
 
 OfCorrection = Annotated[
-    Path, typer.Argument(metavar="JOB.toml|RECORD.json", help="The correction: its record, or its job, computed anew.")
+    Path, argument("The correction: its record, or its job, computed anew.", metavar="JOB.toml|RECORD.json")
 ]
 
 
 @app.command()
-@guarded
 def read(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A control's tool table: docs/offsets.md lists them.")],
+    file: Annotated[Path, argument("A control's tool table: docs/offsets.md lists them.", metavar="FILE")],
     unit: UnitOption = None,
     as_json: AsJson = False,
 ) -> None:
@@ -38,11 +33,10 @@ def read(
 
 
 @app.command()
-@guarded
 def apply(
     correction: OfCorrection,
-    table: Annotated[Path, typer.Option("--table", "-t", help="The control's tool table as it is in force.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The new table to write.")],
+    table: Annotated[Path, option("The control's tool table as it is in force.", "--table", "-t")],
+    output: Annotated[Path, option("The new table to write.", "--output", "-o")],
     unit: UnitOption = None,
     as_json: AsJson = False,
 ) -> None:
@@ -60,17 +54,15 @@ def apply(
 
 
 @app.command()
-@guarded
 def program(
     correction: OfCorrection,
     control: Annotated[
-        Control | None, typer.Option("--control", "-c", help="The control.  [default: the corrected program's]")
+        Control | None, option("The control.  [default: the corrected program's]", "--control", "-c")
     ] = None,
     x_is: Annotated[
-        Literal["radius", "diameter"] | None,
-        typer.Option("--x-is", help="How another control than the program's counts offsets on X."),
+        Literal["radius", "diameter"] | None, option("How another control than the program's counts offsets on X.")
     ] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write.  [default: stdout]")] = None,
+    output: Annotated[Path | None, option("File to write.  [default: stdout]", "--output", "-o")] = None,
 ) -> None:
     """Write the offset of a correction as a small program in the control's own words, to be run once."""
     from trueloop.jobs.turned.tool_offsets import offset_words

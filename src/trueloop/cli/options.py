@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, get_type_hints
 import typer
 
 from trueloop.cli.program_file import Reading
-from trueloop.cli.shared_options import positive
+from trueloop.cli.shared_options import option, positive
 from trueloop.domain.option import LIMITS, MAP_OPTIONS, MapOptions
 from trueloop.units import UM_PER_MM
 
@@ -72,11 +72,10 @@ LARGEST_UM: Final[float] = LIMITS["correction_mm"].default
 STEEPEST: Final[float] = LIMITS["slope"].default
 TOLERANCE_UM: Final[float] = MAP_OPTIONS["tolerance_mm"].default
 
-LimitUm = Annotated[float, typer.Option("--limit-um", min=0.0, help=LIMITS["correction_mm"].option.meaning)]
-Slope = Annotated[float, typer.Option("--slope", min=0.0, help=f"{LIMITS['slope'].option.meaning[:-1]}, µm/mm.")]
+LimitUm = Annotated[float, option(LIMITS["correction_mm"].option.meaning, "--limit-um", min=0.0)]
+Slope = Annotated[float, option(f"{LIMITS['slope'].option.meaning[:-1]}, µm/mm.", "--slope", min=0.0)]
 ToleranceUm = Annotated[
-    float,
-    typer.Option("--tolerance-um", min=0.001, callback=positive, help=MAP_OPTIONS["tolerance_mm"].option.meaning),
+    float, option(MAP_OPTIONS["tolerance_mm"].option.meaning, "--tolerance-um", min=0.001, callback=positive)
 ]
 
 
@@ -94,19 +93,16 @@ def map_options(reading: Reading, decimals: int, tolerance_um: float, limit_um: 
 
 Db = Annotated[
     str | None,
-    typer.Option(
-        "--db",
-        metavar="FILE|URL",
-        help="Store to keep it in.  [default: store.db of the job, else trueloop.db beside it]",
+    option(
+        "Store to keep it in.  [default: store.db of the job, else trueloop.db beside it]", "--db", metavar="FILE|URL"
     ),
 ]
-NoStore = Annotated[bool, typer.Option("--no-store", help="Work without a store, whatever the job states.")]
+NoStore = Annotated[bool, option("Work without a store, whatever the job states.", "--no-store")]
 Supersede = Annotated[
-    bool, typer.Option("--supersede", help="Replace a stored version that differs; the old one is kept as history.")
+    bool, option("Replace a stored version that differs; the old one is kept as history.", "--supersede")
 ]
 Accept = Annotated[
-    list[str] | None,
-    typer.Option("--accept", metavar="CODE", help="Store despite this refusal, e.g. --accept STO-CLOCK."),
+    list[str] | None, option("Store despite this refusal, e.g. --accept STO-CLOCK.", "--accept", metavar="CODE")
 ]
 
 AcceptRefused = Annotated[

@@ -6,24 +6,23 @@ from typing import Annotated, Literal
 import typer
 
 from trueloop.cli.options import StoreChoice, kept_as_dict, print_findings
-from trueloop.cli.shared_options import positive
-from trueloop.cli.terminal import AsJson, guarded, print_json, put
+from trueloop.cli.shared_options import argument, option, positive
+from trueloop.cli.terminal import AsJson, Group, print_json, put
 
-app = typer.Typer(no_args_is_help=True, help="Plan touches, write probing programs, read what the control logged.")
+app = Group("Plan touches, write probing programs, read what the control logged.")
 
 Control = Literal["linuxcnc", "fanuc", "haas", "renishaw", "siemens", "ge2000t"]
 """As `trueloop.controllers.probing.WRITERS` has them; a test compares."""
 
-Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job; its key `gauging.probe` names the probe.")]
-OfControl = Annotated[Control, typer.Option("--control", "-c", help="The control.")]
+Job = Annotated[Path, argument("The job; its key `gauging.probe` names the probe.", metavar="JOB.toml")]
+OfControl = Annotated[Control, option("The control.", "--control", "-c")]
 OfSetup = Annotated[
-    str | None, typer.Option("--setup", help="The set-up in which the part is clamped, where the job has several.")
+    str | None, option("The set-up in which the part is clamped, where the job has several.", "--setup")
 ]
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write.  [default: stdout]")]
+Output = Annotated[Path | None, option("File to write.  [default: stdout]", "--output", "-o")]
 
 
 @app.command()
-@guarded
 def plan(job: Job, setup: OfSetup = None, as_json: AsJson = False) -> None:
     """Show every touch: point, feature, contact, approach and the way there, free of collisions."""
     from trueloop.jobs.measure.probing import read_probing
@@ -52,14 +51,11 @@ def plan(job: Job, setup: OfSetup = None, as_json: AsJson = False) -> None:
 
 
 @app.command()
-@guarded
 def program(
     job: Job,
     control: OfControl,
     output: Output = None,
-    trials: Annotated[
-        int, typer.Option("--trials", min=1, max=1000, metavar="N", help="Touch all points in turn so many times.")
-    ] = 1,
+    trials: Annotated[int, option("Touch all points in turn so many times.", min=1, max=1000, metavar="N")] = 1,
     setup: OfSetup = None,
 ) -> None:
     """Write the probing program for a control."""
@@ -75,19 +71,15 @@ def program(
 
 
 @app.command()
-@guarded
 def read(
     job: Job,
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="What the control wrote.")],
+    log: Annotated[Path, argument("What the control wrote.", metavar="LOG")],
     control: OfControl,
     store: StoreChoice,
     output: Output = None,
-    serial: Annotated[
-        str | None, typer.Option("--serial", help="Serial number of the part.  [default: part.serial of the job]")
-    ] = None,
+    serial: Annotated[str | None, option("Serial number of the part.  [default: part.serial of the job]")] = None,
     points: Annotated[
-        Path | None,
-        typer.Option("--points", metavar="CSV", help="List of the points that were touched.  [default: the job's]"),
+        Path | None, option("List of the points that were touched.  [default: the job's]", metavar="CSV")
     ] = None,
     setup: OfSetup = None,
     as_json: AsJson = False,
@@ -115,12 +107,11 @@ def read(
 
 
 @app.command()
-@guarded
 def trials(
     job: Job,
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="What the control wrote.")],
+    log: Annotated[Path, argument("What the control wrote.", metavar="LOG")],
     control: OfControl,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="File for the repeats.")] = None,
+    output: Annotated[Path | None, option("File for the repeats.", "--output", "-o")] = None,
     setup: OfSetup = None,
     as_json: AsJson = False,
 ) -> None:
@@ -162,15 +153,14 @@ def trials(
 
 
 @app.command()
-@guarded
 def calibrate(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="Touches on the sphere or ring, as logged.")],
+    log: Annotated[Path, argument("Touches on the sphere or ring, as logged.", metavar="LOG")],
     control: OfControl,
-    radius_mm: Annotated[float, typer.Option("--radius-mm", callback=positive, help="Radius of the sphere or ring.")],
-    ring: Annotated[bool, typer.Option("--ring", help="A ring, touched from inside.")] = False,
-    lobes: Annotated[int, typer.Option("--lobes", help="Legs of the probe's switch.", min=1)] = 3,
-    inch: Annotated[bool, typer.Option("--inch", help="The log is in inches.")] = False,
-    x_is: Annotated[Literal["radius", "diameter"], typer.Option("--x-is", help="What X is in the log.")] = "diameter",
+    radius_mm: Annotated[float, option("Radius of the sphere or ring.", callback=positive)],
+    ring: Annotated[bool, option("A ring, touched from inside.", "--ring")] = False,
+    lobes: Annotated[int, option("Legs of the probe's switch.", min=1)] = 3,
+    inch: Annotated[bool, option("The log is in inches.", "--inch")] = False,
+    x_is: Annotated[Literal["radius", "diameter"], option("What X is in the log.")] = "diameter",
 ) -> None:
     """Print the table [calibration] of a probe file: effective ball radius and lobing."""
     from trueloop.formats.jobs.probe_toml import calibration_toml

@@ -8,59 +8,54 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from trueloop.cli.shared_options import argument, option
+
 if TYPE_CHECKING:
     from trueloop.formats.tables.offsets_toml import OffsetTables
     from trueloop.nc.program.cutter_tool import CutterTool
     from trueloop.nc.program.program import Program
     from trueloop.nc.program.tool_path import ToolPath
 
-ProgramFile = Annotated[Path, typer.Argument(metavar="FILE", help="The NC program.")]
+ProgramFile = Annotated[Path, argument("The NC program.", metavar="FILE")]
 DialectName = Annotated[
-    str | None,
-    typer.Option("--dialect", "-d", metavar="D", help="ge2000t, linuxcnc, siemens …  [default: from the program]"),
+    str | None, option("ge2000t, linuxcnc, siemens …  [default: from the program]", "--dialect", "-d", metavar="D")
 ]
 OfSide = Annotated[
-    Literal["outside", "inside"], typer.Option("--side", help="Whether the finish pass turns an outside or a bore.")
+    Literal["outside", "inside"], option("Whether the finish pass turns an outside or a bore.", "--side")
 ]
 OfTip = Annotated[
     int | None,
-    typer.Option(
+    option(
+        "Orientation, by the control's number, of the tip that the program moves without G41 or G42.  "
+        "[default: it moves the nose's centre]",
         "--tip",
         min=0,
         max=9,
-        help="Orientation, by the control's number, of the tip that the program moves without G41 or G42.  "
-        "[default: it moves the nose's centre]",
     ),
 ]
 AcceptUnknown = Annotated[
-    bool,
-    typer.Option("--accept-unknown-words", help="Go on although words or codes are unknown: taken to move nothing."),
+    bool, option("Go on although words or codes are unknown: taken to move nothing.", "--accept-unknown-words")
 ]
 Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", "-s", metavar="P=V", help="Value of a parameter, as P46=3.52; may be repeated."),
+    list[str] | None, option("Value of a parameter, as P46=3.52; may be repeated.", "--set", "-s", metavar="P=V")
 ]
-SkippedBlocks = Annotated[
-    bool, typer.Option("--skipped-blocks", help="Run the blocks that start with a slash as well.")
-]
+SkippedBlocks = Annotated[bool, option("Run the blocks that start with a slash as well.", "--skipped-blocks")]
 
 UnitAtStart = Annotated[
     Literal["mm", "inch"] | None,
-    typer.Option("--unit", help="Unit in force at the start of a program that does not state its own."),
+    option("Unit in force at the start of a program that does not state its own.", "--unit"),
 ]
 Decimals = Annotated[
     int,
-    typer.Option(
-        "--decimals", min=0, max=9, help="Decimals of new coordinates, where the control and the program have fewer."
-    ),
+    option("Decimals of new coordinates, where the control and the program have fewer.", "--decimals", min=0, max=9),
 ]
 
 OffsetsFile = Annotated[
     Path | None,
-    typer.Option(
+    option(
+        "A TOML file of work offsets and tools, with the offsets that T0101 adds; the command line comes first.",
         "--offsets",
         metavar="FILE",
-        help="A TOML file of work offsets and tools, with the offsets that T0101 adds; the command line comes first.",
     ),
 ]
 
@@ -105,13 +100,13 @@ class Tables:
 
     tools: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "A tool for G41, G42 and G43, as 2=R0.4,Q3 or 2=R5,L120: number, radius in mm, tip on a lathe, "
+            "length; may be repeated. "
+            "The path is then that of the controlled point.  [default: the programmed contour]",
             "--tool",
             "-t",
             metavar="[N=]R[,Q][,L]",
-            help="A tool for G41, G42 and G43, as 2=R0.4,Q3 or 2=R5,L120: number, radius in mm, tip on a lathe, "
-            "length; may be repeated. "
-            "The path is then that of the controlled point.  [default: the programmed contour]",
         ),
     ] = None
     offsets_file: OffsetsFile = None
@@ -128,11 +123,11 @@ class TablesAndOffsets(Tables):
 
     offsets: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "Where the zero of a work offset is, as G54=0,0,-120 or G54.1P2=…: machine coordinates in mm, x a "
+            "radius; may be repeated.  [default: 0,0,0]",
             "--offset",
             metavar="G=X,Y,Z",
-            help="Where the zero of a work offset is, as G54=0,0,-120 or G54.1P2=…: machine coordinates in mm, x a "
-            "radius; may be repeated.  [default: 0,0,0]",
         ),
     ] = None
 

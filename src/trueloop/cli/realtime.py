@@ -13,8 +13,8 @@ import typer
 
 from trueloop.cli.options import NoStore, chosen
 from trueloop.cli.program_file import parameters_of, vector_of
-from trueloop.cli.shared_options import positive
-from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines, wide_console
+from trueloop.cli.shared_options import argument, option, positive
+from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines, wide_console
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
@@ -26,20 +26,17 @@ if TYPE_CHECKING:
     from trueloop.realtime.judge import Judged
     from trueloop.realtime.largest import Extent
 
-SamplesFile = Annotated[
-    Path, typer.Argument(metavar="SAMPLES.csv", help="A run, as `trueloop realtime watch` records.")
-]
-ModelFile = Annotated[Path, typer.Argument(metavar="MODEL.json", help="The model that the image was made from.")]
-ImageFile = Annotated[Path | None, typer.Argument(metavar="[IMAGE]", help="The image: its table, tool and gate.")]
+SamplesFile = Annotated[Path, argument("A run, as `trueloop realtime watch` records.", metavar="SAMPLES.csv")]
+ModelFile = Annotated[Path, argument("The model that the image was made from.", metavar="MODEL.json")]
+ImageFile = Annotated[Path | None, argument("The image: its table, tool and gate.", metavar="[IMAGE]")]
 
 
-@guarded
 def check(
     samples: SamplesFile,
     model: ModelFile,
     image: ImageFile = None,
-    limit_nm: Annotated[float, typer.Option("--limit-nm", min=0.0, help="Most that may be left, nm RMS.")] = 2.0,
-    slew: Annotated[float, typer.Option(min=1e-6, help="What `rtec.slew` was, mm/s.")] = 5.0,
+    limit_nm: Annotated[float, option("Most that may be left, nm RMS.", min=0.0)] = 2.0,
+    slew: Annotated[float, option("What `rtec.slew` was, mm/s.", min=1e-6)] = 5.0,
     as_json: AsJson = False,
 ) -> None:
     """Judge a recorded run by the model itself. Exit status 1 when more is left, or a step was beyond the slew."""
@@ -55,10 +52,9 @@ def check(
         raise typer.Exit(ExitStatus.FINDINGS)
 
 
-@guarded
 def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")] = Path("out/realtime"),
-    seed: Annotated[int, typer.Option(help="Of all noise.")] = 0,
+    output: Annotated[Path, option("Folder for the results.", "--output", "-o")] = Path("out/realtime"),
+    seed: Annotated[int, option("Of all noise.")] = 0,
     as_json: AsJson = False,
 ) -> None:
     """LinuxCNC turns a part on a virtual lathe that warms up, without the corrector and with it."""
@@ -105,24 +101,14 @@ def _demo_figures(made: "Demo") -> dict[str, object]:
     return {"parts": parts, "ratios": made.ratios, "left_um": made.causes_um, "judged": _figures(made.judged)}
 
 
-@guarded
 def hal(
-    ini: Annotated[Path, typer.Argument(metavar="INI", help="The INI file that LinuxCNC is started with.")],
-    image: Annotated[
-        Path | None, typer.Option("--image", help="The image: its signals and its machine's serial go into the lines.")
-    ] = None,
-    serial: Annotated[
-        str | None, typer.Option(help="Refuse an image for a machine with another serial number.")
-    ] = None,
+    ini: Annotated[Path, argument("The INI file that LinuxCNC is started with.", metavar="INI")],
+    image: Annotated[Path | None, option("The image: its signals and its machine's serial go into the lines.")] = None,
+    serial: Annotated[str | None, option("Refuse an image for a machine with another serial number.")] = None,
     job: Annotated[
-        Path | None,
-        typer.Option(
-            "--job", metavar="JOB.toml", help="Refuse an image for another machine, program or tool than the job's."
-        ),
+        Path | None, option("Refuse an image for another machine, program or tool than the job's.", metavar="JOB.toml")
     ] = None,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Also the lines of a sampler, for `trueloop realtime watch`.")
-    ] = False,
+    watch: Annotated[bool, option("Also the lines of a sampler, for `trueloop realtime watch`.", "--watch")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Print the lines to change and to add so that the corrector stands between motion and the drives, and why.
@@ -167,23 +153,21 @@ class OfMachine:
     """Which machine, and where it may be sent."""
 
     model: Annotated[
-        Path | None,
-        typer.Option("--model", "-m", metavar="MODEL.json", help="The machine's model, beside a job or a correction."),
+        Path | None, option("The machine's model, beside a job or a correction.", "--model", "-m", metavar="MODEL.json")
     ] = None
-    serial: Annotated[str | None, typer.Option(help="Refuse a model of a machine with another serial number.")] = None
+    serial: Annotated[str | None, option("Refuse a model of a machine with another serial number.")] = None
     tool: Annotated[
         str | None,
-        typer.Option(
+        option(
+            "Tool point from the last axis' frame while no tool offset is in force, mm.  [default: 0,0,0]",
             metavar="X,Y,Z",
-            help="Tool point from the last axis' frame while no tool offset is in force, mm.  [default: 0,0,0]",
         ),
     ] = None
     travel: Annotated[
-        list[str] | None,
-        typer.Option(metavar="X=LOW,HIGH", help="Where a drive may be sent, mm.  [default: the model's travel]"),
+        list[str] | None, option("Where a drive may be sent, mm.  [default: the model's travel]", metavar="X=LOW,HIGH")
     ] = None
     standing: Annotated[
-        list[str] | None, typer.Option(metavar="A", help="A rotary axis that stands at 0 while the image is in use.")
+        list[str] | None, option("A rotary axis that stands at 0 while the image is in use.", metavar="A")
     ] = None
 
 
@@ -193,11 +177,10 @@ class OfSignals:
 
     ranges: Annotated[
         list[str] | None,
-        typer.Option("--range", metavar="T1=LOW,HIGH", help="Range of a signal.  [default: that of the model's data]"),
+        option("Range of a signal.  [default: that of the model's data]", "--range", metavar="T1=LOW,HIGH"),
     ] = None
     steps: Annotated[
-        list[str] | None,
-        typer.Option("--step", metavar="T1=V", help="Largest step between two readings.  [default: 2 °C]"),
+        list[str] | None, option("Largest step between two readings.  [default: 2 °C]", "--step", metavar="T1=V")
     ] = None
 
 
@@ -207,39 +190,37 @@ class OfTable:
 
     origin: Annotated[
         str | None,
-        typer.Option(
-            metavar="X,Z",
-            help="Machine coordinates of the program's zero, X as a radius, mm: work offset plus tool offset.  "
+        option(
+            "Machine coordinates of the program's zero, X as a radius, mm: work offset plus tool offset.  "
             "[default: as [machine] of the job says]",
+            metavar="X,Z",
         ),
     ] = None
-    tip: Annotated[int, typer.Option(min=0, max=9, help="LinuxCNC's orientation of the tool, where G41 is used.")] = 0
+    tip: Annotated[int, option("LinuxCNC's orientation of the tool, where G41 is used.", min=0, max=9)] = 0
     db: Annotated[
         str | None,
-        typer.Option(
-            "--db",
-            metavar="FILE|URL",
-            help="Store of a record, and of a job's earlier parts.  "
+        option(
+            "Store of a record, and of a job's earlier parts.  "
             "[default: store.db of the job, else trueloop.db beside it]",
+            metavar="FILE|URL",
         ),
     ] = None
     no_store: NoStore = False
 
 
-@guarded
 def image(
     source: Annotated[
-        str, typer.Argument(metavar="SOURCE", help="MODEL.json, JOB.toml, record.json, or the id of a kept record.")
+        str, argument("MODEL.json, JOB.toml, record.json, or the id of a kept record.", metavar="SOURCE")
     ],
-    out: Annotated[Path, typer.Option("--output", "-o", metavar="FILE.img", help="The image.")],
+    out: Annotated[Path, option("The image.", "--output", "-o", metavar="FILE.img")],
     of_machine: OfMachine,
     of_signals: OfSignals,
     of_table: OfTable,
     limit_um: Annotated[
-        float, typer.Option(min=0.001, callback=positive, help="Largest correction of an axis that may pass.")
+        float, option("Largest correction of an axis that may pass.", min=0.001, callback=positive)
     ] = 150.0,
     gate_um: Annotated[
-        float, typer.Option(min=0.001, callback=positive, help="How far off its path a row of the table still holds.")
+        float, option("How far off its path a row of the table still holds.", min=0.001, callback=positive)
     ] = 100.0,
     as_json: AsJson = False,
 ) -> None:
@@ -258,14 +239,11 @@ def image(
     _image_print(made.image, made.extent, out, content, as_json)
 
 
-@guarded
 def show(
-    file: Annotated[Path, typer.Argument(metavar="FILE.img", help="As `trueloop realtime image` wrote it.")],
-    serial: Annotated[
-        str | None, typer.Option(help="Refuse an image for a machine with another serial number.")
-    ] = None,
+    file: Annotated[Path, argument("As `trueloop realtime image` wrote it.", metavar="FILE.img")],
+    serial: Annotated[str | None, option("Refuse an image for a machine with another serial number.")] = None,
     program: Annotated[
-        Path | None, typer.Option(metavar="PROGRAM", help="Refuse an image whose table is for another program.")
+        Path | None, option("Refuse an image whose table is for another program.", metavar="PROGRAM")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -326,15 +304,9 @@ def _pair(text: str, option: str) -> tuple[float, float]:
     return first, second
 
 
-@guarded
 def install(
-    to: Annotated[
-        Path | None, typer.Option("--to", help="Folder for rtec.so.  [default: LinuxCNC's folder of modules]")
-    ] = None,
-    keep_source: Annotated[
-        Path | None,
-        typer.Option("--keep-source", help="Folder for what was compiled: C, header and object file."),
-    ] = None,
+    to: Annotated[Path | None, option("Folder for rtec.so.  [default: LinuxCNC's folder of modules]")] = None,
+    keep_source: Annotated[Path | None, option("Folder for what was compiled: C, header and object file.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compile the component for this computer's LinuxCNC and install it.
@@ -364,19 +336,16 @@ def install(
     print_lines(lines)
 
 
-ConfigFile = Annotated[
-    Path, typer.Argument(metavar="CONFIG.toml", help="Sources, and which signal is found where in them.")
-]
+ConfigFile = Annotated[Path, argument("Sources, and which signal is found where in them.", metavar="CONFIG.toml")]
 
 
-@guarded
 def signals(
     file: ConfigFile,
     check: Annotated[
-        bool, typer.Option("--check", help="Read every source once, print values and ages; needs no LinuxCNC.")
+        bool, option("Read every source once, print values and ages; needs no LinuxCNC.", "--check")
     ] = False,
     wait_s: Annotated[
-        float, typer.Option("--wait", metavar="S", min=0.1, max=600, help="How long --check waits for a source, s.")
+        float, option("How long --check waits for a source, s.", "--wait", metavar="S", min=0.1, max=600)
     ] = 5.0,
     as_json: AsJson = False,
 ) -> None:
@@ -411,25 +380,20 @@ def _print(found: "list[Checked]", *, as_json: bool) -> None:
     wide_console().print(table)
 
 
-@guarded
 def watch(
     out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="DIR", help="Folder of the record.  [default: watch-DATE-TIME]"),
+        Path | None, option("Folder of the record.  [default: watch-DATE-TIME]", "--out", "-o", metavar="DIR")
     ] = None,
     image: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The image that the corrector has loaded: names its signals.")
+        Path | None, option("The image that the corrector has loaded: names its signals.", metavar="FILE")
     ] = None,
-    seconds: Annotated[float | None, typer.Option("--for", metavar="SECONDS", min=0.1, help="Stop after that.")] = None,
-    host: Annotated[str, typer.Option(help="Address at which the live page is served.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Port of the live page; 0: a free one.", min=0, max=65535)] = 0,
-    rows: Annotated[int, typer.Option(help="Rows of one file of the record.", min=1000)] = 3_600_000,
-    keep: Annotated[
-        int | None, typer.Option(help="Keep this many files, the last ones.  [default: all]", min=1)
-    ] = None,
+    seconds: Annotated[float | None, option("Stop after that.", "--for", metavar="SECONDS", min=0.1)] = None,
+    host: Annotated[str, option("Address at which the live page is served.")] = "127.0.0.1",
+    port: Annotated[int, option("Port of the live page; 0: a free one.", min=0, max=65535)] = 0,
+    rows: Annotated[int, option("Rows of one file of the record.", min=1000)] = 3_600_000,
+    keep: Annotated[int | None, option("Keep this many files, the last ones.  [default: all]", min=1)] = None,
     cell: Annotated[
-        Path | None,
-        typer.Option(metavar="CELL.toml", help="Settings of the machine's cell: its service shows the trace too."),
+        Path | None, option("Settings of the machine's cell: its service shows the trace too.", metavar="CELL.toml")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -468,17 +432,10 @@ def watch(
 STOPS = (signal.SIGINT, signal.SIGTERM)
 
 
-app = typer.Typer(
-    help="The machine's errors corrected in the servo thread of LinuxCNC: image, component, signals, watching.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
+app = Group("The machine's errors corrected in the servo thread of LinuxCNC: image, component, signals, watching.")
+app.add_all(image, install, hal, show, signals, watch, check, demo)
 
 
 @app.callback()
 def _real_time() -> None:
     pass
-
-
-for command in (image, install, hal, show, signals, watch, check, demo):
-    app.command()(command)

@@ -5,13 +5,10 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli.terminal import AsJson, guarded, print_json
+from trueloop.cli.shared_options import argument
+from trueloop.cli.terminal import AsJson, Group, print_json
 
-app = typer.Typer(
-    help="Records of corrections: what was corrected, from what, by which model.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
+app = Group("Records of corrections: what was corrected, from what, by which model.")
 
 
 @app.callback()
@@ -19,10 +16,9 @@ def _commands() -> None:
     """Makes typer keep the name of a single command."""
 
 
-@app.command("show")
-@guarded
+@app.command()
 def show(
-    file: Annotated[Path, typer.Argument(metavar="RECORD.json", help="A record.json or STEM.record.json.")],
+    file: Annotated[Path, argument("A record.json or STEM.record.json.", metavar="RECORD.json")],
     as_json: AsJson = False,
 ) -> None:
     """Show what was corrected, from what, by which model, within which limits, what was decided, by whom and when."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
-from trueloop.cli.shared_options import Control, Db, Page, positive
-from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines, print_table
+from trueloop.cli.shared_options import Control, Db, Page, argument, option, positive
+from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines, print_table
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
@@ -19,9 +19,7 @@ if TYPE_CHECKING:
     from trueloop.report.series.values import SeriesShape
     from trueloop.storage.store import Store
 
-Files = Annotated[
-    list[Path], typer.Argument(metavar="FILE…", help="What a gauge or a measuring machine wrote of finished parts.")
-]
+Files = Annotated[list[Path], argument("What a gauge or a measuring machine wrote of finished parts.", metavar="FILE…")]
 NONE = "none"
 
 
@@ -30,30 +28,26 @@ class Said:
     """What the files do not say."""
 
     part_type: Annotated[
-        str | None, typer.Option("--type", "-t", help="Name of the part type.  [default: what the file says]")
+        str | None, option("Name of the part type.  [default: what the file says]", "--type", "-t")
     ] = None
-    serial: Annotated[str | None, typer.Option("--serial", help="Serial number, of a file of one part without.")] = None
-    unit: Annotated[
-        Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
-    ] = None
-    mapping: Annotated[
-        Path | None, typer.Option("--mapping", "-m", help="TOML file that says what columns and names mean.")
-    ] = None
+    serial: Annotated[str | None, option("Serial number, of a file of one part without.")] = None
+    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]")] = None
+    mapping: Annotated[Path | None, option("TOML file that says what columns and names mean.", "--mapping", "-m")] = (
+        None
+    )
     take_nominal: Annotated[
-        bool, typer.Option("--take-nominal", help="Do not flag parts whose values are exactly nominal as left out.")
+        bool, option("Do not flag parts whose values are exactly nominal as left out.", "--take-nominal")
     ] = False
     cut_with: Annotated[
         list[str] | None,
-        typer.Option(
-            "--cut-with",
-            metavar="ID",
-            help="An accepted proposal that was in force when the parts were cut, several times; `none`: no proposal "
+        option(
+            "An accepted proposal that was in force when the parts were cut, several times; `none`: no proposal "
             "was.  [default: all that were accepted before]",
+            metavar="ID",
         ),
     ] = None
 
 
-@guarded
 def add(files: Files, said: Said, db: Db = None, as_json: AsJson = False) -> None:
     """Take inspections of finished parts into the store, each file whole or not at all."""
     from trueloop.formats.inspections.measured_file import Stated
@@ -105,15 +99,15 @@ AGE_H: Final = 168.0
 class Which:
     """Selects the series."""
 
-    part_type: Annotated[
-        str | None, typer.Option("--type", "-t", help="The part type.  [default: the only one in the store]")
-    ] = None
+    part_type: Annotated[str | None, option("The part type.  [default: the only one in the store]", "--type", "-t")] = (
+        None
+    )
     characteristic: Annotated[
         list[str] | None,
-        typer.Option("--characteristic", "-c", help="Of this characteristic alone; several times.  [default: all]"),
+        option("Of this characteristic alone; several times.  [default: all]", "--characteristic", "-c"),
     ] = None
     take_nominal: Annotated[
-        bool, typer.Option("--take-nominal", help="Use parts whose values are exactly nominal, as if filled in.")
+        bool, option("Use parts whose values are exactly nominal, as if filled in.", "--take-nominal")
     ] = False
 
     def book(self, store: "Store", options: "SeriesOptions") -> "Book":
@@ -140,26 +134,21 @@ class Override(StrEnum):
     ALARM = "alarm"
 
 
-Id = Annotated[str, typer.Argument(metavar="ID", help="The proposal's id, or its beginning.")]
-Who = Annotated[str | None, typer.Option("--who", help="Who decides.  [default: the user's name]")]
-Why = Annotated[str, typer.Option("--why", help="For the record.")]
+Id = Annotated[str, argument("The proposal's id, or its beginning.", metavar="ID")]
+Who = Annotated[str | None, option("Who decides.  [default: the user's name]", "--who")]
+Why = Annotated[str, option("For the record.", "--why")]
 
 
-@guarded
 def propose(
     which: Which,
     job: Annotated[
-        Path | None,
-        typer.Option("--job", "-j", help="The job whose tool cuts the part: the offsets of its tool, dX and dZ."),
+        Path | None, option("The job whose tool cuts the part: the offsets of its tool, dX and dZ.", "--job", "-j")
     ] = None,
-    min_um: Annotated[float, typer.Option("--min-um", min=0.0, help="Smaller changes are not proposed.")] = LEAST_UM,
+    min_um: Annotated[float, option("Smaller changes are not proposed.", min=0.0)] = LEAST_UM,
     automatic: Annotated[
-        list[Class] | None,
-        typer.Option("--automatic", help="Accept proposals of this class at once; several times.  [default: none]"),
+        list[Class] | None, option("Accept proposals of this class at once; several times.  [default: none]")
     ] = None,
-    max_um: Annotated[
-        float, typer.Option("--max-um", callback=positive, help="A larger change is not accepted at once.")
-    ] = LARGEST_UM,
+    max_um: Annotated[float, option("A larger change is not accepted at once.", callback=positive)] = LARGEST_UM,
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
@@ -193,21 +182,14 @@ class Offset:
     """Where the tool offset is to be written."""
 
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="File for the tool offset.  [default: none is written]")
+        Path | None, option("File for the tool offset.  [default: none is written]", "--output", "-o")
     ] = None
-    control: Annotated[
-        Control | None,
-        typer.Option("--control", help="Write the offset in this control's words.  [default: the job's]"),
-    ] = None
-    table: Annotated[
-        Path | None, typer.Option("--table", help="Write a copy of this tool table with the offset in it.")
-    ] = None
-    table_unit: Annotated[
-        Literal["mm", "inch"] | None, typer.Option("--table-unit", help="Unit of a table that does not say its own.")
-    ] = None
+    control: Annotated[Control | None, option("Write the offset in this control's words.  [default: the job's]")] = None
+    table: Annotated[Path | None, option("Write a copy of this tool table with the offset in it.")] = None
+    table_unit: Annotated[Literal["mm", "inch"] | None, option("Unit of a table that does not say its own.")] = None
     x_is: Annotated[
         Literal["radius", "diameter"] | None,
-        typer.Option("--x-is", help="How the control counts offsets on X.  [default: as the job's program]"),
+        option("How the control counts offsets on X.  [default: as the job's program]"),
     ] = None
 
     def where(self) -> "Written | None":
@@ -223,22 +205,16 @@ class Offset:
         return Written(self.output, self.control, self.table, self.table_unit, self.x_is)
 
 
-@guarded
 def accept(
     proposal: Id,
     offset: Offset,
     who: Who = None,
     why: Why = "",
     override: Annotated[
-        list[Override] | None,
-        typer.Option("--override", help="Accept in spite of this; several times.  [default: nothing]"),
+        list[Override] | None, option("Accept in spite of this; several times.  [default: nothing]")
     ] = None,
-    max_um: Annotated[
-        float, typer.Option("--max-um", callback=positive, help="A larger change is refused.")
-    ] = LARGEST_UM,
-    max_age_h: Annotated[
-        float, typer.Option("--max-age-h", callback=positive, help="A proposal made longer ago is refused.")
-    ] = AGE_H,
+    max_um: Annotated[float, option("A larger change is refused.", callback=positive)] = LARGEST_UM,
+    max_age_h: Annotated[float, option("A proposal made longer ago is refused.", callback=positive)] = AGE_H,
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
@@ -254,7 +230,6 @@ def accept(
     _say(found, decision, as_json, None if file is None else str(file))
 
 
-@guarded
 def reject(proposal: Id, who: Who = None, why: Why = "", db: Db = None, as_json: AsJson = False) -> None:
     """Reject a proposal: it is kept with who rejected it, and why."""
     from trueloop.jobs.series import rejected
@@ -276,11 +251,10 @@ def _say(proposal: "Proposal", decision: "ProposalDecision", as_json: bool, file
 
 
 Output = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Folder for the page, the values and the table.  [default: none]")
+    Path | None, option("Folder for the page, the values and the table.  [default: none]", "--output", "-o")
 ]
 
 
-@guarded
 def status(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
     """Show each characteristic: parts, last error, level with its band, weight, drift, alarms, what is proposed."""
     from trueloop.jobs.series import status_of, write_series
@@ -303,7 +277,6 @@ def status(which: Which, page: Page, output: Output = None, db: Db = None, as_js
     _print_rest(shown, files)
 
 
-@guarded
 def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
     """Go through the stored parts in order: what would have been proposed for each, and what that would have left."""
     from trueloop.jobs.series import replay_of, write_series
@@ -321,19 +294,14 @@ def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_js
 class Shop:
     """Settings of the simulated shop."""
 
-    parts: Annotated[int, typer.Option("--parts", min=2, max=10_000, help="How many parts.")] = 30
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Another number gives another series.")] = 0
-    gain: Annotated[float, typer.Option("--gain", help="Share of a correction that arrives: 2 is twice as much.")] = 1.0
-    tool_changed_at: Annotated[
-        int | None, typer.Option("--tool-changed-at", min=2, help="Part before which the edge is changed, as is known.")
-    ] = None
-    jump_at: Annotated[
-        int | None, typer.Option("--jump-at", min=2, help="Part from which on an offset acts that nobody knows of.")
-    ] = None
-    jump_um: Annotated[float, typer.Option("--jump-um", help="That offset, on the radius.")] = 20.0
+    parts: Annotated[int, option("How many parts.", min=2, max=10_000)] = 30
+    seed: Annotated[int, option("Another number gives another series.", min=0)] = 0
+    gain: Annotated[float, option("Share of a correction that arrives: 2 is twice as much.")] = 1.0
+    tool_changed_at: Annotated[int | None, option("Part before which the edge is changed, as is known.", min=2)] = None
+    jump_at: Annotated[int | None, option("Part from which on an offset acts that nobody knows of.", min=2)] = None
+    jump_um: Annotated[float, option("That offset, on the radius.")] = 20.0
 
 
-@guarded
 def simulate(shop: Shop, page: Page, output: Output = None, as_json: AsJson = False) -> None:
     """Simulate a series that wears and warms up: what memory leaves, beside doing nothing and simpler rules."""
     from trueloop.jobs.series import WhatIf, simulated, write_series
@@ -364,15 +332,5 @@ def _print_rest(shown: "SeriesShape", files: list[str]) -> None:
         typer.echo(f"written: {file}", err=True)
 
 
-app = typer.Typer(
-    help="Series of parts: inspections of finished parts, proposals for the next one.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-app.command()(add)
-app.command()(status)
-app.command()(propose)
-app.command()(accept)
-app.command()(reject)
-app.command()(replay)
-app.command()(simulate)
+app = Group("Series of parts: inspections of finished parts, proposals for the next one.")
+app.add_all(add, status, propose, accept, reject, replay, simulate)

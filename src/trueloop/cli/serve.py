@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from trueloop.cli.shared_options import Db
+from trueloop.cli.shared_options import Db, option
 from trueloop.cli.terminal import guarded
 
 if TYPE_CHECKING:
@@ -25,28 +25,18 @@ HELD_OPEN: Final = 16
 class Where:
     """Address and port of the service."""
 
-    host: Annotated[str, typer.Option("--host", help="Address to listen at; others than this machine's need TLS.")] = (
-        "127.0.0.1"
-    )
-    port: Annotated[
-        int | None,
-        typer.Option("--port", min=0, max=65535, help="0: any that is free.  [default: 8080, with TLS 8443]"),
-    ] = None
-    tls_cert: Annotated[
-        Path | None, typer.Option("--tls-cert", metavar="FILE", help="Certificate and its chain, PEM.")
-    ] = None
-    tls_key: Annotated[Path | None, typer.Option("--tls-key", metavar="FILE", help="Its key, PEM.")] = None
+    host: Annotated[str, option("Address to listen at; others than this machine's need TLS.")] = "127.0.0.1"
+    port: Annotated[int | None, option("0: any that is free.  [default: 8080, with TLS 8443]", min=0, max=65535)] = None
+    tls_cert: Annotated[Path | None, option("Certificate and its chain, PEM.", metavar="FILE")] = None
+    tls_key: Annotated[Path | None, option("Its key, PEM.", metavar="FILE")] = None
     forwarded_allow_ips: Annotated[
         list[str] | None,
-        typer.Option(
-            "--forwarded-allow-ips",
+        option(
+            "Address of a proxy that answers TLS before it and passes X-Forwarded-For on; repeatable.",
             metavar="ADDRESS",
-            help="Address of a proxy that answers TLS before it and passes X-Forwarded-For on; repeatable.",
         ),
     ] = None
-    name: Annotated[
-        list[str] | None, typer.Option("--name", metavar="HOST", help="A name by which browsers reach it; repeatable.")
-    ] = None
+    name: Annotated[list[str] | None, option("A name by which browsers reach it; repeatable.", metavar="HOST")] = None
 
     def listening(self) -> "Listening":
         """As the server takes it."""
@@ -73,26 +63,20 @@ class Where:
 class SignOn:
     """Whom it trusts to say who signs in."""
 
-    oidc_issuer: Annotated[
-        str | None, typer.Option("--oidc-issuer", metavar="URL", help="Identity provider (OpenID Connect).")
-    ] = None
-    oidc_client_id: Annotated[str | None, typer.Option("--oidc-client-id", help="What it calls this service.")] = None
+    oidc_issuer: Annotated[str | None, option("Identity provider (OpenID Connect).", metavar="URL")] = None
+    oidc_client_id: Annotated[str | None, option("What it calls this service.")] = None
     oidc_secret_file: Annotated[
         Path | None,
-        typer.Option(
-            "--oidc-secret-file",
-            metavar="FILE",
-            help=f"The client's secret.  [default: the environment variable {SECRET}; without both, none]",
+        option(
+            f"The client's secret.  [default: the environment variable {SECRET}; without both, none]", metavar="FILE"
         ),
     ] = None
-    oidc_label: Annotated[str, typer.Option("--oidc-label", help="What the sign-in page calls it.")] = "Single sign-on"
+    oidc_label: Annotated[str, option("What the sign-in page calls it.")] = "Single sign-on"
     oidc_role_claim: Annotated[
-        str | None,
-        typer.Option("--oidc-role-claim", metavar="CLAIM", help="Claim that gives the role.  [default: the account's]"),
+        str | None, option("Claim that gives the role.  [default: the account's]", metavar="CLAIM")
     ] = None
     oidc_role: Annotated[
-        list[str] | None,
-        typer.Option("--oidc-role", metavar="VALUE=ROLE", help="Which value of it gives which role; repeatable."),
+        list[str] | None, option("Which value of it gives which role; repeatable.", metavar="VALUE=ROLE")
     ] = None
 
     def trusted(self) -> "Oidc | None":
@@ -129,9 +113,7 @@ def _role(given: str) -> "tuple[str, Role]":
 
 Links = Annotated[
     Path | None,
-    typer.Option(
-        "--links", metavar="LINKS.toml", help="Settings of links to controls, to be shown.  [default: no settings]"
-    ),
+    option("Settings of links to controls, to be shown.  [default: no settings]", "--links", metavar="LINKS.toml"),
 ]
 
 

@@ -3,36 +3,44 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 from trueloop.domain.option import Language, LengthUnit
 
-Db = Annotated[
-    str | None,
-    typer.Option("--db", metavar="FILE|URL", help="The store.  [default: trueloop.db in this folder]"),
-]
+
+def option(words: str, *names: str, **more: Any) -> Any:
+    """Declares an option: what `--help` prints of it, its names, and more as `typer.Option` takes it."""
+    return typer.Option(*names, help=words, **more)
+
+
+def argument(words: str, **more: Any) -> Any:
+    """Declares an argument: what `--help` prints of it, and more as `typer.Argument` takes it."""
+    return typer.Argument(help=words, **more)
+
+
+Db = Annotated[str | None, option("The store.  [default: trueloop.db in this folder]", "--db", metavar="FILE|URL")]
 
 Control = Literal["fanuc", "haas", "siemens", "heidenhain", "linuxcnc", "ge2000t", "okuma"]
 """As `trueloop.turned.program.wear_words` has them; a test compares."""
 
 UnitOption = Annotated[
     Literal["mm", "inch"] | None,
-    typer.Option("--unit", help="Unit of a table that does not say its own.  [default: what the table says]"),
+    option("Unit of a table that does not say its own.  [default: what the table says]", "--unit"),
 ]
 
-Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of the random errors: the same gives the same part.")]
+Seed = Annotated[int, option("Seed of the random errors: the same gives the same part.", "--seed", min=0)]
 
-ModelOption = Annotated[Path, typer.Option("--model", "-m", metavar="MODEL.json", help="The machine's model.")]
+ModelOption = Annotated[Path, option("The machine's model.", "--model", "-m", metavar="MODEL.json")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
     """How the page is shown."""
 
-    language: Annotated[Language, typer.Option("--language", help="Of the page.")] = "en"
-    unit: Annotated[LengthUnit, typer.Option("--unit", help="Of the page.")] = "mm"
+    language: Annotated[Language, option("Of the page.")] = "en"
+    unit: Annotated[LengthUnit, option("Of the page.")] = "mm"
 
 
 def positive(value: float | None) -> float | None:

@@ -3,19 +3,17 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from trueloop.cli.shared_options import Seed
-from trueloop.cli.terminal import AsJson, busy, guarded, print_json
+from trueloop.cli.shared_options import Seed, argument, option
+from trueloop.cli.terminal import AsJson, Group, busy, guarded, print_json
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.loops.simulated.simulated import SimulatedPart
     from trueloop.loops.simulated.study import Study
 
-Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job; its touches say where to touch.")]
+Job = Annotated[Path, argument("The job; its touches say where to touch.", metavar="JOB.toml")]
 Machine = Annotated[
-    Path | None, typer.Option("--machine", "-m", metavar="M.toml", help="The virtual machine.  [default: that of NIST]")
+    Path | None, option("The virtual machine.  [default: that of NIST]", "--machine", "-m", metavar="M.toml")
 ]
 
 
@@ -23,9 +21,9 @@ Machine = Annotated[
 def simulate(
     job: Job,
     machine: Machine = None,
-    parts: Annotated[int, typer.Option("--parts", "-n", min=1, help="More than one: a study of so many parts.")] = 1,
+    parts: Annotated[int, option("More than one: a study of so many parts.", "--parts", "-n", min=1)] = 1,
     seed: Seed = 0,
-    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes that a study runs on.")] = 2,
+    workers: Annotated[int, option("Processes that a study runs on.", min=1)] = 2,
     as_json: AsJson = False,
 ) -> None:
     """Semi-finish, probe, compensate, finish and measure on the virtual machine: truth beside estimate."""
@@ -57,18 +55,15 @@ def simulate(
     print_json(study_as_dict(made)) if as_json else _print_study(made)
 
 
-app = typer.Typer(no_args_is_help=True, help="Run the loop on LinuxCNC, headless, with a virtual part.")
+app = Group("Run the loop on LinuxCNC, headless, with a virtual part.")
 
 
 @app.command()
-@guarded
 def loop(
     job: Job,
     machine: Machine = None,
     seed: Seed = 0,
-    feed_override: Annotated[
-        float, typer.Option("--feed-override", min=0.1, max=10.0, help="How much faster than programmed it cuts.")
-    ] = 8.0,
+    feed_override: Annotated[float, option("How much faster than programmed it cuts.", min=0.1, max=10.0)] = 8.0,
     as_json: AsJson = False,
 ) -> None:
     """LinuxCNC runs semi-finish, probing and corrected finish program; the part is what it really drove.

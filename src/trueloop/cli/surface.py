@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.options import NoStore, StoreChoice, chosen, kept_as_dict
-from trueloop.cli.shared_options import Db, Seed, positive
-from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines
+from trueloop.cli.shared_options import Db, Seed, argument, option, positive
+from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines
 from trueloop.errors import Finding
 from trueloop.units import UM_PER_MM
 
@@ -22,13 +22,11 @@ if TYPE_CHECKING:
     from trueloop.loops.surface.surface import Part, Work
 
 
-@guarded
 def compare(
-    before: Annotated[Path, typer.Argument(metavar="BEFORE.toml", help="The job of the parts cut before.")],
-    after: Annotated[Path, typer.Argument(metavar="AFTER.toml", help="The job of the parts cut after.")],
+    before: Annotated[Path, argument("The job of the parts cut before.", metavar="BEFORE.toml")],
+    after: Annotated[Path, argument("The job of the parts cut after.", metavar="AFTER.toml")],
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job after]"),
+        Path | None, option("Folder for the results.  [default: output.folder of the job after]", "--output", "-o")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -50,10 +48,10 @@ def compare(
         print(line)
 
 
-JobFile = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; docs/surface.md explains it.")]
+JobFile = Annotated[Path, argument("The surface's job; docs/surface.md explains it.", metavar="JOB.toml")]
 
 KeepOutliers = Annotated[
-    bool, typer.Option("--keep-outliers", help="Parts of the store count although they are outlying beyond doubt.")
+    bool, option("Parts of the store count although they are outlying beyond doubt.", "--keep-outliers")
 ]
 
 
@@ -70,12 +68,7 @@ class EarlierParts:
     """Parts of a store that count with those of the job."""
 
     db: Annotated[
-        str | None,
-        typer.Option(
-            "--db",
-            metavar="FILE|URL",
-            help="Store whose parts count too.  [default: trueloop.db beside the job]",
-        ),
+        str | None, option("Store whose parts count too.  [default: trueloop.db beside the job]", metavar="FILE|URL")
     ] = None
     no_store: NoStore = False
     keep_outliers: KeepOutliers = False
@@ -91,10 +84,8 @@ class EarlierParts:
 class Workers:
     """Where the parts of a job are worked off."""
 
-    workers: Annotated[int, typer.Option("--workers", min=1, help="Local processes to share the parts among.")] = 1
-    scheduler: Annotated[
-        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, e.g. tcp://host:8786.")
-    ] = None
+    workers: Annotated[int, option("Local processes to share the parts among.", min=1)] = 1
+    scheduler: Annotated[str | None, option("A Dask scheduler, e.g. tcp://host:8786.", metavar="ADDRESS")] = None
 
     def work(self, progress: "Callable[[str], object]") -> "Work":
         """As a loop takes it."""
@@ -108,7 +99,7 @@ class Run:
     """Where the results of a job go, and where its parts are worked off."""
 
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job]")
+        Path | None, option("Folder for the results.  [default: output.folder of the job]", "--output", "-o")
     ] = None
     workers: Workers
 
@@ -135,9 +126,9 @@ class Run:
 class Nominal:
     """A nominal surface without a job."""
 
-    nominal: Annotated[Path, typer.Argument(metavar="SURFACE", help="STEP, IGES, or a CSV grid of points.")]
-    face: Annotated[int | None, typer.Option("--face", help="Which face of the CAD file, from 1.")] = None
-    flip: Annotated[bool, typer.Option("--flip", help="Turn the normals over.")] = False
+    nominal: Annotated[Path, argument("STEP, IGES, or a CSV grid of points.", metavar="SURFACE")]
+    face: Annotated[int | None, option("Which face of the CAD file, from 1.")] = None
+    flip: Annotated[bool, option("Turn the normals over.", "--flip")] = False
 
     def read(self) -> "Surface":
         """Returns the surface."""
@@ -146,17 +137,16 @@ class Nominal:
         return read_nominal(self.nominal, self.face, flip=self.flip)
 
 
-Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; its measured parts are made anew.")]
+Job = Annotated[Path, argument("The surface's job; its measured parts are made anew.", metavar="JOB.toml")]
 Machine = Annotated[
-    Path | None, typer.Option("--machine", "-m", metavar="M.toml", help="The mill.  [default: published variability]")
+    Path | None, option("The mill.  [default: published variability]", "--machine", "-m", metavar="M.toml")
 ]
 
 
-@guarded
 def simulate(
     job: Job,
     machine: Machine = None,
-    parts: Annotated[int, typer.Option("--parts", "-n", min=3, help="Parts to be cut and measured.")] = 10,
+    parts: Annotated[int, option("Parts to be cut and measured.", "--parts", "-n", min=3)] = 10,
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -190,17 +180,11 @@ def _say(figures: dict[str, object]) -> None:
     )
 
 
-app = typer.Typer(
-    help="Free-form surfaces: deviations, machining pattern, corrected surface and program.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-app.command()(simulate)
-app.command()(compare)
+app = Group("Free-form surfaces: deviations, machining pattern, corrected surface and program.")
+app.add_all(simulate, compare)
 
 
 @app.command()
-@guarded
 def deviations(job: JobFile, run: Run, as_json: AsJson = False) -> None:
     """Deviations along the normals, a CSV file a part."""
     from trueloop.formats.measurements.surface_csv import deviations_to_csv
@@ -226,7 +210,6 @@ def deviations(job: JobFile, run: Run, as_json: AsJson = False) -> None:
 
 
 @app.command()
-@guarded
 def model(job: JobFile, run: Run, as_json: AsJson = False) -> None:
     """What is deterministic and what is random in each part: a table, and a CSV file a part."""
     from trueloop.formats.measurements.surface_csv import separation_to_csv
@@ -244,14 +227,12 @@ def model(job: JobFile, run: Run, as_json: AsJson = False) -> None:
 
 
 @app.command()
-@guarded
 def pattern(
     job: JobFile,
     earlier: EarlierParts,
     run: Run,
     magnify: Annotated[
-        float,
-        typer.Option("--magnify", callback=positive, help="How many times the magnified surface shows the pattern."),
+        float, option("How many times the magnified surface shows the pattern.", callback=positive)
     ] = 100.0,
     as_json: AsJson = False,
 ) -> None:
@@ -271,7 +252,6 @@ def pattern(
 
 
 @app.command()
-@guarded
 def compensate(
     job: JobFile, run: Run, store: StoreChoice, keep_outliers: KeepOutliers = False, as_json: AsJson = False
 ) -> None:
@@ -299,7 +279,6 @@ def compensate(
 
 
 @app.command()
-@guarded
 def add(job: JobFile, run: Workers, db: Db = None, as_json: AsJson = False) -> None:
     """Keep the job's parts in a store, and say what is noticed of each new one given those before it."""
     from trueloop.jobs.store.opened import opened
@@ -321,19 +300,14 @@ def add(job: JobFile, run: Workers, db: Db = None, as_json: AsJson = False) -> N
 class Passes:
     """How a surface is cut."""
 
-    radius_mm: Annotated[float, typer.Option("--radius-mm", callback=positive, help="Radius of the ball-end cutter.")]
-    scallop_um: Annotated[
-        float, typer.Option("--scallop-um", callback=positive, help="Height of the ridges between passes.")
-    ] = 2.0
-    chord_um: Annotated[float, typer.Option("--chord-um", callback=positive, help="Chord tolerance along a pass.")] = (
-        1.0
-    )
-    feed: Annotated[float, typer.Option("--feed", callback=positive, help="Feed in mm/min.")] = 300.0
-    dialect: Annotated[Literal["linuxcnc"], typer.Option("--dialect", help="How to write it.")] = "linuxcnc"
+    radius_mm: Annotated[float, option("Radius of the ball-end cutter.", callback=positive)]
+    scallop_um: Annotated[float, option("Height of the ridges between passes.", callback=positive)] = 2.0
+    chord_um: Annotated[float, option("Chord tolerance along a pass.", callback=positive)] = 1.0
+    feed: Annotated[float, option("Feed in mm/min.", callback=positive)] = 300.0
+    dialect: Annotated[Literal["linuxcnc"], option("How to write it.")] = "linuxcnc"
 
 
 @app.command()
-@guarded
 def path(surface: Nominal, passes: Passes) -> None:
     """Print a plain zig-zag program for a ball-end cutter, its tip programmed, in mm."""
     from trueloop.nc.program.dialect import dialect_named
@@ -348,15 +322,11 @@ def path(surface: Nominal, passes: Passes) -> None:
 
 
 @app.command()
-@guarded
 def sampling(
     surface: Nominal,
-    ball_radius_mm: Annotated[
-        float, typer.Option("--ball-radius-mm", callback=positive, help="Radius of the stylus tip.")
-    ],
+    ball_radius_mm: Annotated[float, option("Radius of the stylus tip.", callback=positive)],
     step_mm: Annotated[
-        float | None,
-        typer.Option("--step-mm", callback=positive, help="Another step of the grid.  [default: the ball's radius]"),
+        float | None, option("Another step of the grid.  [default: the ball's radius]", callback=positive)
     ] = None,
     as_json: AsJson = False,
 ) -> None:

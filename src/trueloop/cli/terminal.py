@@ -24,12 +24,13 @@ import typer
 from typer.models import ParameterInfo
 
 from trueloop.cli.options import with_groups
+from trueloop.cli.shared_options import option
 from trueloop.errors import TrueloopError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead, for machines.")]
+AsJson = Annotated[bool, option("Print one JSON object instead, for machines.", "--json")]
 
 
 @contextmanager
@@ -137,6 +138,28 @@ def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
             raise typer.Exit(ExitStatus.INTERNAL) from None
 
     return run
+
+
+class Group(typer.Typer):
+    """A group of commands, each of them `guarded`; called without a command it prints its help."""
+
+    def __init__(self, words: str) -> None:
+        super().__init__(help=words, no_args_is_help=True, rich_markup_mode=None)
+
+    def command(self, name: str | None = None, **settings: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:  # type: ignore[override]
+        """Adds the function below as a command: by this name, else by its own."""
+        return lambda function: self.add(function, name, **settings)
+
+    def add(self, function: Callable[..., Any], name: str | None = None, **settings: Any) -> Callable[..., Any]:
+        """Adds a function as a command: by this name, else by its own without a last underscore."""
+        called = name or function.__name__.rstrip("_").replace("_", "-")
+        super().command(called, **settings)(guarded(function))
+        return function
+
+    def add_all(self, *functions: Callable[..., Any]) -> None:
+        """Adds commands by the names of their functions, in the order of the help."""
+        for function in functions:
+            self.add(function)
 
 
 def reader_gone(end: BaseException) -> bool:

@@ -8,21 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from trueloop.cli.shared_options import Db
-from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines, put
+from trueloop.cli.shared_options import Db, argument, option
+from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines, put
 
 if TYPE_CHECKING:
     from trueloop.domain.life import EdgeEvent, EdgeLife
     from trueloop.domain.tool import Machine
     from trueloop.jobs.tools import Happened
 
-ToolName = Annotated[str, typer.Argument(metavar="TOOL", help="Its number, T3 or 3, or the name of its holder.")]
-MachineName = Annotated[
-    str | None, typer.Option("--machine", help="In which machine, where the store knows tools of several.")
-]
-Again = Annotated[
-    bool, typer.Option("--again", help="This very corner cut before: its form is known, its setting is not.")
-]
+ToolName = Annotated[str, argument("Its number, T3 or 3, or the name of its holder.", metavar="TOOL")]
+MachineName = Annotated[str | None, option("In which machine, where the store knows tools of several.", "--machine")]
+Again = Annotated[bool, option("This very corner cut before: its form is known, its setting is not.", "--again")]
 
 
 def moment(text: str | None) -> str | None:
@@ -44,13 +40,10 @@ def parsed(text: str) -> datetime:
 class When:
     """When an event happened, in which machine, and in which store it is kept."""
 
-    at: Annotated[
-        str | None,
-        typer.Option("--at", metavar="TIME", callback=moment, help="When: 2026-03-02T14:30.  [default: now]"),
-    ] = None
+    at: Annotated[str | None, option("When: 2026-03-02T14:30.  [default: now]", metavar="TIME", callback=moment)] = None
     machine: MachineName = None
     late: Annotated[
-        bool, typer.Option("--late", help="Keep an event that is earlier than others of the tool, or than its cuts.")
+        bool, option("Keep an event that is earlier than others of the tool, or than its cuts.", "--late")
     ] = False
     db: Db = None
 
@@ -84,19 +77,15 @@ def machine_named(name: str | None) -> "Machine | None":
     return Machine(name) if name else None
 
 
-app = typer.Typer(
-    help="Tools in the store: edges mounted, turned, set, worn and removed, and what each edge has taught.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
+app = Group("Tools in the store: edges mounted, turned, set, worn and removed, and what each edge has taught.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Offsets:
     """Where the tip was measured."""
 
-    x_mm: Annotated[float | None, typer.Option("--x-mm", help="Its offset on X as a radius, kept with it.")] = None
-    z_mm: Annotated[float | None, typer.Option("--z-mm", help="Its offset on Z, kept with it.")] = None
+    x_mm: Annotated[float | None, option("Its offset on X as a radius, kept with it.")] = None
+    z_mm: Annotated[float | None, option("Its offset on Z, kept with it.")] = None
 
     def values(self) -> dict[str, float | None]:
         """Returns x and z by name, mm; None where not stated."""
@@ -107,17 +96,14 @@ class Offsets:
 class Mounted:
     """The edge that is mounted."""
 
-    holder: Annotated[str, typer.Option("--holder", help="What the holder is called; no two alike.")] = ""
-    insert: Annotated[str, typer.Option("--insert", help="The insert: its designation, or the number on it.")] = ""
-    corner: Annotated[str, typer.Option("--corner", help="Which corner of the insert cuts.")] = ""
-    nose_radius_mm: Annotated[
-        float | None, typer.Option("--nose-radius-mm", help="Nose radius; 0 for a pointed tool.")
-    ] = None
+    holder: Annotated[str, option("What the holder is called; no two alike.")] = ""
+    insert: Annotated[str, option("The insert: its designation, or the number on it.")] = ""
+    corner: Annotated[str, option("Which corner of the insert cuts.")] = ""
+    nose_radius_mm: Annotated[float | None, option("Nose radius; 0 for a pointed tool.")] = None
     offsets: Offsets
 
 
 @app.command()
-@guarded
 def mount(tool: ToolName, mounted: Mounted, when: When, again: Again = False, as_json: AsJson = False) -> None:
     """A new insert, or with --again one that was removed; what was in its holder before is removed with it."""
     from trueloop.jobs.tools import Mounting, mounting
@@ -127,10 +113,9 @@ def mount(tool: ToolName, mounted: Mounted, when: When, again: Again = False, as
 
 
 @app.command()
-@guarded
 def turn(
     tool: ToolName,
-    corner: Annotated[str, typer.Option("--corner", help="The corner that cuts from now on.")],
+    corner: Annotated[str, option("The corner that cuts from now on.")],
     offsets: Offsets,
     when: When,
     again: Again = False,
@@ -144,24 +129,18 @@ def turn(
     )
 
 
-@app.command("set")
-@guarded
+@app.command()
 def set_(tool: ToolName, offsets: Offsets, when: When, as_json: AsJson = False) -> None:
     """Measured or touched off anew: the form of the edge stays, where its tip lies does not."""
     _keep(tool, "set", when, offsets.values(), as_json=as_json)
 
 
 @app.command()
-@guarded
 def wear(
     tool: ToolName,
     when: When,
-    flank_mm: Annotated[float | None, typer.Option("--flank-mm", help="Width of flank wear land, VB of ISO 3685.")] = (
-        None
-    ),
-    minutes_in_cut: Annotated[
-        float | None, typer.Option("--minutes-in-cut", help="How long the edge has cut since it was mounted.")
-    ] = None,
+    flank_mm: Annotated[float | None, option("Width of flank wear land, VB of ISO 3685.")] = None,
+    minutes_in_cut: Annotated[float | None, option("How long the edge has cut since it was mounted.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Wear measured, or time in cut read from the control."""
@@ -170,19 +149,17 @@ def wear(
 
 
 @app.command()
-@guarded
 def remove(tool: ToolName, when: When, as_json: AsJson = False) -> None:
     """Taken out of the machine: it cuts no more parts until it is mounted again."""
     _keep(tool, "removed", when, {}, as_json=as_json)
 
 
 @app.command()
-@guarded
 def show(
     tool: ToolName,
-    corner: Annotated[str | None, typer.Option("--corner", help="Of this corner.  [default: the last one]")] = None,
+    corner: Annotated[str | None, option("Of this corner.  [default: the last one]")] = None,
     machine: MachineName = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write a page with pictures.")] = None,
+    output: Annotated[Path | None, option("Write a page with pictures.", "--output", "-o")] = None,
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
@@ -201,10 +178,9 @@ def show(
         print_lines(edge_lines(shown))
 
 
-@app.command("list")
-@guarded
+@app.command()
 def list_(
-    every: Annotated[bool, typer.Option("--all", help="Also edges that were turned away or removed.")] = False,
+    every: Annotated[bool, option("Also edges that were turned away or removed.", "--all")] = False,
     machine: MachineName = None,
     db: Db = None,
     as_json: AsJson = False,

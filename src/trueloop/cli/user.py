@@ -5,26 +5,23 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli.shared_options import Db
-from trueloop.cli.terminal import AsJson, guarded, print_json, print_table
+from trueloop.cli.shared_options import Db, argument, option
+from trueloop.cli.terminal import AsJson, Group, print_json, print_table
 
-app = typer.Typer(
-    help="Accounts of the service: who may sign in, and as what.", no_args_is_help=True, rich_markup_mode=None
-)
-Name = Annotated[str, typer.Argument(metavar="NAME", help="The account.")]
-RoleOption = Annotated[str, typer.Option("--role", help="viewer, operator, engineer or admin.")]
+app = Group("Accounts of the service: who may sign in, and as what.")
+Name = Annotated[str, argument("The account.", metavar="NAME")]
+RoleOption = Annotated[str, option("viewer, operator, engineer or admin.", "--role")]
 FromStdin = Annotated[
-    bool, typer.Option("--password-stdin", help="Read the password from stdin, one line, instead of asking for it.")
+    bool, option("Read the password from stdin, one line, instead of asking for it.", "--password-stdin")
 ]
 
 
 @app.command()
-@guarded
 def add(
     name: Name,
     role: RoleOption,
-    display: Annotated[str, typer.Option("--display", help="Name to be shown.  [default: NAME]")] = "",
-    language: Annotated[str, typer.Option("--language", help="Of the pages: en or de.")] = "en",
+    display: Annotated[str, option("Name to be shown.  [default: NAME]")] = "",
+    language: Annotated[str, option("Of the pages: en or de.")] = "en",
     password_stdin: FromStdin = False,
     db: Db = None,
 ) -> None:
@@ -43,8 +40,7 @@ def add(
     typer.echo(f"made: {made.name}, {made.role}", err=True)
 
 
-@app.command("list")
-@guarded
+@app.command()
 def list_(db: Db = None, as_json: AsJson = False) -> None:
     """List the accounts."""
     from trueloop.server.settings import require_packages
@@ -63,29 +59,22 @@ def list_(db: Db = None, as_json: AsJson = False) -> None:
 
 
 @app.command()
-@guarded
-def disable(
-    name: Name,
-    enable: Annotated[bool, typer.Option("--enable", help="Let it in again.")] = False,
-    db: Db = None,
-) -> None:
+def disable(name: Name, enable: Annotated[bool, option("Let it in again.", "--enable")] = False, db: Db = None) -> None:
     """Let an account in no more, and end its sessions."""
     _changed(name, db, disabled=not enable)
 
 
 @app.command()
-@guarded
 def role(name: Name, role: Annotated[str, typer.Argument(metavar="ROLE")], db: Db = None) -> None:
     """Give an account another role: viewer, operator, engineer or admin. Its sessions end."""
     _changed(name, db, role=role)
 
 
 @app.command()
-@guarded
 def link(
     name: Name,
-    subject: Annotated[str, typer.Argument(metavar="SUBJECT", help="The person's `sub` there; '' ends the link.")],
-    issuer: Annotated[str, typer.Option("--issuer", help="The identity provider, as the service names it.")],
+    subject: Annotated[str, argument("The person's `sub` there; '' ends the link.", metavar="SUBJECT")],
+    issuer: Annotated[str, option("The identity provider, as the service names it.")],
     db: Db = None,
 ) -> None:
     """Let a person of an identity provider sign in to an account. Its sessions end."""
@@ -98,7 +87,6 @@ def link(
 
 
 @app.command()
-@guarded
 def password(name: Name, password_stdin: FromStdin = False, db: Db = None) -> None:
     """Give an account a new password, which is asked for. Its sessions end."""
     _changed(name, db, password=_password(password_stdin))

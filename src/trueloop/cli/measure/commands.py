@@ -8,36 +8,30 @@ import typer
 
 from trueloop.cli.measure.next import next_measurement
 from trueloop.cli.measure.read import read
-from trueloop.cli.shared_options import positive
-from trueloop.cli.terminal import busy, guarded, print_lines, put
+from trueloop.cli.shared_options import argument, option, positive
+from trueloop.cli.terminal import Group, busy, print_lines, put
 
 if TYPE_CHECKING:
     from trueloop.jobs.measure.table_mapping import Mapped
 
-TableFile = Annotated[
-    Path, typer.Argument(metavar="FILE", help="A table of measured values: CSV, .xlsx, .xls or .ods.")
-]
+TableFile = Annotated[Path, argument("A table of measured values: CSV, .xlsx, .xls or .ods.", metavar="FILE")]
 MappingOutput = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Mapping to write.  [default: FILE.map.toml beside it]")
+    Path | None, option("Mapping to write.  [default: FILE.map.toml beside it]", "--output", "-o")
 ]
-Sheet = Annotated[str, typer.Option("--sheet", help="Sheet of a workbook.  [default: the only one with headings]")]
-Unit = Annotated[
-    Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
-]
+Sheet = Annotated[str, option("Sheet of a workbook.  [default: the only one with headings]", "--sheet")]
+Unit = Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]", "--unit")]
 Columns = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
+        "What a column holds: actual=Ist; several times. Of columns side by side: parts=, repeats=, characteristics=.",
         "--column",
         "-c",
         metavar="MEANING=HEADING",
-        help="What a column holds: actual=Ist; several times. Of columns side by side: parts=, repeats=, "
-        "characteristics=.",
     ),
 ]
 SHOWN = 8
 
 
-@guarded
 def map_columns(
     file: TableFile, output: MappingOutput = None, sheet: Sheet = "", unit: Unit = None, column: Columns = None
 ) -> None:
@@ -93,17 +87,16 @@ def _print_values(mapped: "Mapped") -> None:
     print_file(FileOnPart(file, tuple(OnPart(run, one) for run, one in enumerate(shown, 1))))
 
 
-PlannedJob = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job whose points are to be measured.")]
+PlannedJob = Annotated[Path, argument("The job whose points are to be measured.", metavar="JOB.toml")]
 Angles = Annotated[
     list[float] | None,
-    typer.Option("--angle", help="Where about the part's axis, degrees from x to y; several times.  [default: 0]"),
+    option("Where about the part's axis, degrees from x to y; several times.  [default: 0]", "--angle"),
 ]
 Diameters = Annotated[
-    bool, typer.Option("--diameters", help="Touch cylinders also half a turn further, so that diameters are measured.")
+    bool, option("Touch cylinders also half a turn further, so that diameters are measured.", "--diameters")
 ]
 PlanOutput = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", help="File to write: .dms a DMIS program, .csv a list.  [default: list on stdout]"),
+    Path | None, option("File to write: .dms a DMIS program, .csv a list.  [default: list on stdout]", "--output", "-o")
 ]
 PROGRAMS: Final = (".dms", ".dmi", ".dmis")
 LISTS: Final = (".csv", ".txt")
@@ -113,18 +106,11 @@ LISTS: Final = (".csv", ".txt")
 class Moves:
     """How a program leads the ball."""
 
-    ball_radius_mm: Annotated[
-        float, typer.Option("--ball-radius-mm", callback=positive, help="Radius of the ball that the moves are for.")
-    ] = 1.0
-    approach_mm: Annotated[
-        float, typer.Option("--approach-mm", callback=positive, help="How far before the surface a touch begins.")
-    ] = 3.0
-    clearance_mm: Annotated[
-        float, typer.Option("--clearance-mm", callback=positive, help="How far moves between points keep outside.")
-    ] = 10.0
+    ball_radius_mm: Annotated[float, option("Radius of the ball that the moves are for.", callback=positive)] = 1.0
+    approach_mm: Annotated[float, option("How far before the surface a touch begins.", callback=positive)] = 3.0
+    clearance_mm: Annotated[float, option("How far moves between points keep outside.", callback=positive)] = 10.0
 
 
-@guarded
 def plan(
     job: PlannedJob, moves: Moves, angle: Angles = None, diameters: Diameters = False, output: PlanOutput = None
 ) -> None:
@@ -144,14 +130,12 @@ def plan(
     put(program_of(measuring, approach, job.name), output, measuring.files)
 
 
-Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job of the part.")]
+Job = Annotated[Path, argument("The job of the part.", metavar="JOB.toml")]
 SheetOutput = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", help="File to write: .pdf or .html to print, else CSV.  [default: stdout]"),
+    Path | None, option("File to write: .pdf or .html to print, else CSV.  [default: stdout]", "--output", "-o")
 ]
 
 
-@guarded
 def sheet(job: Job, output: SheetOutput = None) -> None:
     """List the diameters and lengths to measure by hand, each with an empty cell: to print, or to fill in."""
     from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of, write_sheet
@@ -163,16 +147,13 @@ def sheet(job: Job, output: SheetOutput = None) -> None:
         typer.echo(f"written: {write_sheet(planned, output)}", err=True)
 
 
-File = Annotated[Path, typer.Argument(metavar="FILE", help="What a gauge, a measuring machine or a control wrote.")]
-Output = Annotated[
-    Path, typer.Option("--output", "-o", help="File to write: QIF 3.0 (.qif), Q-DAS (.dfq) or DMIS (.dmo).")
-]
+File = Annotated[Path, argument("What a gauge, a measuring machine or a control wrote.", metavar="FILE")]
+Output = Annotated[Path, option("File to write: QIF 3.0 (.qif), Q-DAS (.dfq) or DMIS (.dmo).", "--output", "-o")]
 Mapping = Annotated[
-    Path | None, typer.Option("--mapping", "-m", help="TOML file that says what columns, variables and names mean.")
+    Path | None, option("TOML file that says what columns, variables and names mean.", "--mapping", "-m")
 ]
 
 
-@guarded
 def convert(file: File, output: Output, unit: Unit = None, mapping: Mapping = None) -> None:
     """Write an inspection file in another format: all its parts, in mm and degrees."""
     from trueloop.formats.inspections.measured_file import Stated
@@ -187,14 +168,10 @@ def convert(file: File, output: Output, unit: Unit = None, mapping: Mapping = No
     typer.echo(f"written: {output}", err=True)
 
 
-app = typer.Typer(
-    help="Inspection files of gauges and measuring machines, and plans for them.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
-app.command()(convert)
-app.command("next")(next_measurement)
-app.command()(plan)
-app.command()(read)
-app.command()(sheet)
-app.command("map")(map_columns)
+app = Group("Inspection files of gauges and measuring machines, and plans for them.")
+app.add(convert)
+app.add(next_measurement, "next")
+app.add(plan)
+app.add(read)
+app.add(sheet)
+app.add(map_columns, "map")

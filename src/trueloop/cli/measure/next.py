@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 import typer
 
 from trueloop.cli.probe import Control
-from trueloop.cli.shared_options import Db
+from trueloop.cli.shared_options import Db, argument, option
 from trueloop.cli.terminal import AsJson, guarded, print_json
 
 if TYPE_CHECKING:
@@ -15,32 +15,26 @@ if TYPE_CHECKING:
 Instrument = Literal["probe", "micrometer", "cmm"]
 KINDS: Final[tuple[Instrument, ...]] = ("probe", "micrometer", "cmm")
 Asked = Annotated[
-    str,
-    typer.Argument(metavar="JOB.toml|SERIAL", help="The job of the part, or the serial number of one in the store."),
+    str, argument("The job of the part, or the serial number of one in the store.", metavar="JOB.toml|SERIAL")
 ]
-Count = Annotated[int, typer.Option("--count", "-n", min=1, help="So many measurements at most.")]
-With = Annotated[
-    str, typer.Option("--with", help="Instruments at hand: probe, micrometer and cmm, separated by commas.")
-]
+Count = Annotated[int, option("So many measurements at most.", "--count", "-n", min=1)]
+With = Annotated[str, option("Instruments at hand: probe, micrometer and cmm, separated by commas.", "--with")]
 Minutes = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
+        "Minutes that a measurement takes; several times.  [default: probe=0.25 micrometer=1 cmm=0.2]",
         "--minutes",
         metavar="KIND=MINUTES",
-        help="Minutes that a measurement takes; several times.  [default: probe=0.25 micrometer=1 cmm=0.2]",
     ),
 ]
 Output = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", help="Folder for lists of points, a sheet to fill in and a DMIS program."),
+    Path | None, option("Folder for lists of points, a sheet to fill in and a DMIS program.", "--output", "-o")
 ]
 
 
-Type = Annotated[str | None, typer.Option("--type", "-t", help="The part type, where several have that serial number.")]
+Type = Annotated[str | None, option("The part type, where several have that serial number.", "--type", "-t")]
 
-OfControl = Annotated[
-    Control | None, typer.Option("--control", "-c", help="Also write the probing program for this control.")
-]
+OfControl = Annotated[Control | None, option("Also write the probing program for this control.", "--control", "-c")]
 
 
 @guarded

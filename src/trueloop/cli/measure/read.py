@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 import typer
 
 from trueloop.cli.options import StoreChoice, kept_as_dict, print_findings
+from trueloop.cli.shared_options import argument, option
 from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines, wide_console
 
 if TYPE_CHECKING:
@@ -15,13 +16,10 @@ if TYPE_CHECKING:
     from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.report.measured import FileOnPart, OnPart, ValueRow
 
-Files = Annotated[
-    list[Path], typer.Argument(metavar="FILE…", help="What a gauge, a measuring machine or a control wrote.")
-]
-Job = Annotated[Path | None, typer.Option("--job", "-j", help="The job whose part was measured.  [default: none]")]
+Files = Annotated[list[Path], argument("What a gauge, a measuring machine or a control wrote.", metavar="FILE…")]
+Job = Annotated[Path | None, option("The job whose part was measured.  [default: none]", "--job", "-j")]
 Output = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", help="CSV to write of touches or readings that a job can name; needs --job."),
+    Path | None, option("CSV to write of touches or readings that a job can name; needs --job.", "--output", "-o")
 ]
 
 
@@ -29,23 +27,18 @@ Output = Annotated[
 class Meant:
     """What a file does not say itself, and which of its inspections are meant."""
 
-    unit: Annotated[
-        Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
-    ] = None
+    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]")] = None
     mapping: Annotated[
-        Path | None, typer.Option("--mapping", "-m", help="TOML file that says what columns, variables and names mean.")
+        Path | None, option("TOML file that says what columns, variables and names mean.", "--mapping", "-m")
     ] = None
-    serial: Annotated[str | None, typer.Option("--serial", help="Serial number of the part.  [default: all]")] = None
-    run: Annotated[int | None, typer.Option("--run", min=1, help="Which inspection of the file.  [default: all]")] = (
-        None
-    )
+    serial: Annotated[str | None, option("Serial number of the part.  [default: all]")] = None
+    run: Annotated[int | None, option("Which inspection of the file.  [default: all]", min=1)] = None
     axis: Annotated[
         Literal["x", "y", "z", "-x", "-y", "-z"] | None,
-        typer.Option(
-            "--axis",
-            metavar="AXIS",
-            help="Axis of the points' frame along the spindle: x, y or z, with a minus where it points to the chuck.  "
+        option(
+            "Axis of the points' frame along the spindle: x, y or z, with a minus where it points to the chuck.  "
             "[default: found, z where it fits]",
+            metavar="AXIS",
         ),
     ] = None
 
@@ -56,32 +49,23 @@ class CutShown:
 
     after: Annotated[
         Literal["semifinish", "finish", "released"] | None,
-        typer.Option("--after", help="Keep them in the store, as what this stage left; released: off the machine."),
+        option("Keep them in the store, as what this stage left; released: off the machine."),
     ] = None
     record: Annotated[
-        str | None,
-        typer.Option("--record", metavar="ID", help="The finish cut's correction.  [default: the part's last one]"),
+        str | None, option("The finish cut's correction.  [default: the part's last one]", metavar="ID")
     ] = None
-    program: Annotated[
-        Path | None, typer.Option("--program", help="The program that ran: its mark names the correction.")
-    ] = None
+    program: Annotated[Path | None, option("The program that ran: its mark names the correction.")] = None
     ran: Annotated[
         Literal["corrected", "offsets", "wear", "as-programmed"] | None,
-        typer.Option(
-            "--ran",
-            help="What was run; wear: the offset was entered at the control; as-programmed: nothing corrected.  "
-            "[default: what was to be run]",
+        option(
+            "What was run; wear: the offset was entered at the control; as-programmed: nothing corrected.  "
+            "[default: what was to be run]"
         ),
     ] = None
-    minutes: Annotated[float | None, typer.Option("--minutes", help="Time in cut of the finish cut.", min=0)] = None
-    order: Annotated[
-        int | None, typer.Option("--order", help="The part's place in the order in which the edge cut.", min=0)
-    ] = None
+    minutes: Annotated[float | None, option("Time in cut of the finish cut.", min=0)] = None
+    order: Annotated[int | None, option("The part's place in the order in which the edge cut.", min=0)] = None
     measured_at: Annotated[
-        datetime | None,
-        typer.Option(
-            "--measured-at", help="When files without a time were measured, local.", formats=["%Y-%m-%dT%H:%M"]
-        ),
+        datetime | None, option("When files without a time were measured, local.", formats=["%Y-%m-%dT%H:%M"])
     ] = None
 
     def shown(self) -> "Shown | None":

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.options import StoreChoice, kept_as_dict, print_findings
+from trueloop.cli.shared_options import argument, option
 from trueloop.cli.terminal import AsJson, busy, guarded, print_json
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.formats.examples import example
@@ -20,30 +21,24 @@ if TYPE_CHECKING:
 class PageChoice:
     """How the report is shown, where that is not to be the job's choice."""
 
-    language: Annotated[
-        Language | None, typer.Option("--language", help="Of the report.  [default: report.language of the job]")
-    ] = None
+    language: Annotated[Language | None, option("Of the report.  [default: report.language of the job]")] = None
     unit: Annotated[
-        LengthUnit | None,
-        typer.Option("--unit", help="Of the report.  [default: report.unit of the job, else the program's]"),
+        LengthUnit | None, option("Of the report.  [default: report.unit of the job, else the program's]")
     ] = None
-    pdf: Annotated[bool, typer.Option("--pdf", help="Print report.pdf besides, by Chromium or Chrome.")] = False
+    pdf: Annotated[bool, option("Print report.pdf besides, by Chromium or Chrome.", "--pdf")] = False
 
 
 @guarded
 def compensate(
-    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file; docs/job-file.md explains its keys.")],
+    job: Annotated[Path, argument("The job file; docs/job-file.md explains its keys.", metavar="JOB.toml")],
     page: PageChoice,
     store: StoreChoice,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job]")
+        Path | None, option("Folder for the results.  [default: output.folder of the job]", "--output", "-o")
     ] = None,
-    serial: Annotated[
-        str | None, typer.Option("--serial", help="Serial number of the part.  [default: part.serial of the job]")
-    ] = None,
+    serial: Annotated[str | None, option("Serial number of the part.  [default: part.serial of the job]")] = None,
     memory: Annotated[
-        Use | None,
-        typer.Option("--memory", help="How earlier parts of the edge take part.  [default: memory.use of the job]"),
+        Use | None, option("How earlier parts of the edge take part.  [default: memory.use of the job]")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -93,10 +88,8 @@ Part = Literal["facetst", "modbas2", "piecs11"]
 @guarded
 def demo(
     page: PageChoice,
-    part: Annotated[Part, typer.Argument(help="Which part.")] = "modbas2",
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: out/PART]")
-    ] = None,
+    part: Annotated[Part, argument("Which part.")] = "modbas2",
+    output: Annotated[Path | None, option("Folder for the results.  [default: out/PART]", "--output", "-o")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Run a ready job: a part that NIST measured in the 1990s, from its touches to a corrected program."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.program_file import AcceptUnknown, OfSide, OfTip, ProgramFile, Reading
-from trueloop.cli.shared_options import not_negative
-from trueloop.cli.terminal import AsJson, busy, guarded, print_json, wide_console
+from trueloop.cli.shared_options import argument, not_negative, option
+from trueloop.cli.terminal import AsJson, Group, busy, print_json, wide_console
 from trueloop.errors import in_file
 
 if TYPE_CHECKING:
@@ -19,18 +19,11 @@ if TYPE_CHECKING:
     from trueloop.geometry.profile import Profile
     from trueloop.geometry.setup_frame import SetupFrame
 
-app = typer.Typer(
-    help="The nominal profile: show it, or make it from a program, a drawing or a solid.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-)
+app = Group("The nominal profile: show it, or make it from a program, a drawing or a solid.")
 
 
-@app.command("show")
-@guarded
-def show(
-    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file.")], as_json: AsJson = False
-) -> None:
+@app.command()
+def show(job: Annotated[Path, argument("The job file.", metavar="JOB.toml")], as_json: AsJson = False) -> None:
     """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
     from trueloop.jobs.turned.job import read_part
     from trueloop.report.turned.profile import profile_as_dict
@@ -45,7 +38,7 @@ def show(
 
 
 Picture = Annotated[
-    Path | None, typer.Option("--picture", help="SVG file: what is drawn, its contours by number, the chosen one bold.")
+    Path | None, option("SVG file: what is drawn, its contours by number, the chosen one bold.", "--picture")
 ]
 
 
@@ -60,12 +53,8 @@ def draw(svg: str, picture: Path, source: Path) -> None:
 class Table:
     """What the table is called and where it goes."""
 
-    name: Annotated[str | None, typer.Option("--name", help="What the part is called.  [default: the file's name]")] = (
-        None
-    )
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="File for the table.  [default: print it]")] = (
-        None
-    )
+    name: Annotated[str | None, option("What the part is called.  [default: the file's name]")] = None
+    output: Annotated[Path | None, option("File for the table.  [default: print it]", "--output", "-o")] = None
 
     def hand_over(
         self, profile: "Profile", notes: "Sequence[str]", source: Path, asked: "Sequence[Characteristic]" = ()
@@ -82,17 +71,12 @@ class Table:
             write_all(self.output.parent, [(self.output.name, table.encode())], [source])
 
 
-@app.command("from-program")
-@guarded
+@app.command()
 def from_program(
     file: ProgramFile,
-    nose_radius_mm: Annotated[
-        float, typer.Option("--nose-radius-mm", callback=not_negative, help="Radius of the tool nose.")
-    ],
+    nose_radius_mm: Annotated[float, option("Radius of the tool nose.", callback=not_negative)],
     reading: Reading,
-    lines: Annotated[
-        tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
-    ] = None,
+    lines: Annotated[tuple[int, int] | None, option("First and last line of the finish pass.")] = None,
     side: OfSide = "outside",
     tip: OfTip = None,
     accept_unknown_words: AcceptUnknown = False,
@@ -113,26 +97,17 @@ class Drawing:
     """How a drawing is read."""
 
     side: OfSide = "outside"
-    layer: Annotated[str | None, typer.Option("--layer", help="Layer to read.  [default: all]")] = None
-    unit: Annotated[
-        Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of the drawing.  [default: what it says]")
-    ] = None
-    x_is: Annotated[
-        Literal["radius", "diameter"], typer.Option("--x-is", help="Whether the drawing's x is a radius.")
-    ] = "radius"
-    outline: Annotated[
-        int | None, typer.Option("--outline", min=1, help="Which contour, where that side has several.")
-    ] = None
-    zero: Annotated[
-        Literal["drawing", "free-end", "chuck-end"], typer.Option("--zero", help="From where z is counted.")
-    ] = "drawing"
+    layer: Annotated[str | None, option("Layer to read.  [default: all]")] = None
+    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of the drawing.  [default: what it says]")] = None
+    x_is: Annotated[Literal["radius", "diameter"], option("Whether the drawing's x is a radius.")] = "radius"
+    outline: Annotated[int | None, option("Which contour, where that side has several.", min=1)] = None
+    zero: Annotated[Literal["drawing", "free-end", "chuck-end"], option("From where z is counted.")] = "drawing"
     picture: Picture = None
 
 
-@app.command("from-dxf")
-@guarded
+@app.command()
 def from_dxf(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The DXF drawing.")], drawing: Drawing, table: Table
+    file: Annotated[Path, argument("The DXF drawing.", metavar="FILE")], drawing: Drawing, table: Table
 ) -> None:
     """Make a [part] table from a drawing: the outside of the part that is drawn, or its bore."""
     from trueloop.formats.cad.dxf import read_dxf_sheet
@@ -156,25 +131,18 @@ class Solid:
     """How a solid is read."""
 
     side: OfSide = "outside"
-    outline: Annotated[
-        int | None, typer.Option("--outline", min=1, help="Which contour, where that side has several.")
-    ] = None
+    outline: Annotated[int | None, option("Which contour, where that side has several.", min=1)] = None
     turned_round: Annotated[
-        bool, typer.Option("--turned-round", help="The free end is at the small z of the file: z is counted back.")
+        bool, option("The free end is at the small z of the file: z is counted back.", "--turned-round")
     ] = False
-    from_z_mm: Annotated[
-        float | None, typer.Option("--from-z-mm", help="Where the profile begins.  [default: the solid's left end]")
-    ] = None
-    to_z_mm: Annotated[
-        float | None, typer.Option("--to-z-mm", help="Where the profile ends.  [default: the solid's right end]")
-    ] = None
+    from_z_mm: Annotated[float | None, option("Where the profile begins.  [default: the solid's left end]")] = None
+    to_z_mm: Annotated[float | None, option("Where the profile ends.  [default: the solid's right end]")] = None
     picture: Picture = None
 
 
-@app.command("from-step")
-@guarded
+@app.command()
 def from_step(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The solid: STEP or IGES.")], solid: Solid, table: Table
+    file: Annotated[Path, argument("The solid: STEP or IGES.", metavar="FILE")], solid: Solid, table: Table
 ) -> None:
     """Make a [part] table from a turned solid: its outside or its bore, exact, with the tolerances on its faces."""
     from trueloop.formats.cad.step_profile import read_step_solid
