@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.extras import install_command
 from trueloop.report.style import Figure
 
@@ -23,9 +23,7 @@ def shown(figure: Figure) -> "PlotlyFigure":
     try:
         from plotly.graph_objects import Figure as PlotlyFigure
     except ImportError as missing:
-        raise TrueloopError(
-            Code.OUT_FIGURE,
-            f"figures are shown by Plotly, which cannot be loaded: {str(missing)!r}",
-            hint=install_command("notebook"),
+        raise Code.OUT_FIGURE.refusal(
+            f"figures are shown by Plotly, which cannot be loaded: {str(missing)!r}", hint=install_command("notebook")
         ) from None
     return PlotlyFigure(figure)

@@ -47,8 +47,7 @@ def find_browser() -> str:
     found = next(filter(None, map(shutil.which, [named] if named else [*NAMES, *PLACES])), None)
     if found is None:
         why = f"{VARIABLE} names {named!r}, which is no program" if named else "no Chromium, Chrome or Edge is found"
-        raise TrueloopError(
-            Code.OUT_BROWSER,
+        raise Code.OUT_BROWSER.refusal(
             f"a PDF is printed by a browser: {why}",
             hint=f"install one ({INSTALL}), or name it: {VARIABLE}=/path/to/chrome",
             values={"browser": named or ""},
@@ -109,8 +108,7 @@ def _last_line(said: str) -> str:
 
 
 def _refusal(browser: str, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.OUT_PDF,
+    return Code.OUT_PDF.refusal(
         f"the browser {browser!r} {why}; nothing was written",
         hint=f"name another one: {VARIABLE}=/path/to/chrome; or leave --pdf out and print report.html from a browser",
         values={"browser": browser},

@@ -108,8 +108,7 @@ def _only(found: Sequence[T]) -> T:
     if len(found) == 1:
         return found[0]
     names = ", ".join(repr(one.part_type) for one in found)
-    raise TrueloopError(
-        Code.DIA_NONE,
+    raise Code.DIA_NONE.refusal(
         f"{len(found)} edges cut the part, each with a diagnosis of its own: {names}",
         hint="state `part_type`: one of these names",
     )
@@ -117,8 +116,6 @@ def _only(found: Sequence[T]) -> T:
 
 def _not_inspected(serial: str, *, quarantined: bool) -> TrueloopError:
     why = "is in quarantine" if quarantined else "was not inspected after its finish cut"
-    return TrueloopError(
-        Code.DIA_NONE,
-        f"part {serial!r} {why}: there is nothing to diagnose",
-        hint="`trueloop db show` says what is kept of it",
+    return Code.DIA_NONE.refusal(
+        f"part {serial!r} {why}: there is nothing to diagnose", hint="`trueloop db show` says what is kept of it"
     )

@@ -7,9 +7,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from trueloop.diagnosis.features.fixturing import Instability, Shown, fixturing
+from trueloop.diagnosis.features.fixturing import Instability, fixturing
 from trueloop.domain.option import Language, LengthUnit
-from trueloop.errors import Code, Finding, TrueloopError, in_file
+from trueloop.errors import Code, Finding, in_file
 from trueloop.formats.measurements.inspections_csv import read_repeats
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.diagnose.both import GivenModel, both_of_machine, given_model
@@ -27,8 +27,8 @@ from trueloop.report.diagnosis.machine_shapes import (
     TermSetShape,
 )
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, FixturingShape, JudgedShape
-from trueloop.report.diagnosis.values import findings_shape, um
-from trueloop.report.shape import Shape
+from trueloop.report.series.values import findings_shape
+from trueloop.report.shape import Shape, um
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store
 from trueloop.units import UM_PER_MM
@@ -62,8 +62,7 @@ def fixture_of_part(store: Store, serial: str, asked: Asked, repeatability: Repe
         for one in repeats_of(points, repeatability.standard_u_mm, repeatability.limit_mm)
     ]
     if not repeats:
-        raise TrueloopError(
-            Code.DIA_FEW,
+        raise Code.DIA_FEW.refusal(
             f"no point of part {serial!r} was read 5 times: its fixturing cannot be judged",
             hint="touch one point repeatedly right after fixturing, and keep the readings",
             values={"count": 0, "needed": 5},
@@ -131,14 +130,12 @@ def machine_shape(
         points=len(seen.residual_mm),
         sound=verdict.sound,
         sets=[
-            TermSetShape(
+            TermSetShape.from_values(
+                one,
                 errors=[
                     SuspectShape(error=str(suspect.error), follows=suspect.follows, probability=share)
                     for suspect, share in zip(one.suspects, one.each, strict=True)
                 ],
-                probability=one.probability,
-                at_least=one.at_least,
-                separated_by=list(one.separated_by),
             )
             for one in verdict.sets
         ],
@@ -179,13 +176,9 @@ def _fixturing(one: Repeats) -> FixturingShape:
         values_um=[um(float(value)) for value in one.values_mm - one.values_mm.mean()],
         standard_u_um=one.standard_u_mm * UM_PER_MM,
         limit_um=None if found.limit_mm is None else found.limit_mm * UM_PER_MM,
-        spread=_shown(found.spread),
-        drift=_shown(found.drift),
-        step=_shown(found.step),
+        spread=JudgedShape.from_values(found.spread),
+        drift=JudgedShape.from_values(found.drift),
+        step=JudgedShape.from_values(found.step),
         step_after=found.step_at if found.shows is Instability.STEP else None,
         stable=found.stable,
     )
-
-
-def _shown(one: Shown) -> JudgedShape:
-    return JudgedShape(value_um=um(one.value_mm), standard_u_um=um(one.standard_u_mm), significant=one.significant)

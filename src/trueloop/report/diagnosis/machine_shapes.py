@@ -1,15 +1,13 @@
 """The shape of a diagnosis of a machine's model as JSON: `docs/diagnosis-machine.schema.json` is written from it."""
 
-import math
 from typing import Literal
 
 from trueloop.machine.model.model import Version
 from trueloop.machine.refine.left import Change
 from trueloop.machine.refine.refine import LeftOut, Refined
 from trueloop.report.diagnosis.shapes import Words
-from trueloop.report.diagnosis.values import um
 from trueloop.report.series.values import FindingShape
-from trueloop.report.shape import Shape
+from trueloop.report.shape import Shape, um
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 
@@ -159,40 +157,22 @@ def refinement_shape(refined: Refined, version: Version) -> RefinementShape:
     left = [_left_out("parts", judged.by_part)]
     if judged.by_type is not None:
         left.append(_left_out("part types", judged.by_type))
-    return RefinementShape(
+    return RefinementShape.from_values(
+        *(refined, version, judged),
         version=version.number,
         parent=version.parent_sha256,
-        reason=refined.reason,
-        errors=list(version.errors),
-        parts=refined.parts,
         left_out=left,
-        better=judged.better,
         changes=[_change(one) for one in refined.changes],
         accepted=None if by is None else f"{by.who} {by.at}",
     )
 
 
 def _left_out(of: Literal["parts", "part types"], one: LeftOut) -> LeftOutShape:
-    return LeftOutShape(
-        of=of,
-        groups=one.groups,
-        points=one.points,
-        before_um=um(one.rms_old_mm),
-        after_um=um(one.rms_new_mm),
-        better_um=um(one.better_mm),
-        standard_u_um=um(one.u_better_mm),
-    )
+    before_um, after_um, u_um = (um(value) for value in (one.rms_old_mm, one.rms_new_mm, one.u_better_mm))
+    return LeftOutShape.from_values(one, of=of, before_um=before_um, after_um=after_um, standard_u_um=u_um)
 
 
 def _change(one: Change) -> ChangeShape:
     scale = URAD_PER_RAD if one.error.is_rotation else UM_PER_MM
     old, new, u = (round(value * scale, 4) + 0.0 for value in (one.old, one.new, one.u))
-    return ChangeShape(
-        error=str(one.error),
-        unit=one.error.unit,
-        at=one.at if math.isfinite(one.at) else None,
-        signals=dict(one.signals),
-        old=old,
-        new=new,
-        standard_u=u,
-    )
+    return ChangeShape.from_values(one, error=str(one.error), unit=one.error.unit, old=old, new=new, standard_u=u)

@@ -2,11 +2,11 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from statistics import fmean, stdev
 from typing import Final
 
-from trueloop.diagnosis.causes.cause import Candidate, Diagnosis, SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.causes.cause import Diagnosis, SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.components import Components, FrameDiscrepancy
 from trueloop.diagnosis.features.feature_error import FeatureError
 from trueloop.errors import Finding
@@ -24,8 +24,9 @@ from trueloop.report.diagnosis.shapes import (
     SeriesDiagnosisShape,
     UnexplainedShape,
 )
-from trueloop.report.series.values import FindingShape
-from trueloop.units import UM_PER_MM, URAD_PER_RAD
+from trueloop.report.series.values import findings_shape
+from trueloop.report.shape import known_um, um
+from trueloop.units import URAD_PER_RAD
 
 PROBABLE: Final = 0.5
 """Causes that together have less probability explain nothing."""
@@ -69,24 +70,6 @@ Key = tuple[str, str, str]
 """Feature, the nearer face of a length, kind."""
 
 
-def um(value_mm: float) -> float:
-    """Micrometres to four decimals, without a negative zero."""
-    return round(value_mm * UM_PER_MM, 4) + 0.0
-
-
-def known_um(value_mm: float | None) -> float | None:
-    """Returns µm of a value in mm; None where it is not known."""
-    return None if value_mm is None or not math.isfinite(value_mm) else um(value_mm)
-
-
-def findings_shape(findings: Iterable[Finding]) -> list[FindingShape]:
-    """Returns the shapes of findings."""
-    return [
-        FindingShape(severity=one.severity.value, code=one.code.value, message=one.message, hint=one.hint)
-        for one in findings
-    ]
-
-
 def part_shape(
     part_type: str,
     part: SeenPart,
@@ -127,29 +110,17 @@ def series_shape(
 def seen_part(part: SeenPart, last: SeenPart | None) -> SeenPartShape:
     """Makes the shape of a part after the last one: a tool was set where its count of settings rose."""
     was = part.setting if last is None else last.setting
-    return SeenPartShape(
-        serial=part.serial,
-        order=part.order,
+    return SeenPartShape.from_values(
+        part,
         at=None if part.at is None else part.at.isoformat(),
-        standard=part.standard,
         tool_set=[tool for tool, count in part.setting.items() if count > was.get(tool, count)],
-        temperatures=dict(part.temperatures),
-        errors={device.value: [feature_error(one) for one in errors] for device, errors in part.errors.items()},
+        errors={device.value: [_feature_error(one) for one in errors] for device, errors in part.errors.items()},
     )
 
 
-def feature_error(one: FeatureError) -> FeatureErrorShape:
-    """Returns the shape of one feature's error."""
-    return FeatureErrorShape(
-        feature=one.feature,
-        kind=one.kind.value,
-        value_um=known_um(one.value_mm),
-        standard_u_um=known_um(one.standard_u_mm),
-        points=one.points,
-        degrees_of_freedom=one.degrees_of_freedom,
-        other=one.other,
-        more={name: value for name, value in one.more.items() if math.isfinite(value)},
-    )
+def _feature_error(one: FeatureError) -> FeatureErrorShape:
+    more = {name: value for name, value in one.more.items() if math.isfinite(value)}
+    return FeatureErrorShape.from_values(one, more=more)
 
 
 def means_of(parts: Sequence[SeenPart]) -> list[FeatureMeansShape]:
@@ -203,54 +174,21 @@ def _mean(seen: Sequence[tuple[float, float]]) -> MeanShape | None:
 
 def causes_shape(found: Diagnosis) -> CausesShape:
     """Returns the shape of the causes that act."""
-    return CausesShape(
-        sound=found.sound,
-        candidates=[_candidate(one) for one in found.candidates],
+    return CausesShape.from_values(
+        found,
+        candidates=[CandidateShape.from_values(one, one.cause) for one in found.candidates],
         hypotheses=[HypothesisShape(causes=list(keys), probability=share) for keys, share in found.hypotheses],
-        decide=list(found.decide),
-        gain=found.gain,
-    )
-
-
-def _candidate(one: Candidate) -> CandidateShape:
-    return CandidateShape(
-        key=one.cause.key,
-        name=one.cause.name,
-        tool=one.tool,
-        features=list(one.features),
-        probability=one.probability,
-        size_um=known_um(one.size_mm),
-        standard_u_um=known_um(one.standard_u_mm),
-        supports=list(one.supports),
-        contradicts=list(one.contradicts),
-        remedy=one.cause.remedy,
-        section=one.cause.section,
-        decided_by=one.cause.decided_by,
     )
 
 
 def point_shape(name: str, parts: Components, k: int) -> PointShape:
     """Makes the shape of the k-th gauging point."""
-    return PointShape(
-        name=name,
-        error_pp_um=um(float(parts.error_pp[k])),
-        error_mtg_um=um(float(parts.error_mtg[k])),
-        error_mtg_resid_um=um(float(parts.error_mtg_resid[k])),
-        error_proc_um=um(float(parts.error_proc[k])),
-        error_proc_resid_um=um(float(parts.error_proc_resid[k])),
-        comp_mtg_um=um(float(parts.comp_mtg_applied[k])),
-        comp_proc_um=um(float(parts.comp_proc[k])),
-        u_error_pp_um=um(float(parts.u_error_pp[k])),
-        u_error_mtg_um=um(float(parts.u_error_mtg[k])),
-        u_error_proc_um=um(float(parts.u_error_proc[k])),
-    )
+    shown = {"comp_mtg": parts.comp_mtg_applied} | vars(parts)
+    fields = [field for field in PointShape.model_fields if field != "name"]
+    return PointShape(name=name, **{field: um(float(shown[field.removesuffix("_um")][k])) for field in fields})
 
 
 def frame_shape(frame: FrameDiscrepancy) -> FrameShape:
     """Makes the shape of what the frames of CMM and machine differ by."""
-    return FrameShape(
-        shift_um=[um(float(one)) for one in frame.shift_mm],
-        turn_urad=[round(float(one) * URAD_PER_RAD, 4) + 0.0 for one in frame.turn_rad],
-        rms_before_um=um(frame.rms_before_mm),
-        rms_after_um=um(frame.rms_after_mm),
-    )
+    turn_urad = [round(float(one) * URAD_PER_RAD, 4) + 0.0 for one in frame.turn_rad]
+    return FrameShape.from_values(frame, shift_um=[um(float(one)) for one in frame.shift_mm], turn_urad=turn_urad)

@@ -100,15 +100,11 @@ class CertificateShape(Shape):
 
 def certificate_shape(done: Certificate, now: datetime, who: str, stated_u_um: float | None) -> CertificateShape:
     """Makes the certificate with its hash."""
-    shown = CertificateShape(
+    shown = CertificateShape.from_values(
+        *(done, done.part, done.part.part_type),
         part_type=done.part.part_type.name,
-        revision=done.part.part_type.revision,
-        serial=done.part.serial,
-        outcome=done.outcome,
         characteristics=[_certified(one) for one in done.values],
-        in_force=[InForceShape(what=one.what, identity=one.identity, words=one.words) for one in done.in_force],
-        missing=list(done.missing),
-        cut_at=done.cut_at,
+        in_force=[InForceShape.from_values(one) for one in done.in_force],
         stated_u_um=stated_u_um,
         made_at=now.replace(microsecond=0),
         made_by=who,
@@ -126,9 +122,9 @@ def hash_of(shown: CertificateShape) -> str:
 
 def _certified(one: Certified) -> CertifiedShape:
     asked, by = one.asked, None if one.by is None else one.by.inspection
-    return CertifiedShape(
+    return CertifiedShape.from_values(
+        *(one, asked),
         characteristic=asked.name,
-        quantity=asked.quantity.value,
         unit="deg" if asked.quantity.unit == "deg" else "mm",
         nominal=_round(asked.nominal),
         lower_limit=_round(asked.lower),
@@ -137,13 +133,9 @@ def _certified(one: Certified) -> CertifiedShape:
         expanded_u=_round(one.expanded_u),
         verdict=None if one.judged is None else one.judged.verdict,
         certified=one.proven,
-        repeats=one.repeats,
         device="" if by is None else by.device,
         measured_at=None if by is None else by.measured_at,
-        temperature_c=one.temperature_c,
         inspection_sha256="" if by is None else by.sha256,
-        missing=list(one.missing),
-        remarks=list(one.remarks),
     )
 
 

@@ -12,7 +12,7 @@ from trueloop.loops.monitor.options import ChartOptions
 from trueloop.monitoring.capability import Capability
 from trueloop.monitoring.charts import Alarm, Chart
 from trueloop.monitoring.segments import Segment
-from trueloop.report.series.values import FindingShape
+from trueloop.report.series.values import FindingShape, findings_shape
 from trueloop.report.shape import Shape
 from trueloop.report.style import plain, signed
 from trueloop.units import UM_PER_MM
@@ -248,10 +248,7 @@ def charts_shape(
         unit="um" if options.what == "value" else "sigma",
         rules=list(options.rules),
         characteristics=[_characteristic(one, scale) for one in charted],
-        findings=[
-            FindingShape(severity=one.severity.value, code=one.code.value, message=one.message, hint=one.hint)
-            for one in findings
-        ],
+        findings=findings_shape(findings),
     )
 
 

@@ -16,7 +16,7 @@ from trueloop.report.monitor.chart_values import (
     alarm_shapes,
     segment_shape,
 )
-from trueloop.report.shape import Shape
+from trueloop.report.shape import Shape, known_um, um
 from trueloop.report.style import plain, signed
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.units import UM_PER_MM
@@ -93,18 +93,18 @@ def _gauge(one: GaugeSeries) -> GaugeShape:
         device=one.device,
         standard=one.standard,
         characteristic=one.characteristic,
-        bias_um=_um(found.bias),
-        expanded_u_um=None if found.bias_u is None else _um(2.0 * found.bias_u),
-        repeatability_um=None if found.repeatability is None else _um(found.repeatability),
-        between_um=None if found.between is None else _um(found.between),
-        drift_um_per_day=None if slope is None else _um(slope.per_day),
-        drift_half_width_um=None if slope is None else _um(slope.half_width),
+        bias_um=um(found.bias),
+        expanded_u_um=None if found.bias_u is None else um(2.0 * found.bias_u),
+        repeatability_um=known_um(found.repeatability),
+        between_um=known_um(found.between),
+        drift_um_per_day=None if slope is None else um(slope.per_day),
+        drift_half_width_um=None if slope is None else um(slope.half_width),
         alarm=bool(fails[-1]) or found.biased or (slope is not None and slope.significant),
         remarks=list(one.remarks),
         checks=[
             CheckShape(
                 at=check.at,
-                deviation_um=_um(check.deviation_mm),
+                deviation_um=um(check.deviation_mm),
                 repeats=len(check.deviations_mm),
                 e_n=None if check.e_n is None else round(check.e_n, 3) + 0.0,
                 fails=said,
@@ -125,11 +125,11 @@ def _chart(one: GaugeSeries) -> CharacteristicChartShape:
         nominal_mm=0.0,
         lower_limit_mm=None,
         upper_limit_mm=None,
-        sigma=0.0 if found is None else _um(found.sigma),
+        sigma=0.0 if found is None else um(found.sigma),
         baseline=count,
         correlation=0.0,
         parts=[
-            ValueShape(serial=label, value=_um(check.deviation_mm), in_baseline=k < count, tool_set=False)
+            ValueShape(serial=label, value=um(check.deviation_mm), in_baseline=k < count, tool_set=False)
             for k, (label, check) in enumerate(zip(labels, one.checks, strict=True))
         ],
         segments=[SegmentShape(first=0, stop=len(labels), centre=None, charts=[])]
@@ -139,10 +139,6 @@ def _chart(one: GaugeSeries) -> CharacteristicChartShape:
         capability=None,
         remarks=[],
     )
-
-
-def _um(value_mm: float) -> float:
-    return round(value_mm * UM_PER_MM, 4) + 0.0
 
 
 HEAD = (

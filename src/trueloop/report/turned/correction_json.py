@@ -72,7 +72,7 @@ def _shape(correction: Correction) -> CorrectionShape:
         ],
         predicted_is="a prediction, not a measurement; expanded uncertainties hold 95 %",
         between_cuts=between_cuts_words(correction.options.between_cuts),
-        components=[ComponentShape(**vars(one)) for one in record.components],
+        components=[ComponentShape.from_values(one) for one in record.components],
         by_tool=None if by_tool is None else ByToolShape.model_validate(by_tool),
         tool_offset=OffsetShape.model_validate(
             {**correction.wear.as_dict(), "leaves": list(_left_by_offset(correction))}
@@ -84,7 +84,7 @@ def _shape(correction: Correction) -> CorrectionShape:
         scatter_um=model.scatter_mm * UM_PER_MM,
         degrees_of_freedom=model.degrees_of_freedom,
         coverage_factor=coverage_factor(model.degrees_of_freedom or None),
-        touches=list(_touches(correction)),
+        touches=[TouchShape.from_values(row) for row in touch_rows(correction)],
         junctions=list(_junctions(correction)),
         programs=list(_programs(correction)),
         inputs_sha256=record.inputs_sha256,
@@ -97,32 +97,15 @@ def _cut_with(cut: CutWith | None) -> CutWithShape | None:
     if cut is None:
         return None
     offset_x_um, offset_z_um, wear_x_um, wear_z_um = (UM_PER_MM * one for one in (*cut.offset_mm, *cut.wear_mm))
-    return CutWithShape(
-        words=cut.words,
-        ran=cut.ran.value,
-        correction=cut.correction,
-        program_sha256=cut.program_sha256,
-        offset_x_um=offset_x_um,
-        offset_z_um=offset_z_um,
-        wear_x_um=wear_x_um,
-        wear_z_um=wear_z_um,
-    )
+    lengths = {"offset_x_um": offset_x_um, "offset_z_um": offset_z_um, "wear_x_um": wear_x_um, "wear_z_um": wear_z_um}
+    return CutWithShape.from_values(cut, **lengths)
 
 
 def _feature(of: FeatureSummary, sources: FeatureSources) -> FeatureShape:
-    at_touches = of.figures
-    return FeatureShape(
-        feature=of.feature,
-        touches=at_touches.touches,
-        correction=of.correction,
-        before_rms_um=_known(at_touches.before_rms_um),
-        before_worst_um=_known(at_touches.before_worst_um),
-        predicted_rms_um=_known(at_touches.predicted_rms_um),
+    return FeatureShape.from_values(
+        *(of, of.figures),
         predicted_worst_um=_known(of.expected_um),
         predicted_expanded_u_um=_known(of.expanded_u_um),
-        left_out_rms_um=_known(at_touches.left_out_rms_um),
-        expected=of.expected,
-        standard_u_um=of.standard_u_um,
         sources=[_source(one) for one in sources.shares],
     )
 
@@ -135,13 +118,6 @@ def _source(of: Share) -> SourceShape:
         low_um=of.low_mm * UM_PER_MM,
         high_um=of.high_mm * UM_PER_MM,
     )
-
-
-def _touches(correction: Correction) -> Iterator[TouchShape]:
-    for row in touch_rows(correction):
-        given = row._asdict()
-        unsure = {name: _known(given[name]) for name in ("leave_one_out_um", "probability_bad")}
-        yield TouchShape.model_validate({**given, **unsure})
 
 
 def _junctions(correction: Correction) -> Iterator[JunctionShape]:
@@ -170,10 +146,7 @@ def _programs(correction: Correction) -> Iterator[ProgramShape]:
     ):
         if program is not None:
             gone, come = changed_lines(source, program)
-            lines = [
-                [LineShape(kind=line.kind, number=line.number, text=line.text) for line in hunk]
-                for hunk in diff(source, program)
-            ]
+            lines = [[LineShape.from_values(line) for line in hunk] for hunk in diff(source, program)]
             yield ProgramShape(name=name, lines_gone=gone, lines_new=come, diff=lines)
 
 
