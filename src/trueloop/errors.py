@@ -1,7 +1,7 @@
 """The error catalogue: every error a user can cause has a code, the values with units, a place and a hint.
 
-A function that refuses its input raises `TrueloopError` with a code from `Code`. The command line prints it and
-takes its exit status from the code's area. A test produces every code (`tests/errors/`).
+A function that refuses its input raises `TrueloopError`, made by its code: `Code.GEO_NAME.refusal(…)`. The command line
+prints it and takes its exit status from the code's area. A test produces every code (`tests/errors/`).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,6 +35,18 @@ class Code(StrEnum):
         code.meaning = meaning
         code.values = values
         return code
+
+    def refusal(
+        self,
+        message: str,
+        *,
+        hint: str,
+        place: "Place | None" = None,
+        override: str | None = None,
+        values: Values | None = None,
+    ) -> "TrueloopError":
+        """Returns the error of this code: to be raised, as `raise Code.GEO_NAME.refusal(…)`."""
+        return TrueloopError(self, message, hint=hint, place=place, override=override, values=values)
 
     # GEO: nominal profile
     GEO_EMPTY = "GEO-EMPTY", "no features"

@@ -114,9 +114,11 @@ def _raised() -> Iterator[tuple[str, Code, ast.Call]]:
     """Every place in the source where an error or finding is made whose code is written there."""
     for file in sorted(SOURCE.rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("TrueloopError", "Finding"):
-                for code in (ast.unparse(given) for given in node.args):
-                    if code.startswith("Code."):
+            if isinstance(node, ast.Call):
+                called = ast.unparse(node.func)
+                codes = [ast.unparse(given) for given in node.args] if called in ("TrueloopError", "Finding") else []
+                for code in (*codes, called.removesuffix(".refusal")):
+                    if re.fullmatch(r"Code\.[A-Z0-9_]+", code):
                         yield f"{file.name}:{node.lineno}", Code[code.removeprefix("Code.")], node
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.statistics import rms
 
@@ -147,8 +147,7 @@ def _check(seen: Inspections, cutting: State, probing: State) -> None:
     counts = [len(a) for a in (seen.nominal_mm, seen.normal, seen.controller_mm, seen.cmm_mm)]
     counts += [len(cutting.positions), len(probing.positions)]
     if len(set(counts)) != 1 or not np.allclose(np.linalg.norm(seen.normal, axis=1), 1.0, atol=1e-6):
-        raise TrueloopError(
-            Code.MCH_SHAPE,
+        raise Code.MCH_SHAPE.refusal(
             f"gauging points, normals, touches, CMM points, cutting and probing positions number {counts}",
             hint="give each point once in each, in the same order, with normals of length 1",
             values={"counts": counts},

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.machine.refine.update import Block, mixed
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
@@ -174,15 +174,13 @@ def _finding(part: str, motion: Motion, size_mm: float) -> Finding:
 def _check(numbers: Integers, part: Integers, point_mm: Array, normal: Array, difference_mm: Array) -> None:
     counts = [len(part), len(point_mm), len(normal), len(difference_mm)]
     if len(set(counts)) != 1 or not np.isfinite(np.hstack([difference_mm, point_mm.ravel(), normal.ravel()])).all():
-        raise TrueloopError(
-            Code.MCH_SHAPE,
+        raise Code.MCH_SHAPE.refusal(
             f"parts, points, normals and differences number {counts}, or some are no numbers",
             hint="give each gauging point once in each, in the same order",
             values={"counts": counts},
         )
     if len(numbers) < LEAST_PARTS:
-        raise TrueloopError(
-            Code.DIA_FEW,
+        raise Code.DIA_FEW.refusal(
             f"{len(numbers)} part was inspected on the machine and on the CMM, {LEAST_PARTS} are needed",
             hint="of one part `trueloop machine decompose --new-frame` takes the discrepancy out",
             values={"count": len(numbers), "needed": LEAST_PARTS},

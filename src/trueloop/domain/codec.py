@@ -251,4 +251,4 @@ def _shown(value: object) -> str:
 
 
 def _refused(what: str, where: str) -> TrueloopError:
-    return TrueloopError(Code.VAL_FORM, f"{where}: {what}", hint=HINT)
+    return Code.VAL_FORM.refusal(f"{where}: {what}", hint=HINT)

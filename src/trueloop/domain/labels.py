@@ -197,8 +197,7 @@ def _require_written(label: object, text: str, fields: Sequence[_Field]) -> None
 
 def _refused(text: str, at: int, expected: str) -> TrueloopError:
     found = repr(text[at:]) if text[at:] else "the end"
-    return TrueloopError(
-        Code.LAB_FORM,
+    return Code.LAB_FORM.refusal(
         f"{text!r} is no label: at character {at + 1} there is {found} instead of {expected}",
         hint=HINT,
         values={"label": text, "character": at + 1},

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Annotated, Any, Final, Literal, NamedTuple, TypeAlias, get_args, get_type_hints
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.units import UM_PER_MM
 
 
@@ -172,8 +172,7 @@ def check_scatter(scatter_mm: float, limits: Limits, cause: str = "") -> None:
     cause: what is known of where the scatter comes from, a clause for the message.
     """
     if scatter_mm > limits.scatter_mm:
-        raise TrueloopError(
-            Code.CMP_SCATTER,
+        raise Code.CMP_SCATTER.refusal(
             f"the touches scatter by {scatter_mm * UM_PER_MM:.1f} µm (one standard deviation) about what was fitted; "
             f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm{f'; {cause}' if cause else ''}",
             hint="look for a bad touch, a loose probe or chatter: what does not repeat cannot be corrected",
@@ -186,15 +185,13 @@ def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
     """Refuses touches that are older than the limit, or from the future. Both times know their zone, or neither."""
     age_hours = (now - measured_at).total_seconds() / 3600
     if age_hours < 0:
-        raise TrueloopError(
-            Code.CMP_AGE,
+        raise Code.CMP_AGE.refusal(
             f"the touches were taken {-age_hours:.1f} h from now ({measured_at.isoformat(timespec='minutes')})",
             hint="set the clock, or the time and its zone that the job gives",
             values={"age_h": age_hours},
         )
     if age_hours > limits.age_hours:
-        raise TrueloopError(
-            Code.CMP_AGE,
+        raise Code.CMP_AGE.refusal(
             f"the touches were taken {age_hours:.1f} h ago ({measured_at.isoformat(timespec='minutes')}); "
             f"the limit is {limits.age_hours:g} h",
             hint="probe the part again: machine and tool have changed since",

@@ -22,7 +22,7 @@ from trueloop.domain.life import Ran
 from trueloop.domain.part import PartType
 from trueloop.domain.proposal import ToolOffset
 from trueloop.domain.tool import Edge, Machine, Tool
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
 
@@ -238,8 +238,7 @@ def check_uncorrected(source: bytes, what: str = "program") -> None:
         position = found.start()
         line = source.count(b"\n", 0, position) + 1
         comment = source[position:].split(b"\n", 1)[0].decode("latin-1").strip()
-        raise TrueloopError(
-            Code.CMP_TWICE,
+        raise Code.CMP_TWICE.refusal(
             f"this {what} is corrected already: {comment!r}",
             hint=f"correct the {what} that it was made from; its hash stands in the record of that id",
             place=Place(line=line),
@@ -251,8 +250,7 @@ def check_same_program(source: bytes, expected_sha256: str) -> None:
     """Refuses touches that were taken after another program than the one to be corrected."""
     found = sha256_of(source)
     if found != expected_sha256.lower():
-        raise TrueloopError(
-            Code.CMP_OTHER_PROGRAM,
+        raise Code.CMP_OTHER_PROGRAM.refusal(
             f"the touches belong to the program with sha256 {expected_sha256[:16]}…, this one has {found[:16]}…",
             hint="name the program that was run before probing, or probe again",
             override="leave out gauging.program_sha256 in the job",

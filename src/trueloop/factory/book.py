@@ -7,7 +7,7 @@ from typing import Final
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stage
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.loops.post_process.flags import few_findings, usable
 from trueloop.loops.post_process.series import PartSeen, SeriesOptions, When, parts_in_order, series_of, sizes_of
 from trueloop.loops.post_process.tracked import Tracked, tracked
@@ -37,8 +37,7 @@ class Book:
         known = {one.series.name for one in self.tracked}
         for name in names:
             if name not in known:
-                raise TrueloopError(
-                    Code.SER_UNKNOWN,
+                raise Code.SER_UNKNOWN.refusal(
                     f"{name!r} is not one of the {len(known)} characteristics of {self.part_type!r}",
                     hint=f"they are: {', '.join(sorted(known))}",
                     values={"characteristic": name},
@@ -80,8 +79,7 @@ def only_type(store: Store) -> str:
     if len(found) == 1:
         return found[0]
     listed = ", ".join(map(repr, found)) or "none"
-    raise TrueloopError(
-        Code.SER_UNKNOWN,
+    raise Code.SER_UNKNOWN.refusal(
         f"the store holds inspections with sizes of {len(found)} part types: {listed}",
         hint="say which: `--type NAME`; `trueloop series add` takes inspection files",
         values={"characteristic": listed},
@@ -92,8 +90,7 @@ def read_book(store: Store, part_type: str, options: SeriesOptions) -> Book:
     """Reads the series of a part type. Raises SER-UNKNOWN where the store holds none of it."""
     records = _read(store, part_type)
     if not records.inspections:
-        raise TrueloopError(
-            Code.SER_UNKNOWN,
+        raise Code.SER_UNKNOWN.refusal(
             f"the store holds 0 inspections with sizes of part type {part_type!r}",
             hint="`trueloop series add` takes inspection files; `trueloop series status` lists the part types",
             values={"characteristic": part_type},

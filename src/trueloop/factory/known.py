@@ -121,8 +121,7 @@ def _state(parts: tuple[PartNow, ...]) -> str:
 
 def unknown(what: str, name: str, why: str) -> TrueloopError:
     """Returns the error FAC-UNKNOWN."""
-    return TrueloopError(
-        Code.FAC_UNKNOWN,
+    return Code.FAC_UNKNOWN.refusal(
         f"there is no {what} {name!r}: {why}",
         hint="look it up in the list; another may have changed it meanwhile",
         values={"what": what, "name": name},

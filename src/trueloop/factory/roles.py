@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.factory import requests as ask
 
 
@@ -73,8 +73,7 @@ def require_role(request: ask.Request, by: By) -> None:
     """Requires that a person may do what is requested. Raises FAC-ROLE."""
     if not allowed(by.role, type(request)):
         needed = NEEDED[type(request)]
-        raise TrueloopError(
-            Code.FAC_ROLE,
+        raise Code.FAC_ROLE.refusal(
             f"{by.name!r} has the role {by.role.value!r}; this needs {needed.value!r}",
             hint="ask an account with that role, or an administrator for it",
             values={"role": by.role.value, "needed": needed.value},
@@ -84,8 +83,7 @@ def require_role(request: ask.Request, by: By) -> None:
 def require_machine(by: By, machine: str) -> None:
     """Raises FAC-MACHINE where a cell speaks of another machine than its own."""
     if by.role is Role.CELL and by.machine != machine:
-        raise TrueloopError(
-            Code.FAC_MACHINE,
+        raise Code.FAC_MACHINE.refusal(
             f"the key of machine {by.machine!r} is no key of machine {machine!r}",
             hint="use the key that was made for that machine: trueloop key add",
             values={"machine": machine, "key_of": by.machine},

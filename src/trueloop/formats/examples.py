@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 
 EXAMPLES: Final = Path(__file__).parents[1] / "examples"
 
@@ -30,8 +30,7 @@ def copy_example(name: str, folder: Path) -> int:
     from trueloop.formats.outputs import write_all
 
     if folder.exists():
-        raise TrueloopError(
-            Code.JOB_EXISTS,
+        raise Code.JOB_EXISTS.refusal(
             f"{str(folder)!r} is there already",
             hint="name another folder with --output, or go on with what is there",
             place=Place(str(folder)),

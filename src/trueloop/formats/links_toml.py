@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import AfterValidator, Field
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.toml_tables import Positive, Table, read_tables
 from trueloop.nc.program.dialect import DIALECTS
 
@@ -160,8 +160,7 @@ def read_link(path: Path, name: str) -> AnyLink:
         return found[0]
     names = sorted({name for table in tables for name in table})
     near = difflib.get_close_matches(name, names, 1)
-    raise TrueloopError(
-        Code.LNK_FILE,
+    raise Code.LNK_FILE.refusal(
         f"{len(found) or 'none'} of the links is called {name!r}: {', '.join(names) or 'there are no links'}",
         hint=f"did you mean {near[0]!r}?" if near and not found else "name one of them, each by a name of its own",
         place=Place(str(path)),

@@ -126,16 +126,14 @@ def _require_different(folder: Path, names: Sequence[str], inputs: Iterable[Path
     resolved = {path.resolve(): path for path in inputs}
     for name in names:
         if names.count(name) > 1:
-            raise TrueloopError(
-                Code.OUT_TWICE,
+            raise Code.OUT_TWICE.refusal(
                 f"{names.count(name)} of {len(names)} files to be written have the name {name!r}",
                 hint="name the output otherwise",
                 place=Place(str(folder / name)),
                 values={"file": name},
             )
         if (source := resolved.get((folder / name).resolve())) is not None:
-            raise TrueloopError(
-                Code.OUT_INPUT,
+            raise Code.OUT_INPUT.refusal(
                 f"{name!r} would overwrite the input {str(source)!r}",
                 hint="write elsewhere: `--output` or `--out`, or `output.folder` in the job",
                 place=Place(str(folder / name)),
@@ -143,8 +141,7 @@ def _require_different(folder: Path, names: Sequence[str], inputs: Iterable[Path
             )
         # A rename would put the file in the place of a device, where the user may do so.
         if (folder / name).exists() and not (folder / name).is_file():
-            raise TrueloopError(
-                Code.OUT_FOLDER,
+            raise Code.OUT_FOLDER.refusal(
                 f"nothing was written: what {str(folder / name)!r} names is there and is no file",
                 hint="name a file that is new, or to be replaced",
                 place=Place(str(folder / name)),
@@ -220,8 +217,7 @@ def _sync(folder: Path) -> None:
 
 def _refusal(folder: Path, needed: int | None, error: OSError) -> TrueloopError:
     wanted = "" if needed is None else f"{needed} bytes were needed, "
-    return TrueloopError(
-        Code.OUT_FOLDER,
+    return Code.OUT_FOLDER.refusal(
         f"nothing was written to {str(folder)!r}: {error.strerror or error}; {wanted}{_free_bytes(folder)} are free",
         hint="name a folder that takes it, on a disk with room: `--output` or `--out`, or `output.folder` in the job",
         place=Place(str(folder)),

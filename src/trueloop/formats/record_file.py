@@ -27,11 +27,8 @@ def read_json(path: Path, name: str, made: Callable[[dict[str, Any]], T], *, hin
                 raise ValueError(f"format {content['format']!r} is not {name!r}")
             return made(content)
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
-        raise TrueloopError(
-            Code.MCH_FILE,
-            f"{path.name!r} is no {name}: {type(error).__name__}: {error}",
-            hint=hint,
-            place=Place(str(path)),
+        raise Code.MCH_FILE.refusal(
+            f"{path.name!r} is no {name}: {type(error).__name__}: {error}", hint=hint, place=Place(str(path))
         ) from error
 
 
@@ -67,13 +64,13 @@ def _parsed(path: Path, text: str) -> dict[str, Any]:
         content = json.loads(text)
     except json.JSONDecodeError as error:
         place = Place(str(path), error.lineno, error.colno)
-        raise TrueloopError(Code.REC_FILE, f"no JSON from here on: {error.msg!r}", hint=WHOLE, place=place) from error
+        raise Code.REC_FILE.refusal(f"no JSON from here on: {error.msg!r}", hint=WHOLE, place=place) from error
     except (ValueError, RecursionError) as error:
-        raise TrueloopError(Code.REC_FILE, f"no JSON: {str(error)!r}", hint=WHOLE, place=Place(str(path))) from error
+        raise Code.REC_FILE.refusal(f"no JSON: {str(error)!r}", hint=WHOLE, place=Place(str(path))) from error
     if not isinstance(content, dict) or not {"id", "inputs_sha256"} & content.keys():
         found = sorted(content)[:5] if isinstance(content, dict) else type(content).__name__
         message = f"no record of a correction: {found!r} instead of an 'id' and 'inputs_sha256'"
-        raise TrueloopError(Code.REC_FILE, message, hint=HINT, place=Place(str(path)))
+        raise Code.REC_FILE.refusal(message, hint=HINT, place=Place(str(path)))
     return content
 
 
@@ -86,8 +83,7 @@ def _of_schema(path: Path, content: dict[str, Any]) -> dict[str, Any]:
         return {"product": product, "edits": edits, **content, "schema": SCHEMA}
     if isinstance(content["schema"], int) and content["schema"] > SCHEMA:
         version = content.get("trueloop_version")
-        raise TrueloopError(
-            Code.REC_SCHEMA,
+        raise Code.REC_SCHEMA.refusal(
             f"schema {content['schema']}, written by trueloop {version}; this version reads up to {SCHEMA}",
             hint="read it with the version that wrote it, or a later one",
             place=Place(str(path)),
@@ -101,7 +97,7 @@ def _refused_key(path: Path, text: str, mistake: ErrorDetails) -> TrueloopError:
     key = ".".join(map(str, location))
     missing = mistake["type"] == "missing"
     message = f"{key!r} is missing" if missing else f"{key!r}: {mistake['msg']}, given {_short(mistake['input'])}"
-    return TrueloopError(Code.REC_KEY, message, hint=WHOLE, place=Place(str(path), _line_of(text, location)))
+    return Code.REC_KEY.refusal(message, hint=WHOLE, place=Place(str(path), _line_of(text, location)))
 
 
 def _line_of(text: str, location: list[int | str]) -> int | None:

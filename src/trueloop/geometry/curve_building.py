@@ -133,8 +133,7 @@ def _require_smooth(name: str, tangents: Array, starts_mm: Array) -> None:
 
 
 def _refused(name: str, what: str) -> TrueloopError:
-    return TrueloopError(
-        Code.GEO_CURVE,
+    return Code.GEO_CURVE.refusal(
         f"the curve '{name}' {what}",
         hint="a curved feature is smooth: end it at a corner and begin another there",
         values={"feature": name},

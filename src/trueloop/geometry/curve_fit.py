@@ -34,8 +34,7 @@ def curve_through(name: str, points_mm: ArrayLike, tolerance_mm: float) -> Curve
     points = np.asarray(points_mm, dtype=np.float64)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     if len(points) < 3 or np.min(steps) <= 0.0:
-        raise TrueloopError(
-            Code.GEO_CURVE,
+        raise Code.GEO_CURVE.refusal(
             f"'{name}' has {len(points)} points, {int(np.sum(steps <= 0.0))} of them where the one before is",
             hint="give at least three points, each once, in the order of the profile",
             values={"feature": name},
@@ -80,8 +79,7 @@ def _fitted(name: str, points: Array, chord: Array, degree: int, pieces: int) ->
 
 def _not_held(name: str, points: Array, off: Array, tolerance_mm: float, pieces: int) -> TrueloopError:
     k = int(np.argmax(off))
-    return TrueloopError(
-        Code.GEO_CURVE_FIT,
+    return Code.GEO_CURVE_FIT.refusal(
         f"'{name}' of {pieces} pieces through {len(points)} points deviates by {off[k]:.5f} mm from point {k + 1} at "
         f"x = {points[k, 0]:.4f} mm, z = {points[k, 1]:.4f} mm; its tolerance is {tolerance_mm:.5f} mm",
         hint="look at that point first; else give more points there, a wider tolerance, or end the feature at a corner",

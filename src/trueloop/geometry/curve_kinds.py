@@ -12,7 +12,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_building import curve_along, mapped, part_of
 
@@ -41,8 +41,7 @@ def asphere(
     powers, sign = powers or {}, 1.0 if towards_free_end else -1.0
     highest = max(abs(x - vertex_mm[0]) for x, _ in ends_mm)
     if (1 + conic) * highest**2 >= radius_mm**2:
-        raise TrueloopError(
-            Code.GEO_CURVE,
+        raise Code.GEO_CURVE.refusal(
             f"the asphere '{name}' has no slope at {highest:.4f} mm from its axis: its root is zero at "
             f"{abs(radius_mm) / math.sqrt(1 + conic):.4f} mm",
             hint="check radius and conic constant, and that x is a radius where the job does not say diameter",
@@ -178,8 +177,7 @@ def _require_end(curve: Curve, at_mm: float, end_mm: Point) -> None:
     x, z = (float(value) for value in curve.point_mm(at_mm))
     off_mm = math.dist((x, z), end_mm)
     if off_mm > END_MM:
-        raise TrueloopError(
-            Code.GEO_CURVE_END,
+        raise Code.GEO_CURVE_END.refusal(
             f"'{curve.name}' passes x = {x:.4f} mm, z = {z:.4f} mm (x a radius), {off_mm:.4f} mm from its stated end "
             f"x = {end_mm[0]:.4f} mm, z = {end_mm[1]:.4f} mm",
             hint="equation and ends must agree within 1 µm: check vertex, sign and constants, and the end's diameter",
@@ -190,8 +188,7 @@ def _require_end(curve: Curve, at_mm: float, end_mm: Point) -> None:
 def _require_apart(name: str, low: float, high: float) -> None:
     """Refuses a curve from a place to the same place."""
     if not high > low:
-        raise TrueloopError(
-            Code.GEO_LENGTH,
+        raise Code.GEO_LENGTH.refusal(
             f"'{name}' is {high - low:.6f} mm long: it ends where it starts",
             hint="give the point where the feature before it ends, and another one as its end",
             values={"feature": name, "length_mm": high - low},
@@ -211,8 +208,7 @@ def _require_spline(name: str, control: Array, knots: Array, degree: int, weight
     elif np.any(np.diff(knots) < 0.0) or knots[degree] == knots[count]:
         wrong = f"knots that do not ascend from {knots[0]:g} to {knots[-1]:g}"
     if wrong is not None:
-        raise TrueloopError(
-            Code.GEO_CURVE,
+        raise Code.GEO_CURVE.refusal(
             f"the spline '{name}' has {wrong}",
             hint="write control points, knots, degree and weights as the drawing file has them",
             values={"feature": name},

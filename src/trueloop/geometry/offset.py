@@ -124,8 +124,7 @@ def _corner(before: Feature, after: Feature, turn_rad: float, distance_mm: float
         return mean
     if turn_rad * distance_mm < 0:
         raise _narrow(before.name, after.name, mean, abs(distance_mm))
-    raise TrueloopError(
-        Code.GEO_SHARP,
+    raise Code.GEO_SHARP.refusal(
         f"'{before.name}' and '{after.name}' turn by {math.degrees(abs(turn_rad)):.1f}° at x = {mean[0]:.3f} mm, "
         f"z = {mean[1]:.3f} mm: their offsets by {abs(distance_mm):.4f} mm meet far outside or not at all",
         hint="break the edge: put a chamfer or a radius between the two features",
@@ -175,8 +174,7 @@ def _point(xz: Array) -> Point:
 
 def _require_radius(nose_radius_mm: float) -> None:
     if not (math.isfinite(nose_radius_mm) and nose_radius_mm >= 0):
-        raise TrueloopError(
-            Code.GEO_NOSE,
+        raise Code.GEO_NOSE.refusal(
             f"nose radius {nose_radius_mm} mm",
             hint="give the nose radius in mm, zero or more",
             values={"nose_radius_mm": nose_radius_mm},
@@ -185,8 +183,7 @@ def _require_radius(nose_radius_mm: float) -> None:
 
 def _too_tight(feature: Arc | Curve, radius_mm: float, distance_mm: float) -> TrueloopError:
     least = "a radius" if isinstance(feature, Arc) else "a least radius of curvature"
-    return TrueloopError(
-        Code.GEO_NOSE,
+    return Code.GEO_NOSE.refusal(
         f"'{feature.name}' has {least} of {radius_mm:.4f} mm, not larger than the nose radius of "
         f"{abs(distance_mm):.4f} mm",
         hint="draw a sharp corner where the nose itself is to leave the fillet, or use a smaller nose",
@@ -196,8 +193,7 @@ def _too_tight(feature: Arc | Curve, radius_mm: float, distance_mm: float) -> Tr
 
 def _narrow(first: str, second: str, place: Point, nose_radius_mm: float) -> TrueloopError:
     where = f"'{first}'" if first == second else f"'{first}' and '{second}'"
-    return TrueloopError(
-        Code.GEO_NARROW,
+    return Code.GEO_NARROW.refusal(
         f"a nose of radius {nose_radius_mm:.4f} mm does not fit at {where} near x = {place[0]:.3f} mm, "
         f"z = {place[1]:.3f} mm: its path would cross itself",
         hint="use an insert with a smaller nose, or widen the groove",

@@ -11,7 +11,7 @@ import numpy as np
 
 from trueloop._core import NurbsPatch
 from trueloop.arrays import Array, for_kernel
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.surface_basis import BasisRows, basis_matrix, basis_rows
 
 MOST_DEGREE = 25
@@ -91,8 +91,7 @@ class Surface:
         size = np.linalg.norm(du, axis=1) * np.linalg.norm(dv, axis=1)
         if np.any(bad := ~(length > 1e-12 * np.max(size, initial=1e-300))):
             x, y, z = point_mm[int(np.argmax(bad))]
-            raise TrueloopError(
-                Code.SRF_DEGENERATE,
+            raise Code.SRF_DEGENERATE.refusal(
                 f"the surface has no normal at x {x:.4f} mm, y {y:.4f} mm, z {z:.4f} mm",
                 hint="a pole or a collapsed edge: leave it out, or fit the surface to a point grid anew",
                 values={"x_mm": float(x), "y_mm": float(y), "z_mm": float(z)},
@@ -205,7 +204,7 @@ def _check(surface: Surface) -> None:
     if surface.weights is not None and not np.all(surface.weights > 0):
         wrong = f"a weight of {np.min(surface.weights)} is not positive"
     if wrong:
-        raise TrueloopError(Code.SRF_SURFACE, wrong, hint="export the surface again as a B-spline surface")
+        raise Code.SRF_SURFACE.refusal(wrong, hint="export the surface again as a B-spline surface")
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import numpy as np
 
 from trueloop._core import fit_surface_grid
 from trueloop.arrays import Array, for_kernel
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_basis import clamped_knots
 
@@ -47,8 +47,7 @@ def fit_parameterised(points_mm: Array, at: tuple[Array, Array], knots: tuple[Ar
             for k in range(3)
         ]
     except ValueError as refused:
-        raise TrueloopError(
-            Code.SRF_GRID,
+        raise Code.SRF_GRID.refusal(
             f"a grid of {points_mm.shape[0]} × {points_mm.shape[1]} points cannot be fitted: {refused}",
             hint="ask for fewer control points, or give a denser grid",
         ) from None
@@ -65,8 +64,7 @@ def chord_parameters(points_mm: Array) -> Array:
 def _knots(at: Array, count: int, degree: int) -> Array:
     """Clamped knots that follow the density of the parameters, so that every control point has its share of them."""
     if not degree < count <= len(at):
-        raise TrueloopError(
-            Code.SRF_GRID,
+        raise Code.SRF_GRID.refusal(
             f"{count} control points of degree {degree} for {len(at)} rows: {degree + 1} to {len(at)} are possible",
             hint="ask for fewer control points, or give a denser grid",
         )
@@ -81,22 +79,16 @@ def _knots(at: Array, count: int, degree: int) -> Array:
 def _check(points: Array, degree: int) -> None:
     hint = "give a complete grid, row by row, of at least four by four points"
     if points.ndim != 3 or points.shape[2] != 3 or min(points.shape[:2]) <= degree:
-        raise TrueloopError(
-            Code.SRF_GRID, f"a grid of {points.shape} values is too small for degree {degree}", hint=hint
-        )
+        raise Code.SRF_GRID.refusal(f"a grid of {points.shape} values is too small for degree {degree}", hint=hint)
     if np.any(bad := ~np.all(np.isfinite(points), axis=2)):
         row, column = np.argwhere(bad)[0]
-        raise TrueloopError(
-            Code.SRF_GRID,
-            f"the grid has {np.count_nonzero(bad)} holes, the first in row {row + 1}, column {column + 1}",
-            hint=hint,
+        raise Code.SRF_GRID.refusal(
+            f"the grid has {np.count_nonzero(bad)} holes, the first in row {row + 1}, column {column + 1}", hint=hint
         )
     for axis in (0, 1):
         steps = np.linalg.norm(np.diff(points, axis=axis), axis=2)
         if np.any(same := steps <= 0):
             row, column = np.argwhere(same)[0]
-            raise TrueloopError(
-                Code.SRF_GRID,
-                f"grid point in row {row + 1}, column {column + 1} coincides with the next one",
-                hint=hint,
+            raise Code.SRF_GRID.refusal(
+                f"grid point in row {row + 1}, column {column + 1} coincides with the next one", hint=hint
             )

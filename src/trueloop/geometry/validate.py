@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature, Point
 from trueloop.geometry.intersection import crossings
@@ -51,12 +51,11 @@ def checked_profile(
 
 def _require_names(features: Sequence[Feature]) -> None:
     if not features:
-        raise TrueloopError(Code.GEO_EMPTY, "the profile has 0 features", hint="give at least one line or arc")
+        raise Code.GEO_EMPTY.refusal("the profile has 0 features", hint="give at least one line or arc")
     seen: set[str] = set()
     for number, feature in enumerate(features, start=1):
         if not feature.name or feature.name in seen:
-            raise TrueloopError(
-                Code.GEO_NAME,
+            raise Code.GEO_NAME.refusal(
                 f"feature {number} of {len(features)} is named '{feature.name}', " + _name_fault(feature.name),
                 hint="give every feature its own name: touches are tied to features by it",
                 values={"feature": feature.name},
@@ -73,15 +72,13 @@ def _require_feature(feature: Feature, gap_mm: float) -> None:
     if isinstance(feature, Arc):
         numbers += [*feature.centre_mm, feature.sweep_rad]
     if not all(map(math.isfinite, numbers)):
-        raise TrueloopError(
-            Code.GEO_VALUE,
+        raise Code.GEO_VALUE.refusal(
             f"'{feature.name}' has the coordinates {numbers}",
             hint="give finite numbers in mm",
             values={"feature": feature.name},
         )
     if feature.length_mm <= gap_mm:
-        raise TrueloopError(
-            Code.GEO_LENGTH,
+        raise Code.GEO_LENGTH.refusal(
             f"'{feature.name}' at {_at(feature.start_mm)} is {feature.length_mm:.6f} mm long",
             hint=f"leave it out: ends within {gap_mm} mm count as one point",
             values={"feature": feature.name, "length_mm": feature.length_mm},
@@ -89,8 +86,7 @@ def _require_feature(feature: Feature, gap_mm: float) -> None:
     if isinstance(feature, Arc):
         _require_arc(feature, gap_mm)
     if (lowest := _lowest_x_mm(feature)) < -gap_mm:
-        raise TrueloopError(
-            Code.GEO_AXIS,
+        raise Code.GEO_AXIS.refusal(
             f"'{feature.name}' reaches x = {lowest:.4f} mm, beyond the spindle axis",
             hint="end the profile at x = 0; x is a radius, positive on the side that is turned",
             values={"feature": feature.name, "x_mm": lowest},
@@ -100,8 +96,7 @@ def _require_feature(feature: Feature, gap_mm: float) -> None:
 def _require_arc(arc: Arc, gap_mm: float) -> None:
     off_mm = math.dist(arc.point_mm(arc.length_mm), arc.end_mm)
     if off_mm > gap_mm or abs(arc.sweep_rad) > 2 * math.pi:
-        raise TrueloopError(
-            Code.GEO_ARC,
+        raise Code.GEO_ARC.refusal(
             f"'{arc.name}', radius {arc.radius_mm:.4f} mm, sweep {math.degrees(arc.sweep_rad):.4f}°, "
             f"ends {off_mm:.4f} mm from its end point {_at(arc.end_mm)}",
             hint="start and end must lie on one circle about the centre, the sweep at most one turn apart",
@@ -147,8 +142,7 @@ def from_chuck(start_mm: Point, end_mm: Point, within_mm: float) -> bool:
 def _require_chain(features: Sequence[Feature], side: Side, gap_mm: float) -> None:
     for before, after in pairwise(features):
         if (gap := math.dist(before.end_mm, after.start_mm)) > gap_mm:
-            raise TrueloopError(
-                Code.GEO_GAP,
+            raise Code.GEO_GAP.refusal(
                 f"'{before.name}' ends at {_at(before.end_mm)}, '{after.name}' starts {gap:.4f} mm away at "
                 f"{_at(after.start_mm)}",
                 hint="let each feature start where the one before it ends",
@@ -159,8 +153,7 @@ def _require_chain(features: Sequence[Feature], side: Side, gap_mm: float) -> No
         who = (
             f"'{features[i].name}' and '{features[j].name}' cross" if i != j else f"'{features[i].name}' crosses itself"
         )
-        raise TrueloopError(
-            Code.GEO_CROSSING,
+        raise Code.GEO_CROSSING.refusal(
             f"{who} at {_at(place)}",
             hint="a profile touches itself nowhere but where one feature hands over to the next",
             values={"features": [features[i].name, features[j].name], "x_mm": place[0], "z_mm": place[1]},
@@ -172,8 +165,7 @@ def _require_side(start: Point, end: Point, side: Side, gap_mm: float) -> None:
     if runs_as(side, start, end, gap_mm):
         return
     way = "towards the chuck" if end[1] < start[1] - gap_mm else "away from it" if end[1] > start[1] + gap_mm else ""
-    raise TrueloopError(
-        Code.GEO_ORDER,
+    raise Code.GEO_ORDER.refusal(
         f"the {_SIDE_WORDS[side]} runs from {_at(start)} to {_at(end)}, {way or 'outwards along a face'}",
         hint='order an outside from chuck end to free end, a bore (`part.side = "inside"`) from free end to '
         "chuck end, a "
@@ -194,15 +186,13 @@ def _require_design(profile: Profile, by_design: Mapping[tuple[str, str], Juncti
     for (before, after), kind in by_design.items():
         found = neighbours.get((before, after))
         if found is None:
-            raise TrueloopError(
-                Code.GEO_JUNCTION,
+            raise Code.GEO_JUNCTION.refusal(
                 f"no junction of '{before}' and '{after}' among {len(neighbours)} junctions",
                 hint=f"the profile's features, in order: {', '.join(profile.names)}",
                 values={"features": [before, after]},
             )
         if kind is JunctionKind.TANGENT and abs(found.turn_rad) > RUNS_TOGETHER_RAD:
-            raise TrueloopError(
-                Code.GEO_JUNCTION,
+            raise Code.GEO_JUNCTION.refusal(
                 f"'{before}' and '{after}' are tangent by design, but their directions differ by "
                 f"{math.degrees(abs(found.turn_rad)):.3f}°, more than {math.degrees(RUNS_TOGETHER_RAD):.3f}°",
                 hint="mend the coordinates, or call the junction a corner",

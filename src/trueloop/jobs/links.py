@@ -183,12 +183,11 @@ def _name(path: str) -> str:
 
 def _running(path: str, state: str, hint: str, opened: Opened) -> TrueloopError:
     name = _name(path)
-    return TrueloopError(Code.LNK_RUNNING, f"{name!r} {state} at {opened.link.where}", hint=hint, values={"name": name})
+    return Code.LNK_RUNNING.refusal(f"{name!r} {state} at {opened.link.where}", hint=hint, values={"name": name})
 
 
 def _unknown(which: str, name: str, opened: Opened) -> TrueloopError:
-    return TrueloopError(
-        Code.LNK_RUNNING,
+    return Code.LNK_RUNNING.refusal(
         f"{opened.link.where} does not say which program runs: {which} may",
         hint="look at the control",
         override="--not-running",
@@ -206,8 +205,7 @@ def kept_first(opened: Opened, name: str, before: bytes) -> Path:
 def require_unchanged(before: bytes | None, now: bytes | None, name: str, opened: Opened) -> None:
     """Raises LNK-CHANGED where the control has now another program of that name, or another offset, than before."""
     if now != before:
-        raise TrueloopError(
-            Code.LNK_CHANGED,
+        raise Code.LNK_CHANGED.refusal(
             f"{name!r} at {opened.link.where} was {'written' if before is None else 'changed'} while this one was sent",
             hint="compare it, then send again",
             values={"name": name},
@@ -220,8 +218,7 @@ def require_same(name: str, found: list[Difference], state: str) -> None:
         return
     first = found[0]
     lines = [one.line or one.other_line or 0 for one in found]
-    raise TrueloopError(
-        Code.LNK_DIFFERS,
+    raise Code.LNK_DIFFERS.refusal(
         f"{name!r} came back otherwise in {len(found)} lines, the first {lines[0]}: {_line_of(first)}; {state}; lines "
         f"{', '.join(map(str, lines))}",
         hint="if this control always changes that (capitals, blanks, line ends), state so by `passes` in "
@@ -265,8 +262,7 @@ def drip(opened: Opened, content: bytes, name: str) -> None:
     Raises LNK-LINE, LNK-CODE, and LNK-NAME for a link that is no serial line.
     """
     if not isinstance(opened.link, Line):
-        raise TrueloopError(
-            Code.LNK_NAME,
+        raise Code.LNK_NAME.refusal(
             f"{name!r} cannot be fed while it is cut: {opened.link.where} takes whole programs",
             hint="send it without --drip",
             values={"name": name},
@@ -284,8 +280,7 @@ def send_by_numbers(
     if not opened.differences(name, content, before):
         return Sent(name, sha256_of(content), sha256_of(before), written=False)
     if replace is False:
-        raise TrueloopError(
-            Code.LNK_EXISTS,
+        raise Code.LNK_EXISTS.refusal(
             f"{opened.link.where} has other offsets",
             hint="`trueloop link compare` shows where they differ",
             override="--replace",
@@ -340,8 +335,7 @@ def _there(link: Link, name: str) -> bytes | None:
     if name in names:
         return link.read(name)
     if names:
-        raise TrueloopError(
-            Code.LNK_EXISTS,
+        raise Code.LNK_EXISTS.refusal(
             f"{link.where} has {names[0]!r}, which differs from {name!r} in capitals only",
             hint=f"send it as {names[0]!r}, or under another name",
             values={"name": names[0]},
@@ -351,8 +345,7 @@ def _there(link: Link, name: str) -> bytes | None:
 
 def _require_may_be_replaced(name: str, opened: Opened, replace: Replace, not_running: bool) -> None:
     if replace is False:
-        raise TrueloopError(
-            Code.LNK_EXISTS,
+        raise Code.LNK_EXISTS.refusal(
             f"{opened.link.where} has another program {name!r}",
             hint="`trueloop link compare` shows where they differ",
             override="--replace",
@@ -386,8 +379,7 @@ def with_table(opened: Opened, table: str | None, unit: Unit | None) -> Opened:
     """Returns the link with another name or unit of its tool table than its settings have. Raises LNK-NAME."""
     name = table or opened.tool_table
     if not name:
-        raise TrueloopError(
-            Code.LNK_NAME,
+        raise Code.LNK_NAME.refusal(
             f"nothing says which program at {opened.link.where} is the tool table",
             hint="name it with --table, or as `tool_table` in the link's table",
             values={"name": name},

@@ -130,8 +130,7 @@ def _named(path: Path, one: Inspection, adding: Adding, of: int) -> Inspection:
     serial = part.serial or (adding.serial if of == 1 else "")
     if not name or not serial:
         lacks = "part type" if not name else "serial number"
-        raise TrueloopError(
-            Code.SER_PART,
+        raise Code.SER_PART.refusal(
             f"a part has no {lacks} (part {serial or name!r}; parts in the file: {of})",
             hint="state it: `--type NAME`, and `--serial NUMBER` for a file of one part",
             place=Place(str(path)),
@@ -143,8 +142,7 @@ def _named(path: Path, one: Inspection, adding: Adding, of: int) -> Inspection:
 def _require_sizes(file: MeasuredFile, inspections: Sequence[Inspection]) -> None:
     if not any(True for one in inspections for _ in sizes_of(one)):
         readings = sum(len(one.readings) for one in inspections)
-        raise TrueloopError(
-            Code.SER_NONE,
+        raise Code.SER_NONE.refusal(
             f"{file.path.name!r} holds {readings} readings of {len(inspections)} parts, 0 of them sizes with a nominal",
             hint="a series follows diameters, radii, lengths and positions that state their nominal; touches belong to "
             "`trueloop compensate`",
@@ -200,8 +198,7 @@ def _cut_with(store: Store, part_type: str, adding: Adding, inspections: Sequenc
     asked = adding.cut_with
     for one in asked or ():
         if one not in {each.proposal for each in accepted}:
-            raise TrueloopError(
-                Code.SER_PROPOSAL,
+            raise Code.SER_PROPOSAL.refusal(
                 f"proposal {one!r} is not one of the {len(accepted)} accepted ones of {part_type!r}",
                 hint="`trueloop series status` lists them; `--cut-with none` where none was in force",
                 values={"proposal": one},
@@ -393,8 +390,7 @@ def proposal_named(store: Store, name: str) -> Proposal:
     found = [one for one in every if one.id.startswith(name)]
     if len(found) == 1 and name:
         return found[0]
-    raise TrueloopError(
-        Code.SER_PROPOSAL,
+    raise Code.SER_PROPOSAL.refusal(
         f"{name!r} is the beginning of {len(found)} of {len(every)} proposals",
         hint="`trueloop series status` lists those that wait for a decision",
         values={"proposal": name},
@@ -465,8 +461,7 @@ def _control_of(proposal: Proposal) -> Control:
 def _offset_of(proposal: Proposal) -> ToolOffset:
     if proposal.tool_offset is None:
         names = ", ".join(map(repr, proposal.characteristics))
-        raise TrueloopError(
-            Code.OFS_NONE,
+        raise Code.OFS_NONE.refusal(
             f"proposal {proposal.id} changes {names} and names no tool",
             hint="`trueloop series propose --job JOB.toml` proposes the offset of the job's tool",
         )

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.errors import Code, Place, in_file
 from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.formats.jobs.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
@@ -25,8 +25,7 @@ def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial
     read, z_reference = read_job(job), options_from(Gauging, read_turned_job(job)).z_reference
     workshop = nist() if machine is None else read_virtual_machine(machine)
     if read.inputs.allowance_mm <= 0.0:
-        raise TrueloopError(
-            Code.SIM_ALLOWANCE,
+        raise Code.SIM_ALLOWANCE.refusal(
             f"the semi-finish cut leaves {read.inputs.allowance_mm} mm: the finish cut would have nothing to cut",
             hint="say `semifinish_allowance_mm` in the job's table [programs]",
             place=Place(str(job)),
@@ -34,8 +33,7 @@ def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial
         )
     nose_mm = workshop.machine.nose.radius_mm
     if abs(nose_mm - read.inputs.nose_radius_mm) > NOSE_WITHIN_MM:
-        raise TrueloopError(
-            Code.SIM_NOSE,
+        raise Code.SIM_NOSE.refusal(
             f"the machine's nose has a radius of {nose_mm:.4f} mm, the job's {read.inputs.nose_radius_mm:.4f} mm",
             hint="give the machine file a table [nose] with the job's radius; its errors belong into the wear",
             place=Place(str(machine) if machine is not None else str(job)),

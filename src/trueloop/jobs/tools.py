@@ -78,8 +78,7 @@ def apart(edge: Edge, groove_corner: str | None) -> Edge:
 def require_touches_since(setting: Setting, measured_at: datetime | None) -> None:
     """Raises EDG-SETTING for touches taken before the tool was set: they do not tell where its tip lies now."""
     if measured_at is not None and setting.set_at is not None and measured_at < setting.set_at:
-        raise TrueloopError(
-            Code.EDG_SETTING,
+        raise Code.EDG_SETTING.refusal(
             f"{tool_name(setting.edge)} was set at {time(setting.set_at)}, after the touches of {time(measured_at)}",
             hint="cut the semi-finish pass with the tool as it is set now and touch it, or correct without memory",
             values={"set_at": time(setting.set_at), "measured_at": time(measured_at)},
@@ -89,8 +88,7 @@ def require_touches_since(setting: Setting, measured_at: datetime | None) -> Non
 def ended(life: EdgeLife, at: datetime) -> TrueloopError:
     """Makes the refusal of a cut by an edge that is not mounted any more."""
     end = life.ended or life.events[-1]
-    return TrueloopError(
-        Code.EDG_ENDED,
+    return Code.EDG_ENDED.refusal(
         f"{edge_name(life.edge)} was {end.kind} at {time(end.at)}, before this cut of {time(at)}",
         hint="name the edge that cut; `trueloop tool list` shows what is mounted",
         values={"edge": edge_name(life.edge), "ended_at": time(end.at)},
@@ -115,8 +113,7 @@ def _mounted(
 def several(mounted: Sequence[EdgeLife]) -> TrueloopError:
     """Makes the refusal of a name that several mounted edges have."""
     name = tool_name(mounted[0].edge)
-    return TrueloopError(
-        Code.EDG_POCKET,
+    return Code.EDG_POCKET.refusal(
         f"{len(mounted)} edges would be mounted as {name}: {'; '.join(map(where, mounted))}",
         hint="name the machine, in the job by programs.machine, at the command line by --machine; else remove one",
         values={"tool": name, "held": [where(life) for life in mounted]},
@@ -142,8 +139,7 @@ def _names(edge: Edge) -> tuple[str, str, str]:
 
 
 def _other(mounted: EdgeLife, said: str, held: str) -> TrueloopError:
-    return TrueloopError(
-        Code.EDG_OTHER,
+    return Code.EDG_OTHER.refusal(
         f"the job states {said} for {tool_name(mounted.edge)}; by the store it is {held}",
         hint="correct [tool] of the job, or keep what happened to the tool: `trueloop tool mount`, `turn` or `set`",
         override="state the tool's number alone in [tool]",
@@ -190,8 +186,7 @@ def edges_of(
     found = tuple(life for life in own if corner is None or life.edge.corner == corner)
     if not found:
         corners = list(dict.fromkeys(life.edge.corner for life in own))
-        raise TrueloopError(
-            Code.EDG_UNKNOWN,
+        raise Code.EDG_UNKNOWN.refusal(
             f"{tool_name(own[-1].edge)} has no corner {corner!r} in the store",
             hint=f"its corners there are {', '.join(map(repr, corners))}",
             values={"tool": tool, "known": corners},
@@ -203,8 +198,7 @@ def edges_of(
 
 
 def _named_alike(mounted: Sequence[EdgeLife], tool: str) -> TrueloopError:
-    return TrueloopError(
-        Code.EDG_POCKET,
+    return Code.EDG_POCKET.refusal(
         f"{len(mounted)} mounted edges go by {tool!r}: {'; '.join(map(where, mounted))}",
         hint=f"name one by its number: {' or '.join(tool_name(life.edge) for life in mounted)}",
         values={"tool": tool, "held": [where(life) for life in mounted]},
@@ -220,8 +214,7 @@ def _unknown(tool: str, others: Sequence[EdgeLife], what: str, cutting: Sequence
     names = list(dict.fromkeys(name for life in others for name in (tool_name(life.edge), life.edge.tool.name) if name))
     near = get_close_matches(tool, names, n=2)
     known = f"those that are: {', '.join(names)}" if names else "none is"
-    return TrueloopError(
-        Code.EDG_UNKNOWN,
+    return Code.EDG_UNKNOWN.refusal(
         f"no tool {tool!r} {what}; {known}",
         hint=_never_mounted(cutting)
         or (f"did you mean {' or '.join(near)}?" if near else "`trueloop tool mount` keeps a tool's edge"),
@@ -311,8 +304,7 @@ def turning(
 def of_mounted(known: Sequence[EdgeLife], tool: str, kind: EdgeEventKind, happened: Happened) -> tuple[EdgeEvent, ...]:
     """Returns the event of a mounted edge: set, wear measured, removed. Raises EDG-VALUE for wear without a value."""
     if kind is EdgeEventKind.WORN and not happened.values:
-        raise TrueloopError(
-            Code.EDG_VALUE,
+        raise Code.EDG_VALUE.refusal(
             f"0 values of the wear of {tool} are stated",
             hint="give --flank-mm, --minutes-in-cut or both",
             values={"name": "flank_wear_mm"},
@@ -325,8 +317,7 @@ def require_values(values: dict[str, float]) -> None:
     for name, value in values.items():
         signed = name in ("x_mm", "z_mm")
         if not math.isfinite(value) or (value < 0 and not signed):
-            raise TrueloopError(
-                Code.EDG_VALUE,
+            raise Code.EDG_VALUE.refusal(
                 f"{name} is {value:g}",
                 hint="give a finite number" if signed else "give a finite number, 0 or more",
                 values={"name": name},
@@ -336,8 +327,7 @@ def require_values(values: dict[str, float]) -> None:
 def require_time(at: datetime, now: datetime) -> None:
     """Raises EDG-TIME for an event that has not happened yet by the clock."""
     if at > now + CLOCKS_DIFFER:
-        raise TrueloopError(
-            Code.EDG_TIME,
+        raise Code.EDG_TIME.refusal(
             f"the event is of {time(at)}, and it is {time(now)} now",
             hint="an event is kept when it has happened: give its time by --at, or set this computer's clock",
             values={"at": time(at), "now": time(now)},
@@ -350,8 +340,7 @@ def _wanted_edge(known: Sequence[EdgeLife], wanted: Mounting) -> Edge:
     edge = Edge(Tool(number, name, wanted.nose_radius_mm), wanted.insert, wanted.corner)
     before = life_of(known, edge)
     if wanted.again and before is None:
-        raise TrueloopError(
-            Code.EDG_UNKNOWN,
+        raise Code.EDG_UNKNOWN.refusal(
             f"{edge_name(edge)} was never mounted: nothing is known that could hold again",
             hint="leave out --again; `trueloop tool list --all` shows every edge that was mounted",
             values={"tool": wanted.tool, "known": list(map(where, known))},
@@ -359,8 +348,7 @@ def _wanted_edge(known: Sequence[EdgeLife], wanted: Mounting) -> Edge:
     if wanted.nose_radius_mm is None and wanted.again and before is not None:
         return replace(edge, tool=replace(edge.tool, corner_radius_mm=before.edge.tool.corner_radius_mm))
     if wanted.nose_radius_mm is None:
-        raise TrueloopError(
-            Code.EDG_VALUE,
+        raise Code.EDG_VALUE.refusal(
             f"nose_radius_mm of {edge_name(edge)} is missing",
             hint="give --nose-radius-mm: on the insert's box, RE of ISO 13399; 0 for a pointed tool",
             values={"name": "nose_radius_mm"},
@@ -383,8 +371,7 @@ def _held(life: EdgeLife, edge: Edge) -> TrueloopError:
         if same
         else f"remove it first: `trueloop tool remove {tool_name(life.edge)}`; in another machine, name it by --machine"
     )
-    return TrueloopError(
-        Code.EDG_POCKET,
+    return Code.EDG_POCKET.refusal(
         f"{edge_name(edge)} cannot be mounted: {where(life)} is, since {time(life.set_at)}",
         hint=hint,
         values={"tool": tool_name(edge), "held": [where(life)]},
@@ -405,7 +392,7 @@ def _corner(life: EdgeLife, corner: str, used: Sequence[EdgeLife]) -> TrueloopEr
     else:
         said = f"corner {corner!r} of {name} never cut: nothing is known that could hold again"
         hint = "leave out --again"
-    return TrueloopError(Code.EDG_CORNER, said, hint=hint, values={"corner": corner})
+    return Code.EDG_CORNER.refusal(said, hint=hint, values={"corner": corner})
 
 
 Decide = Callable[[Sequence[EdgeLife]], tuple[EdgeEvent, ...]]
@@ -471,8 +458,7 @@ def _require_latest(store: Store, known: Sequence[EdgeLife], new: Sequence[EdgeE
 
 
 def _past(event: EdgeEvent, at: datetime, what: str) -> TrueloopError:
-    return TrueloopError(
-        Code.EDG_PAST,
+    return Code.EDG_PAST.refusal(
         f"{tool_name(event.edge)} {event.kind} at {time(event.at)} is before what is kept already: {what}, {time(at)}",
         hint="look at the time, at the clock, and at `trueloop tool show`",
         override="--late takes it: cuts are then judged by the edge and the setting of their time",

@@ -93,16 +93,14 @@ def _on_cluster(work: Callable[[Item], Result], items: Sequence[Item], scheduler
     try:
         from distributed import Client, KilledWorker
     except ImportError as missing:
-        raise TrueloopError(
-            Code.SRF_BATCH,
+        raise Code.SRF_BATCH.refusal(
             f"the scheduler {scheduler!r} needs Dask, which is not installed: {str(missing)!r}",
             hint=install_command("cluster"),
         ) from None
     try:
         client = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError, TypeError) as error:
-        raise TrueloopError(
-            Code.SRF_BATCH,
+        raise Code.SRF_BATCH.refusal(
             f"the scheduler {scheduler!r} cannot be reached: {error}",
             hint="start one with `dask scheduler` and workers with `dask worker ADDRESS`",
         ) from error
@@ -118,4 +116,4 @@ def _on_cluster(work: Callable[[Item], Result], items: Sequence[Item], scheduler
 
 
 def _lost(count: int, why: str) -> TrueloopError:
-    return TrueloopError(Code.SRF_BATCH, f"{count} parts could not be worked off in {TRIES} tries", hint=why)
+    return Code.SRF_BATCH.refusal(f"{count} parts could not be worked off in {TRIES} tries", hint=why)

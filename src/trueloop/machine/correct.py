@@ -77,8 +77,7 @@ def axis_table(
         check_travel(chain.axis(name), np.array([position]))
     check_signals(model, signals or {}, extrapolate)
     if not np.isfinite([low, high]).all():
-        raise TrueloopError(
-            Code.MCH_TRAVEL,
+        raise Code.MCH_TRAVEL.refusal(
             f"{input_axis} travels from {low:g} to {high:g} mm: {count} entries have no places",
             hint=f"give [axes.{input_axis}] its travel_mm in the machine file and fit the model again",
             values={"axis": input_axis, "travel": [low, high], "unit": "mm"},
@@ -108,8 +107,7 @@ def axis_table(
 
 def _linear(axis: Axis, does: str) -> Axis:
     if axis.kind is not AxisKind.LINEAR:
-        raise TrueloopError(
-            Code.MCH_AXIS,
+        raise Code.MCH_AXIS.refusal(
             f"the table {does} {axis.name}, which turns: 1 of X, Y, Z is wanted",
             hint="tables hold millimetres as a function of millimetres",
         )
@@ -161,8 +159,7 @@ class TableField:
     def __post_init__(self) -> None:
         nodes = self.field.identity["nodes"]
         if isinstance(nodes, list) and nodes[2] > 1:
-            raise TrueloopError(
-                Code.MCH_PROGRAM,
+            raise Code.MCH_PROGRAM.refusal(
                 f"the table has {nodes[2]} values of z_mm: points of a plane have none",
                 hint="leave z_mm and dz out, or give the table to `trueloop nc map`",
             )
@@ -171,8 +168,7 @@ class TableField:
         """Returns E at (n, 2) points. Raises NC-FIELD outside of the table."""
         moved = self.field.displacement_mm(np.column_stack([point_mm, np.zeros(len(point_mm))]))
         if np.any(moved[:, 2]):
-            raise TrueloopError(
-                Code.MCH_PROGRAM,
+            raise Code.MCH_PROGRAM.refusal(
                 f"the table displaces Z by {UM_PER_MM * np.abs(moved[:, 2]).max():.1f} µm: points have X and Y only",
                 hint="leave dz out, or give the table to `trueloop nc map`",
             )
@@ -206,8 +202,7 @@ def displace_points(program: Program, field: PlanarField, no_positions: frozense
     """
     if not program.dialect.plane_of_points:
         mills = sorted(name for name, dialect in DIALECTS.items() if dialect.plane_of_points)
-        raise TrueloopError(
-            Code.MCH_PROGRAM,
+        raise Code.MCH_PROGRAM.refusal(
             f"programs of the dialect {program.dialect.name} are not corrected point by point: {len(mills)} mills' are",
             hint=f"have it written for another control, or say which this is: --dialect {' or '.join(mills)}",
             place=program.place(0),
@@ -318,8 +313,7 @@ def _unit(program: Program, block: Block, inch: bool | None, *, first: bool) -> 
         return inch
     now = stated[-1].value == 20
     if first and inch is not None and program.unit is not None and now is not inch:
-        raise TrueloopError(
-            Code.NC_UNIT,
+        raise Code.NC_UNIT.refusal(
             f"{stated[-1].text} states {'inch' if now else 'mm'}, and the unit was given as {program.unit}",
             hint="leave --unit out: the program states its unit itself",
             place=program.place(stated[-1].start),
@@ -328,8 +322,7 @@ def _unit(program: Program, block: Block, inch: bool | None, *, first: bool) -> 
 
 
 def _no_unit(program: Program, word: Word) -> TrueloopError:
-    return TrueloopError(
-        Code.NC_UNIT,
+    return Code.NC_UNIT.refusal(
         f"the program does not state its unit before its first length, {word.text}: 1 is 1 mm or 25.4 mm",
         hint="write G20 or G21 before it, or say which unit is in force at the start: --unit mm or --unit inch",
         place=program.place(word.start),
@@ -337,8 +330,7 @@ def _no_unit(program: Program, word: Word) -> TrueloopError:
 
 
 def _no_point(program: Program, word: Word, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.MCH_PROGRAM,
+    return Code.MCH_PROGRAM.refusal(
         f"{word.text} in block {word.block + 1} is {why}: positions are not known from the words",
         hint="write the points as numbers in absolute coordinates (G90); paths are for `trueloop nc map`",
         place=program.place(word.start),
@@ -464,8 +456,7 @@ def _check_head_upright(model: MachineModel, setup: Setup) -> None:
     """Refuses a turned head: work offsets are applied to the tool vectors of an upright head only."""
     for axis in model.machine.chain.tool:
         if setup.fixed.get(axis.name, 0.0) != 0.0:
-            raise TrueloopError(
-                Code.MCH_FRAME,
+            raise Code.MCH_FRAME.refusal(
                 f"{axis.name} turns the tool by {setup.fixed[axis.name]:g} rad: the place of its tip is not given",
                 hint="only rotary axes that carry the work may stand away from 0",
             )

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.chain import ZERO, Chain
 from trueloop.machine.model.history import Lag, lagged
 from trueloop.machine.model.kinematics import influences
@@ -52,8 +52,7 @@ class DriftTest:
 def drift(time_s: Array, values: Array, channel: str, window_s: float) -> Drift:
     """Analyses one channel, (n,) each. Raises MCH-DATA where time does not ascend or does not cover a window."""
     if len(time_s) < 2 or np.any(np.diff(time_s) <= 0) or time_s[-1] - time_s[0] < window_s:
-        raise TrueloopError(
-            Code.MCH_DATA,
+        raise Code.MCH_DATA.refusal(
             f"{channel}: {len(time_s)} rows do not cover {window_s:g} s in ascending time",
             hint="sort the rows by time, or choose a shorter window",
         )
@@ -125,8 +124,7 @@ class DriftModel:
         left out.
         """
         if missing := [name for name in self.signals if name not in signals]:
-            raise TrueloopError(
-                Code.MCH_SIGNAL,
+            raise Code.MCH_SIGNAL.refusal(
                 f"{len(missing)} signals that the drift model needs are not given: {', '.join(missing)}",
                 hint="log the temperatures and the speed that it was made from, under the same names",
                 values={"signals": missing},
@@ -167,8 +165,7 @@ def fit_drift(
     no faster.
     """
     if len(time_s) < 100 or len(drift) != len(time_s) or not signals:
-        raise TrueloopError(
-            Code.MCH_DATA,
+        raise Code.MCH_DATA.refusal(
             f"{len(time_s)} times, {len(drift)} displacements and {len(signals)} signals determine no dynamic model",
             hint="record temperatures or speeds through a warm-up and a cool-down, a row every few seconds to a minute",
         )
@@ -337,8 +334,7 @@ def with_drift(model: MachineModel, drift: DriftModel, error: ErrorName) -> Mach
     """
     sense = _sense(model.machine.chain, error)
     if any(term.name == error for term in model.terms):
-        raise TrueloopError(
-            Code.MCH_DATA,
+        raise Code.MCH_DATA.refusal(
             f"the model of {len(model.terms)} terms has {error} already: what drifts would count twice",
             hint=f"leave {error} out of the machine file and fit again, or add the drift to another model",
         )
@@ -399,8 +395,7 @@ def _sense(chain: Chain, error: ErrorName) -> float:
     """Returns the sense in which the error moves the tool as seen from the work, forward or back along its own axis."""
     if error not in chain.errors() or not error.place or error.is_rotation:
         places = [str(name) for name in chain.errors() if name.place and not name.is_rotation]
-        raise TrueloopError(
-            Code.MCH_AXIS,
+        raise Code.MCH_AXIS.refusal(
             f"{error} is no displacement of place of the machine; it has {len(places)}: {' '.join(places)}",
             hint="a drift moves the spindle as a whole: EX0S, EY0S, EZ0S, on a lathe EX0C, EZ0C",
         )

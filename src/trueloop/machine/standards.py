@@ -7,7 +7,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
@@ -148,8 +148,7 @@ class Similarity:
 def fit_similarity(nominal_mm: Array, measured_mm: Array) -> Similarity:
     """Least-squares similarity of (n, 2) points; in complex numbers w ≈ a + b z. Raises MCH-DATA below 3 points."""
     if len(nominal_mm) < 3 or nominal_mm.shape != measured_mm.shape:
-        raise TrueloopError(
-            Code.MCH_DATA,
+        raise Code.MCH_DATA.refusal(
             f"{len(nominal_mm)} nominal and {len(measured_mm)} measured points do not determine a similarity",
             hint="give three pairs of points at least",
         )
@@ -254,8 +253,7 @@ def fit_pattern(plates: Sequence[Plate], start: Array | None = None) -> PatternF
     nominal = np.concatenate([plate.nominal_mm for plate in plates])
     tool = np.concatenate([plate.tool for plate in plates])
     if len(nominal) < 12:
-        raise TrueloopError(
-            Code.MCH_DATA,
+        raise Code.MCH_DATA.refusal(
             f"{len(nominal)} holes on {len(plates)} plates do not determine a pattern",
             hint="measure twelve holes at least, spread over the plate",
         )
@@ -409,8 +407,7 @@ def not_repeating(left: Sequence[LeftOut]) -> str:
 def require_repeating(left: Sequence[LeftOut] | None) -> None:
     """Raises MCH-PATTERN for a pattern that is not known to repeat; a table that is of no plates (None) passes."""
     if left is not None and (why := not_repeating(left)):
-        raise TrueloopError(
-            Code.MCH_PATTERN,
+        raise Code.MCH_PATTERN.refusal(
             why,
             hint="measure more plates, cut one after the other; a plate drilled with the correction is the best judge",
             override="--unproven",
@@ -520,16 +517,14 @@ def _spans(highest: Array, lowest: Array) -> BothWays:
 def _check(target: Array, up: Array, down: Array) -> None:
     one_way = not up.size or not down.size
     if (up.shape != down.shape and not one_way) or {len(up), len(down)} != {len(target)}:
-        raise TrueloopError(
-            Code.MCH_DATA,
+        raise Code.MCH_DATA.refusal(
             f"{len(target)} targets, deviations ↑ {up.shape} and ↓ {down.shape} do not make one table",
             hint="every target needs the same number of approaches from below and from above, or all from one side",
         )
     given = [deviation for deviation in (up, down) if deviation.size]
     least = min((deviation.shape[1] for deviation in given), default=0)
     if len(target) < 2 or least < 2 or not all(np.isfinite(deviation).all() for deviation in given):
-        raise TrueloopError(
-            Code.MCH_DATA,
+        raise Code.MCH_DATA.refusal(
             f"{len(target)} targets with {least} approaches each way, some missing: no spread can be computed",
             hint="the standard asks for five targets a metre at least and five approaches each way",
         )

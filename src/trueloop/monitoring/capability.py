@@ -11,7 +11,7 @@ import numpy as np
 from scipy import stats
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.monitoring.charts import Baseline, baseline
 
 SHARE_OF_FREEDOM: Final = 0.62
@@ -65,8 +65,7 @@ def capability(
 
 def _check(lower: float | None, upper: float | None) -> None:
     if (lower is None and upper is None) or (lower is not None and upper is not None and lower >= upper):
-        raise TrueloopError(
-            Code.MON_LIMITS,
+        raise Code.MON_LIMITS.refusal(
             f"limits {lower} and {upper} say nothing of capability",
             hint="state a lower limit, an upper one above it, or both",
         )

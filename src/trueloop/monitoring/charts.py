@@ -16,7 +16,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from trueloop.arrays import Array, Flags, by_content
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.monitoring import statistics_of_charts as plotted
 from trueloop.wording import wording
 
@@ -157,8 +157,7 @@ def baseline(values: Sequence[float] | Array) -> Baseline:
     given = np.asarray(values, dtype=np.float64)
     sigma = float(plotted.moving_range(given).mean() / D2) if len(given) > 1 else 0.0
     if len(given) < FEWEST or sigma == 0.0:
-        raise TrueloopError(
-            Code.MON_FEW,
+        raise Code.MON_FEW.refusal(
             f"{len(given)} values with a mean moving range of {sigma * D2:g} say no standard deviation",
             hint=f"chart {FEWEST} values that differ at least, or give centre and sigma",
             values={"count": len(given)},

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.monitoring import charts
 from trueloop.monitoring.charts import D2, FEWEST, Alarm, Baseline, Chart, Rule
 from trueloop.statistics import NORMAL_95
@@ -91,8 +91,7 @@ def _common(values: Array, in_baseline: Flags, spans: Sequence[tuple[int, int]])
     ranges = np.concatenate([np.abs(np.diff(one)) for one in own]) if own else np.zeros(0)
     count, sigma = sum(map(len, own)), float(ranges.mean() / D2) if len(ranges) else 0.0
     if count < FEWEST or sigma == 0.0:
-        raise TrueloopError(
-            Code.MON_FEW,
+        raise Code.MON_FEW.refusal(
             f"{count} values with a mean moving range of {sigma * D2:g} say no standard deviation",
             hint=f"chart {FEWEST} values that differ at least",
             values={"count": count},

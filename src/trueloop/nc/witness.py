@@ -85,6 +85,4 @@ def _codes(lines: list[bytes]) -> Iterator[tuple[int, bytes]]:
 
 
 def _refused(why: str, hint: str, line: int) -> TrueloopError:
-    return TrueloopError(
-        Code.CEL_WITNESS, f"the program cannot witness its run: {why}", hint=hint, place=Place(line=line)
-    )
+    return Code.CEL_WITNESS.refusal(f"the program cannot witness its run: {why}", hint=hint, place=Place(line=line))

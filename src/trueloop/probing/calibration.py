@@ -163,4 +163,4 @@ def _require_good(count: int, low: float, high: float, scatter_mm: float, radius
 
 
 def _refusal(message: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.PRB_CALIBRATION, message, hint=hint)
+    return Code.PRB_CALIBRATION.refusal(message, hint=hint)

@@ -99,8 +99,7 @@ def _angles(angles_deg: Sequence[float], opposite: bool) -> list[float]:
 def _require_different(angles_deg: Sequence[float]) -> None:
     wrong = [angle for angle in angles_deg if not math.isfinite(angle)]
     if wrong or not angles_deg or len(_angles(angles_deg, False)) < len(angles_deg):
-        raise TrueloopError(
-            Code.TCH_PLAN,
+        raise Code.TCH_PLAN.refusal(
             f"{len(angles_deg)} angles about the axis, {', '.join(f'{angle:g}°' for angle in angles_deg)}, are not "
             "one or more finite ones, each once",
             hint="name every angle once, 0° is where the profile is drawn",
@@ -164,8 +163,7 @@ def way_back(moves: Sequence[CmmMove]) -> tuple[Vector, ...]:
 def _require_apart(approach: CmmApproach) -> None:
     least = approach.allowance_mm + MARGIN_MM
     if not least < approach.approach_mm <= approach.clearance_mm:
-        raise TrueloopError(
-            Code.TCH_PLAN,
+        raise Code.TCH_PLAN.refusal(
             f"the approach of {approach.approach_mm:g} mm is not above {least:g} mm (allowance and margin) and at most "
             f"the clearance of {approach.clearance_mm:g} mm",
             hint="give a longer approach, or a larger clearance",

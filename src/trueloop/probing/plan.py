@@ -93,4 +93,4 @@ def _points(profile: Profile, placed: list[tuple[int, float]]) -> GaugingPoints:
 
 
 def _refusal(message: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.TCH_PLAN, message, hint=hint)
+    return Code.TCH_PLAN.refusal(message, hint=hint)

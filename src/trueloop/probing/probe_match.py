@@ -13,7 +13,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.inspection import Touch
-from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Place, Severity
 from trueloop.geometry.feature import Point, contact_angle_rad
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.probe_plan import ProbePlan
@@ -87,8 +87,7 @@ def owners_of(
 def _expected(plan: ProbePlan, calibration: BallCalibration | None, reports_surface: bool) -> tuple[Array, Array]:
     """Returns the positions that are reported of a part without errors, and the normals, (n, 2) each."""
     if calibration is None and not reports_surface:
-        raise TrueloopError(
-            Code.PRB_CALIBRATION,
+        raise Code.PRB_CALIBRATION.refusal(
             f"the probe of {plan.stylus.ball_radius_mm:.3f} mm ball radius is not calibrated: its touches cannot be "
             "corrected for ball, pre-travel and lobing",
             hint="touch a sphere or ring of known size, put what `trueloop probe calibrate` prints into the probe file",
@@ -106,8 +105,7 @@ def _ball_mm(plan: ProbePlan, normal: Array, calibration: BallCalibration) -> Ar
         k = int(np.argmax(outside))
         low, high = math.degrees(calibration.lowest_rad), math.degrees(calibration.highest_rad)
         first, angle = plan.touches[k], math.degrees(float(contact_angle_rad(normal[k])))
-        raise TrueloopError(
-            Code.PRB_CALIBRATION,
+        raise Code.PRB_CALIBRATION.refusal(
             f"the probe is calibrated from {low:.1f}° to {high:.1f}° of contact angle: {np.count_nonzero(outside)} of "
             f"{len(normal)} touches lie outside, the first, {first.point!r} on {first.feature!r}, at {angle:.1f}°",
             hint="calibrate it again, touching the sphere or ring in all directions that the part is touched in",
@@ -123,8 +121,7 @@ def _require_met(plan: ProbePlan, normal: Array, ball_mm: float, logged: Array, 
     missed = np.min(off, axis=1) <= AT_END * approach.overtravel_mm
     if np.any(missed):
         k = int(np.argmax(missed))
-        raise TrueloopError(
-            Code.PRB_MISSED,
+        raise Code.PRB_MISSED.refusal(
             f"{np.count_nonzero(missed)} of {len(logged)} probing moves went to their end without a touch, "
             f"{approach.overtravel_mm:.3f} mm into the part, the first at point "
             f"{plan.touches[int(np.argmin(off[k]))].point!r}",
@@ -165,8 +162,7 @@ def _require_on_plan(
     retracted = np.any(at_start, axis=1) & ~np.any(on_move & ~at_start, axis=1)
     if np.any(retracted):
         k = int(np.argmax(retracted))
-        raise TrueloopError(
-            Code.PRB_RETRACT,
+        raise Code.PRB_RETRACT.refusal(
             f"{np.count_nonzero(retracted)} of {len(logged)} touches are where the approach began, "
             f"{plan.approach.stand_off_mm:.3f} mm off the part, the first at x {logged[k, 0]:.4f} mm, "
             f"z {logged[k, 1]:.4f} mm",
@@ -181,8 +177,7 @@ def _require_on_plan(
     stray = ~np.any(on_move, axis=1)
     if np.any(stray):
         k = int(np.argmax(stray))
-        raise TrueloopError(
-            Code.PRB_OTHER,
+        raise Code.PRB_OTHER.refusal(
             f"{np.count_nonzero(stray)} of {len(logged)} touches are at none of the job's {len(plan.touches)} points, "
             f"the first at x {logged[k, 0]:.4f} mm (radius), z {logged[k, 1]:.4f} mm, {nearest_mm[k]:.3f} mm from the "
             "nearest",
@@ -205,8 +200,7 @@ def _require_each_once(
     if np.any(count > 1):
         k = int(np.argmax(count > 1))
         rows = [lines[int(row)] for row in np.flatnonzero(owner == k)]
-        raise TrueloopError(
-            Code.PRB_TWICE,
+        raise Code.PRB_TWICE.refusal(
             f"point {plan.touches[k].point!r} was touched {count[k]} times, in lines {', '.join(map(str, rows))}",
             hint="keep one touch a point: delete the others from a copy of the log",
             place=Place(line=rows[-1]),
@@ -214,8 +208,7 @@ def _require_each_once(
         )
     if np.any(count == 0):
         missing = [plan.touches[int(k)].point for k in np.flatnonzero(count == 0)]
-        raise TrueloopError(
-            Code.PRB_MISSING,
+        raise Code.PRB_MISSING.refusal(
             f"{len(missing)} of {len(plan.touches)} points have no touch: {', '.join(map(repr, missing))}",
             hint="probe again, or take these points out of the plan",
             values={"points": missing},

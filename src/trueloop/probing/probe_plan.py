@@ -176,8 +176,7 @@ def require_ball_fits(touch: PlannedTouch, obstacle: Obstacle, stylus: Stylus) -
 
 def no_room_for_ball(point: str, feature: str, nearest: str, ball_radius_mm: float, overlap_mm: float) -> TrueloopError:
     """Returns the refusal PRB-BALL: at a point the ball overlaps another feature than its own."""
-    return TrueloopError(
-        Code.PRB_BALL,
+    return Code.PRB_BALL.refusal(
         f"at point {point!r} on {feature!r} a ball of {2 * ball_radius_mm:.3f} mm overlaps {nearest!r} by "
         f"{overlap_mm:.3f} mm",
         hint="use a smaller ball, or move the point away from the corner or out of the groove",
@@ -240,8 +239,7 @@ def _way(
 
 def _unreachable(name: str, feature: str, meeting: Meeting, approach: Approach) -> TrueloopError:
     x, z = meeting.centre_mm
-    return TrueloopError(
-        Code.PRB_REACH,
+    return Code.PRB_REACH.refusal(
         f"point {name!r} on {feature!r} cannot be reached: with the ball's centre at x {x:.3f} mm (radius), "
         f"z {z:.3f} mm the clearance to {meeting.with_what!r} is {max(meeting.clearance_mm, 0.0):.3f} mm, "
         f"{approach.margin_mm:.3f} mm needed",

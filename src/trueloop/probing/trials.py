@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.feature import Point
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.probe_match import MatchedTouches, match_touches, owners_of
@@ -85,8 +85,7 @@ def match_trials(
     counts = [len(one) for one in rows]
     if min(counts) != max(counts) or max(counts) < 2:
         fewest = plan.touches[int(np.argmin(counts))].point
-        raise TrueloopError(
-            Code.PRB_TRIALS,
+        raise Code.PRB_TRIALS.refusal(
             f"{len(logged_mm)} touches of {len(counts)} points are no repeated trials: point {fewest!r} has "
             f"{min(counts)} touches, the one with most {max(counts)}",
             hint="run the program of `trueloop probe program --trials 40` to its end, and give its whole log",

@@ -53,16 +53,14 @@ def signals_of(model: MachineModel, stated: Stated = NOTHING) -> tuple[Signal, .
     ranges = {**model.identified, **stated.ranges}
     unknown = [name for name in needs if not _inside(ranges.get(name))]
     if unknown:
-        raise TrueloopError(
-            Code.RTC_SIGNAL,
+        raise Code.RTC_SIGNAL.refusal(
             f"no range is known of {len(unknown)} of the model's {len(needs)} signals: {', '.join(unknown)}",
             hint="give the lowest and the highest value at which the model holds",
             override=" ".join(f"--range {name}=LOW,HIGH" for name in unknown),
             values={"signals": unknown},
         )
     if len(needs) > SIGNALS:
-        raise TrueloopError(
-            Code.RTC_SIGNAL,
+        raise Code.RTC_SIGNAL.refusal(
             f"the model needs {len(needs)} signals, an image holds {SIGNALS}: {', '.join(needs)}",
             hint="fit the model with fewer temperatures: `term.choose` in the machine's file takes those that matter",
             values={"signals": list(needs)},
@@ -74,8 +72,7 @@ def _check_stated(needs: tuple[str, ...], stated: Stated) -> None:
     """Only signals that are needed, steps that are some."""
     other = sorted({*stated.ranges, *stated.steps} - set(needs))
     if other:
-        raise TrueloopError(
-            Code.RTC_SIGNAL,
+        raise Code.RTC_SIGNAL.refusal(
             f"a range or a step is stated for {', '.join(other)}; the model needs {len(needs)} signals: "
             f"{', '.join(needs) or 'none'}",
             hint="write the names as the readings and the lags of the model have them",
@@ -83,8 +80,7 @@ def _check_stated(needs: tuple[str, ...], stated: Stated) -> None:
         )
     bad = {name: step for name, step in stated.steps.items() if not 0 < step < math.inf}
     if bad:
-        raise TrueloopError(
-            Code.RTC_SIGNAL,
+        raise Code.RTC_SIGNAL.refusal(
             f"steps between readings are above 0, not {', '.join(f'{name} {step:g}' for name, step in bad.items())}",
             hint="a sensor of temperature that works stays below 2 °C",
             values={"signals": list(bad)},
@@ -144,8 +140,7 @@ def _check_axes(model: MachineModel, standing: Collection[str]) -> None:
     if other:
         raise _too_much(model, f"{len(other)} axes are none of X, Y, Z", other)
     if moving:
-        raise TrueloopError(
-            Code.RTC_MODEL,
+        raise Code.RTC_MODEL.refusal(
             f"the {len(moving)} rotary axes {', '.join(moving)} may turn, and the component in the servo thread "
             "would not know",
             hint="where they stand at 0 as long as the image is in use, say so",
@@ -156,8 +151,7 @@ def _check_axes(model: MachineModel, standing: Collection[str]) -> None:
 
 def _too_much(model: MachineModel, message: str, axes: list[str] | None = None) -> TrueloopError:
     named = axes or [axis.name for axis in model.machine.chain.axes]
-    return TrueloopError(
-        Code.RTC_MODEL,
+    return Code.RTC_MODEL.refusal(
         f"{message}: {', '.join(named)}",
         hint="describe the machine by X, Y, Z and rotary axes that stand",
         values={"axes": named},

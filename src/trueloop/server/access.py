@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.server.identity.who import ROLES, Role, Who
 
 
@@ -116,15 +116,13 @@ def access_of(method: str, path: str) -> Access:
 def require(access: Access, who: Who) -> None:
     """Raises SRV-ROLE where that person or key may not, SRV-KEY for a key where only persons are let in."""
     if not who.person and access.key != who.role:
-        raise TrueloopError(
-            Code.SRV_KEY,
+        raise Code.SRV_KEY.refusal(
             f"the key {who.name!r} is for {who.role}; this address takes {_takes(access)}",
             hint="a key serves what it was made for; people sign in",
         )
     if who.person and (access.role is None or ROLES.index(who.role) < ROLES.index(access.role)):
         needed = access.role or access.key or "admin"
-        raise TrueloopError(
-            Code.SRV_ROLE,
+        raise Code.SRV_ROLE.refusal(
             f"{who.name!r} has the role {who.role!r}; this needs {needed!r}",
             hint="ask somebody with that role, or an administrator for it",
             values={"role": who.role, "needed": needed},

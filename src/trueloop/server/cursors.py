@@ -39,8 +39,7 @@ def _signature(secret: bytes, of: str, said: bytes) -> bytes:
 
 
 def _refused(cursor: str) -> TrueloopError:
-    return TrueloopError(
-        Code.SRV_CURSOR,
+    return Code.SRV_CURSOR.refusal(
         f"{cursor[:40]!r} is no place in this list that this service gave since it was started",
         hint="ask for the list from its beginning, without cursor",
     )

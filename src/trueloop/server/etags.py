@@ -10,7 +10,7 @@ from typing import Annotated
 from fastapi import Depends, Request, Response
 
 from trueloop.domain.option import Language, LengthUnit
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.report.texts.texts import Texts
 from trueloop.server.identity.accounts import stale
 
@@ -19,8 +19,7 @@ def wanted(request: Request) -> str:
     """Returns the ETag of the request's `If-Match`. Raises SRV-MATCH where there is none, or `*`."""
     given = request.headers.get("if-match", "").strip()
     if not given or given == "*":
-        raise TrueloopError(
-            Code.SRV_MATCH,
+        raise Code.SRV_MATCH.refusal(
             f"the header 'If-Match' is {given or 'missing'}: a change needs the ETag that was read",
             hint="read the resource, and send its ETag as `If-Match`",
         )

@@ -169,8 +169,7 @@ def require_host(settings: Settings, host: str) -> None:
     """Refuses another host's name, which a page of another site whose name leads here still sends. Raises SRV-HOST."""
     name = host if host.endswith("]") else host.rpartition(":")[0] or host
     if name.casefold() not in settings.names:
-        raise TrueloopError(
-            Code.SRV_HOST,
+        raise Code.SRV_HOST.refusal(
             f"this service is not {host!r}",
             hint="use a name that it was started with: trueloop serve --name",
             values={"host": host},
@@ -179,8 +178,7 @@ def require_host(settings: Settings, host: str) -> None:
 
 def too_large(limit: int, why: str) -> TrueloopError:
     """Makes the error SRV-LARGE."""
-    return TrueloopError(
-        Code.SRV_LARGE,
+    return Code.SRV_LARGE.refusal(
         f"the request is too large: {why}; {limit} bytes are taken at this address",
         hint="send less at once",
         values={"limit_bytes": float(limit)},

@@ -11,7 +11,7 @@ from fastapi.routing import APIRoute
 from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.factory.roles import By as FactoryBy
 from trueloop.factory.roles import Role
 from trueloop.server import once
@@ -124,8 +124,7 @@ def require_origin(settings: Settings, request: Request) -> None:
         return
     origin, host = request.headers.get("origin", ""), request.headers.get("host", "")
     if origin != f"{settings.scheme}://{host}" or request.headers.get("sec-fetch-site", "same-origin") != "same-origin":
-        raise TrueloopError(
-            Code.SRV_ORIGIN,
+        raise Code.SRV_ORIGIN.refusal(
             f"the change comes from {origin!r}, which is not this service",
             hint=f"use the service's own pages; a program sends `Origin: {settings.scheme}://{host}`",
             values={"origin": origin},
@@ -155,8 +154,7 @@ async def asked_of(request: Request) -> once.Asked:
     """What is to be done once. Raises SRV-ONCE without a key."""
     key = request.headers.get("idempotency-key", "")
     if not 1 <= len(key) <= once.LONGEST_KEY or not key.isprintable():
-        raise TrueloopError(
-            Code.SRV_ONCE,
+        raise Code.SRV_ONCE.refusal(
             f"a POST needs an Idempotency-Key of 1 to {once.LONGEST_KEY} characters; {len(key)} were given",
             hint="send a new random one for each thing to be done, and the same one when it is tried again",
         )

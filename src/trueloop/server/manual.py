@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 HOST: Final = "127.0.0.1"
 POLICY: Final = (
@@ -27,8 +27,7 @@ def folder() -> Path:
 def require_built(place: Path) -> Path:
     """Returns the folder, which holds the manual. Raises SRV-MANUAL."""
     if not (place / "index.html").is_file():
-        raise TrueloopError(
-            Code.SRV_MANUAL,
+        raise Code.SRV_MANUAL.refusal(
             f"the manual is not in '{place}'",
             hint="install trueloop from a wheel, which holds it, or build it in a clone: make docs",
         )
@@ -40,8 +39,7 @@ def listening(place: Path, port: int) -> ThreadingHTTPServer:
     try:
         return ThreadingHTTPServer((HOST, port), partial(_Manual, directory=str(place)))
     except OSError as wrong:
-        raise TrueloopError(
-            Code.SRV_ADDRESS,
+        raise Code.SRV_ADDRESS.refusal(
             f"the manual cannot be served at port {port}: {wrong.strerror or wrong}",
             hint="leave --port out: a free one is taken",
             values={"host": HOST, "port": float(port)},

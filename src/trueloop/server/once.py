@@ -80,4 +80,4 @@ def give_up(store: Store, asked: Asked) -> None:
 
 
 def _reused(key: str, why: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.SRV_REUSED, f"the Idempotency-Key {key!r} {why}", hint=hint, values={"key": key})
+    return Code.SRV_REUSED.refusal(f"the Idempotency-Key {key!r} {why}", hint=hint, values={"key": key})

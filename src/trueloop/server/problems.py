@@ -93,13 +93,13 @@ def answer_of(error: TrueloopError) -> Response:
 
 def refused_request(why: str, hint: str = "the shapes stand in /api/v1/openapi.json") -> TrueloopError:
     """Returns SRV-REQUEST, for a request whose values do not have the documented shape."""
-    return TrueloopError(Code.SRV_REQUEST, why, hint=hint)
+    return Code.SRV_REQUEST.refusal(why, hint=hint)
 
 
 def nothing(what: str, name: str) -> TrueloopError:
     """Makes the error SRV-UNKNOWN."""
-    return TrueloopError(
-        Code.SRV_UNKNOWN, f"there is no {what} {name!r}", hint="look it up in the list", values={"name": name}
+    return Code.SRV_UNKNOWN.refusal(
+        f"there is no {what} {name!r}", hint="look it up in the list", values={"name": name}
     )
 
 
@@ -113,8 +113,7 @@ def unexpected(error: Exception, number: str = "") -> TrueloopError:
     """Makes SRV-INTERNAL for a fault; the log has the rest, under that number (a new one, if not given)."""
     number = number or secrets.token_hex(4)
     log("fault", number=number, error=f"{type(error).__name__}: {error}", where=_where(error))
-    return TrueloopError(
-        Code.SRV_INTERNAL,
+    return Code.SRV_INTERNAL.refusal(
         f"the service failed at this; fault {number} in its log",
         hint="this is a fault of trueloop: report what the log says",
         values={"number": number},

@@ -209,8 +209,7 @@ def listen(where: Listening) -> socket.socket:
         listening.listen(128)
     except OSError as wrong:
         listening.close()
-        raise TrueloopError(
-            Code.SRV_ADDRESS,
+        raise Code.SRV_ADDRESS.refusal(
             f"the service cannot listen at {where.host!r}, port {where.port}: {wrong.strerror or wrong}",
             hint="end what listens there, or choose another by --port or --host",
             values={"host": where.host, "port": float(where.port)},
@@ -219,8 +218,7 @@ def listen(where: Listening) -> socket.socket:
 
 
 def _no_tls(host: str, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.SRV_TLS,
+    return Code.SRV_TLS.refusal(
         f"nothing is served at {host!r}: {why}",
         hint="give --tls-cert and --tls-key, or serve this machine alone: --host 127.0.0.1",
         values={"host": host},

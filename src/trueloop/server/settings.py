@@ -10,7 +10,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.extras import install_command
 
 LOOPBACK_NAMES: Final = ("localhost", "127.0.0.1", "[::1]")
@@ -101,8 +101,7 @@ def require_packages() -> None:
     """Raises SRV-PACKAGE for one that is not installed."""
     for module, package in NEEDED.items():
         if find_spec(module) is None:
-            raise TrueloopError(
-                Code.SRV_PACKAGE,
+            raise Code.SRV_PACKAGE.refusal(
                 f"the service needs the package {package!r}",
                 hint=f"install it: {install_command('service')}",
                 values={"package": package},

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trueloop._core import NoseSweep
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.feature import Feature, contact_angle_rad, pieces_within
 from trueloop.geometry.profile import Side
 from trueloop.nc.program.feed_moves import feed_moves, nose_centre_moves
@@ -69,8 +69,7 @@ def _pieces(angle_rad: tuple[float, ...], wear_mm: tuple[float, ...]) -> Array:
     if not (ascending and np.all(np.isfinite([*angle_rad, *wear_mm]))):
         if not angle_rad and not wear_mm:
             return np.zeros((0, 4))
-        raise TrueloopError(
-            Code.SIM_NOSE,
+        raise Code.SIM_NOSE.refusal(
             f"a worn nose given by {len(angle_rad)} angles and {len(wear_mm)} radius errors",
             hint="give at least two contact angles in ascending order and a radius error for each, all finite",
         )
@@ -89,23 +88,20 @@ def _pieces(angle_rad: tuple[float, ...], wear_mm: tuple[float, ...]) -> Array:
 def _check(nose: Nose) -> None:
     """A radius, angles of one turn, and what the sweep asks of the body: that it is convex."""
     if not (math.isfinite(nose.radius_mm) and nose.radius_mm > 0.0):
-        raise TrueloopError(
-            Code.SIM_NOSE,
+        raise Code.SIM_NOSE.refusal(
             f"a nose radius of {nose.radius_mm} mm with {len(nose.wear_mm)} radius errors",
             hint="the simulated nose has a finite radius above 0 mm",
         )
     for angle in nose.wear_angle_rad:
         if not abs(angle) <= math.pi:
-            raise TrueloopError(
-                Code.SIM_NOSE,
+            raise Code.SIM_NOSE.refusal(
                 f"a radius error at a contact angle of {math.degrees(angle):.1f}°",
                 hint="contact angles are degrees from −180 to 180, from +z towards +x",
             )
     try:
         NoseSweep(np.zeros((1, 2)), nose.radius_mm, nose.first_rad, nose.step_rad, nose.pieces)
     except ValueError as hollow:
-        raise TrueloopError(
-            Code.SIM_NOSE,
+        raise Code.SIM_NOSE.refusal(
             str(hollow),
             hint="a nose touches the work only where it is convex: make the radius errors smoother over angle",
         ) from hollow
@@ -206,8 +202,7 @@ class Transfer:
     def __post_init__(self) -> None:
         ascending = len(self.angle_rad) == len(self.error_mm) and all(np.diff(self.angle_rad) > 0.0)
         if not (ascending and all(math.isfinite(number) for number in (*self.angle_rad, *self.error_mm))):
-            raise TrueloopError(
-                Code.SIM_TRANSFER,
+            raise Code.SIM_TRANSFER.refusal(
                 f"what the finish cut does otherwise is given by {len(self.angle_rad)} angles and "
                 f"{len(self.error_mm)} errors",
                 hint="give contact angles in ascending order and an error for each, or neither",

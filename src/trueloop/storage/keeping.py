@@ -72,8 +72,7 @@ class Keeping:
     def _check(self, kind: Kind, rows: list[Row[Any]], supersedes: int | None) -> None:
         standing = [row.id for row in rows if row.superseded_by is None]
         if standing and supersedes not in standing:
-            raise TrueloopError(
-                Code.STO_DIFFERS,
+            raise Code.STO_DIFFERS.refusal(
                 f"this {kind.table} is stored already as row {standing[-1]}, with another content",
                 hint="what is stored never changes: name the row that the new one supersedes",
             )
@@ -83,13 +82,12 @@ class Keeping:
     def _check_may_be_superseded(self, kind: Kind, row: int) -> None:
         table = TABLES[kind.table]
         if self.connection.scalar(select(table.c.id).where(table.c.id == row)) is None:
-            raise TrueloopError(
-                Code.STO_UNKNOWN, f"there is no {kind.table} in row {row} to supersede", hint="look it up by find"
+            raise Code.STO_UNKNOWN.refusal(
+                f"there is no {kind.table} in row {row} to supersede", hint="look it up by find"
             )
         later = self.connection.scalar(select(table.c.id).where(table.c.supersedes == row))
         if later is not None:
-            raise TrueloopError(
-                Code.STO_DIFFERS,
+            raise Code.STO_DIFFERS.refusal(
                 f"the {kind.table} in row {row} is superseded already, by row {later}",
                 hint=f"supersede row {later} instead",
             )

@@ -25,14 +25,12 @@ def check_schema(connection: Connection, where: str) -> bool:
     """Refuses a database that is no store (STO-FILE) or has a newer schema (STO-SCHEMA); whether it has an older."""
     found = schema_of(connection)
     if found is None:
-        raise TrueloopError(
-            Code.STO_FILE,
+        raise Code.STO_FILE.refusal(
             f"{where!r} is a database, but holds no store of trueloop",
             hint="make a store by `trueloop db init` in a file or database of its own",
         )
     if found > TODAY:
-        raise TrueloopError(
-            Code.STO_SCHEMA,
+        raise Code.STO_SCHEMA.refusal(
             f"the store {where!r} has schema {found}, this version of trueloop knows schemas up to {TODAY}",
             hint="use the newer version of trueloop that wrote it",
         )
@@ -41,8 +39,7 @@ def check_schema(connection: Connection, where: str) -> bool:
 
 def older(connection: Connection, where: str) -> TrueloopError:
     """Returns the refusal STO-SCHEMA of an older schema that is not migrated on opening."""
-    return TrueloopError(
-        Code.STO_SCHEMA,
+    return Code.STO_SCHEMA.refusal(
         f"the store {where!r} has schema {schema_of(connection)}, this version of trueloop writes schema {TODAY}",
         hint="`trueloop db init` with its URL migrates a store in PostgreSQL, once all who share it have this version; "
         "a file is migrated when a command opens it that may write",
@@ -60,8 +57,7 @@ def bring_up_to_date(connection: Connection, where: str) -> None:
     if found is not None and found > TODAY:
         check_schema(connection, where)
     if found is None and (others := inspect(connection).get_table_names()):
-        raise TrueloopError(
-            Code.STO_FILE,
+        raise Code.STO_FILE.refusal(
             f"{where!r} holds tables that are not trueloop's: {', '.join(sorted(others)[:5])}",
             hint="give the store a file or a database of its own",
         )

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from trueloop.domain.characteristic import Quantity
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 NAME: Final = re.compile(r"(?:DIN\s*)?(?:EN\s*)?(?:ISO\s*)?2768\s*(?:-\s*1)?\s*[-\s:]?\s*([fmcv])([HKL]?)")
 LEAST_MM: Final = 0.5
@@ -60,8 +60,7 @@ def deviation(name: str, quantity: Quantity, nominal: float, edge: Edge) -> floa
     inside = LEAST_MM <= nominal <= bounds[-1]
     of_size = row[bisect_left(bounds, nominal)] if inside else None
     if of_size is None or quantity not in (Quantity.DIAMETER, Quantity.LENGTH, Quantity.RADIUS):
-        raise TrueloopError(
-            Code.TOL_SIZE,
+        raise Code.TOL_SIZE.refusal(
             f"{name} has no tolerance for a {quantity} of {nominal:.4f} mm",
             hint="state the tolerance of this size by itself: ISO 2768-1 begins at 0.5 mm and ends at 4000 mm",
             values={"tolerance": name, "nominal_mm": nominal},

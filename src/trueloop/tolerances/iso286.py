@@ -157,8 +157,7 @@ def deviations_mm(tolerance_class: str, nominal_mm: float) -> tuple[float, float
     """
     found = CLASS.fullmatch(tolerance_class.strip())
     if found is None or found[1].lower() not in LETTERS or found[2] not in GRADES:
-        raise TrueloopError(
-            Code.TOL_FIT,
+        raise Code.TOL_FIT.refusal(
             f"{tolerance_class!r} is no tolerance class of ISO 286",
             hint="letters are a to zc of shafts and A to ZC of holes, grades 01 and 0 to 18: h6, js7, H7",
             values={"tolerance": tolerance_class},
@@ -227,8 +226,7 @@ def _delta_um(grade: int, nominal_mm: float) -> float:
 
 
 def _not_there(tolerance_class: str, nominal_mm: float, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.TOL_SIZE,
+    return Code.TOL_SIZE.refusal(
         f"ISO 286 has no {tolerance_class} at {nominal_mm:.4f} mm: {why}",
         hint="give the limits, or `characteristic.nominal` as the drawing has it",
         values={"tolerance": tolerance_class, "nominal_mm": nominal_mm},

@@ -62,8 +62,7 @@ def _form(text: str) -> float:
 
 
 def _other_size(text: str, size_mm: float, nominal_mm: float) -> TrueloopError:
-    return TrueloopError(
-        Code.TOL_SIZE,
+    return Code.TOL_SIZE.refusal(
         f"the tolerance {text!r} is of {size_mm:.4f} mm, the nominal is {nominal_mm:.4f} mm",
         hint="give `characteristic.nominal` as the drawing has it; left out, it is the profile's",
         values={"tolerance": text, "nominal_mm": nominal_mm},
@@ -72,7 +71,7 @@ def _other_size(text: str, size_mm: float, nominal_mm: float) -> TrueloopError:
 
 def unread(text: str) -> TrueloopError:
     """TOL-TEXT."""
-    return TrueloopError(Code.TOL_TEXT, f"the tolerance {text!r} cannot be read", hint=HINT, values={"tolerance": text})
+    return Code.TOL_TEXT.refusal(f"the tolerance {text!r} cannot be read", hint=HINT, values={"tolerance": text})
 
 
 def _number(text: str) -> float:

@@ -44,8 +44,7 @@ def load(path: Path) -> ctypes.CDLL:
     try:
         return kind(str(path))
     except OSError as error:
-        raise TrueloopError(
-            Code.LNK_LIBRARY,
+        raise Code.LNK_LIBRARY.refusal(
             f"the FOCAS library {str(path)!r} cannot be loaded: {error}",
             hint="it is Fanuc's, and not part of this: name yours as `library` in the link's table [focas.NAME] "
             "(libfwlib32.so, Fwlib32.dll, Fwlib64.dll), of as many bits as this Python",
@@ -126,8 +125,7 @@ def _function(library: ctypes.CDLL, name: str, where: str) -> Callable[..., int]
     try:
         found = getattr(library, name)
     except AttributeError as error:
-        raise TrueloopError(
-            Code.LNK_LIBRARY,
+        raise Code.LNK_LIBRARY.refusal(
             f"the library has no function {name}",
             hint="name Fanuc's FOCAS library as `library` in the link's table [focas.NAME]",
             values={"where": where},
@@ -171,7 +169,7 @@ def renumbered(text: bytes, number: int) -> bytes:
 
 def _wrong(message: str, name: str) -> TrueloopError:
     hint = "name it by its O number, with four digits: `--name O0012`"
-    return TrueloopError(Code.LNK_NAME, message, hint=hint, values={"name": name})
+    return Code.LNK_NAME.refusal(message, hint=hint, values={"name": name})
 
 
 LETTERS: Final = "XZRQ"
@@ -207,8 +205,7 @@ def write_offsets(control: Connection, before: bytes, after: bytes, increment: D
     old, new = (_counts(text, increment, unit) for text in (before, after))
     if old.keys() != new.keys():
         lost = sorted(old.keys() ^ new.keys())[0]
-        raise TrueloopError(
-            Code.OFS_ROW,
+        raise Code.OFS_ROW.refusal(
             f"the table and the control do not have the same offsets: {lost[0]} of kind {lost[1]}",
             hint="fetch the table, and change numbers in it alone",
         )
@@ -250,8 +247,7 @@ def _row_counts(row: ToolRow, increment: Decimal) -> Iterator[tuple[tuple[int, i
         if number is not None:
             count = number.value / increment
             if count != int(count):
-                raise TrueloopError(
-                    Code.OFS_NUMBER,
+                raise Code.OFS_NUMBER.refusal(
                     f"{number.value} of offset {row.tool} is no whole number of the control's increment {increment}",
                     hint="state the increment that the control shows offsets with, or round the number",
                     values={"text": str(number.value)},
@@ -432,8 +428,7 @@ class Focas:
 
     def _counted(self) -> tuple[Decimal, Unit]:
         if self.increment is None or self.unit is None:
-            raise TrueloopError(
-                Code.OFS_UNIT,
+            raise Code.OFS_UNIT.refusal(
                 f"{self.where} counts offsets, and nothing says in what: a tenth or ten times as much would be read",
                 hint="state `table_unit`, and `increment` (0.001 where the control shows three decimals), "
                 "in the link's table [focas.NAME]",

@@ -106,8 +106,7 @@ def _with_parity(byte: int, code: WireCode) -> int:
 
 def wrong(what: str, line: int, column: int) -> TrueloopError:
     """Returns the error LNK-CODE."""
-    return TrueloopError(
-        Code.LNK_CODE,
+    return Code.LNK_CODE.refusal(
         f"line {line}, column {column}: {what}",
         hint="compare `code`, `baud` and `parity` in the link's table [serial.NAME] with those of the control",
         values={"line": line, "column": column},
@@ -206,7 +205,7 @@ def open_port(name: str, baud: int, data_bits: int, parity: Parity, stop_bits: i
 
 def broken(where: str, said: str, hint: str) -> TrueloopError:
     """Returns the error LNK-LINE."""
-    return TrueloopError(Code.LNK_LINE, f"{where}: {said}", hint=hint, values={"where": where})
+    return Code.LNK_LINE.refusal(f"{where}: {said}", hint=hint, values={"where": where})
 
 
 def _pyserial(name: str) -> Any:

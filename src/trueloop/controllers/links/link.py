@@ -72,8 +72,7 @@ def checked_name(name: str) -> str:
     """Returns the name. Raises LNK-NAME for one that could leave the control's folder, or stands for a transfer."""
     if NAME.fullmatch(name) and not name.endswith(PART) and ".." not in name:
         return name
-    raise TrueloopError(
-        Code.LNK_NAME,
+    raise Code.LNK_NAME.refusal(
         f"{name!r} is not a valid program name",
         hint=f"up to 100 letters, digits and _ . , + -, beginning with a letter, a digit or _, not ending with {PART}",
         values={"name": name},
@@ -86,14 +85,13 @@ def no_such_program(name: str, where: str, there: list[str]) -> TrueloopError:
 
     near = difflib.get_close_matches(name, there, 1)
     hint = f"did you mean {near[0]!r}?" if near else f"{len(there)} programs are there: `trueloop link list`"
-    return TrueloopError(Code.LNK_NAME, f"there is no program {name!r} at {where}", hint=hint, values={"name": name})
+    return Code.LNK_NAME.refusal(f"there is no program {name!r} at {where}", hint=hint, values={"name": name})
 
 
 def not_reached(where: str, error: Exception | str) -> TrueloopError:
     """Returns the error LNK-REACH."""
     said = error if isinstance(error, str) else f"{type(error).__name__}: {error}"
-    return TrueloopError(
-        Code.LNK_REACH,
+    return Code.LNK_REACH.refusal(
         f"{where}: {said}",
         hint="see that the control is on and its address right; `trueloop link compare` shows which program it holds",
         values={"where": where},

@@ -107,4 +107,4 @@ def _stated(ini: Path, nc: Any, section: str, name: str) -> str:
 
 
 def _failed(message: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.CTL_LINUXCNC, message, hint=hint)
+    return Code.CTL_LINUXCNC.refusal(message, hint=hint)

@@ -20,8 +20,7 @@ def require_linuxcnc() -> None:
     """Raises CTL-LINUXCNC with the line to run when a program is missing."""
     missing = [name for name in NEEDED if shutil.which(name) is None]
     if missing:
-        raise TrueloopError(
-            Code.CTL_LINUXCNC,
+        raise Code.CTL_LINUXCNC.refusal(
             f"{len(missing)} programs of LinuxCNC are missing: {', '.join(missing)}",
             hint=f"on Debian 12 run as root:  {INSTALL}",
         )

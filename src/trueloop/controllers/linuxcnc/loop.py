@@ -179,8 +179,7 @@ def surface_mm(profile: Profile, nose_radius_mm: float, stock: Stock, allowance_
 def _require_dialect(inputs: Inputs) -> None:
     name = inputs.program.dialect.name
     if name != DIALECT:
-        raise TrueloopError(
-            Code.CTL_DIALECT,
+        raise Code.CTL_DIALECT.refusal(
             f"the finish program is written for {name!r}; LinuxCNC runs {DIALECT!r} only",
             hint="take a job whose programs are LinuxCNC's, as examples/loop/job.toml",
             values={"dialect": name},

@@ -206,8 +206,7 @@ def answer(folder: Path) -> dict[str, Any]:
     if not answer_file.exists():
         said = (folder / "linuxcnc.log").read_text(errors="replace").strip().splitlines()
         telling = [line for line in said if re.search("error|fail|denied|not permitted", line, re.IGNORECASE)]
-        raise TrueloopError(
-            Code.CTL_LINUXCNC,
+        raise Code.CTL_LINUXCNC.refusal(
             f"LinuxCNC did not come up; it said: {' / '.join((telling or said)[:3])!r}",
             hint="it needs the right to make namespaces and to mount: run as root, or allow it to a container",
         )
@@ -238,8 +237,7 @@ def _stopped(folder: Path, answer: dict[str, Any]) -> TrueloopError:
     said = str(answer["error"]).strip()
     lines = (folder / "config" / "program.ngc").read_text(errors="replace").splitlines()
     line = _line_meant(folder, said, lines, answer["line"] or 1)
-    return TrueloopError(
-        Code.CTL_PROGRAM,
+    return Code.CTL_PROGRAM.refusal(
         f"LinuxCNC stopped: {said!r}, at block {lines[line - 1].strip()!r}",
         hint="the block is that of the program that was sent; `trueloop nc check` looks at it without running it",
         place=Place(line=line),

@@ -242,11 +242,8 @@ def _require_address(url: str) -> None:
 
 
 def _agent_refused(url: str, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.MTC_AGENT,
-        f"{url}: {why}",
-        hint="open the address in a browser: an agent shows its devices there",
-        values={"url": url},
+    return Code.MTC_AGENT.refusal(
+        f"{url}: {why}", hint="open the address in a browser: an agent shows its devices there", values={"url": url}
     )
 
 
@@ -292,6 +289,6 @@ def _time_s(url: str, one: Seen) -> float:
 
 
 def _refused(url: str, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.MTC_AGENT, f"{url}: {why}", hint="read for longer, or see which items are UNAVAILABLE", values={"url": url}
+    return Code.MTC_AGENT.refusal(
+        f"{url}: {why}", hint="read for longer, or see which items are UNAVAILABLE", values={"url": url}
     )

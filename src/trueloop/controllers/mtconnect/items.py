@@ -182,4 +182,4 @@ def _attributes(item: Item) -> dict[str, str]:
 
 
 def _refused(name: str, why: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.MTC_NAME, f"{name!r} {why}", hint=hint, values={"name": name})
+    return Code.MTC_NAME.refusal(f"{name!r} {why}", hint=hint, values={"name": name})

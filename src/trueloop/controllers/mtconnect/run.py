@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from trueloop.controllers.mtconnect.agent import HEARTBEAT, Limits, Said, nothing, observed, pins_of
 from trueloop.controllers.mtconnect.items import Condition, Machine, Value, lines
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 PING_MS: Final = 10_000
 """An agent asks so often whether the adapter lives."""
@@ -109,8 +109,7 @@ def listening(host: str, port: int) -> socket.socket:
         made.listen(MOST)
     except OSError as wrong:
         made.close()
-        raise TrueloopError(
-            Code.MTC_ADDRESS,
+        raise Code.MTC_ADDRESS.refusal(
             f"the adapter cannot listen at {host!r}, port {port}: {wrong.strerror or wrong}",
             hint="end what listens there, or choose another by --port or --host",
             values={"host": host, "port": float(port)},

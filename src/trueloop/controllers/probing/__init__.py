@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 from trueloop.controllers.probing import fanuc, ge2000t, linuxcnc, siemens
 from trueloop.controllers.probing.settings import Settings
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.probing.probe_plan import ProbePlan
 
 Writer = Callable[[ProbePlan, Settings], str]
@@ -38,13 +38,12 @@ def probing_program(plan: ProbePlan, control: str, settings: Settings) -> str:
     Raises PRB-LOG for a control that is not known, PRB-SECOND for a second touch where there can be none, PRB-AXIS.
     """
     if control not in WRITERS:
-        raise TrueloopError(
-            Code.PRB_LOG, f"no probing for a control named {control!r}", hint=f"choose one of: {', '.join(WRITERS)}"
+        raise Code.PRB_LOG.refusal(
+            f"no probing for a control named {control!r}", hint=f"choose one of: {', '.join(WRITERS)}"
         )
     second = plan.approach.second
     if second is not None and control in ONE_TOUCH:
-        raise TrueloopError(
-            Code.PRB_SECOND,
+        raise Code.PRB_SECOND.refusal(
             f"a second touch at {second.feed_mm_per_min:g} mm/min cannot be programmed for {control!r}: "
             f"{ONE_TOUCH[control]}",
             hint="take `second_feed_mm_per_min` and `second_back_off_mm` out of the probe file's table [program]",

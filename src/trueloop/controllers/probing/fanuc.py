@@ -11,7 +11,7 @@ those of the Haas are from memory: try the program on air first.
 """
 
 from trueloop.controllers.probing.settings import Settings, heading
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.feature import Point
 from trueloop.probing.probe_plan import PlannedTouch, ProbePlan
 
@@ -121,8 +121,7 @@ def _axis_word(plan: ProbePlan, touch: PlannedTouch, settings: Settings) -> str:
     for axis in (0, 1):
         if abs(touch.normal[1 - axis]) < ALONG_AXIS:
             return words[axis]
-    raise TrueloopError(
-        Code.PRB_AXIS,
+    raise Code.PRB_AXIS.refusal(
         f"point {touch.point!r} on {touch.feature!r} faces ({touch.normal[0]:.4f}, {touch.normal[1]:.4f}); P9811 "
         "measures along X or Z only",
         hint="use the control's own skip cycle: --control fanuc",

@@ -15,7 +15,7 @@ from trueloop.diagnosis.causes.ways import SEEN_MM, Way, block_of, ways
 from trueloop.diagnosis.causes.weighing import Products, Size, Weighed, log_beside, log_evidence, products_of, size_of
 from trueloop.diagnosis.causes.words import Shown, against, decide, shown, support
 from trueloop.diagnosis.evidence import shares
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 
 NONE, ONE, TWO = 0.85, 0.135, 0.015
 """Beforehand: how probable no cause, one cause and two are."""
@@ -185,8 +185,7 @@ def judge(series: SeenSeries) -> Diagnosis:
     """
     errors = surface_errors(series)
     if errors is None:
-        raise TrueloopError(
-            Code.DIA_FEW,
+        raise Code.DIA_FEW.refusal(
             f"{len(series.parts)} parts with 0 points on their features, of at least 1 that a diagnosis needs",
             hint="inspect the parts on the machine, by a gauge or on a measuring machine",
             values={"count": 0, "needed": 1},

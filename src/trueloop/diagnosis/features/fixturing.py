@@ -221,8 +221,7 @@ def _hint(found: Fixturing) -> str:
 
 
 def _few(count: int) -> TrueloopError:
-    return TrueloopError(
-        Code.DIA_FEW,
+    return Code.DIA_FEW.refusal(
         f"{count} repeats at one point; {FEWEST} at least tell a spread, a drift and a step apart",
         hint="touch one point more often right after fixturing",
         values={"count": count, "needed": FEWEST},

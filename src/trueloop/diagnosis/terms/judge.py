@@ -66,8 +66,7 @@ def _check_shapes(chain: Chain, seen: Residuals) -> None:
     wanted = ((count,), (count, 3), (count, len(chain.order)))
     signals = [np.shape(values) for values in state.signals.values()]
     if shapes[:3] != wanted or shapes[3] not in ((3,), (count, 3)) or any(s not in ((), (count,)) for s in signals):
-        raise TrueloopError(
-            Code.MCH_SHAPE,
+        raise Code.MCH_SHAPE.refusal(
             f"{count} residuals with parts, normals, positions and tools of the shapes {shapes} do not fit",
             hint=f"give parts (n,), normals (n, 3), positions (n, {len(chain.order)}), tools (3,) or (n, 3)",
             values={"counts": [int(shape[0]) for shape in shapes]},
@@ -80,8 +79,7 @@ def _check_signals(seen: Residuals) -> None:
         known = np.isfinite(np.broadcast_to(np.nan if given is None else np.asarray(given), seen.part.shape))
         if not known.all():
             parts = [int(part) for part in np.unique(seen.part[~known])]
-            raise TrueloopError(
-                Code.DIA_SIGNAL,
+            raise Code.DIA_SIGNAL.refusal(
                 f"the signal {signal!r} is not known of {len(parts)} of {len(np.unique(seen.part))} parts",
                 hint="leave those parts out, or name another signal as the temperature of that element",
                 values={"signal": signal, "parts": parts},
@@ -94,8 +92,7 @@ def _check_finite(seen: Residuals) -> None:
     for values in arrays:
         finite &= np.isfinite(values).all(axis=1)
     if not finite.all():
-        raise TrueloopError(
-            Code.DIA_POINTS,
+        raise Code.DIA_POINTS.refusal(
             f"{int((~finite).sum())} of {len(finite)} points have a residual, normal, position or tool that is no "
             f"finite number, the first in row {int(np.argmin(finite)) + 1}",
             hint="leave out points that were not measured",
@@ -114,8 +111,7 @@ def _check_number(seen: Residuals) -> None:
 
 
 def _few(count: int, needed: int, message: str) -> TrueloopError:
-    return TrueloopError(
-        Code.DIA_FEW,
+    return Code.DIA_FEW.refusal(
         f"{message}; needed are {needed}",
         hint="measure more parts, at other temperatures, with tools of other lengths, at more points",
         values={"count": count, "needed": needed},

@@ -62,8 +62,7 @@ def _program(what: Candidate) -> Iterator[str]:
     found = "" if what.program is None else sha256(what.program).hexdigest()
     block = what.order.block(what.step.no)
     if not wanted or found != wanted or (not block.corrected and wanted != block.program_sha256):
-        raise TrueloopError(
-            Code.FAC_PROGRAM,
+        raise Code.FAC_PROGRAM.refusal(
             f"step {what.step.no} ({what.step.kind}) of part {what.part.value.serial!r}: the program accepted is "
             f"{wanted[:16] or 'none'!r}, the one in the store {found[:16] or 'none'!r}",
             hint="hold the part and look at its correction; nothing was sent",
@@ -80,8 +79,7 @@ def _correction(what: Candidate) -> Iterator[str]:
     probes = [one for one in part.steps if one.kind is BlockKind.PROBE]
     if made is None or made.corrected_sha256 != wanted or made.source_sha256 != block.program_sha256:
         found = "none" if made is None else made.corrected_sha256
-        raise TrueloopError(
-            Code.FAC_PROGRAM,
+        raise Code.FAC_PROGRAM.refusal(
             f"part {part.value.serial!r}: no correction in the store leads from program {block.program_sha256[:16]!r} "
             f"to {wanted[:16]!r}, but to {found[:16]!r}",
             hint="hold the part; run its step 'correct' anew",
@@ -89,8 +87,7 @@ def _correction(what: Candidate) -> Iterator[str]:
         )
     own = all(one == part.value.identity for one in made.parts) and made.parts
     if not own or made.probe_run not in [one.run for one in probes if one.state is StepState.RECORDED]:
-        raise TrueloopError(
-            Code.FAC_TOUCHES,
+        raise Code.FAC_TOUCHES.refusal(
             f"correction {made.id!r} was made from touches of {'; '.join(map(_part_words, made.parts)) or 'no part'} "
             f"in run {made.probe_run!r}, not of part {part.value.serial!r}",
             hint="probe this part, and correct from its own touches",
@@ -115,15 +112,13 @@ def _machine(what: Candidate, machine: MachineFacts, now: datetime) -> Iterator[
             yield _fresh(code, machine.name, name, at, limit, now)
     planned = asked.model_sha256
     if planned is not None and machine.corrector != (planned or "off"):
-        raise TrueloopError(
-            Code.FAC_CORRECTOR,
+        raise Code.FAC_CORRECTOR.refusal(
             f"machine {machine.name!r}: the corrector is to be {planned or 'off'!r} and is {machine.corrector!r}",
             hint="load the planned model, or plan the order for the one that is in force",
             values={"planned": planned or "off", "found": machine.corrector},
         )
     if machine.alarms:
-        raise TrueloopError(
-            Code.FAC_ALARM,
+        raise Code.FAC_ALARM.refusal(
             f"alarm {machine.alarms[0]} ({len(machine.alarms)} in all) is not acknowledged",
             hint="look at it and acknowledge it; then the finish cut is offered",
             values={"alarm": float(machine.alarms[0])},

@@ -80,8 +80,7 @@ def arm(order: OrderNow, request: Arm, by: By, now: datetime) -> Changes:
     held = any(one.state is PartState.HELD for one in order.parts)
     if request.parts and (not at_machine or held or not 0 < request.parts <= left):
         why = "a part of it is held" if held else f"{left} parts are left" if at_machine else "nobody is at the machine"
-        raise TrueloopError(
-            Code.FAC_ARM,
+        raise Code.FAC_ARM.refusal(
             f"order {order.order.id!r} is not armed for {request.parts} parts: {why}",
             hint=f"arm it at machine {order.order.machine.name!r}, for no more parts than are left",
             values={"parts": float(request.parts)},
@@ -96,8 +95,7 @@ def record_step(order: OrderNow, request: RecordStep, by: By, now: datetime) -> 
     part, step = order.part(request.part), order.step(request.part, request.step)
     _require_next(part, step, _BY_HAND)
     if step.kind is BlockKind.RELEASE and by.role is Role.OPERATOR:
-        raise TrueloopError(
-            Code.FAC_ROLE,
+        raise Code.FAC_ROLE.refusal(
             f"{by.name!r} has the role 'operator'; releasing part {part.value.serial!r} needs 'engineer'",
             hint="ask an account with that role",
             values={"role": by.role.value, "needed": Role.ENGINEER.value},
@@ -135,8 +133,7 @@ def correction_refused(order: OrderNow, request: CorrectionRefused, by: By, now:
 
 def _require_next(part: PartNow, step: StepNow, kinds: tuple[BlockKind, ...]) -> None:
     if part.state is PartState.HELD:
-        raise TrueloopError(
-            Code.FAC_HELD,
+        raise Code.FAC_HELD.refusal(
             f"part {part.value.serial!r} is held: {part.held_why}",
             hint="decide on it first",
             values={"serial": part.value.serial},
@@ -165,4 +162,4 @@ def _changed(order: OrderNow, part: PartNow, what: str, said: dict[str, str]) ->
 
 def _state(part: PartNow, why: str, hint: str) -> TrueloopError:
     values = {"state": part.state.value}
-    return TrueloopError(Code.FAC_STATE, f"part {part.value.serial!r} {why}", hint=hint, values=values)
+    return Code.FAC_STATE.refusal(f"part {part.value.serial!r} {why}", hint=hint, values=values)

@@ -123,13 +123,10 @@ class PlanFacts:
 def plan_order(facts: PlanFacts, request: PlanOrder, by: By, now: datetime) -> Changes:
     """Plans the order; its parts get their rows as it is kept. Raises FAC-PLAN, FAC-ORDERED, FAC-RELEASE."""
     for wrong in (*_wrong_parts(request), *_wrong_route(request)):
-        raise TrueloopError(
-            Code.FAC_PLAN, f"the order cannot be made: {wrong}", hint="change the order's route or parts"
-        )
+        raise Code.FAC_PLAN.refusal(f"the order cannot be made: {wrong}", hint="change the order's route or parts")
     for serial in request.serials:
         if serial in facts.ordered:
-            raise TrueloopError(
-                Code.FAC_ORDERED,
+            raise Code.FAC_ORDERED.refusal(
                 f"part {serial!r} of {request.part_type!r} has an order already",
                 hint="a part is made once: give the new part a serial number of its own",
                 values={"serial": serial},
@@ -162,8 +159,7 @@ def order_now(order: WorkOrder, number: int, rows: tuple[int, ...] = ()) -> Orde
 
 def not_released(program: str) -> TrueloopError:
     """Returns the error FAC-RELEASE."""
-    return TrueloopError(
-        Code.FAC_RELEASE,
+    return Code.FAC_RELEASE.refusal(
         f"the program {program[:16]!r} is not released",
         hint="an engineer releases a program of the store before it is ordered or sent",
         values={"program": program},

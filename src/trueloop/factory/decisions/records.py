@@ -127,8 +127,7 @@ def set_tool(facts: Edge | None, request: ask.SetTool, by: By, now: datetime) ->
 
 def stale(expected: str, found: str) -> TrueloopError:
     """Returns the error FAC-STALE."""
-    return TrueloopError(
-        Code.FAC_STALE,
+    return Code.FAC_STALE.refusal(
         f"it was {expected!r} when it was read and is {found!r} now",
         hint="read it again, and decide on what it is now",
         values={"expected": expected, "found": found},

@@ -7,7 +7,7 @@ from hashlib import sha256
 from typing import Final
 
 from trueloop.domain.factory import BlockKind, FactKind, PartState, Run, RunFact, StepState
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.factory.decisions.plan import left_unknown
 from trueloop.factory.known import Changes, Event, NewTask, OrderNow, PartNow, StepNow, unknown
 from trueloop.factory.requests import CellSilent, RecordFacts, RecordTemperatures, RecordTouches
@@ -128,8 +128,7 @@ def record_touches(facts: RunsFacts, request: RecordTouches, by: By, now: dateti
             if known.touches
             else f"is of a step {kind.value!r}, which has none"
         )
-        raise TrueloopError(
-            Code.FAC_TOUCHES,
+        raise Code.FAC_TOUCHES.refusal(
             f"run {request.run!r} {said}: {request.name!r} is not kept",
             hint="send the file that the gauging run of this key wrote, as it wrote it",
             values={"run": request.run},

@@ -9,7 +9,7 @@ from typing import Any, Final, TypeVar
 from sqlalchemy import ColumnElement, Select, bindparam, func, select
 
 from trueloop.domain.part import Part
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.factory.known import unknown
 from trueloop.factory.load import Known
 from trueloop.factory.views.orders import Page, TransferView
@@ -35,8 +35,7 @@ def before(query: Select[Any], key: ColumnElement[int], limit: int, cursor: str 
     """Selects newest first, from the cursor on, one row more than `limit`. Raises FAC-UNKNOWN for no cursor of ours."""
     if cursor is not None:
         if not cursor.isascii() or not cursor.isdigit() or len(cursor) > 18:
-            raise TrueloopError(
-                Code.FAC_UNKNOWN,
+            raise Code.FAC_UNKNOWN.refusal(
                 f"{cursor[:40]!r} is no cursor",
                 hint="take the cursor of the page before as it is, or none",
                 values={"what": "cursor", "name": cursor[:40]},

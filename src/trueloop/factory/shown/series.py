@@ -7,7 +7,7 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, Stage, edge_name
 from trueloop.domain.tool import Edge
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.factory.book import Book, part_types, read_book
 from trueloop.factory.views.series import SeriesPoint, SeriesRow, SeriesView, WeightMove
 from trueloop.loops.post_process.series import SeriesOptions
@@ -37,8 +37,7 @@ def series_view(
     chosen = [one for one in book.tracked if revision in (None, one.series.part_type.revision)]
     latest = [one for one in chosen if one.series.latest] or chosen
     if not latest:
-        raise TrueloopError(
-            Code.SER_UNKNOWN,
+        raise Code.SER_UNKNOWN.refusal(
             f"{characteristic!r} of part type {part_type!r} has no revision {revision!r}",
             hint="see the list of series for those that there are",
             values={"characteristic": characteristic},

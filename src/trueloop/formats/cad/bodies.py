@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.part21 import FACES, Records
 from trueloop.formats.cad.step import STEP, CadFace, read_document, read_shape
@@ -98,8 +98,7 @@ def _sewn(shape: Any, path: Path) -> Iterator[Any]:
     sewing.Perform()
     closed = [shell for shell in _all(sewing.SewedShape(), occ.SHELL) if shell.Closed()]
     if not closed:
-        raise TrueloopError(
-            Code.GEO_STEP,
+        raise Code.GEO_STEP.refusal(
             f"the {sum(1 for _ in _all(shape, occ.FACE))} faces of {path.name!r} close 0 solids",
             hint="export the part as a solid",
             place=Place(str(path)),

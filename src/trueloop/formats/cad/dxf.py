@@ -83,8 +83,7 @@ class DxfSheet:
         several = enumerate(self.contours[:LISTED], 1)
         found = "; ".join(f"{k}: {one.described}" for k, one in several)
         asked = "" if number is None else f", and number {number} was asked for"
-        return TrueloopError(
-            Code.GEO_DXF_CHOICE,
+        return Code.GEO_DXF_CHOICE.refusal(
             f"{len(self.contours)} separate chains of lines and arcs{asked}: {found or 'none of that side'}",
             hint="choose one with its number (--outline, part.dxf_outline), name the layer that holds the profile "
             "alone, or erase the others; --picture draws them",
@@ -232,8 +231,7 @@ def _scale(drawing: "Drawing", unit: str | None, path: Path) -> tuple[float, str
     stated = int(drawing.header.get("$INSUNITS", 0))
     code = UNIT_CODES[unit] if unit else stated
     if code not in MM_PER_UNIT:
-        raise TrueloopError(
-            Code.GEO_DXF_UNIT,
+        raise Code.GEO_DXF_UNIT.refusal(
             f"the drawing states no length unit that is known here ($INSUNITS = {stated})",
             hint="say which it is: mm or inch",
             place=Place(str(path)),
@@ -254,4 +252,4 @@ def _nothing(layer: str | None, document: Document, path: Path) -> TrueloopError
 
 
 def _refusal(path: Path, message: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.GEO_DXF, message, hint=hint, place=Place(str(path)))
+    return Code.GEO_DXF.refusal(message, hint=hint, place=Place(str(path)))

@@ -90,8 +90,7 @@ def _refuse_slip(ends: Array, free: Sequence[int], within_mm: float, path: Path)
     for i, near in enumerate(_nearest(KDTree(ends[free]), ends[free], SLIP * within_mm)):
         for first, second in ((free[i], free[j]) for j in near if j != i and free[j] != free[i] ^ 1):
             gap_mm = math.dist(ends[first], ends[second])
-            raise TrueloopError(
-                Code.GEO_GAP,
+            raise Code.GEO_GAP.refusal(
                 f"two ends lie {gap_mm:.4f} mm apart, at {_at(ends[first])} and {_at(ends[second])}",
                 hint=f"join them in the drawing: ends within {within_mm:g} mm count as one point",
                 place=Place(str(path)),
@@ -104,4 +103,4 @@ def _at(point: Sequence[float]) -> str:
 
 
 def _choice(path: Path, message: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.GEO_DXF_CHOICE, message, hint=hint, place=Place(str(path)))
+    return Code.GEO_DXF_CHOICE.refusal(message, hint=hint, place=Place(str(path)))

@@ -91,8 +91,7 @@ def read_faces(path: Path) -> list[CadFace]:
         faces.append(CadFace(path, len(faces) + 1, occ.as_face(explorer.Current())))
         explorer.Next()
     if not faces:
-        raise TrueloopError(
-            Code.SRF_CAD,
+        raise Code.SRF_CAD.refusal(
             f"{path.name!r} holds no surface, 0 faces",
             hint="export the surface itself: curves and meshes alone are not enough",
             place=Place(str(path)),
@@ -107,8 +106,7 @@ def read_face(path: Path, number: int | None = None) -> CadFace:
         return faces[0]
     if number is None or not 1 <= number <= len(faces):
         asked = "none was chosen" if number is None else f"face {number} was asked for"
-        raise TrueloopError(
-            Code.SRF_CAD_CHOICE,
+        raise Code.SRF_CAD_CHOICE.refusal(
             f"{path.name!r} has {len(faces)} faces and {asked}",
             hint=f"choose one with its number: {', '.join(map(str, faces[:20]))}",
             place=Place(str(path)),
@@ -129,8 +127,7 @@ def write_surface(surface: Surface, path: Path, loops: Sequence[Loop] = ()) -> N
     patch = to_kernel(occ, outward)
     face = trimmed_face(patch, outward, around) if loops else occ.MakeFace(patch, 1e-6).Face()
     if face is None:
-        raise TrueloopError(
-            Code.SRF_TRIM,
+        raise Code.SRF_TRIM.refusal(
             f"the surface cannot be trimmed by the {len(loops)} loops of edges of its nominal face",
             hint="the whole patch can be written: trim it in the CAD system, by the nominal face's edges",
         )
@@ -148,7 +145,7 @@ def write_surface(surface: Surface, path: Path, loops: Sequence[Loop] = ()) -> N
     else:
         raise _unknown_ending(path)
     if not done:
-        raise TrueloopError(Code.SRF_CAD, f"{path.name!r} could not be written: 1 face", hint="is the folder there?")
+        raise Code.SRF_CAD.refusal(f"{path.name!r} could not be written: 1 face", hint="is the folder there?")
 
 
 def surface_to_bytes(surface: Surface, ending: str, description: str, loops: Sequence[Loop] = ()) -> bytes:
@@ -187,9 +184,7 @@ def read_document(path: Path) -> tuple[Any, Any]:
 def _checked_ending(path: Path) -> str:
     """The ending of a file that is there and whose format is known."""
     if not path.is_file():
-        raise TrueloopError(
-            Code.SRF_CAD, f"no file {path.name!r}", hint="look at the path in the job", place=Place(str(path))
-        )
+        raise Code.SRF_CAD.refusal(f"no file {path.name!r}", hint="look at the path in the job", place=Place(str(path)))
     ending = path.suffix.lower()
     if ending not in STEP | IGES:
         raise _unknown_ending(path)
@@ -198,8 +193,7 @@ def _checked_ending(path: Path) -> str:
 
 def _unreadable(path: Path) -> TrueloopError:
     form = "STEP" if path.suffix.lower() in STEP else "IGES"
-    return TrueloopError(
-        Code.SRF_CAD,
+    return Code.SRF_CAD.refusal(
         f"{path.name!r} cannot be read as {form}, or holds no surface",
         hint="export it again as STEP AP214 or AP242, with surfaces",
         place=Place(str(path)),
@@ -208,7 +202,7 @@ def _unreadable(path: Path) -> TrueloopError:
 
 def _unknown_ending(path: Path) -> TrueloopError:
     known = ", ".join(sorted(STEP | IGES))
-    return TrueloopError(Code.SRF_CAD, f"{path.suffix!r} is no ending of a CAD file", hint=f"known endings: {known}")
+    return Code.SRF_CAD.refusal(f"{path.suffix!r} is no ending of a CAD file", hint=f"known endings: {known}")
 
 
 def _surface_of(face: CadFace) -> Surface:
@@ -221,8 +215,7 @@ def _surface_of(face: CadFace) -> Surface:
         if patch.IsVPeriodic():
             patch.SetVNotPeriodic()
     except occ.Failure as fault:
-        raise TrueloopError(
-            Code.SRF_CAD,
+        raise Code.SRF_CAD.refusal(
             f"the CAD kernel cannot make a B-spline surface of face {face} of {face.file.name!r}: {fault}",
             hint="export that face as a B-spline surface (NURBS), or choose another one",
             place=Place(str(face.file)),

@@ -302,4 +302,4 @@ def _at(point: Point) -> str:
 
 
 def _refusal(path: Path, message: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.GEO_STEP, message, hint=hint, place=Place(str(path)))
+    return Code.GEO_STEP.refusal(message, hint=hint, place=Place(str(path)))

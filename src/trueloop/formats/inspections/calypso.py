@@ -58,16 +58,14 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     rows = list(_rows(text, USED))
     if not rows or not set(NEEDED) <= rows[0][1].keys():
         beside = KIND.sub(r"\1chr", path.name)
-        raise TrueloopError(
-            Code.MSR_MEANING,
+        raise Code.MSR_MEANING.refusal(
             f"{path.name!r} holds no characteristics: {len(rows)} rows without id, actual and nominal",
             hint=f"name the table of characteristics, {beside!r}",
             place=Place(str(path), 1),
             values={"file": path.name},
         )
     if stated.unit is None:
-        raise TrueloopError(
-            Code.MSR_UNIT,
+        raise Code.MSR_UNIT.refusal(
             f"CALYPSO's tables name no unit: is {path.name!r} in mm or inch?",
             hint="state it: --unit mm or --unit inch",
             place=Place(str(path), 1),

@@ -149,9 +149,7 @@ class _Table:
     def refusal(self, k: int, why: str, name: str, hint: str) -> TrueloopError:
         """MSR-COLUMN at a cell."""
         column = self.rows.header.index(name) + 1 if name in self.rows.header else None
-        return TrueloopError(
-            Code.MSR_COLUMN, why, hint=hint, place=Place(str(self.rows.path), self.rows.lines[k], column)
-        )
+        return Code.MSR_COLUMN.refusal(why, hint=hint, place=Place(str(self.rows.path), self.rows.lines[k], column))
 
     def one_of(self, k: int, names: Collection[str], what: str) -> str | None:
         """The only one of these that has a value in row k; None where none has. Raises MSR-COLUMN for two."""
@@ -243,8 +241,7 @@ def _moment(table: _Table, k: int) -> datetime | None:
         return datetime.fromisoformat(text).astimezone()
     except (ValueError, OverflowError, OSError) as error:
         line, column = table.place(k, "measured_at")
-        raise TrueloopError(
-            Code.MSR_NUMBER,
+        raise Code.MSR_NUMBER.refusal(
             f"measured_at is {text!r}, no date with a time of 24 h",
             hint="write 2026-11-23 14:05, with the zone or without",
             place=Place(str(table.rows.path), line, column),
@@ -281,7 +278,7 @@ def _statements(file: CsvFile) -> dict[str, tuple[str, int]]:
         if stated and (key in found or (near and key not in KEYS)):
             why = f"{key!r} is stated twice" if key in found else f"{key!r} is not one of {len(KEYS)} keys"
             hint = "keep one of them" if key in found else f"did you mean {near[0]!r}?"
-            raise TrueloopError(Code.MSR_COLUMN, why, hint=hint, place=Place(str(file.path), line))
+            raise Code.MSR_COLUMN.refusal(why, hint=hint, place=Place(str(file.path), line))
         if stated and key in KEYS:
             found[key] = stated[2], line
     return found

@@ -74,15 +74,14 @@ def read_measured_file(path: Path, stated: Stated) -> MeasuredFile:
         head = file.read(HEAD)
     if not head.strip():
         why = f"{path.name!r} is empty: it has {path.stat().st_size} bytes"
-        raise TrueloopError(Code.MSR_FILE, why, hint="send or export it again", place=Place(str(path)))
+        raise Code.MSR_FILE.refusal(why, hint="send or export it again", place=Place(str(path)))
     for form in KNOWN:
         if form.recognises(path, head):
             return form.read(path, stated)
     if stated.mapping is not None:  # headings that nobody knows are known to it
         return tables.FORMAT.read(path, stated)
     names = ", ".join(form.name for form in KNOWN)
-    raise TrueloopError(
-        Code.MSR_FORMAT,
+    raise Code.MSR_FORMAT.refusal(
         f"{path.name!r}, {path.stat().st_size} bytes, is not one of the {len(KNOWN)} formats that are read: {names}",
         hint=HINT,
         place=Place(str(path)),

@@ -223,11 +223,9 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     values = [[_value(block, row, path, stated, signed) for block, row in _rows_of(run)] for run in runs]
     found = [value for run in values for value in run]
     if not found:
-        raise TrueloopError(
-            Code.MSR_VALUE,
-            f"{path.name!r} has 0 values in {len(rows)} rows",
+        raise Code.MSR_VALUE.refusal(f"{path.name!r} has 0 values in {len(rows)} rows",
             hint="print it with NOMINAL and MEAS",
-            place=Place(str(path), 1), values={"file": path.name},
+            place=Place(str(path), 1), values={"file": path.name}
         )  # fmt: skip
     sha256 = sha256_of(path.read_bytes())
     remarks = [*said, *_remarks(runs)]
@@ -283,8 +281,7 @@ def _value(block: Block, row: Line, path: Path, stated: Stated, signed: bool) ->
     if nominal is None and actual is not None and deviation is not None:
         nominal = actual - deviation
     if actual is None:
-        raise TrueloopError(
-            Code.MSR_VALUE,
+        raise Code.MSR_VALUE.refusal(
             f"{block.name} {axis} has neither MEAS, nor NOMINAL and DEV",
             hint="print the report with the columns NOMINAL and MEAS",
             place=Place(str(path), row.line),
@@ -314,8 +311,7 @@ def _factor(block: Block, path: Path, stated: Stated) -> float:
     unit = block.unit if block.unit in FACTOR and block.unit != "DEG" else (stated.unit or "").upper()
     if unit in FACTOR:
         return FACTOR[unit]
-    raise TrueloopError(
-        Code.MSR_UNIT,
+    raise Code.MSR_UNIT.refusal(
         f"dimension {block.name!r} names no unit of length",
         hint="state it: --unit mm or --unit inch",
         place=Place(str(path), block.line),

@@ -15,7 +15,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
 from trueloop.formats.inspections.shared.checks import numbered
 from trueloop.formats.inspections.shared.text import beginning, number_in, read_decoded
@@ -43,8 +43,7 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     unit = next(iter(units), stated.unit) if len(units) < 2 else None
     if unit is None:
         said = f"in {' and '.join(sorted(units))}" if units else "without a unit"
-        raise TrueloopError(
-            Code.MSR_UNIT,
+        raise Code.MSR_UNIT.refusal(
             f"the {len(values)} values of {path.name!r} are {said}",
             hint="state it: --unit mm or --unit inch",
             place=Place(str(path), values[0][0] if values else 1),
@@ -57,8 +56,7 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
         if found[2] == "A" or found[2].isdigit()
     )
     if not readings:
-        raise TrueloopError(
-            Code.MSR_VALUE,
+        raise Code.MSR_VALUE.refusal(
             f"{path.name!r} has 0 values among {len(lines)} lines",
             hint="connect the gauge and send again",
             place=Place(str(path), 1),

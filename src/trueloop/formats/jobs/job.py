@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import Field, model_validator
 
 from trueloop.domain.option import PageOptions
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.jobs.correction_tables import CompensationTable, GaugingTable, MachineTable
 from trueloop.formats.jobs.part_tables import PartTable
 from trueloop.formats.jobs.tool_tables import (
@@ -91,8 +91,7 @@ class Job(Table):
         """Raises JOB-SETUPS where the job has several set-ups."""
         if self.setups:
             names = [one.name for one in self.setups]
-            raise TrueloopError(
-                Code.JOB_SETUPS,
+            raise Code.JOB_SETUPS.refusal(
                 f"the job has {len(names)} set-ups ({', '.join(names)}): this is done for one alone",
                 hint="`trueloop compensate` (in Python `compensate_part`), `measure read`, `series propose`, "
                 "`probe program`, `probe read`, `nc features` and `part show` take set-ups",

@@ -38,7 +38,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.toml_tables import Count, Finite, Located, Positive, Table, read_located
 from trueloop.machine.identify.choice import Choice
@@ -184,10 +184,8 @@ def _axis(axis: Axis, table: AxisTable) -> Axis:
     travel, other = (table.travel_deg, table.travel_mm) if rotary else (table.travel_mm, table.travel_deg)
     if other is not None:
         right, wrong = ("travel_deg", "travel_mm") if rotary else ("travel_mm", "travel_deg")
-        raise TrueloopError(
-            Code.MCH_UNIT,
-            f"axis {axis.name} is {axis.kind.value}: its travel cannot be {wrong} = {list(other)}",
-            hint=f"give {right}",
+        raise Code.MCH_UNIT.refusal(
+            f"axis {axis.name} is {axis.kind.value}: its travel cannot be {wrong} = {list(other)}", hint=f"give {right}"
         )
     low, high = travel or (-math.inf, math.inf)
     scale = math.pi / 180 if rotary else 1.0
@@ -212,8 +210,7 @@ def _terms(file: Located[MachineFile], chain: Chain) -> tuple[Term, ...]:
 
 def _require_once(error: str, before: Sequence[str]) -> None:
     if error in before:
-        raise TrueloopError(
-            Code.MCH_FILE,
+        raise Code.MCH_FILE.refusal(
             f"{error} has {before.count(error) + 1} tables [[term]]: the last would stand for all",
             hint="one table an error: its signals, degree and travel belong into it together",
         )
@@ -231,8 +228,7 @@ def _own_term(table: TermTable, chain: Chain) -> Term:
 def _expansions(table: TermTable, name: ErrorName, axis: Axis) -> list[Part]:
     """What grows with the distance from the first place where the error is zero; from anywhere, where there is none."""
     if table.expansion and name.place:
-        raise TrueloopError(
-            Code.MCH_FILE,
+        raise Code.MCH_FILE.refusal(
             f"{name} has no position that an expansion by {len(table.expansion)} signals could grow along",
             hint="signals = { … } is for what depends on a signal alone",
         )

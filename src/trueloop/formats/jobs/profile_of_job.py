@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.jobs.curve_of_job import curve_of, scales_of
 from trueloop.formats.jobs.part_tables import FeatureTable, PartTable
 from trueloop.geometry.curve import Curve
@@ -88,8 +88,7 @@ def _centre(table: FeatureTable, start: Point, end: Point, radius_mm: float) -> 
     (x0, z0), (x1, z1) = start, end
     half = math.dist(start, end) / 2
     if radius_mm < half - ROUNDED_MM or half == 0:
-        raise TrueloopError(
-            Code.GEO_ARC,
+        raise Code.GEO_ARC.refusal(
             f"'{table.name}' has a radius of {radius_mm:.4f} mm, but its ends are {2 * half:.4f} mm apart",
             hint="a radius is at least half the distance of start and end; x is a radius unless x_is says diameter",
             values={"feature": table.name, "radius_mm": radius_mm},

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.measurements.rows import CsvKind, Rows, read_csv, vectors
 from trueloop.machine.standards import LeftOut
@@ -90,7 +90,7 @@ def _on_grid(rows: Rows, position: Array, displacement: Array) -> Field:
         missing = _first_missing(known)
         at = [float(axis[k]) for axis, k in zip(axes, np.unravel_index(missing, shape), strict=True)]
         why = f"{len(known)} of {math.prod(shape)} nodes are there; one that is missing: {at} mm"
-        raise TrueloopError(Code.NC_FIELD, why, hint=_HINT, place=Place(str(rows.path)))
+        raise Code.NC_FIELD.refusal(why, hint=_HINT, place=Place(str(rows.path)))
     return table_field(axes[0], axes[1], axes[2], displacement[np.argsort(node)])
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.diagnosis.components import Components, Inspections
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.measurements.rows import CsvFile, Rows, read_measured, vectors
 from trueloop.units import UM_PER_MM
 
@@ -57,8 +57,7 @@ def _readings(rows: Rows) -> Array:
 def _stated_mm(file: CsvFile) -> float:
     found = [match[1] for _, text in file.comments if (match := REPEATS_STATED.fullmatch(text))]
     if len(found) != 1 or float(found[0]) <= 0.0:
-        raise TrueloopError(
-            Code.MCH_FILE,
+        raise Code.MCH_FILE.refusal(
             f"{len(found)} lines state what a reading repeats to",
             hint="write `# repeats_to_um 0.5` above the header, or give --repeats-to-um",
             place=Place(str(file.path), 1),
@@ -116,7 +115,5 @@ def _stated(file: CsvFile, name: str) -> float:
     for k, (line, text) in enumerate(stated):
         if k or not STATEMENT.fullmatch(text) or not text.startswith(name):
             hint = f"write `# {name} 0.5`, once"
-            raise TrueloopError(
-                Code.MCH_FILE, f"{text!r} states no {name}", hint=hint, place=Place(str(file.path), line)
-            )
+            raise Code.MCH_FILE.refusal(f"{text!r} states no {name}", hint=hint, place=Place(str(file.path), line))
     return float(stated[0][1].split()[1]) if stated else 0.0

@@ -28,7 +28,7 @@ def read_plate_report(path: Path) -> Plate:
     rows = [row for row in (_numbers(line) for line in lines) if row is not None]
     if not rows:
         why = f"{path.name!r} cannot be read as a plate report: none of {len(lines)} lines has {COLUMNS} numbers"
-        raise TrueloopError(Code.MCH_FILE, why, hint=PLATE_HINT, place=Place(str(path)))
+        raise Code.MCH_FILE.refusal(why, hint=PLATE_HINT, place=Place(str(path)))
     table = np.array(rows)
     _, tool = np.unique(table[:, 7], return_inverse=True)
     return Plate(table[:, 2:4], table[:, 0:2], tool.astype(np.float64))
@@ -153,8 +153,7 @@ def _table(actual: Table, order: list[int]) -> Array:
 
 def _check_unit(unit: str, path: Path) -> None:
     if unit not in SCALE:
-        raise TrueloopError(
-            Code.MCH_UNIT,
+        raise Code.MCH_UNIT.refusal(
             f"unit {unit!r} is not one of the {len(SCALE)} known: {', '.join(SCALE)}",
             hint="name the unit of targets and readings, the same for both",
             place=Place(str(path)),
@@ -162,4 +161,4 @@ def _check_unit(unit: str, path: Path) -> None:
 
 
 def _unreadable(path: Path, line: int, why: str) -> TrueloopError:
-    return TrueloopError(Code.MCH_FILE, why, hint=HINT, place=Place(str(path), line))
+    return Code.MCH_FILE.refusal(why, hint=HINT, place=Place(str(path), line))

@@ -24,7 +24,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags
-from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.errors import Code, Place, in_file
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.measurements.rows import (
     SIGNAL_UNITS,
@@ -179,8 +179,7 @@ def _check_reach(axis: Axis, position: Array, rows: Rows) -> None:
     """Raises MCH-TRAVEL with the line."""
     for k in np.flatnonzero(outside(position, axis.travel))[:1]:
         low, high = map(axis.shown, axis.travel)
-        raise TrueloopError(
-            Code.MCH_TRAVEL,
+        raise Code.MCH_TRAVEL.refusal(
             f"{axis.name} stands at {axis.shown(position[k])}, its travel is {low} to {high}",
             hint="positions are those the control shows, in machine coordinates; travel stands in the machine file",
             place=Place(str(rows.path), rows.lines[k]),

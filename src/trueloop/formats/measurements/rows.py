@@ -212,8 +212,7 @@ def vectors(rows: Rows, names: Iterable[str], otherwise: float | None = None) ->
 
 def wrong_unit(path: Path, why: str) -> TrueloopError:
     """Returns the error MCH-UNIT."""
-    return TrueloopError(
-        Code.MCH_UNIT,
+    return Code.MCH_UNIT.refusal(
         f"{path.name!r}: {why}",
         hint="name every column with its unit: X_mm, reading_um, T1_degC; one file, one kind of reading",
         place=Place(str(path), 1),

@@ -22,7 +22,7 @@ from typing import Final, Literal
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, Touch
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.input_file import FilePath, read_text
 from trueloop.formats.measurements.rows import CsvFile, CsvKind, Rows, read_csv
 from trueloop.geometry.feature import Point
@@ -192,16 +192,14 @@ def parse_probe_log(
             continue
         pair = _numbers(line) if control == "linuxcnc" else _words(line)
         if pair is None or not all(map(math.isfinite, pair)):
-            raise TrueloopError(
-                Code.PRB_LOG,
+            raise Code.PRB_LOG.refusal(
                 f"{line.strip()!r} is no touch as {control} writes it",
                 hint="LinuxCNC writes nine numbers a line, the others X and Z; name the control with --control",
                 place=Place(name, number),
             )
         touches.append(LoggedTouch((pair[0] * x_scale, pair[1] * scale), number))
     if not touches:
-        raise TrueloopError(
-            Code.PRB_LOG,
+        raise Code.PRB_LOG.refusal(
             f"{name!r} holds 0 touches",
             hint="did the program run to its end? LinuxCNC writes the file when it comes to LOGCLOSE",
             place=Place(name),

@@ -282,8 +282,7 @@ def read_image(path: FilePath, *, serial: str | None = None, program: bytes | No
         raise _refusal(refused, repr(path.name), Place(str(path))) from refused
     except OSError as error:
         near = nearest_name(path)
-        raise TrueloopError(
-            Code.RTC_IMAGE,
+        raise Code.RTC_IMAGE.refusal(
             f"{str(path)!r} is no image: missing: {error.strerror or error}",
             hint=f"did you mean {str(path.with_name(near))!r}?" if near else HINT,
             place=Place(str(path)),
@@ -293,12 +292,8 @@ def read_image(path: FilePath, *, serial: str | None = None, program: bytes | No
 
 
 def _refusal(refused: NoImageError, what: str, place: Place | None = None) -> TrueloopError:
-    return TrueloopError(
-        Code.RTC_IMAGE,
-        f"{what} is no image: {refused.refusal}: {refused}",
-        hint=HINT,
-        place=place,
-        values={"refusal": refused.refusal},
+    return Code.RTC_IMAGE.refusal(
+        f"{what} is no image: {refused.refusal}: {refused}", hint=HINT, place=place, values={"refusal": refused.refusal}
     )
 
 

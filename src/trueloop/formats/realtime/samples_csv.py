@@ -165,7 +165,7 @@ def _period_s(time_s: Array, path: Path) -> float:
 
 
 def _refusal(path: Path, line: int, column: int | None, message: str) -> TrueloopError:
-    return TrueloopError(Code.RTC_SAMPLES, message, hint=HINT, place=Place(str(path), line, column))
+    return Code.RTC_SAMPLES.refusal(message, hint=HINT, place=Place(str(path), line, column))
 
 
 class Recording:
@@ -216,16 +216,14 @@ def _writable(folder: Path) -> Iterator[None]:
     try:
         yield
     except FileExistsError as error:
-        raise TrueloopError(
-            Code.OUT_FOLDER,
+        raise Code.OUT_FOLDER.refusal(
             f"nothing was written to {str(folder)!r}: {Path(error.filename).name!r} is there already, and a record is "
             "never written over",
             hint="name another folder: `--out`",
             place=Place(str(folder)),
         ) from error
     except OSError as error:
-        raise TrueloopError(
-            Code.OUT_FOLDER,
+        raise Code.OUT_FOLDER.refusal(
             f"{str(folder)!r} takes no more: {error.strerror or error}",
             hint="name a folder that can be written to, on a disk with room: `--out`",
             place=Place(str(folder)),

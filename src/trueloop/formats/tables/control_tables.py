@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.turned.compensation.prediction import CorrectionTable
 from trueloop.units import UM_PER_MM
 
@@ -52,8 +52,7 @@ def linuxcnc_comp(table: "AxisTable") -> str:
     Its joint only: raises MCH-TABLE for an error of another axis. It switches BACKLASH off.
     """
     if table.input_axis != table.output or len(table.position_mm) > LINUXCNC_MOST:
-        raise TrueloopError(
-            Code.MCH_TABLE,
+        raise Code.MCH_TABLE.refusal(
             f"a COMP_FILE holds {LINUXCNC_MOST} rows of an axis' own error, not {len(table.position_mm)} rows of "
             f"{table.output} as a function of {table.input_axis}",
             hint="correct the program instead: `trueloop machine compensate`",

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.toml_tables import Count, Finite, Located, NotNegative, Table, read_located
 from trueloop.nc.program.cutter_tool import CutterTool
 from trueloop.nc.program.work_offset import offset_number
@@ -74,7 +74,7 @@ def read_offsets(path: Path) -> OffsetTables:
     ):
         for index in _repeated(numbers):
             with found.at(name, index):
-                raise TrueloopError(Code.NC_FILE, f"{name} {index + 1} of the file is given before", hint="keep one")
+                raise Code.NC_FILE.refusal(f"{name} {index + 1} of the file is given before", hint="keep one")
     return OffsetTables(tuple(map(_tool, found.model.tool)), tuple(work))
 
 
@@ -83,7 +83,7 @@ def _numbered(found: Located[OffsetsFile], index: int, table: WorkTable) -> tupl
     if number is None:
         with found.at("work", index, "name"):
             hint = "write it as G54, G59.1, G54.1P2 or G505"
-            raise TrueloopError(Code.NC_FILE, f"{table.name!r} is no work offset", hint=hint)
+            raise Code.NC_FILE.refusal(f"{table.name!r} is no work offset", hint=hint)
     return number, (table.x_radius_mm, table.y_mm, table.z_mm)
 
 

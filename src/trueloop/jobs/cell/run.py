@@ -58,8 +58,7 @@ def opened(path: Path) -> Cell:
     try:
         return Cell(found.model, beside, Service(table.service, key, certificates))
     except OSError as error:  # ssl's errors are such
-        raise TrueloopError(
-            Code.CEL_FILE,
+        raise Code.CEL_FILE.refusal(
             f"certificates {certificates!r}: {error}",
             hint="name a PEM file with the certificate of the authority",
             place=Place(str(path)),
@@ -84,7 +83,7 @@ def _key(file: Path) -> str:
 
 
 def _refused(why: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.CEL_FILE, why, hint=hint)
+    return Code.CEL_FILE.refusal(why, hint=hint)
 
 
 Tell = Callable[[str], None]

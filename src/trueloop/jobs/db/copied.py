@@ -100,8 +100,7 @@ def _told(progress: Progress, source: str) -> Callable[[int], None]:
 def _require_whole(backup: Store) -> None:
     for one in damage(backup):
         row = f"{one.table}:{one.row}" if one.row is not None else one.table
-        raise TrueloopError(
-            Code.STO_DAMAGED,
+        raise Code.STO_DAMAGED.refusal(
             f"{row or 'the file'} is damaged: {one.why}",
             hint="restore another backup: nothing was made; `trueloop db check` names all that is damaged",
             place=Place(backup.where),
@@ -140,8 +139,7 @@ def _named(part: Path, path: Path) -> None:
 
 
 def _not_written(path: Path, error: OSError) -> TrueloopError:
-    return TrueloopError(
-        Code.OUT_FOLDER,
+    return Code.OUT_FOLDER.refusal(
         f"nothing was written to {str(path)!r}: {error.strerror or error}",
         hint="name a file in a folder that takes it, on a disk with room",
         place=Place(str(path)),
@@ -151,8 +149,7 @@ def _not_written(path: Path, error: OSError) -> TrueloopError:
 def _kept_as_it_was(keeping: Keeping, line: Line, renumbered: dict[tuple[str, int], int], source: str) -> Kept[Any]:
     given = line.kept
     if given.supersedes is not None and (line.table, given.supersedes) not in renumbered:
-        raise TrueloopError(
-            Code.STO_EXPORT,
+        raise Code.STO_EXPORT.refusal(
             f"line {line.number}: it supersedes row {given.supersedes}, which does not stand before it",
             hint="export the store again: nothing was kept",
             place=Place(source, line.number),

@@ -121,8 +121,7 @@ def _check_head(path: Path, content: dict[str, Any]) -> None:
     if content.get("format") != FORMAT or not isinstance(content.get("version"), int):
         raise _refused(path, 1, f"no head {{'format': {FORMAT!r}, 'version': …}}")
     if content["version"] > VERSION:
-        raise TrueloopError(
-            Code.STO_SCHEMA,
+        raise Code.STO_SCHEMA.refusal(
             f"an export of version {content['version']}, written by trueloop {content.get('trueloop')}; "
             f"this one reads up to version {VERSION}",
             hint="import it with the version of trueloop that wrote it, or a later one",
@@ -146,6 +145,6 @@ def _line(path: Path, number: int, content: dict[str, Any], codec: Codec) -> Lin
 
 
 def _refused(path: Path, line: int, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.STO_EXPORT, f"line {line}: {why}", hint=HINT, place=Place(str(path), line), values={"line": line}
+    return Code.STO_EXPORT.refusal(
+        f"line {line}: {why}", hint=HINT, place=Place(str(path), line), values={"line": line}
     )

@@ -136,8 +136,6 @@ def _more(value: object) -> dict[str, str]:
 def _no_column(what: str, name: str) -> TrueloopError:
     having: Iterable[str] = (one for one, kind in NAMES.items() if name in kind.names)
     asked = {"part_type": "--type", "serial": "--serial", "edge": "--edge"}[name]
-    return TrueloopError(
-        Code.STO_UNKNOWN,
-        f"rows of {what!r} cannot be found by {asked}",
-        hint=f"leave it out, or look for one of {', '.join(having)}",
+    return Code.STO_UNKNOWN.refusal(
+        f"rows of {what!r} cannot be found by {asked}", hint=f"leave it out, or look for one of {', '.join(having)}"
     )

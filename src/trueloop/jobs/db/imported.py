@@ -96,8 +96,7 @@ def _check_labels(path: Path, part: Part) -> None:
 
 def _not_identified(path: Path, kind: PartType, serial: str) -> TrueloopError:
     lacks = [name for name, known in (("type", kind.name), ("serial number", serial)) if not known]
-    return TrueloopError(
-        Code.STO_PART,
+    return Code.STO_PART.refusal(
         f"{path.name!r} does not say of which part it is: its {' and its '.join(lacks)} is not stated",
         hint="give the job of the part by --job, its serial number by --serial",
         place=Place(str(path)),
@@ -106,8 +105,7 @@ def _not_identified(path: Path, kind: PartType, serial: str) -> TrueloopError:
 
 
 def _other_serial(path: Path, asked: str, found: str) -> TrueloopError:
-    return TrueloopError(
-        Code.STO_PART,
+    return Code.STO_PART.refusal(
         f"{path.name!r} is of serial number {found!r}, not of {asked!r}",
         hint="leave --serial out: the file says of which part it is",
         place=Place(str(path)),

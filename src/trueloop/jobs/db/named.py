@@ -23,7 +23,7 @@ HINT: Final = "take what `trueloop db show ROW --json` printed, with what was wr
 
 
 def _refused(file: Path, why: str, line: int | None = None) -> TrueloopError:
-    return TrueloopError(Code.STO_IMPORT, f"{file.name!r}: {why}", hint=HINT, place=Place(str(file), line))
+    return Code.STO_IMPORT.refusal(f"{file.name!r}: {why}", hint=HINT, place=Place(str(file), line))
 
 
 ROW: Final = re.compile(r"([a-z-]+):([0-9]{1,15})")
@@ -52,8 +52,7 @@ def named(store: Store, what: str) -> NamedRow | Part:
         raise _unknown(what)
     if len(parts) > 1:
         listed = [f"{part.part_type.name}/{part.serial}" for part in parts.values()]
-        raise TrueloopError(
-            Code.STO_SEVERAL,
+        raise Code.STO_SEVERAL.refusal(
             f"{len(parts)} parts are called {what!r}: {', '.join(listed[:10])}",
             hint="name one by its type and serial number: TYPE/SERIAL",
             values={"name": what},
@@ -95,8 +94,7 @@ def _labelled(store: Store, what: str) -> list[Part]:
 
 
 def _unknown(what: str) -> TrueloopError:
-    return TrueloopError(
-        Code.STO_UNKNOWN,
+    return Code.STO_UNKNOWN.refusal(
         f"nothing in the store is called {what!r}",
         hint="name a part by serial number, TYPE/SERIAL or label, a record by its id, a row as `trueloop db find` does",
     )

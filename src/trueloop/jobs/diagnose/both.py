@@ -106,16 +106,14 @@ def _none(store: Store, machine: str, part_types: Collection[str]) -> TrueloopEr
     asked, known = (machine, machines) if machine not in machines else (next(iter(part_types), ""), types)
     near = difflib.get_close_matches(asked, known, n=1)
     of = f" of part type {asked!r}" if machine in machines else ""
-    return TrueloopError(
-        Code.DIA_NONE,
+    return Code.DIA_NONE.refusal(
         f"the store holds 0 parts{of} that machine {machine!r} and a measuring machine inspected",
         hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known) or 'none'}; {DECOMPOSE}",
     )
 
 
 def _other_machine(one: BothInspections, serial: str) -> TrueloopError:
-    return TrueloopError(
-        Code.DIA_PART,
+    return Code.DIA_PART.refusal(
         f"part {one.part.serial!r} was cut on {one.machine.name!r} with serial number {one.machine.serial!r}, the "
         f"model is of {serial!r}",
         hint="every machine errs in its own way: name the model of that machine",
@@ -125,8 +123,7 @@ def _other_machine(one: BothInspections, serial: str) -> TrueloopError:
 
 
 def _not_alike(one: BothInspections, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.DIA_PART,
+    return Code.DIA_PART.refusal(
         f"part {one.part.serial!r}: {why}",
         hint="decompose it again: `trueloop machine decompose --serial … --supersede`",
         values={"part": one.part.serial},

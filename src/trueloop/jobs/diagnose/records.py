@@ -11,7 +11,7 @@ from trueloop.domain.inspection import BothInspections, Inspection, StandardPart
 from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stage
 from trueloop.domain.part import Part, WholePart, joined_shares, whole_of
 from trueloop.domain.record import Correction
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.storage.store import Kept, Store, find
 
 
@@ -114,16 +114,13 @@ def part_named(store: Store, serial: str, part_type: str | None) -> WholePart:
         return found[0]
     if found:
         names = ", ".join(sorted({one.part.part_type.name for one in found}))
-        raise TrueloopError(
-            Code.DIA_NONE,
+        raise Code.DIA_NONE.refusal(
             f"{len(found)} parts have the serial number {serial!r}",
             hint=f"say of which part type: `--type NAME`, one of {names}",
         )
     known = sorted({one.value.serial for one in find(store, Part) if part_type in (None, one.value.part_type.name)})
-    raise TrueloopError(
-        Code.DIA_NONE,
-        f"the store holds no part {serial!r}; it holds {len(known)}",
-        hint=_instead(serial, known),
+    raise Code.DIA_NONE.refusal(
+        f"the store holds no part {serial!r}; it holds {len(known)}", hint=_instead(serial, known)
     )
 
 
@@ -140,9 +137,8 @@ def types_of(store: Store, asked: str | None) -> tuple[str, ...]:
         return tuple(shares)
     if asked is None and known:
         message, hint = f"the store holds inspections of {len(known)} part types", "say which: `--type NAME`; "
-        raise TrueloopError(Code.DIA_NONE, message, hint=hint + ", ".join(known))
-    raise TrueloopError(
-        Code.DIA_NONE,
+        raise Code.DIA_NONE.refusal(message, hint=hint + ", ".join(known))
+    raise Code.DIA_NONE.refusal(
         "the store holds 0 inspections" + ("" if asked is None else f" of part type {asked!r}"),
         hint=_instead(asked or "", known),
     )

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.diagnose.both import given_model
@@ -91,8 +91,7 @@ def guilty_of(model: MachineModel, errors: Sequence[str], done: MachineDiagnosis
         return [Guilty(_possible(model, name), follows.get(name, "")) for name in errors]
     found = [error for one in done.verdict.sets for error in one.axis_errors]
     if not found:
-        raise TrueloopError(
-            Code.DIA_NONE,
+        raise Code.DIA_NONE.refusal(
             f"nothing is found wrong with the model: that it is sound has the probability {done.verdict.sound:.3f}",
             hint="name the errors to refine all the same: `--errors EXX,EBZ`",
         )
@@ -112,8 +111,7 @@ def _possible(model: MachineModel, name: str) -> ErrorName:
     known = {str(error): error for error in model.machine.chain.errors()}
     if name in known:
         return known[name]
-    raise TrueloopError(
-        Code.MCH_AXIS,
+    raise Code.MCH_AXIS.refusal(
         f"the machine cannot have {name!r}; it has {len(known)} errors: {' '.join(known)}",
         hint="name one of them, or `--errors auto` for those that the diagnosis finds",
     )

@@ -14,7 +14,7 @@ from trueloop.domain.inspection import CmmPoint, Inspection
 from trueloop.domain.life import Cut, EdgeEvent, Identity, Ran
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.factory.book import read_book
 from trueloop.jobs.diagnose.both import GivenModel, both_seen
 from trueloop.jobs.diagnose.records import Records, tool_of
@@ -198,7 +198,7 @@ def _clocks(records: Records, part: Part, accept: Collection[str]) -> list[Findi
             )
             values = {"part": part.serial}
             if Code.DIA_CLOCK not in accept:
-                raise TrueloopError(Code.DIA_CLOCK, said, hint=hint, override="--accept DIA-CLOCK", values=values)
+                raise Code.DIA_CLOCK.refusal(said, hint=hint, override="--accept DIA-CLOCK", values=values)
             return [Finding(Severity.WARNING, Code.DIA_CLOCK, said, hint, values=values)]
     return []
 

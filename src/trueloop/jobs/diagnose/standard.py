@@ -75,6 +75,4 @@ def _coarse(values: tuple[Reading, ...]) -> list[Finding]:
 
 
 def _refused(path: Path, why: str, hint: str) -> TrueloopError:
-    return TrueloopError(
-        Code.DIA_STANDARD, f"no calibration of a standard part: {why}", hint=hint, place=Place(str(path))
-    )
+    return Code.DIA_STANDARD.refusal(f"no calibration of a standard part: {why}", hint=hint, place=Place(str(path)))

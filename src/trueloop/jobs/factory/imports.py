@@ -6,7 +6,7 @@ from datetime import datetime
 from trueloop.domain.factory import BlockKind
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.record import Program, ProgramText
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
 from trueloop.factory.load import Known, order_of
@@ -78,8 +78,7 @@ def _chosen(upload: Upload, part: PartNow, found: dict[int, Inspection], run: in
     if len(own) != 1:
         serials = [one.part.serial for one in found.values()]
         listed = ", ".join(f"{k}: {one!r}" for k, one in zip(found, serials[:20], strict=False))
-        raise TrueloopError(
-            Code.MSR_SERIAL,
+        raise Code.MSR_SERIAL.refusal(
             f"{upload.name!r} has {len(own)} inspections of part {serial!r}; its {len(found)} are {listed}",
             hint="hand over the file of this part, or say which of its inspections is meant",
             values={"serials": serials[:20]},

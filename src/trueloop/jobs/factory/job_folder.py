@@ -81,8 +81,7 @@ def _files(order: WorkOrder, programs: Mapping[str, bytes], touches: bytes | Non
         if file is None or content is None:
             continue
         if not isinstance(file, str) or Path(file).name != file:
-            raise TrueloopError(
-                Code.FAC_PLAN,
+            raise Code.FAC_PLAN.refusal(
                 f"the job of order {order.id!r} names the file {file!r}",
                 hint="name programs and touches without a folder: the store has their contents",
             )

@@ -89,8 +89,7 @@ def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
     run = part.gauged_by(step)
     touches = known.connection.scalar(select(RUN_TOUCHES.c.content).where(RUN_TOUCHES.c.run == run))
     if touches is None:
-        raise TrueloopError(
-            Code.FAC_TOUCHES,
+        raise Code.FAC_TOUCHES.refusal(
             f"part {part.value.serial!r} has no touches of run {run or 'none'!r}",
             hint="its cell sends them once the gauging program has run",
             values={"run": run},
@@ -111,8 +110,7 @@ def _corrected(store: Store, given: _Given) -> Corrected:
         made = corrected_of(_with_log(read, given), store)
     found = part_of(made.inputs).identity
     if found != given.part.value.identity:
-        raise TrueloopError(
-            Code.FAC_TOUCHES,
+        raise Code.FAC_TOUCHES.refusal(
             f"the job corrects part {'/'.join(found)!r}, the order makes {'/'.join(given.part.value.identity)!r}",
             hint="give `name` and `revision` of the job's table [part] as the order has them",
             values={"run": ""},

@@ -148,8 +148,7 @@ def toml_read(handed: Handed) -> bool:
     except tomllib.TOMLDecodeError:
         return False
     except RecursionError:
-        raise TrueloopError(
-            Code.SRV_FILE,
+        raise Code.SRV_FILE.refusal(
             f"{handed.name!r} was not read: its lists or tables are nested too deeply",
             hint="write the job as `trueloop new` does, or as in docs/job-file.md",
             values={"file": handed.name},

@@ -14,7 +14,7 @@ from trueloop.domain.life import Cut, Identity, InspectionLink, Stage
 from trueloop.domain.part import Part
 from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Setting
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.option_tables import options_from
@@ -264,8 +264,7 @@ def require_stage(store: Store, one: Inspection, cut: Cut) -> None:
     known = link_of(store, one)
     if known is not None and known.cut != cut.identity:
         stage = known.cut[len(one.part.identity)]
-        raise TrueloopError(
-            Code.STO_STAGE,
+        raise Code.STO_STAGE.refusal(
             f"this inspection of part {one.part.serial!r} is kept as that of its {stage} cut, not its {cut.stage} cut",
             hint="name the file of this stage",
             values={"serial": one.part.serial},

@@ -93,8 +93,7 @@ def _serial_error(file: MeasuredFile, why: str) -> TrueloopError:
     serials = [one.part.serial for one in file.inspections]
     listed = ", ".join(f"{k}: {serial!r}" for k, serial in list(enumerate(serials, 1))[:20])
     more = "" if len(serials) <= 20 else ", …"
-    return TrueloopError(
-        Code.MSR_SERIAL,
+    return Code.MSR_SERIAL.refusal(
         f"{file.path.name!r} {why}; its {len(serials)} inspections are {listed}{more}",
         hint="choose one: --serial NUMBER, or --run N where serial numbers are not stated or are the same",
         place=Place(str(file.path)),
@@ -127,8 +126,7 @@ def write_measured(files: Sequence[FileOnPart], part: PartOfJob, target: Path, i
         name = target.with_stem(f"{target.stem}-readings").name if touches else target.name
         contents.append((name, readings_to_csv(readings).encode()))
     if not contents:
-        raise TrueloopError(
-            Code.MSR_NONE,
+        raise Code.MSR_NONE.refusal(
             f"0 of {sum(one.count for one, _ in on_part)} values are errors of the part's profile",
             hint="the table shows what was not matched, and why; a mapping's [features] lists names that differ",
         )
@@ -156,8 +154,7 @@ def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
     """
     writer = WRITERS.get(target.suffix.lower())
     if writer is None:
-        raise TrueloopError(
-            Code.MSR_FORMAT,
+        raise Code.MSR_FORMAT.refusal(
             f"{target.name!r} cannot be written: its ending {target.suffix!r} is not one of {', '.join(WRITERS)}",
             hint="name the output .qif, .dfq or .dmo",
             place=Place(str(target)),
@@ -173,8 +170,7 @@ def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
 def _require_written(file: MeasuredFile, target: Path) -> None:
     """Touches are errors of a plane (x, z): no format of measuring machines has words for them."""
     if touches := sum(len(inspection.touches) for inspection in file.inspections):
-        raise TrueloopError(
-            Code.MSR_FORMAT,
+        raise Code.MSR_FORMAT.refusal(
             f"{target.name!r} cannot hold {touches} touches of a turned part",
             hint="name the file itself in the job: `gauging.touches`",
             place=Place(str(file.path)),

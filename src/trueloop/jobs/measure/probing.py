@@ -134,8 +134,7 @@ def _allowance_mm(job: Job) -> float:
 
 def _no_setup(path: Path, setup: str | None, names: Sequence[str]) -> TrueloopError:
     stated = "none is named" if setup is None else f"{setup!r} is none of them"
-    return TrueloopError(
-        Code.JOB_SETUPS,
+    return Code.JOB_SETUPS.refusal(
         f"the job has {len(names)} set-ups ({', '.join(names) or 'no table [[setups]]'}), and {stated}",
         hint="a probe reaches what is cut in one clamping: name it, `--setup NAME`, and touch the others in theirs"
         if names
@@ -189,8 +188,7 @@ def read_probing(
 def _probe(path: Path, job: Job, part: ProbedPart) -> tuple[Path, ReadProbe, Obstacle]:
     """Returns the job's probe with its file, and what it must not touch. Raises PRB errors."""
     if job.gauging.probe is None:
-        raise TrueloopError(
-            Code.PRB_FILE,
+        raise Code.PRB_FILE.refusal(
             "the job names no probe: `gauging.probe` is missing",
             hint="write a probe file (docs/probing.md) and name it in the job's table [gauging]",
             place=Place(str(path)),
@@ -288,8 +286,7 @@ def points_of_job(path: Path, job: Job, part: ProbedPart, margin_mm: float) -> J
         return JobPoints(points, [f"{before}{k + 1}" for k in range(len(points.arc_length_mm))])
     files = [path.parent / name for name in job.gauging.touches_files]
     if not files:
-        raise TrueloopError(
-            Code.TCH_PLAN,
+        raise Code.TCH_PLAN.refusal(
             "the job names 0 points to touch: it has readings of gauges alone",
             hint="say how many with `gauging.points`, or how far apart with `gauging.spacing_mm`",
         )
@@ -312,16 +309,14 @@ def points_at(part: ProbedPart, touches: Sequence[CmmTouch]) -> JobPoints:
     """
     for one in touches:
         if one.feature not in part.whole.names:
-            raise TrueloopError(
-                Code.TCH_PLAN,
+            raise Code.TCH_PLAN.refusal(
                 f"point {one.name!r} is on {one.feature!r}, which is not one of the {len(part.whole.names)} features",
                 hint=f"the part's features are: {', '.join(part.whole.names)}",
             )
     profile, frame = part.profile, part.frame
     own = [one for one in touches if one.feature in part.features]
     if not own:
-        raise TrueloopError(
-            Code.TCH_PLAN,
+        raise Code.TCH_PLAN.refusal(
             f"0 of {len(touches)} points are on what set-up {frame.name!r} cuts",
             hint=f"it cuts: {', '.join(part.features)}",
         )

@@ -13,7 +13,7 @@ from trueloop.domain.option import Language, LengthUnit
 from trueloop.domain.part import Part, WholePart, joined_shares
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.record import Correction, ProgramText, Record
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.user import user_name
 from trueloop.loops.monitor.certificate import Asked, Certificate, InForce, Seen, asked_of, certified
@@ -85,8 +85,7 @@ def _part(store: Store, serial: str, part_type: str | None) -> WholePart:
     if len(parts) == 1:
         return parts[0]
     types = ", ".join(repr(one.part.part_type.name) for one in parts) or "none"
-    raise TrueloopError(
-        Code.MON_NONE,
+    raise Code.MON_NONE.refusal(
         f"the store holds {len(parts)} parts with the serial number {serial!r}, of part types: {types}",
         hint="say which: `--type NAME`; `trueloop db find part` lists all",
         values={"characteristic": serial},

@@ -167,8 +167,7 @@ def _require_known(book: Book, names: Sequence[str]) -> None:
     known = sorted({one.series.name for one in book.tracked})
     for name in names:
         if name not in known:
-            raise TrueloopError(
-                Code.MON_NONE,
+            raise Code.MON_NONE.refusal(
                 f"the store holds no values of {name!r} among the {len(known)} characteristics of {book.part_type!r}",
                 hint=f"they are: {', '.join(known)}",
                 values={"characteristic": name},

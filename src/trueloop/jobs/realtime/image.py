@@ -15,7 +15,7 @@ import numpy as np
 
 from trueloop.domain.record import Correction as Kept
 from trueloop.domain.record import Product, sha256_of
-from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
 from trueloop.formats.realtime.image_file import image_to_bytes
@@ -99,8 +99,7 @@ def table_of_record(record: str, placing: Placing, db: Choice = None) -> Correct
     found: list[Any] = find(store, Kept, identity=joined((record,)))
     kept: Kept[Correction] = found[-1].value if found else named_row(store, record).kept.value
     if kept.record.product is not Product.TURNED:
-        raise TrueloopError(
-            Code.RTC_TABLE,
+        raise Code.RTC_TABLE.refusal(
             f"record {record} corrects no turned part: its product is {str(kept.record.product)!r}",
             hint="a table is made of what `trueloop compensate` corrects",
         )
@@ -135,16 +134,14 @@ def _placed(correction: Correction, placing: Placing) -> Placed:
     if part is not None:
         x, _, z = np.subtract(part.work_zero_mm, part.tool_mm).tolist()
         if said is not None and max(abs(said[0] - x), abs(said[1] - z)) > SAME_MM:
-            raise TrueloopError(
-                Code.RTC_TABLE,
+            raise Code.RTC_TABLE.refusal(
                 f"the program's zero is at x {x:g} mm (radius), z {z:g} mm by [machine] of the job, and was given as "
                 f"x {said[0]:g} mm, z {said[1]:g} mm",
                 hint="leave the origin out: the job says it",
             )
         said = x, z
     if said is None:
-        raise TrueloopError(
-            Code.RTC_TABLE,
+        raise Code.RTC_TABLE.refusal(
             "where the program stands in the machine is not known: 0 of 2 coordinates of its zero are given",
             hint="give the machine coordinates of the program's zero, X as a radius: work offset plus tool offset",
         )
@@ -265,8 +262,7 @@ def _check_model(table: CorrectedProgram | None, known: _Model | None) -> None:
         return
     if known is None or known.sha256 != table.model_sha256:
         given = "none is given" if known is None else f"{known.file.name!r} has {known.sha256[:16]}…"
-        raise TrueloopError(
-            Code.RTC_TABLE,
+        raise Code.RTC_TABLE.refusal(
             f"the correction counts on the model with sha256 {table.model_sha256[:16]}… in real time; {given}",
             hint="give the model of the job's table [machine]: --model MODEL.json",
         )
@@ -308,8 +304,7 @@ def _travel(known: _Model | None, options: ImageOptions) -> tuple[Ends, Ends, En
     bad = [axis for axis, (low, high) in found.items() if not -1e6 <= low < high <= 1e6]
     bad += [axis for axis in options.travel_mm if axis not in (there if chain else "XYZ")]
     if bad:
-        raise TrueloopError(
-            Code.RTC_MODEL,
+        raise Code.RTC_MODEL.refusal(
             f"the travel of {len(bad)} axes is not known: {', '.join(bad)}",
             hint="give what MIN_LIMIT and MAX_LIMIT of the INI say, in mm, X of a lathe as a radius",
             override=" ".join(f"--travel {axis}=LOW,HIGH" for axis in bad),
@@ -322,8 +317,7 @@ def _travel(known: _Model | None, options: ImageOptions) -> tuple[Ends, Ends, En
 def _check_limit(image: Image, extent: Extent) -> None:
     largest, limit = (abs(v) * UM_PER_MM for v in (extent.whole.correction_mm, image.limits.limit_mm))
     if largest > limit:
-        raise TrueloopError(
-            Code.RTC_LIMIT,
+        raise Code.RTC_LIMIT.refusal(
             f"a correction of {largest:.1f} µm along {where_in_words(extent.whole, image)} is beyond the limit of "
             f"{limit:g} µm: the component would fault there",
             hint="narrow the travel or the ranges of signals to what is used, look at the model, or raise the limit",

@@ -8,7 +8,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
 from typing import Any, Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 KEPT: Final = 600
 """What a browser that comes later is told first: a minute."""
@@ -26,8 +26,7 @@ class LiveServer:
         try:
             self._server = ThreadingHTTPServer((host, port), _handler(self, page.encode()))
         except (OSError, OverflowError) as error:
-            raise TrueloopError(
-                Code.RTC_CONNECTION,
+            raise Code.RTC_CONNECTION.refusal(
                 f"the live page cannot be served at {host}:{port}: {error}",
                 hint="another program may have that port: leave --port out, and a free one is taken",
             ) from error

@@ -83,8 +83,7 @@ class ImageProgram:
 
     def _take(self, image: Image) -> None:
         if _wanted(image) != _wanted(self._image):
-            raise TrueloopError(
-                Code.RTC_SOURCE,
+            raise Code.RTC_SOURCE.refusal(
                 f"the signals of {str(self._file)!r} have changed: {len(_wanted(self._image))} were given, "
                 f"{len(_wanted(image))} are wanted, with their order, ranges and names",
                 hint="start LinuxCNC anew, so that component and signals agree on which pin carries which signal",
@@ -104,8 +103,7 @@ def _model(file: Located[SignalsFile], image: Image) -> MachineModel | None:
         path = file.path.parent / file.model.model
         found = hashlib.sha256(read_input(path, Code.RTC_SOURCE, hint=HINT)).hexdigest()
         if found != image.identity.model_sha256:
-            raise TrueloopError(
-                Code.RTC_SOURCE,
+            raise Code.RTC_SOURCE.refusal(
                 f"{path.name!r} is not the model that the image was made from: its SHA-256 begins with {found[:12]}, "
                 f"that in the image with {image.identity.model_sha256[:12] or 'nothing'}",
                 hint="make the image anew with `trueloop realtime image`, or name its model",

@@ -182,8 +182,7 @@ def watch(order: Order, stopped: Callable[[], bool], tell: Callable[[str], None]
             finally:
                 recording.close()
     if not seen.periods:
-        raise TrueloopError(
-            Code.RTC_CONNECTION,
+        raise Code.RTC_CONNECTION.refusal(
             "0 periods came: the servo thread stands, or another program reads the sampler",
             hint="one reader a stream: end other halsampler or watch commands",
         )
@@ -302,4 +301,4 @@ def driven_run(samples: Samples, signals: Sequence[tuple[str, str]], tool_mm: Ve
 
 
 def _refusal(file: str, message: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.RTC_SAMPLES, message, hint=hint, place=Place(file))
+    return Code.RTC_SAMPLES.refusal(message, hint=hint, place=Place(file))

@@ -10,7 +10,7 @@ from trueloop.controllers.linuxcnc.realtime.configuration import Configuration, 
 from trueloop.controllers.linuxcnc.realtime.hal_checks import mm_per_unit
 from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, watching, wiring
 from trueloop.domain.record import sha256_of
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.input_file import read_input
 from trueloop.formats.realtime.image_file import read_image
 from trueloop.formats.tables.model_file import read_model
@@ -90,8 +90,7 @@ def _check_model(job: JobFiles, image: Image) -> None:
     found = sha256_of((job.path.parent / machine.model).read_bytes())
     if found != image.identity.model_sha256:
         held = f"sha256 {image.identity.model_sha256[:16]}…" if image.identity.model_sha256 else "no model"
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"the job's model {machine.model.name} has sha256 {found[:16]}…, the image holds {held}",
             hint=f"make the image anew: `trueloop realtime image JOB.toml --model {machine.model}`",
             place=Place(str(job.path)),
@@ -126,8 +125,7 @@ def _check_offset(table: ToolTable, number: int, unit_mm: float, image: Image, j
     offset = [0.0 if cell is None else float(cell.value) * unit_mm for cell in (row.x, row.z)]
     needed = np.subtract(image.bank.tool_mm, machine.tool_mm)[[0, 2]]
     if np.abs(needed - offset).max() > image.limits.gate_mm:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"the offset of T{number} is X {offset[0]:g} mm (radius), Z {offset[1]:g} mm; with the tool "
             f"point {image.bank.tool_mm} of the image and {machine.tool_mm} of the job it has to be X {needed[0]:g} "
             f"and Z {needed[1]:g} mm to the gate of {image.limits.gate_mm:g} mm",

@@ -8,7 +8,7 @@ from trueloop.domain.life import Cut, CuttingConditions, InspectionLink, Ran, St
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction, sha256_of
 from trueloop.domain.tool import Setting
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.jobs.store.of_this_part import cuts_of
 from trueloop.loops.turned import correction as turned
 from trueloop.storage.kinds import joined
@@ -140,16 +140,14 @@ def _whole(store: Store, part: Part, found: Iterable[Correction[Any]], which: st
     """The last one of them that has what the loop gave, and is for this part."""
     whole = [one for one in found if isinstance(one.payload, turned.Correction)]
     if not whole:
-        raise TrueloopError(
-            Code.STO_LINK,
+        raise Code.STO_LINK.refusal(
             f"{store.where!r} has no correction {which} for part {part.serial!r}",
             hint="keep it: `trueloop compensate JOB.toml --serial NUMBER`; or name its id by --record",
             values={"serial": part.serial},
         )
     other = made_for_other(store, whole[-1], part)
     if other is not None:
-        raise TrueloopError(
-            Code.STO_LINK,
+        raise Code.STO_LINK.refusal(
             f"correction {whole[-1].record.id} was made from touches of part {other!r}, not of part {part.serial!r}",
             hint="name the serial number of the part that was inspected, or the record of its own correction",
             values={"serial": part.serial},
@@ -167,8 +165,7 @@ def _sha256(made: turned.Correction, ran: Ran | None, part: Part) -> str:
     hashes = made.programs_sha256
     ran = ran or made.recommended
     if ran not in hashes:
-        raise TrueloopError(
-            Code.STO_PROGRAM,
+        raise Code.STO_PROGRAM.refusal(
             f"correction {made.record.id} of part {part.serial!r} has no program {str(ran)!r}",
             hint=f"it has {', '.join(map(str, hashes))}",
             values={"serial": part.serial, "correction": made.record.id},

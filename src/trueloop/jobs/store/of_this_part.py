@@ -10,7 +10,7 @@ from trueloop.arrays import Array
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.part import Part
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.loops.turned.correction import Correction
 from trueloop.statistics import rms
 from trueloop.storage.kinds import joined
@@ -23,8 +23,7 @@ from trueloop.units import MM_PER_INCH, UM_PER_MM
 def require_serial(part: Part, file: str) -> None:
     """Raises STO-PART for a part without a serial number, by which parts are kept apart; `file` should state it."""
     if not part.serial:
-        raise TrueloopError(
-            Code.STO_PART,
+        raise Code.STO_PART.refusal(
             f"{file!r} does not say of which part it is: {part.part_type.name!r} without a serial number",
             hint="state it: --serial NUMBER, or `part.serial` of the job",
             override="--no-store",
@@ -38,8 +37,7 @@ def require_file_of_part(store: Store, inspection: Inspection) -> None:
     for other in (kept.value for kept in find(store, Inspection, file_sha256=inspection.sha256)):
         same = (other.values, other.measured_at) == (inspection.values, inspection.measured_at)
         if same and other.part.identity != part.identity:
-            raise TrueloopError(
-                Code.STO_OTHER_PART,
+            raise Code.STO_OTHER_PART.refusal(
                 f"the file with sha256 {sha256} is kept as an inspection of part {other.part.serial!r} of "
                 f"{other.part.part_type.name!r}, and now said to be of part {part.serial!r}",
                 hint="name the file of this part, or the serial number of the part that the file is of",
@@ -88,8 +86,7 @@ def require_later(earlier: tuple[str, datetime | None], later: tuple[str, dateti
     if before is None or after is None or after.astimezone(UTC) >= before.astimezone(UTC):
         return
     times = [one.astimezone(UTC).isoformat(timespec="minutes") for one in (before, after)]
-    raise TrueloopError(
-        Code.STO_CLOCK,
+    raise Code.STO_CLOCK.refusal(
         f"{second} at {times[1]} is before {first} at {times[0]}",
         hint="state the right time (`gauging.measured_at`), or name the file of this part",
         override="--accept STO-CLOCK",
@@ -131,8 +128,7 @@ def require_size(before: Correction, after: ErrorVectors) -> None:
     if 0.0 < size <= LARGEST * (touched + band) and not by_unit:
         return
     factor = f"; {MM_PER_INCH} or {UM_PER_MM:g} times too much?" if size else ": filled in, not measured?"
-    raise TrueloopError(
-        Code.STO_UNIT,
+    raise Code.STO_UNIT.refusal(
         f"the errors after the finish cut are {size * UM_PER_MM:.1f} µm RMS, those before it "
         f"{touched * UM_PER_MM:.1f} µm{factor}",
         hint="check the unit of the file (--unit), and that it holds errors of this part",

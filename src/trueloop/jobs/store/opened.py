@@ -24,7 +24,7 @@ def opened(db: Choice, *, read_only: bool = False, held_open: int = 0) -> "Store
 def _place(db: Choice) -> str:
     place = place_of_store(Path(), db, None)
     if place is None:
-        raise TrueloopError(Code.STO_FILE, f"there is no store '{BESIDE}' in this folder", hint=NO_STORE)
+        raise Code.STO_FILE.refusal(f"there is no store '{BESIDE}' in this folder", hint=NO_STORE)
     return place
 
 
@@ -76,8 +76,7 @@ def _require_no_store(url: str) -> None:
 
 
 def _exists(place: str, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.STO_EXISTS,
+    return Code.STO_EXISTS.refusal(
         f"{why}: nothing was changed",
         hint="name a new one, or work with the one that is there",
         values={"store": place},

@@ -170,8 +170,7 @@ def _require_same_surface(inputs: SurfaceInputs, inspection: Inspection) -> None
 
 def _refused(inspection: Inspection, why: str, hint: str) -> TrueloopError:
     part = inspection.part
-    return TrueloopError(
-        Code.SRF_STORED,
+    return Code.SRF_STORED.refusal(
         f"part {part.serial!r} of {part.part_type.name!r} in the store {why}",
         hint=hint,
         override="--no-store takes the job's own parts alone",
@@ -180,8 +179,7 @@ def _refused(inspection: Inspection, why: str, hint: str) -> TrueloopError:
 
 
 def _twice(inspection: Inspection, name: str) -> TrueloopError:
-    return TrueloopError(
-        Code.SRF_TWICE,
+    return Code.SRF_TWICE.refusal(
         f"part {name!r} is in the store as {inspection.part.serial!r} already: their files have the same bytes",
         hint="leave the copy out of gauging.points, or give it the name it has in the store",
     )

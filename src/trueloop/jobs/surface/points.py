@@ -9,7 +9,7 @@ import numpy as np
 
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.option_tables import options_from
@@ -27,8 +27,7 @@ def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
         # Not `Path.glob`, which takes no absolute pattern.
         matching = sorted(glob(name, root_dir=path.parent, recursive=True)) if "*" in name else [name]  # noqa: PTH207
         if not matching:
-            raise TrueloopError(
-                Code.SRF_FILE,
+            raise Code.SRF_FILE.refusal(
                 f"no file is like {name!r}",
                 hint="gauging.points names the files of the measured parts, relative to the job",
                 place=Place(str(path)),
@@ -43,8 +42,7 @@ def _require_different(files: Sequence[Path], path: Path) -> None:
     by_name: dict[str, Path] = {}
     for file in files:
         if file.stem in by_name:
-            raise TrueloopError(
-                Code.SRF_TWICE,
+            raise Code.SRF_TWICE.refusal(
                 f"two of {len(files)} parts are called {file.stem!r}: {str(by_name[file.stem])!r} and {str(file)!r}",
                 hint="name every part's file once in gauging.points, and no two alike: results go by their names",
                 place=Place(str(path)),
@@ -58,8 +56,7 @@ def require_measured_once(files: Sequence[Path], hashes: Mapping[Path, str]) -> 
     for file in files:
         first = by_hash.setdefault(hashes[file], file)
         if first is not file:
-            raise TrueloopError(
-                Code.SRF_TWICE,
+            raise Code.SRF_TWICE.refusal(
                 f"two of {len(files)} parts are one: {first.name!r} and {file.name!r} have the same bytes",
                 hint="leave the copy out of gauging.points",
                 place=Place(str(file)),
@@ -71,8 +68,7 @@ def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) ->
     for name in excluded:
         if name not in names:
             near = get_close_matches(name, names, n=1)
-            raise TrueloopError(
-                Code.JOB_KEY,
+            raise Code.JOB_KEY.refusal(
                 f"'model.exclude' names {name!r}, which is not one of the {len(names)} parts",
                 hint=f"did you mean {near[0]!r}?" if near else f"the parts are {', '.join(names)}",
                 place=Place(str(path)),

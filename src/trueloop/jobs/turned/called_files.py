@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 
 _CALLS: Final = re.compile(rb"(?:M98|G65|G66)[^\n;(]*?P0*(\d+)|P0*(\d+)[^\n;(]*?(?:M98|G65|G66)", re.IGNORECASE)
 _NAMES: Final = re.compile(rb"\b[A-Za-z_]\w+")
@@ -28,16 +28,14 @@ def with_called(
     """
     by_name = dialect == "siemens"
     if not by_name and not dialect.startswith(("fanuc", "haas")):
-        raise TrueloopError(
-            Code.NC_DIALECT,
+        raise Code.NC_DIALECT.refusal(
             f"programs that one of {dialect} calls are not looked for in a folder",
             hint="write them into the program's own file, and leave out `programs.folder`",
         )
     try:
         files = sorted(path for path in folder.iterdir() if path.is_file())
     except OSError as error:
-        raise TrueloopError(
-            Code.NC_FILE,
+        raise Code.NC_FILE.refusal(
             f"the folder of programs cannot be read: {error.strerror}",
             hint="`programs.folder` names it, relative to the job file",
             place=Place(str(folder)),

@@ -75,7 +75,7 @@ def _refuse_twice(one: Characteristic, others: Sequence[Characteristic]) -> None
 
 def _twice(one: Characteristic, message: str) -> TrueloopError:
     hint = "a name, and a size at one place, stand once: with the limits that count"
-    return TrueloopError(Code.TOL_TWICE, message, hint=hint, values={"characteristic": one.name})
+    return Code.TOL_TWICE.refusal(message, hint=hint, values={"characteristic": one.name})
 
 
 def joined(

@@ -251,8 +251,7 @@ def _from_here(folder: Path) -> Path:
 def _not_one(tool: str, setup: str, count: int, edges: Sequence[CorrectedEdge]) -> TrueloopError:
     there = ", ".join(f"{one.tool} in {one.setup!r}" if one.setup else one.tool for one in edges)
     where = f" in set-up {setup!r}" if setup else ""
-    return TrueloopError(
-        Code.NC_NO_TOOL,
+    return Code.NC_NO_TOOL.refusal(
         f"{count} edges of the part are {tool!r}{where}; its edges are {there}",
         hint="name the tool as it is called, and its set-up where several cut with it",
         values={"tool": tool},

@@ -132,8 +132,7 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
     for measured_at in (one.measured_at and one.measured_at.astimezone(UTC) for one in inspections):
         if (measured_at is None and time_needed) or (measured_at is not None and measured_at < corrected_at):
             when = "" if measured_at is None else measured_at.isoformat(timespec="seconds")
-            raise TrueloopError(
-                Code.MSR_OLD,
+            raise Code.MSR_OLD.refusal(
                 f"the part was measured at {when or 'a time that is not stated'}, correction {record.id} was made at "
                 f"{corrected_at.isoformat(timespec='minutes')}",
                 hint="a part that was cut before it was cut without it: leave out `gauging.after_record`, and state "
@@ -157,8 +156,7 @@ def _require_no_allowance(measured: ErrorVectors) -> None:
     beyond = middle_mm > SURE * float(np.max(measured.standard_u_mm[rows]))
     if beyond and float(np.ptp(error_mm)) <= ALIKE * middle_mm:
         size_um = middle_mm * UM_PER_MM
-        raise TrueloopError(
-            Code.CMP_ALLOWANCE,
+        raise Code.CMP_ALLOWANCE.refusal(
             f"all {len(rows)} measured places, which look in several directions, are too large by about "
             f"{size_um:.1f} µm: is an allowance still on?",
             hint=f"if it is: gauging.measured_allowance_mm = {middle_mm:.3f}, as it was meant; if the part is "
@@ -168,8 +166,7 @@ def _require_no_allowance(measured: ErrorVectors) -> None:
 
 
 def _not_finished(files: JobFiles, stated: str) -> TrueloopError:
-    return TrueloopError(
-        Code.CMP_CUT_WITH,
+    return Code.CMP_CUT_WITH.refusal(
         f"programs.cut_with is {stated!r}, and the part was measured before its finish cut: what cut it is the "
         "semi-finish program",
         hint="leave `programs.cut_with` out, or, where the finished part was measured, `programs.semifinish` and the "

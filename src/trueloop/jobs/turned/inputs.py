@@ -9,7 +9,7 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.option import Limits
 from trueloop.domain.tool import Edge, Machine, Tool
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.jobs.correction_tables import CompensationTable, FeatureFitTable
 from trueloop.formats.jobs.curve_of_job import fit_notes
 from trueloop.formats.jobs.job import Job
@@ -150,8 +150,7 @@ def _of_nose(tool: TableOfTool, other: JobFiles) -> Iterator[NoseTouches]:
     """
     job = other.job
     if not job.gauging.touches_files:
-        raise TrueloopError(
-            Code.TCH_FILE,
+        raise Code.TCH_FILE.refusal(
             f"{other.path.name!r} has 0 touches: a nose model needs touches of a probe along an arc",
             hint="leave it out of `compensation.nose_from`",
             place=Place(str(other.path)),
@@ -175,8 +174,7 @@ def _of_nose(tool: TableOfTool, other: JobFiles) -> Iterator[NoseTouches]:
                 name = f"{job.part.name} {of.setup.frame.name}".strip()
                 yield nose_touches(name, own.profile, vectors_of_edge(placed, own, of.profile))
     if not found:
-        raise TrueloopError(
-            Code.NC_NO_TOOL,
+        raise Code.NC_NO_TOOL.refusal(
             f"none of the edges of {other.path.name!r} is {tool.name or f'T{tool.number}'!r}",
             hint="state the same `name`, `insert` and `corner` in the tables [tool] or [[tools]] of both jobs, or the "
             "same `number`; or leave it out of `compensation.nose_from`",

@@ -11,7 +11,7 @@ import numpy as np
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.option import PageOptions
 from trueloop.domain.record import sha256_of
-from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.correction_tables import MachineTable
 from trueloop.formats.jobs.curve_of_job import fit_notes
@@ -271,8 +271,7 @@ def _signals(sources: Sources, job: Path, model: MachineModel, given: dict[str, 
         check_lags_given(model.lags, given)
         for name in model.needs():
             if name not in given:
-                raise TrueloopError(
-                    Code.MCH_SIGNAL,
+                raise Code.MCH_SIGNAL.refusal(
                     f"the model needs the signal {name!r}; the job gives {len(given)}: {', '.join(given) or 'none'}",
                     hint=f"write it into the table [machine]: cutting = {{ {name} = 21.5 }}, in the unit of the data",
                     values={"signals": [name]},

@@ -81,8 +81,7 @@ class JobFiles:
             self.job.require_one_setup()
         if self.job.tool is None:
             called = [tool.called.words for tool in self.job.tools]
-            raise TrueloopError(
-                Code.JOB_TOOLS,
+            raise Code.JOB_TOOLS.refusal(
                 f"the job has {len(called)} tools ({', '.join(called)}): this is done for one tool alone",
                 hint="`trueloop compensate` (in Python `compensate_part`) and `trueloop nc features` take several; "
                 "else give one table [tool]",
@@ -273,8 +272,7 @@ def _is_of(setup: SetupTable, cut: CutByTable) -> bool:
 
 
 def _without_datum(setup: SetupTable) -> TrueloopError:
-    return TrueloopError(
-        Code.SET_DATUM,
+    return Code.SET_DATUM.refusal(
         f"set-up '{setup.name}' does not say where its program's Z is 0 on the part",
         hint="write `zero_at_z_mm` into the set-up's table [[setups]]: z of the part's frame, in mm, at "
         "which this program's Z is 0; for "

@@ -9,7 +9,7 @@ from typing import Final, Literal, TypeAlias
 
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.record import check_uncorrected
-from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.errors import Code, Place, in_file
 from trueloop.formats.input_file import FilePath, read_program
 from trueloop.formats.jobs.new_job import NewJob, job_toml
 from trueloop.formats.measurements.touches_csv import empty_touches_csv
@@ -79,8 +79,7 @@ def drawing_key(drawing: Path) -> str:
     """Returns the job's key for a drawing. Raises GEO-DXF for an ending that is not a drawing's."""
     key = CAD.get(drawing.suffix.lower())
     if key is None:
-        raise TrueloopError(
-            Code.GEO_DXF,
+        raise Code.GEO_DXF.refusal(
             f"{drawing.name!r} ends neither in {', '.join(CAD)}",
             hint="give a DXF drawing, or a STEP or IGES file of the solid",
             place=Place(str(drawing)),
@@ -193,8 +192,7 @@ def _points(profile: Profile, nose_radius_mm: float) -> GaugingPoints:
 
 def _require_new(file: Path) -> None:
     if file.exists():
-        raise TrueloopError(
-            Code.JOB_EXISTS,
+        raise Code.JOB_EXISTS.refusal(
             f"{str(file)!r} is there already",
             hint="name another folder with --folder, or another part with --name",
             place=Place(str(file)),

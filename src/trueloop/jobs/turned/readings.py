@@ -82,8 +82,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         notes += _of_other_name(file.name, measured, job)
         notes += [f"{file.name}: {unmatched} values are of no feature of the part."] if unmatched else []
     if files and not matched and not touches:
-        raise TrueloopError(
-            Code.MSR_NONE,
+        raise Code.MSR_NONE.refusal(
             f"{len(files)} files of readings hold 0 readings of the part",
             hint="fill in at least one value: a row without one was not measured",
             place=Place(str(files[0])),
@@ -100,8 +99,7 @@ def require_features(mapping: Path | None, names: Mapping[str, str], profile: Pr
     for name, listed in names.items():
         for feature in filter(None, features_listed(profile, listed)):
             if feature_named(profile, feature) is None:
-                raise TrueloopError(
-                    Code.MSR_MAPPING,
+                raise Code.MSR_MAPPING.refusal(
                     f"features.{name!r} is {feature!r}, none of the {len(profile.names)} features of the part",
                     hint=f"the part's features are: {', '.join(profile.names)}",
                     place=Place(str(mapping)),
@@ -127,8 +125,7 @@ def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
     if (wanted and serials and wanted not in serials) or (not wanted and len(serials) > 1):
         shown = ", ".join(map(repr, serials[:6])) + (", …" if len(serials) > 6 else "")
         why = f"part {wanted!r} is not among them" if wanted else "`part.serial` of the job chooses none"
-        raise TrueloopError(
-            Code.MSR_SERIAL,
+        raise Code.MSR_SERIAL.refusal(
             f"the file holds {len(serials)} parts by serial number, {shown}: {why}",
             hint="say in the job's table [part] which part is to be corrected: serial = …",
             place=Place(str(measured.path)),
@@ -190,8 +187,7 @@ def _named(profile: Profile, reading: Reading) -> MatchedReading:
 def _no_feature(profile: Profile, named: Sequence[str], line: int | None) -> TrueloopError:
     name = next((one for one in named if one not in profile.names), named[0])
     near = difflib.get_close_matches(name, profile.names, n=1)
-    return TrueloopError(
-        Code.MSR_FEATURE,
+    return Code.MSR_FEATURE.refusal(
         f"the part has no feature {name!r}",
         hint=f"did you mean {near[0]!r}?" if near else f"the part's features are: {', '.join(profile.names)}",
         place=Place(line=line),

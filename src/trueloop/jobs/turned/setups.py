@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART
 from trueloop.jobs.turned.job_files import JobFiles
@@ -19,8 +19,7 @@ def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called | None]
     for name in files.job.feature:
         if name not in profile.names:
             with files.located.at("feature", name):
-                raise TrueloopError(
-                    Code.JOB_KEY,
+                raise Code.JOB_KEY.refusal(
                     f"'feature.{name}' is not one of the {len(profile.names)} features of the part",
                     hint=f"the part's features are: {', '.join(profile.names)}",
                     values={"key": f"feature.{name}"},

@@ -96,8 +96,7 @@ def _unnamed(
 ) -> TrueloopError:
     names = [one.frame.name for one in setups]
     called = " and ".join(dict.fromkeys(tool.called.words for tool in tools))
-    return TrueloopError(
-        Code.SET_EDGE,
+    return Code.SET_EDGE.refusal(
         f"{called} of set-ups {names[0]} and {names[1]} would be one edge in the store, and the job does not name it",
         hint="state `name` of both tables [[setups.tools]]: the same where it is one tool, else two",
         override="--no-store",

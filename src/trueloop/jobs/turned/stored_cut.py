@@ -7,7 +7,7 @@ from pathlib import Path
 from trueloop.domain.life import Cut, Ran, Stage
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction
-from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.errors import Code, in_file
 from trueloop.jobs.store.of_this_part import cuts_of
 from trueloop.jobs.turned.cut_with import may_have_cut, require_later, stored_words
 from trueloop.loops.turned import correction as turned
@@ -62,12 +62,7 @@ def _correction(store: Store, record_id: str) -> Correction[turned.Correction]:
     held = [one.value for one in find(store, Correction, identity=joined((record_id,)))]
     if held:
         return held[-1]
-    raise TrueloopError(
-        Code.STO_LINK,
-        f"{store.where!r} has no correction {record_id!r}",
-        hint=HINT,
-        values={"serial": ""},
-    )
+    raise Code.STO_LINK.refusal(f"{store.where!r} has no correction {record_id!r}", hint=HINT, values={"serial": ""})
 
 
 def _of(one: Correction[turned.Correction], by: Ran | None, inputs: Inputs) -> InForce:

@@ -7,7 +7,7 @@ from pathlib import Path
 from trueloop.domain.option import Limits
 from trueloop.domain.proposal import ToolOffset
 from trueloop.domain.record import Record
-from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.errors import Code, Place, in_file
 from trueloop.formats.outputs import write_all
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.tool_tables.known import NewTable, new_table, read_tool_table
@@ -63,8 +63,7 @@ def offset_of(correction: Path) -> tuple[Record, ToolOffset]:
     offset = record.tool_offset
     if offset is None or not offset.makes_the_correction:
         what = "the contour" if offset is not None else "no tool offset"
-        raise TrueloopError(
-            Code.OFS_NONE,
+        raise Code.OFS_NONE.refusal(
             f"correction {record.id} is made by {what}: its program is run with the tool's offset as it is",
             hint='to correct by the offset instead: `compensation.by = "offset"` in the job',
             place=Place(str(correction)),

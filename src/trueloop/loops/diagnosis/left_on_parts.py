@@ -105,8 +105,7 @@ def residuals(
     needed = dict.fromkeys((*model.needs(), *element.values()))
     kept, findings = _with_signals(parts, tuple(needed), accept)
     if not kept:
-        raise TrueloopError(
-            Code.DIA_NONE,
+        raise Code.DIA_NONE.refusal(
             f"0 of {len(parts)} parts can be used to judge the model",
             hint="`trueloop machine decompose --serial` keeps both inspections of a part, with its temperatures",
         )
@@ -159,7 +158,7 @@ def _with_signals(
         hint = f"`trueloop machine decompose --probing {signal}=VALUE --supersede` keeps it"
         values = {"signal": signal, "parts": without}
         if Code.DIA_SIGNAL not in accept:
-            raise TrueloopError(Code.DIA_SIGNAL, said, hint=hint, override="--accept DIA-SIGNAL", values=values)
+            raise Code.DIA_SIGNAL.refusal(said, hint=hint, override="--accept DIA-SIGNAL", values=values)
         rest = [part for part in parts if part.serial not in without]
         kept, findings = _with_signals(rest, needed, accept)
         return kept, [Finding(Severity.WARNING, Code.DIA_SIGNAL, said, hint, values=values), *findings]
@@ -170,8 +169,7 @@ def _other_part(model: MachineModel, part: BothSeen) -> TrueloopError | None:
     largest_mm = float(np.abs(part.left_mm(model)).max())
     if largest_mm <= OTHER_PART_MM:
         return None
-    return TrueloopError(
-        Code.DIA_PART,
+    return Code.DIA_PART.refusal(
         f"part {part.serial!r}: both devices differ by up to {largest_mm * UM_PER_MM:.0f} µm; of one part "
         f"they differ by less than {OTHER_PART_MM * UM_PER_MM:.0f} µm",
         hint="is one of the inspections of another part, or in another frame? Decompose the right file, `--supersede`",
@@ -190,8 +188,7 @@ def _moved(model: MachineModel, part: BothSeen) -> TrueloopError | None:
     frame = fit_frame_discrepancy(part.seen, found.error_proc_resid)
     if frame.rms_before_mm < MOVED_MM or frame.rms_after_mm > frame.rms_before_mm / MOVED_SHARE:
         return None
-    return TrueloopError(
-        Code.DIA_MOVED,
+    return Code.DIA_MOVED.refusal(
         f"part {part.serial!r}: both inspections differ by {frame.rms_before_mm * UM_PER_MM:.1f} µm, and by "
         f"{frame.rms_after_mm * UM_PER_MM:.1f} µm after a rigid motion: part or probe was moved between them",
         hint="if the part's frame was found anew, decompose it with `--new-frame --supersede`",

@@ -15,7 +15,7 @@ from trueloop.diagnosis.features.feature_error import FeaturePlace, SeenPoints
 from trueloop.diagnosis.features.fixturing import FEWEST, Fixturing, fixturing, unstable
 from trueloop.domain.inspection import Inspection, Reading, StandardPart
 from trueloop.domain.part import Part
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.loops.diagnosis.left_on_parts import BothSeen
 from trueloop.loops.diagnosis.points_of import points_of
 from trueloop.machine.model.model import MachineModel
@@ -191,8 +191,7 @@ def diagnose_series(
     """
     cut = [one for one in parts if not one.made.standard]
     if len(cut) < LEAST_PARTS:
-        raise TrueloopError(
-            Code.DIA_FEW,
+        raise Code.DIA_FEW.refusal(
             f"{len(cut)} parts were inspected, {LEAST_PARTS} at least are needed to separate what repeats from part "
             "to part",
             hint="`trueloop diagnose part SERIAL` shows the errors of one part",

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.edit.shape_words import SHAPE, TURNS
 from trueloop.nc.expand.expand import WrittenOut, written_out
 from trueloop.nc.expand.splines import gives_spline
@@ -57,8 +57,7 @@ def _require_no_spline(program: Program) -> None:
         block = program.block(program.core.block_at(start))
         if gives_spline(program, block):
             text = program.source[block.start : block.end].decode("latin-1").strip()
-            raise TrueloopError(
-                Code.NC_EDIT,
+            raise Code.NC_EDIT.refusal(
                 f"{text[:60]!r} cannot be written out as explicit moves: it is not run, or goes nowhere",
                 hint="take the block out",
                 place=program.place(start),

@@ -204,22 +204,19 @@ def _not_followed(survey: Survey, field: Field) -> Iterator[TrueloopError]:
     # o: an axis that Sinumerik calls by a letter and a number, A1.
     if turning := sorted({*field.still, *("o" if field.still else "")} & survey.letters.keys()):
         axis = "an axis with a number" if turning[0] == "o" else turning[0]
-        yield TrueloopError(
-            Code.NC_MAP,
+        yield Code.NC_MAP.refusal(
             f"{axis} turns in this program, which the field takes to stand still",
             hint="leave the word out, say with --at where the axis stands, and correct one program a position",
             place=Place(line=survey.letters[turning[0]]),
         )
     if field.of_machine and survey.sets_offset is not None:
-        yield TrueloopError(
-            Code.MCH_FRAME,
+        yield Code.MCH_FRAME.refusal(
             f"G10 sets an offset in line {survey.sets_offset}: where the zero lies then is not what the set-up says",
             hint="take the block out, give the offset with --work-zero, --tool or --offsets, and set it at the control",
             place=Place(line=survey.sets_offset),
         )
     if field.of_machine and field.tools is None and survey.sets_register and survey.goes_to_machine:
-        yield TrueloopError(
-            Code.MCH_FRAME,
+        yield Code.MCH_FRAME.refusal(
             f"the position register is set in line {survey.sets_register}, and line {survey.goes_to_machine} goes to a "
             "place of the machine: what that is called depends on the control's offset of the tool",
             hint="give the control's tables with --offsets",

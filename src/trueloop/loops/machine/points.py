@@ -80,8 +80,7 @@ def correct_points(
         found = displace_points(program, field, left_alone)
     for axis, size in zip("XY", found.largest_mm, strict=True):
         if size > limit_mm:
-            raise TrueloopError(
-                Code.CMP_SIZE,
+            raise Code.CMP_SIZE.refusal(
                 f"a correction of {axis} by {UM_PER_MM * size:.1f} µm is larger than {UM_PER_MM * limit_mm:g} µm",
                 hint="check the unit and the sign of the field",
                 place=program.place(found.largest_at),

@@ -14,7 +14,7 @@ from typing import Final, Literal, TypeAlias
 from trueloop.domain.characteristic import Judgement, Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.tolerances.conformance import judge
 from trueloop.wording import wording
 
@@ -105,8 +105,7 @@ def certified(
     `stated_u`, mm: the standard uncertainty of readings that state none. Raises MON-NONE where nothing was measured.
     """
     if not any(one.inspection.readings for one in seen):
-        raise TrueloopError(
-            Code.MON_NONE,
+        raise Code.MON_NONE.refusal(
             f"part {part.serial!r} has {len(seen)} inspections after its finish cut in the store, 0 of them with sizes",
             hint="`trueloop series add` takes inspection files; a certificate says nothing that was not measured",
             values={"characteristic": part.serial},

@@ -10,7 +10,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags, by_content
 from trueloop.diagnosis.causes.cause import Candidate, Diagnosis
 from trueloop.domain.characteristic import Characteristic
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.loops.monitor.known import PartFacts, known, only
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.tracked import Tracked, TrackedPart
@@ -134,8 +134,7 @@ def _place(parts: Sequence[TrackedPart], serial: str) -> int:
     for k, one in enumerate(parts):
         if one.made.serial == serial:
             return k
-    raise TrueloopError(
-        Code.MON_NONE,
+    raise Code.MON_NONE.refusal(
         f"the series has no part {serial!r} ({len(parts)} parts: {_serials(parts)})",
         hint="name parts by their serial numbers: `--baseline 101..120`; `trueloop series status` shows them",
         values={"characteristic": serial},

@@ -101,8 +101,7 @@ def gauges(
                 found.setdefault((inspection.device, inspection.part.serial, name), []).append(check)
     if not found:
         devices = sorted({repr(one.device) for one in of_standards})
-        raise TrueloopError(
-            Code.MON_NONE,
+        raise Code.MON_NONE.refusal(
             f"the store holds {len(standards)} standard parts and {len(of_standards)} inspections of them, "
             f"0 by {'any device' if device is None else repr(device)} on a calibrated characteristic",
             hint=f"devices that inspected one: {', '.join(devices) or 'none'}; a standard part is kept with its "

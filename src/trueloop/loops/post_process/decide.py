@@ -41,8 +41,7 @@ def decide(
     """
     for one in earlier:
         if one.proposal == proposal.id:
-            raise TrueloopError(
-                Code.SER_DECIDED,
+            raise Code.SER_DECIDED.refusal(
                 f"proposal {proposal.id} was {one.verdict} by {one.who} on {one.at:%Y-%m-%d %H:%M}",
                 hint="`trueloop series propose` makes another one when a further part is in",
                 values={"proposal": proposal.id},
@@ -79,8 +78,7 @@ def _superseded(proposal: Proposal, series: Mapping[Identity, Tracked]) -> Itera
             why = f"another proposal of {effect.characteristic!r} was accepted since"
         else:
             continue
-        yield TrueloopError(
-            Code.SER_SUPERSEDED,
+        yield Code.SER_SUPERSEDED.refusal(
             f"proposal {proposal.id} is superseded: {why}",
             hint="`trueloop series propose` makes one of the parts there are now",
             override=_override(Code.SER_SUPERSEDED),
@@ -93,8 +91,7 @@ def _large(proposal: Proposal, options: SeriesOptions) -> Iterator[TrueloopError
     for effect in proposal.effects:
         if abs(effect.size_change_mm) > options.largest_mm:
             size_um, limit_um = effect.size_change_mm * UM_PER_MM, options.largest_mm * UM_PER_MM
-            yield TrueloopError(
-                Code.SER_LARGE,
+            yield Code.SER_LARGE.refusal(
                 f"proposal {proposal.id} changes {effect.characteristic!r} by {size_um:+.1f} µm; the limit is "
                 f"{limit_um:.1f} µm",
                 hint="a constant this large is likelier a wrong datum, unit or nominal than an error of the machine",
@@ -110,8 +107,7 @@ def _old(proposal: Proposal, now: datetime, options: SeriesOptions) -> Iterator[
         return
     when = f"{proposal.made_at:%Y-%m-%d %H:%M}"
     limit = f"the limit is {options.age_hours:g} h" if age_h > 0 else "a clock was set back"
-    yield TrueloopError(
-        Code.SER_OLD,
+    yield Code.SER_OLD.refusal(
         f"proposal {proposal.id} was made {age_h:.1f} h ago ({when}); {limit}",
         hint="the tool has cut since; propose anew from the latest parts",
         override=f"{_override(Code.SER_OLD)}, or another --max-age-h",
@@ -127,8 +123,7 @@ def _alarm(proposal: Proposal, series: Mapping[Identity, Tracked]) -> Iterator[T
         alarm = None if now is None else now.open_alarm
         if alarm is None:
             continue
-        yield TrueloopError(
-            Code.SER_ALARM,
+        yield Code.SER_ALARM.refusal(
             f"{effect.characteristic!r} is under alarm since part {alarm.made.serial!r}: "
             f"{alarm.made.error_mm * UM_PER_MM:+.1f} µm found, {(alarm.expected_mm or 0.0) * UM_PER_MM:+.1f} ± "
             f"{NORMAL_95 * (alarm.expected_u_mm or 0.0) * UM_PER_MM:.1f} µm expected",

@@ -241,8 +241,7 @@ def tool_proposals(
             by_tool.setdefault((job.machine, number, job.edge), (job, []))[1].extend(of_it)
     if not by_tool:
         names = ", ".join(sorted(repr(one.series.name) for one in series)[:6])
-        raise TrueloopError(
-            Code.SER_TOOL,
+        raise Code.SER_TOOL.refusal(
             f"none of {len(series)} series ({names}) is a size of the job's features",
             hint="name them in `[[part.characteristic]]` of the job as the inspections do, each with its feature",
         )

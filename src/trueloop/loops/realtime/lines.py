@@ -31,8 +31,7 @@ def require_known_lines(path: ToolPath, moves: Driven, listed: Collection[int]) 
         if count == 1 and not calls:
             continue
         within = f", called by line {calls[-1]}" if calls else ""
-        raise TrueloopError(
-            Code.RTC_LINE,
+        raise Code.RTC_LINE.refusal(
             f"line {block + 1} of the finish pass runs {count} times{within}: the control's line does not say where "
             "in the cut it is",
             hint="write the finish pass out in the main program, every block once, or run the corrected program",
@@ -143,4 +142,4 @@ def _proposed(inch: bool) -> str:
 
 
 def _path_mode(program: Program, line: int, message: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.RTC_PATH_MODE, message, hint=hint, place=Place(program.file, line))
+    return Code.RTC_PATH_MODE.refusal(message, hint=hint, place=Place(program.file, line))

@@ -13,7 +13,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags
 from trueloop.domain.record import check_uncorrected
-from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.errors import Code, in_file
 from trueloop.loops.realtime.along_moves import Added, Corrected, added_along
 from trueloop.loops.realtime.driven import SAME_MM, Driven, driven
 from trueloop.loops.realtime.lines import require_kept_path, require_known_lines
@@ -91,8 +91,7 @@ def _traced(program: Program, run: Run) -> ToolPath:
 def _require_dialect(program: Program) -> None:
     name = program.dialect.name
     if name != DIALECT:
-        raise TrueloopError(
-            Code.CTL_DIALECT,
+        raise Code.CTL_DIALECT.refusal(
             f"the finish program is written for {name!r}; the real-time corrector runs in LinuxCNC, by lines of "
             f"{DIALECT!r} programs",
             hint="run the corrected program, or write the finish program for LinuxCNC",
@@ -109,8 +108,7 @@ def _require_same(found: Sequence[CentrePiece], of_correction: Sequence[CentrePi
     """Raises RTC-TABLE where the program, run again, commands another contour than the one that was corrected."""
     off_mm = max(float(np.max(np.abs(_sampled(a) - _sampled(b)))) for a, b in zip(found, of_correction, strict=True))
     if off_mm > 1e-6:
-        raise TrueloopError(
-            Code.RTC_TABLE,
+        raise Code.RTC_TABLE.refusal(
             f"the program commands a contour that is up to {off_mm * UM_PER_MM:.3f} µm off the one that was corrected",
             hint="take the job that the correction was made by: it says how the program is run",
         )

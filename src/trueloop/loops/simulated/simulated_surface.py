@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.surface import Surface
 from trueloop.loops.simulated.simulated import random_of
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts
@@ -161,8 +161,7 @@ def _truth_mm(trial: SurfaceTrial, stock: MilledStock) -> Array:
     height_mm = stock.height_mm(trial.judged.points_mm, trial.judged.normal)
     uncut = np.count_nonzero(height_mm >= REACH_MM)
     if uncut:
-        raise TrueloopError(
-            Code.SIM_MILL,
+        raise Code.SIM_MILL.refusal(
             f"{uncut} of {len(height_mm)} places are not cut by the program, or stay {REACH_MM:g} mm proud",
             hint="does the program finish this surface, with this cutter, in the surface's coordinates?",
         )
@@ -193,8 +192,7 @@ def _corrected_passes(trial: SurfaceTrial, recorded: RecordedCorrection) -> Pass
 
 def _program_and_cutter(inputs: SurfaceInputs) -> tuple[Program, SurfaceJob]:
     if inputs.program is None or inputs.cutter is None:
-        raise TrueloopError(
-            Code.SIM_MILL,
+        raise Code.SIM_MILL.refusal(
             "the job has 0 programs to cut with",
             hint="give it tables [program] and [cutter]; `trueloop surface path` makes a program",
         )
@@ -215,8 +213,7 @@ def _passes(surface: Surface, program: Program, job: SurfaceJob) -> Passes:
     path = program.run(job.parameters)
     arcs, cutting = np.count_nonzero(path.motion == Motion.ARC), np.flatnonzero(path.motion == Motion.LINE)
     if arcs or not len(cutting):
-        raise TrueloopError(
-            Code.SIM_MILL,
+        raise Code.SIM_MILL.refusal(
             f"{arcs} of {len(path)} moves are arcs" if arcs else f"0 of {len(path)} moves are straight ones at feed",
             hint="the virtual mill follows straight moves at feed: write the program in lines",
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.errors import Code, Finding
 from trueloop.geometry.surface import Surface
 from trueloop.loops.surface.correction import SurfaceInputs
 from trueloop.loops.surface.surface import Part, Work, model_of
@@ -81,14 +81,12 @@ def require_comparable(before: SurfaceInputs, after: SurfaceInputs) -> None:
     off = float(np.max(np.abs(a - b))) if a.shape == b.shape else np.inf
     if off > 0 or before.surface.flipped != after.surface.flipped:
         what = "its normals are turned over" if off == 0 else f"control points differ by {off:g} mm"
-        raise TrueloopError(
-            Code.SRF_COMPARE,
+        raise Code.SRF_COMPARE.refusal(
             f"this is another nominal surface than that of the job before: {what}",
             hint="both jobs name the nominal surface of the drawing, also where a corrected one was machined",
         )
     if before.options.best_fit != after.options.best_fit:
-        raise TrueloopError(
-            Code.SRF_COMPARE,
+        raise Code.SRF_COMPARE.refusal(
             f"gauging.alignment is {_alignment(after)!r} here and {_alignment(before)!r} in the job before",
             hint="deviations with and without location and orientation cannot be set beside each other",
         )
@@ -103,11 +101,7 @@ def group_of(inputs: SurfaceInputs, work: Work) -> Group:
     parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
     kept = tuple(part for part in parts if part.deviations.name not in inputs.options.exclude)
     if not kept:
-        raise TrueloopError(
-            Code.SRF_PARTS,
-            f"0 of {len(parts)} parts are left to compare",
-            hint="leave one in: model.exclude",
-        )
+        raise Code.SRF_PARTS.refusal(f"0 of {len(parts)} parts are left to compare", hint="leave one in: model.exclude")
     return Group(inputs.name, kept, _figures(kept))
 
 

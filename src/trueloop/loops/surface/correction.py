@@ -13,7 +13,7 @@ from trueloop.domain.part import PartType
 from trueloop.domain.record import Correction, Product, Record, record_id, sha256_of
 from trueloop.domain.record import Program as RecordedProgram
 from trueloop.domain.tool import Tool
-from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Place, Severity
 from trueloop.geometry.surface import Surface
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.surface.figures import SurfaceFigures, check_support, headline, support_record
@@ -62,8 +62,7 @@ def check_surface_scatter(model: SurfaceModel, limits: Limits) -> None:
     """
     pattern = model.pattern
     if pattern.sigma_mm > limits.scatter_mm and pattern.missed_mm**2 > MOSTLY * pattern.sigma_mm**2:
-        raise TrueloopError(
-            Code.SRF_SUPPORT,
+        raise Code.SRF_SUPPORT.refusal(
             f"the points are too far apart for the pattern: of {pattern.sigma_mm * UM_PER_MM:.1f} µm that touches lie "
             f"off what was fitted, {pattern.missed_mm * UM_PER_MM:.1f} µm are alike on all {pattern.parts} parts; "
             f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm",

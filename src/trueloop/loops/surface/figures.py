@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.geometry.surface import Surface
 from trueloop.surface.on_face import FIGURES, SUPPORT, OnFace, square
 from trueloop.surface.pattern.pattern import Pattern
@@ -67,8 +67,7 @@ def require_known(figures: SurfaceFigures, parts: int, best_fit: bool) -> None:
     if figures.unsupported > MUCH or figures.largest_mm > figures.uncertainty_mm:
         return
     more = "measure more parts; these show nothing to correct"
-    raise TrueloopError(
-        Code.SRF_PARTS,
+    raise Code.SRF_PARTS.refusal(
         f"the pattern of {parts} parts, up to {figures.largest_mm * UM_PER_MM:.1f} µm, is known to "
         f"± {figures.uncertainty_mm * UM_PER_MM:.1f} µm (95 %): even its sign is not sure",
         hint=more
@@ -109,8 +108,7 @@ def check_support(figures: SurfaceFigures, least: float) -> None:
     """Refuses a correction of a face of which measurements support less than a share. Raises SRF-SUPPORT."""
     if 1 - figures.unsupported < least:
         x, y, z = figures.unsupported_at_mm
-        raise TrueloopError(
-            Code.SRF_SUPPORT,
+        raise Code.SRF_SUPPORT.refusal(
             f"measurements support {100 * (1 - figures.unsupported):.1f} % of the face; {100 * least:g} % is the "
             f"least; they say least near x {x:.3f}, y {y:.3f}, z {z:.3f} mm",
             hint="measure the whole face, with points no farther apart than a quarter of the pattern's waves",

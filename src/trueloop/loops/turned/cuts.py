@@ -100,8 +100,7 @@ def _tool_of(program: Program, path: ToolPath, match: FeatureMatch | TrueloopErr
 
 def _uncalled(edge: CuttingEdge, known: Sequence[Called]) -> TrueloopError:
     there = f"those of its cuts are {', '.join(one.words for one in known)}" if known else "it calls none at all"
-    return TrueloopError(
-        Code.NC_NO_TOOL,
+    return Code.NC_NO_TOOL.refusal(
         f"the job has a tool {edge.called.words}, which the program does not cut with: {there}",
         hint="`number` of [[tools]] is that of the tool's offset: 12 of T0312, H12; on a Sinumerik T, `table_edge` D",
         values={"tool": edge.called.words},
@@ -252,8 +251,7 @@ def _require_direction(profile: Profile, setup: Setup, placed: Profile, found: C
 
 
 def _cuts_nothing(setup: Setup, said: str) -> TrueloopError:
-    return TrueloopError(
-        Code.SET_CUTS,
+    return Code.SET_CUTS.refusal(
         said,
         hint="mend its `setups.zero_at_z_mm`, z of the part where this program's Z is 0, or its tools, or leave it out",
         place=Place(setup.program.file),
@@ -269,8 +267,7 @@ def _mirrored(frame: SetupFrame, stated_mm: float, other_mm: float) -> TrueloopE
         "true` where the "
         "control mirrors Z"
     )
-    return TrueloopError(
-        Code.SET_MIRROR,
+    return Code.SET_MIRROR.refusal(
         f"the program of set-up '{frame.name}' runs along {stated_mm:.3f} mm of the part's profile as stated "
         f"({frame.words}), and along {other_mm:.3f} mm with its Z the other way round ({frame.the_other_way.words})",
         hint=f"{mend}; or mend its `setups.zero_at_z_mm`",
@@ -279,8 +276,7 @@ def _mirrored(frame: SetupFrame, stated_mm: float, other_mm: float) -> TrueloopE
 
 
 def _several(feature: str, setups: Sequence[str]) -> TrueloopError:
-    return TrueloopError(
-        Code.SET_FEATURE,
+    return Code.SET_FEATURE.refusal(
         f"'{feature}' is cut in {len(setups)} set-ups: {' and '.join(setups)}",
         hint=f'state which one leaves the surface: [feature.{feature}] setup = "{setups[-1]}"; where each leaves a '
         "part of it, make two features of it",

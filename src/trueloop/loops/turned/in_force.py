@@ -8,7 +8,7 @@ from typing import Final
 
 from trueloop.domain.life import Ran
 from trueloop.domain.record import GIVEN, ChangedWord, CutWith, Product, Record, sha256_of
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.program.program import Program
 
@@ -37,8 +37,7 @@ class InForce:
         file and no store.
         """
         if self.stored and not self.stated:
-            raise TrueloopError(
-                Code.CMP_CUT_WITH,
+            raise Code.CMP_CUT_WITH.refusal(
                 f"programs.cut_with names correction {self.stored!r}, and the job has no store that holds it",
                 hint='name the path to its record: cut_with = "o1/record.json"',
                 values={"corrections": [self.stored]},
@@ -46,8 +45,7 @@ class InForce:
         if self.stated or not self.possible:
             return
         shown = ", ".join(self.possible[:4]) + (", …" if len(self.possible) > 4 else "")
-        raise TrueloopError(
-            Code.CMP_CUT_WITH,
+        raise Code.CMP_CUT_WITH.refusal(
             f"what cut the measured part is not stated: the given program, or a correction of it: {shown}",
             hint=f"{HINT} by its path or, with a store, its id, in the job's table [programs]",
             values={"corrections": list(self.possible)},
@@ -68,16 +66,14 @@ def in_force(
     where it is of another program.
     """
     if record.product is not Product.TURNED or record.program is None:
-        raise TrueloopError(
-            Code.CMP_CUT_WITH,
+        raise Code.CMP_CUT_WITH.refusal(
             f"record {record.id} is no correction of a turned part's program",
             hint=HINT,
             values={"corrections": [record.id]},
         )
     given = sha256_of(program.source)
     if record.program.sha256 != given:
-        raise TrueloopError(
-            Code.CMP_OTHER_PROGRAM,
+        raise Code.CMP_OTHER_PROGRAM.refusal(
             f"correction {record.id} is of the program with sha256 {record.program.sha256[:16]}…, this one has "
             f"{given[:16]}…",
             hint="name in `programs.finish` the program that the correction was made from",
@@ -104,8 +100,7 @@ def _way(record: Record, by: Ran | None) -> Ran:
         return by
     said = " or ".join(f'"{way}"' for way in ways)
     what = "can be carried out in several ways" if by is None else f"has no program {by.value!r}"
-    raise TrueloopError(
-        Code.CMP_CUT_WITH,
+    raise Code.CMP_CUT_WITH.refusal(
         f"correction {record.id} {what}, and the job does not state which was in force: {said}",
         hint=f"state it in the job's table [programs]: cut_by = {said} (the program of that name, or the offset "
         "entered at the control)",

@@ -115,8 +115,7 @@ def _whole_mm(correction: Correction, ran: Ran) -> tuple[float, float]:
 
 
 def _other_program(correction: Correction, cut: Cut, ran: str) -> TrueloopError:
-    return TrueloopError(
-        Code.STO_PROGRAM,
+    return Code.STO_PROGRAM.refusal(
         f"the finish cut of part {cut.part.serial!r} ran {ran}, which is not of correction {correction.record.id}",
         hint="name the correction that the cut was made with, or say that it ran as programmed",
         values={"serial": cut.part.serial, "correction": correction.record.id},

@@ -15,7 +15,7 @@ import numpy as np
 
 from trueloop.domain.characteristic import Characteristic, Judged
 from trueloop.domain.record import marks_of_record, record_id
-from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.errors import Code, in_file
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.loops.turned.characteristics import Share, lengths
@@ -363,8 +363,7 @@ def require_offset(own: OwnContour, frame: SetupFrame, shared: Mapping[Called, s
     """
     if why := _no_offset(own.edge, frame, shared):
         with in_file(file):
-            raise TrueloopError(
-                Code.SET_OFFSET,
+            raise Code.SET_OFFSET.refusal(
                 f"set-up '{frame.name}': {why.removesuffix('.')}",
                 hint='correct by the contour with `trueloop compensate`, without `compensation.by = "offset"`',
                 values={"setup": frame.name, "tool": own.edge.called.words},

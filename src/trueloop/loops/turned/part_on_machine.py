@@ -189,8 +189,7 @@ def placed(part: PartOnMachine, matched: Commanded) -> InMachine:
 def _require_one_zero(matched: Commanded) -> None:
     path, moves = matched.path, slice(min(c.move for c in matched.cuts), max(c.move for c in matched.cuts) + 1)
     if (moved_mm := float(np.ptp(path.origin_mm[moves], axis=0).max())) > SAME_MM:
-        raise TrueloopError(
-            Code.MCH_FRAME,
+        raise Code.MCH_FRAME.refusal(
             f"the program's zero moves by {moved_mm:g} mm in the finish pass: where the part stands is not one place",
             hint="cut the finish pass in one coordinate system, and say in machine.work_zero_mm where its zero lies",
         )
@@ -206,8 +205,7 @@ def _travel(part: PartOnMachine, matched: Commanded) -> Array:
         if len(signs) == 1:
             ways[k] = signs.pop()
         elif signs and any(term.both_ways and term.name.axis == axis for term in part.model.terms):
-            raise TrueloopError(
-                Code.MCH_PROGRAM,
+            raise Code.MCH_PROGRAM.refusal(
                 f"{axis} turns round in the finish pass of {len(cuts)} moves, and the model tells both ways apart",
                 hint="correct the machine's error by `trueloop machine compensate`, or take a model without both_ways",
             )

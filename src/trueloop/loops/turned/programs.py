@@ -95,15 +95,13 @@ class ContourTools:
         if not self.several and not self.sharing:
             return asked
         if asked == "offset" and self.sharing:
-            raise TrueloopError(
-                Code.NC_OFFSET,
+            raise Code.NC_OFFSET.refusal(
                 f"{len(self.sharing)} tools ({self._sharing_words}) use offset {self.cut_by[0]}: it moves what each of "
                 "them cuts",
                 hint="give the finishing tool an offset number of its own, or leave out `compensation.by`",
             )
         if asked == "offset":
-            raise TrueloopError(
-                Code.NC_OFFSET,
+            raise Code.NC_OFFSET.refusal(
                 f"the contour is cut with {len(set(self.calls))} tool offsets: one of them moves a part of it alone",
                 hint='leave out `compensation.by = "offset"`: the contour is corrected then',
             )
@@ -228,8 +226,7 @@ def _wear(
 
 def no_number(program: Program, line: int) -> TrueloopError:
     """Returns OFS-TOOL for a finish pass whose tool has a name or no T word, where its offset is to be changed."""
-    return TrueloopError(
-        Code.OFS_TOOL,
+    return Code.OFS_TOOL.refusal(
         f"the finish pass in line {line} is cut by a tool without a number (called by a name, or no T word before it): "
         "which offset to change is not known",
         hint="put the number of the finishing tool's offset into `tool.number`",
@@ -244,8 +241,7 @@ def _asked_for(by: str) -> str:
 
 
 def _other_row(program: Program, tool: int, own: int, line: int) -> TrueloopError:
-    return TrueloopError(
-        Code.OFS_TOOL,
+    return Code.OFS_TOOL.refusal(
         f"the job names row {tool} of its tool table; the finish pass in line {line} runs with offset {own}",
         hint="put the number of the finish pass' offset into `tool.number`",
         place=Place(program.file, line),

@@ -152,8 +152,7 @@ def _above_mm(points: Array, pieces: Sequence[CentrePiece]) -> Array:
 
 def _moved(program: Program) -> TrueloopError:
     cycle = roughing_cycles(program)[0]
-    return TrueloopError(
-        Code.NC_EDIT,
+    return Code.NC_EDIT.refusal(
         "roughing shall stay where it is, and its passes hang on blocks of the contour that the finishing cycle cuts",
         hint='write the contour between P and Q without calls, or have `programs.roughing = "moves"`',
         place=program.place(cycle.block.start),
@@ -162,8 +161,7 @@ def _moved(program: Program) -> TrueloopError:
 
 def _too_little(below_mm: float, point: Array, program: Program, line: int) -> TrueloopError:
     below_um = below_mm * UM_PER_MM
-    return TrueloopError(
-        Code.CMP_STOCK,
+    return Code.CMP_STOCK.refusal(
         f"the roughing of line {line} of the corrected program stays, and would cut {below_um:.2f} µm below the "
         f"corrected contour at x {point[0]:.4f} mm (radius), z {point[1]:.4f} mm",
         hint='leave more on with U and W of the roughing cycle, or have `programs.roughing = "moves"`',

@@ -162,8 +162,7 @@ def _of_own_moves(writing: Writing, targets: Displacements) -> Displacements:
         return targets
     own = {move for move in targets.ends if called(writing.program.dialect, path, move) == edge}
     if targets.first not in own:
-        raise TrueloopError(
-            Code.NC_EDIT,
+        raise Code.NC_EDIT.refusal(
             f"line {path.line[targets.first + 1]} begins to cut with {edge.words} where the tool before it stopped",
             hint=f"approach the contour by a move of its own after {edge.words} is called",
             place=Place(line=int(path.line[targets.first + 1])),

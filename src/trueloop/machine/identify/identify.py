@@ -114,8 +114,7 @@ def _warning(names: list[str], index: float) -> Finding:
 
 
 def _refusal(names: list[str], index: float) -> TrueloopError:
-    return TrueloopError(
-        Code.MCH_COLLINEAR,
+    return Code.MCH_COLLINEAR.refusal(
         f"{' and '.join(names)} cannot be separated by these readings (condition index {index:.1e})",
         hint="leave one out: keep the sensor nearest the heat source, or one of two errors with the same effect",
         values={"parameters": names},
@@ -369,16 +368,14 @@ def _check_axes_have_data(machine: Machine, terms: tuple[Term, ...], readings: O
         axis = machine.chain.axis(term.name.axis)
         position = readings.state.positions[:, machine.chain.order.index(axis.name)]
         if np.ptp(position) == 0.0:
-            raise TrueloopError(
-                Code.MCH_DATA,
+            raise Code.MCH_DATA.refusal(
                 f"{term.name}: axis {axis.name} stands at {axis.shown(position[0])} in all {len(readings)} readings",
                 hint=f"measure along {axis.name}, or leave {term.name} out of the model",
             )
 
 
 def _too_few(parameters: int, count: int) -> TrueloopError:
-    return TrueloopError(
-        Code.MCH_DATA,
+    return Code.MCH_DATA.refusal(
         f"{count} readings cannot determine {parameters} parameters",
         hint="measure more positions, or name at least one term and give each fewer segments",
     )

@@ -152,8 +152,7 @@ def _refusal(
     alone = [one for one in wrong[:TRIED] if _agrees(readings.only(np.array(readings.run) != one.run), refit)]
     named = alone or [one for one in wrong if one.refused][:TRIED]
     either = f"; one of these {len(alone)} runs is wrong, the others agree" if len(alone) > 1 else ""
-    return TrueloopError(
-        Code.MCH_RUN,
+    return Code.MCH_RUN.refusal(
         "; ".join(one.message for one in named),
         hint=named[0].hint + either,
         override="--accept MCH-RUN",
@@ -174,8 +173,7 @@ def _stated(readings: Observations) -> bool:
 
 
 def _too_little_scatter(scatter: float, count: int) -> TrueloopError:
-    return TrueloopError(
-        Code.MCH_SCATTER,
+    return Code.MCH_SCATTER.refusal(
         f"{count} readings scatter by {scatter:.2g} of their stated standard uncertainty",
         hint="name the unit that the readings are in: reading_mm, reading_um; or state the uncertainty they have",
         override="--accept MCH-SCATTER",

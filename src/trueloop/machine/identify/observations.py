@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.history import Clock, Lag, joined_clocks, lag_signals, moved_along
 from trueloop.machine.model.model import MachineModel, State, design
@@ -66,8 +66,7 @@ class Observations:
         if not lags:
             return self
         if self.clock is None:
-            raise TrueloopError(
-                Code.MCH_HISTORY,
+            raise Code.MCH_HISTORY.refusal(
                 f"{lags[0].name!r} is a lag of {lags[0].of!r}: it needs the time of each of the {len(self)} readings",
                 hint="give every readings file a column time_s",
             )
@@ -101,8 +100,7 @@ def joined(parts: list[Observations]) -> Observations:
     names = set(parts[0].state.signals)
     for part in parts[1:]:
         if set(part.state.signals) != names:
-            raise TrueloopError(
-                Code.MCH_SIGNAL,
+            raise Code.MCH_SIGNAL.refusal(
                 f"{len(parts)} sets of readings differ in their signals: {sorted(names ^ set(part.state.signals))}",
                 hint="every file needs every temperature column that the model uses",
                 values={"signals": sorted(names ^ set(part.state.signals))},

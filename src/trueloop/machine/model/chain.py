@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.names import COMPONENTS, ROTATIONS, ErrorName
 
 Vector = tuple[float, float, float]
@@ -86,8 +86,7 @@ class Chain:
     def __post_init__(self) -> None:
         names = [axis.name for axis in self.axes]
         if len(set(names)) != len(names) or not names:
-            raise TrueloopError(
-                Code.MCH_STRUCTURE,
+            raise Code.MCH_STRUCTURE.refusal(
                 f"{len(names)} axes have the names {names}: a chain needs one at least, each name once",
                 hint="name the tool spindle S where a rotary axis is called C",
             )
@@ -108,8 +107,7 @@ class Chain:
         for axis in self.axes:
             if axis.name == name:
                 return axis
-        raise TrueloopError(
-            Code.MCH_AXIS,
+        raise Code.MCH_AXIS.refusal(
             f"the machine has no axis {name!r}; it has {len(self.axes)}: {' '.join(a.name for a in self.axes)}",
             hint="check that the data and the model belong to this machine",
         )

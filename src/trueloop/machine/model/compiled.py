@@ -13,7 +13,7 @@ import numpy as np
 
 from trueloop._core import MachineEvaluator
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.chain import ZERO, Vector
 from trueloop.machine.model.kinematics import PROBE_MM, Influence, bed_to_work, influences
 from trueloop.machine.model.model import MachineModel
@@ -69,8 +69,7 @@ def compile_model(
     chain = model.machine.chain
     other = [name for name in chain.order if name not in (*LINEAR, "A", "B", "C")]
     if other:
-        raise TrueloopError(
-            Code.MCH_STRUCTURE,
+        raise Code.MCH_STRUCTURE.refusal(
             f"axes {' '.join(other)} are not X, Y, Z: {len(other)} too many for the evaluator",
             hint="describe the machine by X, Y, Z and rotary axes that stand",
         )
@@ -198,8 +197,7 @@ class _Parts:
         ]
         moves = (np.array(arms[1:]) - arms[0]) / PROBE_MM
         if np.abs(moves - np.diag(np.diag(moves))).max() > 1e-9:
-            raise TrueloopError(
-                Code.MCH_STRUCTURE,
+            raise Code.MCH_STRUCTURE.refusal(
                 f"a rotary axis carries the axis whose errors are {names[0]} to {names[-1]}, and is turned",
                 hint="describe the machine by X, Y, Z and rotary axes that stand",
             )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 
 def lagged(time_s: Array, inputs: Array, constants_s: Array) -> Array:
@@ -21,8 +21,7 @@ def lagged(time_s: Array, inputs: Array, constants_s: Array) -> Array:
     """
     step_s = np.diff(time_s)
     if np.any(step_s <= 0):
-        raise TrueloopError(
-            Code.MCH_DATA,
+        raise Code.MCH_DATA.refusal(
             f"times do not ascend at row {int(np.argmax(step_s <= 0)) + 2}",
             hint="sort the rows by time and drop repeated ones",
         )
@@ -77,8 +76,7 @@ class History:
         """Returns the rows up to that time. Raises MCH-HISTORY where there are none."""
         rows = self.time_s <= time_s
         if not rows.any():
-            raise TrueloopError(
-                Code.MCH_HISTORY,
+            raise Code.MCH_HISTORY.refusal(
                 f"the history of the signals begins at {self.time_s[0]:g} s, after {time_s:g} s",
                 hint="times are those of the column time_s of the log",
             )
@@ -172,8 +170,7 @@ def check_lags_given(lags: Sequence[Lag], signals: Mapping[str, Array | float]) 
     """Raises MCH-HISTORY for a lag that is not among the signals: one reading of its sensor does not determine it."""
     for lag in lags:
         if lag.name not in signals:
-            raise TrueloopError(
-                Code.MCH_HISTORY,
+            raise Code.MCH_HISTORY.refusal(
                 f"the model needs {lag.name!r}: {lag.of} after a lag of {lag.constant_s:.0f} s, which one reading of "
                 f"{lag.of!r} does not say",
                 hint=f"give a log with time_s and {lag.of}; or {lag.name} itself, in a steady state {lag.of} "
@@ -183,8 +180,7 @@ def check_lags_given(lags: Sequence[Lag], signals: Mapping[str, Array | float]) 
 
 def _lag_and_slope(lag: Lag, history: History) -> tuple[Array, Array]:
     if lag.of not in history.signals:
-        raise TrueloopError(
-            Code.MCH_SIGNAL,
+        raise Code.MCH_SIGNAL.refusal(
             f"{lag.name} is a lag of {lag.of!r}; the history has {len(history.signals)} signals: "
             f"{', '.join(history.signals) or 'none'}",
             hint="record that signal too, in the unit it had in the data that the model was made from",
@@ -197,8 +193,7 @@ def _lag_and_slope(lag: Lag, history: History) -> tuple[Array, Array]:
 
 def _check_covered(time_s: Array, history: History) -> None:
     if len(time_s) and (time_s.min() < history.time_s[0] or time_s.max() > history.time_s[-1]):
-        raise TrueloopError(
-            Code.MCH_HISTORY,
+        raise Code.MCH_HISTORY.refusal(
             f"readings from {time_s.min():g} to {time_s.max():g} s, but the history of the signals is from "
             f"{history.time_s[0]:g} to {history.time_s[-1]:g} s",
             hint="both on one clock; record temperatures from before the first reading until after the last",

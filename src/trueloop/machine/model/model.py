@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trueloop.arrays import Array, by_content
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.chain import ZERO, Chain, Vector
 from trueloop.machine.model.history import Lag, moved_along
 from trueloop.machine.model.kinematics import exact_error_mm, influences
@@ -162,8 +162,7 @@ def design(chain: Chain, terms: tuple[Term, ...], state: State, *, rotations: bo
     for term, rows in zip(terms, term_rows(chain, terms, state), strict=True):
         if term.name not in columns:
             possible = chain.errors()
-            raise TrueloopError(
-                Code.MCH_AXIS,
+            raise Code.MCH_AXIS.refusal(
                 f"the machine cannot have {term.name}; it has {len(possible)} errors: {' '.join(map(str, possible))}",
                 hint="check that the terms belong to this machine",
             )

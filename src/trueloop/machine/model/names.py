@@ -8,7 +8,7 @@ departs from square in the XY plane. [4773 §2.4] writes δx(z) for EXZ and εy(
 from dataclasses import dataclass
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 TRANSLATIONS: Final = "XYZ"
 ROTATIONS: Final = "ABC"
@@ -46,8 +46,7 @@ def error_name(text: str) -> ErrorName:
     """Reads EXX, EB0C … Raises MCH-NAME for what is no such name."""
     place = len(text) == 4 and text[2] == "0"
     if len(text) != 3 + place or text[0] != "E" or text[1] not in COMPONENTS or not text[-1].isalpha():
-        raise TrueloopError(
-            Code.MCH_NAME,
+        raise Code.MCH_NAME.refusal(
             f"{text!r} ({len(text)} characters) is no axis error in the notation of ISO 230-1",
             hint="E, one of XYZABC, a 0 for a constant of the axis itself, the axis: EXX, EBZ, EC0Y, EX0C",
             values={"name": text},

@@ -115,8 +115,7 @@ def _axis(token: str, spindle: str, structure: str) -> Axis:
 
 def _no_structure(structure: str) -> TrueloopError:
     near = difflib.get_close_matches(structure, PRESETS, n=1)
-    return TrueloopError(
-        Code.MCH_STRUCTURE,
+    return Code.MCH_STRUCTURE.refusal(
         f"{structure!r} is neither one of the {len(PRESETS)} presets nor a structure from work to tool",
         hint=f"did you mean {near[0]!r}?"
         if near

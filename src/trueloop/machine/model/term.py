@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.names import ErrorName
 
 
@@ -38,14 +38,12 @@ class PositionBasis:
     def __post_init__(self) -> None:
         ascending = len(self.breaks) > 1 and bool(np.all(np.diff(self.breaks) > 0))
         if not ascending or not np.all(np.isfinite(self.breaks)) or not 0 <= self.degree <= 5:
-            raise TrueloopError(
-                Code.MCH_BASIS,
+            raise Code.MCH_BASIS.refusal(
                 f"segments ending at {list(self.breaks)} with degree {self.degree} make no function of position",
                 hint="two ends at least, ascending, degree 0 to 5",
             )
         if self.degree == 0 and len(self.breaks) > 2:
-            raise TrueloopError(
-                Code.MCH_BASIS,
+            raise Code.MCH_BASIS.refusal(
                 f"{len(self.breaks) - 1} segments of degree 0 would jump between them",
                 hint="degree 1 joins segments; a constant has one segment",
             )
@@ -90,8 +88,7 @@ def polynomial(low: float, high: float, degree: int, zero_at: tuple[float, ...] 
 def segments(low: float, high: float, count: int, degree: int, zero_at: tuple[float, ...] = ()) -> PositionBasis:
     """Returns a basis of `count` equal segments over the travel. Raises MCH-BASIS for a travel without end."""
     if not np.isfinite([low, high]).all():
-        raise TrueloopError(
-            Code.MCH_BASIS,
+        raise Code.MCH_BASIS.refusal(
             f"{count} equal segments over a travel from {low:g} to {high:g} have no ends",
             hint="give every axis of a term that varies along it its travel: [axes.X] with travel_mm or travel_deg",
         )
@@ -125,8 +122,7 @@ class Part:
         if self.signal is None:
             return 1.0
         if self.signal not in signals:
-            raise TrueloopError(
-                Code.MCH_SIGNAL,
+            raise Code.MCH_SIGNAL.refusal(
                 f"the model needs the signal {self.signal!r}; given are {len(signals)}: {', '.join(signals) or 'none'}",
                 hint="give its value, in the unit it had in the data that the model was made from",
                 values={"signals": [self.signal]},

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.chain import ZERO, Axis, Vector, in_words
 from trueloop.machine.model.history import check_lags_given
 from trueloop.machine.model.model import MachineModel, State
@@ -60,8 +60,7 @@ def require_in_force(model: MachineModel, sha256: str) -> None:
     version = model.version
     if version is None or version.accepted is not None:
         return
-    raise TrueloopError(
-        Code.MCH_OFFERED,
+    raise Code.MCH_OFFERED.refusal(
         f"version {version.number} of the model of {model.machine.name!r} ({sha256[:16]}), made {version.made_at}, is "
         f"offered and not accepted: {version.reason}",
         hint="look at it: `trueloop machine show`; then accept it: `trueloop machine accept MODEL.json -o NEW.json`",
@@ -107,8 +106,7 @@ def check_travel(axis: Axis, position: Array) -> None:
     if outside(position, axis.travel).any():
         low, high, *ends = map(axis.shown, (float(position.min()), float(position.max()), *axis.travel))
         way = f"to {low}" if low == high else f"from {low} to {high}"
-        raise TrueloopError(
-            Code.MCH_TRAVEL,
+        raise Code.MCH_TRAVEL.refusal(
             f"{axis.name} would go {way}, its travel is {ends[0]} to {ends[1]}",
             hint="check the work offset and the tool length, both in machine coordinates and mm",
             values={"axis": axis.name, "travel": [axis.in_unit(end) for end in axis.travel], "unit": axis.unit},
@@ -120,8 +118,7 @@ def check_range(name: str, values: Array, known: tuple[float, float], unit: str)
     if outside(values, known).any():
         found = [float(values.min()), float(values.max())]
         low, high, *ends = (in_words(value, unit) for value in (*found, *known))
-        raise TrueloopError(
-            Code.MCH_RANGE,
+        raise Code.MCH_RANGE.refusal(
             f"{name} is {low if low == high else f'{low} to {high}'}; the model was found from {ends[0]} to {ends[1]}",
             hint="warm the machine up, or characterize it over that range",
             override=f"--extrapolate {name}",
@@ -132,8 +129,7 @@ def check_range(name: str, values: Array, known: tuple[float, float], unit: str)
 def require_serial(model: MachineModel, serial: str | None) -> None:
     """Raises MCH-MACHINE for a model of a machine with another serial number than the one given."""
     if serial is not None and serial != model.machine.serial:
-        raise TrueloopError(
-            Code.MCH_MACHINE,
+        raise Code.MCH_MACHINE.refusal(
             f"the model is of {model.machine.name!r}, serial number {model.machine.serial!r}, not {serial!r}",
             hint="every machine errs in its own way: make a model of this one",
             values={"machine": model.machine.name, "serial": model.machine.serial, "expected_serial": serial},

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.arrays import Array, Flags
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.model import MachineModel, State, design
 from trueloop.machine.model.names import ErrorName
@@ -131,8 +131,7 @@ def _had(term: Term, added: int) -> Flags:
 def _require_of_machine(chain: Chain, error: ErrorName) -> None:
     possible = chain.errors()
     if error not in possible:
-        raise TrueloopError(
-            Code.MCH_AXIS,
+        raise Code.MCH_AXIS.refusal(
             f"the machine cannot have {error}; it has {len(possible)} errors: {' '.join(map(str, possible))}",
             hint="check that the guilty errors belong to this machine",
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers, by_content
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import Term
@@ -175,15 +175,13 @@ def require_usable(seen: LeftOnParts) -> None:
     counts = [len(a) for a in (seen.part, seen.part_type, seen.normal, seen.state.positions, seen.residual_mm)]
     numbers = np.hstack([seen.residual_mm, seen.normal.ravel(), seen.weights, seen.u_mm])
     if len(set(counts)) != 1 or not np.isfinite(numbers).all() or seen.u_mm <= 0 or (seen.weights < 0).any():
-        raise TrueloopError(
-            Code.MCH_SHAPE,
+        raise Code.MCH_SHAPE.refusal(
             f"parts, types, normals, positions and residuals number {counts}; {np.isnan(numbers).sum()} are no numbers",
             hint="give each gauging point once in each, finite, with a positive uncertainty",
             values={"counts": counts},
         )
     if len(seen.parts) < LEAST_PARTS:
-        raise TrueloopError(
-            Code.DIA_FEW,
+        raise Code.DIA_FEW.refusal(
             f"{len(seen.parts)} parts were inspected on the machine and on the CMM, {LEAST_PARTS} are needed to refine",
             hint="keep both inspections of more parts with `trueloop machine decompose --serial`",
             values={"count": len(seen.parts), "needed": LEAST_PARTS},

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.refine.guilty import Guilty
@@ -258,8 +258,7 @@ def require_better(refined: Refined, accepted: Sequence[Code] = ()) -> None:
     """Refuses a refined model that is no better on parts left out (DIA-WORSE), unless that is among the accepted."""
     if refined.judged.better or Code.DIA_WORSE in accepted:
         return
-    raise TrueloopError(
-        Code.DIA_WORSE,
+    raise Code.DIA_WORSE.refusal(
         f"the refined model is not better: {refined.judged.words}",
         hint="inspect more parts, other part types or with other tools, and ask `trueloop diagnose machine` again",
         override="--accept DIA-WORSE",

@@ -21,8 +21,7 @@ def up_to(history: Sequence[MadePart], last_part: str) -> tuple[MadePart, ...]:
     """Returns the history up to a part and with it. Raises MEM-PART where it holds none of that serial number."""
     serials = [part.serial for part in history]
     if last_part not in serials:
-        raise TrueloopError(
-            Code.MEM_PART,
+        raise Code.MEM_PART.refusal(
             f"memory is frozen after part {last_part!r}, which this edge has not cut; it has cut "
             f"{', '.join(map(repr, serials)) or 'none'}",
             hint="name one of them",
@@ -58,8 +57,7 @@ def refuse_gain(gain: float) -> None:
     """Raises where the machine makes so little of a correction that dividing by it would not be safe."""
     if gain >= LEAST_GAIN:
         return
-    raise TrueloopError(
-        Code.MEM_GAIN,
+    raise Code.MEM_GAIN.refusal(
         f"earlier parts of this edge say that the machine makes {gain:.2f} of a correction of 1; at least "
         f"{LEAST_GAIN:.2f} is accepted",
         hint="look whether their corrections were run, and with the right sign; take parts out of what is learned from "
@@ -96,8 +94,7 @@ def flags(history: Sequence[MadePart], today: MadePart, gain: float) -> tuple[st
 
 def _refuse_untouched(history: Sequence[MadePart], today: MadePart) -> None:
     if today.setting not in {part.setting for part in history}:
-        raise TrueloopError(
-            Code.MEM_SETTING,
+        raise Code.MEM_SETTING.refusal(
             f"part {today.serial!r}: the tool was set anew ({today.setting}) and no point of the part was touched; "
             "where the tool's tip lies is not known",
             hint="touch the arc at two places far apart",
@@ -105,8 +102,7 @@ def _refuse_untouched(history: Sequence[MadePart], today: MadePart) -> None:
             values={"setting": today.setting},
         )
     if today.part_type not in {part.part_type for part in history}:
-        raise TrueloopError(
-            Code.MEM_TYPE,
+        raise Code.MEM_TYPE.refusal(
             f"part {today.serial!r}: this edge has never cut a part of type {today.part_type!r}, and no point of it "
             "was touched",
             hint="touch all points of a new part type; three are enough where all contact angles were seen",
@@ -118,8 +114,7 @@ def _refuse_untouched(history: Sequence[MadePart], today: MadePart) -> None:
 def _unseen(today: MadePart, contact_angle_rad: Array, nearest: Array, options: MemoryOptions) -> TrueloopError:
     worst = int(np.argmax(nearest))
     angle, off, most = (math.degrees(a) for a in (contact_angle_rad[worst], nearest[worst], options.unseen_rad))
-    return TrueloopError(
-        Code.MEM_UNSEEN,
+    return Code.MEM_UNSEEN.refusal(
         f"part {today.serial!r}: contact angle {angle:.1f}° is {off:.1f}° from the nearest that this edge's parts or "
         f"today's touches have seen; at most {most:.1f}° is accepted",
         hint="touch the part there",

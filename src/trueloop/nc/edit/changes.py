@@ -20,8 +20,6 @@ def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:
 
 def not_as_intended(message: str) -> TrueloopError:
     """Returns the error CMP-READ-BACK of a written program that does not do what was intended."""
-    return TrueloopError(
-        Code.CMP_READ_BACK,
-        message,
-        hint="nothing was written; please report the program, this should not happen",
+    return Code.CMP_READ_BACK.refusal(
+        message, hint="nothing was written; please report the program, this should not happen"
     )

@@ -10,7 +10,7 @@ from decimal import Decimal
 from itertools import pairwise
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.edit.number_text import digits_of, number_text, resolution_of, restyled, rounded, with_term
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.program import Program, Word
@@ -38,8 +38,7 @@ def apply_edits(program: Program, edits: Iterable[Edit]) -> bytes:
     source, pieces, done = program.source, [], 0
     for edit in sorted(edits, key=lambda edit: (edit.start, edit.end)):
         if not done <= edit.start <= edit.end <= len(source):
-            raise TrueloopError(
-                Code.NC_EDIT,
+            raise Code.NC_EDIT.refusal(
                 f"the edit of bytes {edit.start} to {edit.end} overlaps another or lies outside the program",
                 hint="edit each word once",
                 place=program.place(min(edit.start, len(source))),
@@ -56,15 +55,13 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
     programmer's brackets. Raises NC-EDIT for an incremental coordinate: it would move everything that follows.
     """
     if state.incremental if word.increment is None else word.increment:
-        raise TrueloopError(
-            Code.NC_EDIT,
+        raise Code.NC_EDIT.refusal(
             f"{word.text} is an increment: moving it by {delta_mm:.4g} mm would move all that follows",
             hint=f"program the contour by positions: {_as_positions(program, word)}",
             place=program.place(word.start),
         )
     if word.letter.islower():
-        raise TrueloopError(
-            Code.NC_EDIT,
+        raise Code.NC_EDIT.refusal(
             f"{word.text} sets the end of its move by an angle or a radius: it cannot be moved",
             hint="program the contour by the coordinates of its points",
             place=program.place(word.start),
@@ -87,8 +84,7 @@ def moved_word(
     if word.is_expression:
         text = with_term(program, word, delta, state)
         if text is None:
-            raise TrueloopError(
-                Code.NC_EDIT,
+            raise Code.NC_EDIT.refusal(
                 f"{word.text} is an expression that takes no sum, and would have to be moved by {delta_mm:.4g} mm",
                 hint="write the coordinate as a number",
                 place=program.place(word.start),
@@ -164,8 +160,7 @@ def set_offset(
     found = [s for s in program.offset_statements if s.axis == axis and tool in (None, s.tool)]
     if len(found) != 1:
         which = f" of tool {tool}" if tool is not None else ""
-        raise TrueloopError(
-            Code.NC_OFFSET,
+        raise Code.NC_OFFSET.refusal(
             f"{len(found)} statements update the {axis} offset{which}; one is needed",
             hint=f"write one (UPD, tool, TOV({axis}), 0.00000) before the cut, or name the tool",
         )
@@ -182,11 +177,8 @@ def replace_block(program: Program, block: int, texts: Sequence[str]) -> Edit:
     _require_words(program, block, texts)
     data = old.data
     if not data:
-        raise TrueloopError(
-            Code.NC_EDIT,
-            "the block to be replaced is empty",
-            hint="insert blocks after it instead",
-            place=program.place(old.start),
+        raise Code.NC_EDIT.refusal(
+            "the block to be replaced is empty", hint="insert blocks after it instead", place=program.place(old.start)
         )
     first, last = data[0], data[-1]
     between = pairwise(data)
@@ -209,8 +201,7 @@ def insert_blocks_after(program: Program, block: int, texts: Sequence[str]) -> E
 
 def _require_words(program: Program, block: int, texts: Sequence[str]) -> None:
     if program.dialect.klartext and not all(text.startswith((";", "L ")) for text in texts):
-        raise TrueloopError(
-            Code.NC_EDIT,
+        raise Code.NC_EDIT.refusal(
             f"{len(texts)} new blocks would be needed here, and of moves in Klartext only lines are written",
             hint="have the program written in shorter moves, or as G code",
             place=program.place(program.block(block).start),

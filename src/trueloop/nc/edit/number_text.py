@@ -6,7 +6,7 @@ from decimal import ROUND_HALF_EVEN, Decimal
 from typing import Final
 
 from trueloop._core import nc_number, nc_restyled, nc_with_term
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.program import Program, Word
 from trueloop.nc.program.tool_path import CoordinateState
@@ -29,8 +29,7 @@ def rounded(value: float | Decimal, resolution: Decimal) -> Decimal:
 def _steps(value: Decimal, step: Decimal) -> int:
     steps = int(value / step)
     if abs(steps) > _MOST_STEPS:
-        raise TrueloopError(
-            Code.NC_EDIT,
+        raise Code.NC_EDIT.refusal(
             f"{float(value):g} is no coordinate that a control could go to",
             hint="look for a slip in the program, or in its unit",
         )

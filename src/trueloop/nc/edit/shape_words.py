@@ -98,8 +98,7 @@ def _values(program: Program, path: ToolPath, move: int) -> list[Word]:
 def _refusal(program: Program, path: ToolPath, move: int, wrong: list[Word]) -> TrueloopError:
     block = program.block(int(path.block[move]))
     what = f"{wrong[0].text} shapes this move" if wrong else "a pole, a corner or the move before shapes this move"
-    return TrueloopError(
-        Code.NC_EDIT,
+    return Code.NC_EDIT.refusal(
         f"{what}, which would not follow when ends of moves are displaced",
         hint="write the move by its end, an arc with I and K (I, J) from its start or with its radius",
         place=program.place(wrong[0].start if wrong else block.data[0].start if block.data else block.start),

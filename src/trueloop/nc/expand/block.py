@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.edit.edit import Edit, insert_blocks_after
 from trueloop.nc.program.late_codes import late_codes
 from trueloop.nc.program.program import Block, Program, Word
@@ -34,8 +34,7 @@ def rewritten(
         last = " ".join([more[-1], *(word.text for word in late)])
         edits.append(insert_blocks_after(program, block.index, [*more[:-1], last]))
     if edits and block.skipped:
-        raise TrueloopError(
-            Code.NC_EDIT,
+        raise Code.NC_EDIT.refusal(
             "an optional block would have to become several" if more else "an optional block would have to change",
             hint="take the slash away, or write the corner out as a block of its own",
             place=program.place(block.start),

@@ -199,8 +199,7 @@ def _off_mm(program: Program, path: ToolPath, other: ToolPath) -> tuple[Array, A
 
 
 def _otherwise(program: Program, path: ToolPath, move: int, what: str) -> TrueloopError:
-    return TrueloopError(
-        Code.NC_EDIT,
+    return Code.NC_EDIT.refusal(
         f"line {path.line[move]} belongs to a contour that cannot be written out as explicit moves: {what}",
         hint="write its corners, angles and arcs as blocks with ends, and arcs with a radius or a centre",
         place=program.place(program.block(int(path.block[move])).start),

@@ -50,8 +50,7 @@ def _setting(program: Program, path: ToolPath, move: int) -> Iterable[Word]:
 def refusal(program: Program, block: Block, why: str, hint: str) -> TrueloopError:
     """Returns the error NC-EDIT at a block."""
     text = program.source[block.start : block.end].decode("latin-1").strip()
-    return TrueloopError(
-        Code.NC_EDIT,
+    return Code.NC_EDIT.refusal(
         f"{text[:60]!r} cannot be written out as explicit moves: {why}",
         hint=hint,
         place=program.place(block.data[0].start if block.data else block.start),

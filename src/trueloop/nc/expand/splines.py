@@ -6,7 +6,7 @@ A run already has the chords that its interpreter hands on; they are the path, w
 from functools import lru_cache
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.edit.shape_words import is_wordless
 from trueloop.nc.expand.block import OUT
 from trueloop.nc.program.program import Block, Program, Word
@@ -43,8 +43,7 @@ def spline_blocks(program: Program, block: Block) -> list[Block]:
     while _BEGINS not in (codes := _codes(program, blocks[0])):
         moves = blocks[0] is not block and any(code.startswith("Motion(") for code in codes)
         if moves or blocks[0].index == 0 or any(word.kind in ("flow", "call") for word in blocks[0].words):
-            raise TrueloopError(
-                Code.NC_EDIT,
+            raise Code.NC_EDIT.refusal(
                 "the points of this spline are not in the blocks before it alone",
                 hint="write them one after the other, from G5.2 to G5.3, outside of loops and calls",
                 place=program.place(block.start),

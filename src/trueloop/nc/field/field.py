@@ -7,7 +7,7 @@ import numpy as np
 
 from trueloop._core import NcField
 from trueloop.arrays import Array, Integers
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.program.cutter_tool import CutterTool
 
 Displace = Callable[[Array], Array]
@@ -45,10 +45,8 @@ class Field:
         except ValueError as outside:
             index = outside.args[0]
             where = points[index].tolist() if isinstance(index, int) else index
-            raise TrueloopError(
-                Code.NC_FIELD,
-                f"the field is not known at {where} mm",
-                hint="extend the table: there is no extrapolation",
+            raise Code.NC_FIELD.refusal(
+                f"the field is not known at {where} mm", hint="extend the table: there is no extrapolation"
             ) from None
 
 
@@ -127,8 +125,7 @@ def table_field(x_mm: Array, y_mm: Array, z_mm: Array, displacement_mm: Array) -
         core = NcField.grid(x_mm.tolist(), y_mm.tolist(), z_mm.tolist(), rows)
     except ValueError as error:
         sizes = f"{len(x_mm)} × {len(y_mm)} × {len(z_mm)}"
-        raise TrueloopError(
-            Code.NC_FIELD,
+        raise Code.NC_FIELD.refusal(
             f"{len(rows)} displacements do not make a grid of {sizes} nodes: {error}",
             hint="one displacement for each node, nodes rising along each axis",
         ) from None

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.field.field import Field, machine_field
 from trueloop.nc.program.cutter_tool import CutterTool, tool_rows
 
@@ -41,7 +41,7 @@ def require_offsets(tool: Integers, offset_mm: Array, hint: str) -> None:
     if len(unknown):
         number = int(tool[unknown[0]])
         where = f"after T{number}" if number >= 0 else _NO_NUMBER.get(number, "here")
-        raise TrueloopError(Code.MCH_FRAME, f"the tool offset in force {where} is not known", hint=hint)
+        raise Code.MCH_FRAME.refusal(f"the tool offset in force {where} is not known", hint=hint)
 
 
 def looked_up(numbers: Integers, table: Mapping[int, tuple[float, float, float]], what: str, hint: str) -> Array:
@@ -50,10 +50,8 @@ def looked_up(numbers: Integers, table: Mapping[int, tuple[float, float, float]]
     for number in np.unique(numbers):
         if int(number) not in table:
             given = ", ".join(str(n) for n in table) or "none"
-            raise TrueloopError(
-                Code.MCH_FRAME,
-                f"{what} {int(number)} is used, but only {given} is known in machine coordinates",
-                hint=hint,
+            raise Code.MCH_FRAME.refusal(
+                f"{what} {int(number)} is used, but only {given} is known in machine coordinates", hint=hint
             )
         vectors[numbers == number] = table[int(number)]
     return vectors

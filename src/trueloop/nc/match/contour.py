@@ -111,8 +111,7 @@ def _material_on_the_right(moves: list[FeedMove], side: Side) -> list[FeedMove]:
     forwards = runs_as(side, moves[0].path.start_mm, moves[-1].path.end_mm, GAP_MM) if moves else True
     if side is Side.AROUND and moves:
         if moves[0].compensation == NO_COMPENSATION:
-            raise TrueloopError(
-                Code.NC_BORE,
+            raise Code.NC_BORE.refusal(
                 f"on which side of the pass of line {moves[0].line} the material is does not follow from the program",
                 hint="give the features around the part in the job, material on the right, or correct outside and bore "
                 "as two parts",
@@ -135,8 +134,7 @@ def _require_side(moves: Sequence[FeedMove], backwards: bool, side: Side, shown:
             why = f"rapid moves beside it and after it are {_BESIDE[side]}"
         else:
             continue
-        raise TrueloopError(
-            Code.NC_BORE,
+        raise Code.NC_BORE.refusal(
             f"the pass of line {move.line} is no {_PASS[side]}: {why}",
             hint='state `part.side`, "outside" or "inside" (--side): signs of errors depend on it. '
             f"Here that side wants G{keeps_off}",
@@ -241,8 +239,6 @@ def _ended(feature: Feature, end: tuple[float, float]) -> Feature:
 
 def _nothing(count: int, lines: tuple[int, int] | None) -> TrueloopError:
     where = f"in lines {lines[0]}–{lines[1]}" if lines else "that could be a finish pass"
-    return TrueloopError(
-        Code.NC_NO_CONTOUR,
-        f"no moves {where} among {count} feed moves",
-        hint="check the range of lines, the dialect and the parameters",
+    return Code.NC_NO_CONTOUR.refusal(
+        f"no moves {where} among {count} feed moves", hint="check the range of lines, the dialect and the parameters"
     )

@@ -162,8 +162,7 @@ def _cover(feature: Feature, nose_radius_mm: float, moves: Sequence[FeedMove], t
 
 def _uncut(feature: Feature, edges: Sequence[CuttingEdge], tolerance_mm: float) -> TrueloopError:
     called = ", ".join(edge.words for edge in edges)
-    return TrueloopError(
-        Code.NC_NO_MATCH,
+    return Code.NC_NO_MATCH.refusal(
         f"none of the {len(edges)} edges of the job ({called}) cuts '{feature.name}' within {tolerance_mm:.3f} mm",
         hint="list every tool that cuts the profile in [[tools]], with the number of its offset and its nose radius; "
         f"what is to be left alone: [feature.{feature.name}] tool = 0",
@@ -176,8 +175,7 @@ def _several(feature: Feature, cutting: Sequence[tuple[CuttingEdge, Cover]]) -> 
     shown = ", ".join(
         f"{edge.words} from line {cover.line} on ({100 * cover.share:.0f} %)" for edge, cover in last_first
     )
-    return TrueloopError(
-        Code.NC_TOOLS,
+    return Code.NC_TOOLS.refusal(
         f"'{feature.name}' is cut by {len(cutting)} tools, none of them surely deeper than the others: {shown}",
         hint=f"state which one leaves the surface: [feature.{feature.name}] tool = {last_first[0][0].called.number}; "
         "where each leaves a part of it, make two features of it",

@@ -64,8 +64,7 @@ class CuttingEdge:
 def _out_of_reach(edge: CuttingEdge, feature: Feature, lowest: float, line: int | None) -> TrueloopError:
     angle_deg = math.degrees(math.asin(min(-lowest, 1.0)))
     other = _OTHER[edge.corner or "left"]
-    return TrueloopError(
-        Code.NC_EDGE,
+    return Code.NC_EDGE.refusal(
         f"{edge.words} cuts '{feature.name}', which leans {angle_deg:.1f}° under that corner: it cannot touch it",
         hint=f"the {other} corner cuts it: call that one's offset there, or mend its `tools.groove_corner`: "
         f"{_SAID[other]}",

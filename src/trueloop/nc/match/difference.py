@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array, Integers
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.nc.program.along import lengths_mm, points_along
 from trueloop.nc.program.tool_path import Motion, ToolPath
 
@@ -79,16 +79,14 @@ def compared_moves(path: ToolPath, rapids: bool) -> NDArray[np.intp]:
     """Returns the cuts of a path, with `rapids` all its moves. Raises as `path_difference`."""
     moves = np.flatnonzero(np.ones(len(path), dtype=np.bool_) if rapids else ~path.rapid)
     if not moves.size:
-        raise TrueloopError(
-            Code.NC_NO_CONTOUR,
+        raise Code.NC_NO_CONTOUR.refusal(
             f"none of the program's {len(path)} moves is a cut: nothing to compare",
             hint="check the dialect, or compare rapid moves too",
         )
     known = np.isfinite(path.start_mm[moves]).all(axis=1) & np.isfinite(path.end_mm[moves]).all(axis=1)
     if not known.all():
         line = int(path.line[moves[~known][0]])
-        raise TrueloopError(
-            Code.NC_EXPRESSION,
+        raise Code.NC_EXPRESSION.refusal(
             f"line {line} begins or ends at a position that is not known",
             hint="give the parameters it needs: --set",
             place=Place(line=line),

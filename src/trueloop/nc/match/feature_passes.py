@@ -131,14 +131,12 @@ class Passes:
             best = min(passes, key=lambda p: p.missing_mm)
             cut_mm, by_line = best.length_mm - best.missing_mm, best.moves[0].move.line
             message = f"'{name}' is cut on {cut_mm:.3f} mm of {best.length_mm:.3f} mm only, from line {by_line} on"
-            return TrueloopError(
-                Code.NC_NO_MATCH, message, hint=hint, place=Place(line=by_line), values={"feature": name}
-            )
+            return Code.NC_NO_MATCH.refusal(message, hint=hint, place=Place(line=by_line), values={"feature": name})
         nearest_mm, line = self._nearest(index)
         message = f"no feed move cuts '{name}' within {self.tolerance_mm:.3f} mm" + (
             f": the nearest, line {line}, passes its middle at {nearest_mm:.3f} mm" if line else ": there are 0 moves"
         )
-        return TrueloopError(Code.NC_NO_MATCH, message, hint=hint, place=Place(line=line), values={"feature": name})
+        return Code.NC_NO_MATCH.refusal(message, hint=hint, place=Place(line=line), values={"feature": name})
 
     def _nearest(self, index: int) -> tuple[float, int | None]:
         """Distance from the middle of the centre path's feature to the nearest feed move, and that move's line."""
@@ -151,8 +149,7 @@ class Passes:
         """Returns the error NC-AMBIGUOUS: several passes cut feature `index`."""
         ordered = sorted(passes, key=lambda moves: moves[0].move.index)
         spans = [_span(moves) for moves in ordered]
-        return TrueloopError(
-            Code.NC_AMBIGUOUS,
+        return Code.NC_AMBIGUOUS.refusal(
             f"'{self.profile.features[index].name}' is cut {len(passes)} times within {self.tolerance_mm:.3f} mm, by "
             f"lines {', '.join(spans)}",
             hint=_how_to_choose(spans),

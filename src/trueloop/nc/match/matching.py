@@ -108,8 +108,7 @@ def _require_off_material(match: FeatureMatch) -> None:
     for matched in match.moves:
         if matched.move.on_contour and matched.move.compensation != off:
             line, mode = matched.move.line, matched.move.compensation
-            raise TrueloopError(
-                Code.NC_COMPENSATED,
+            raise Code.NC_COMPENSATED.refusal(
                 f"line {line} cuts '{match.feature.name}' with G{mode}, which keeps the nose on the material's side",
                 hint=f"in this direction the free side wants G{off}; check `part.side` and the order of features",
                 place=Place(line=line),

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.nc.match.contour_match import ContourMatch
 
 FACES_X: Final = 0.5
@@ -33,8 +33,7 @@ def require_side(match: ContourMatch, shown: SidesOfCuts) -> None:
             move = matched.move
             if not move.on_contour and move.index in other:
                 here, there = ("an outside", "bores") if n_x > 0 else ("a bore", "turns an outside")
-                raise TrueloopError(
-                    Code.NC_BORE,
+                raise Code.NC_BORE.refusal(
                     f"line {move.line} cuts {feature.feature.name!r}, {here} of the profile, and its rapid moves show "
                     f"that it {there}",
                     hint="state `part.side`, and order the features of a bore from the free end to the chuck end",

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any, Final, Literal
 
 from trueloop._core import nc_dialects
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.units import MM_PER_INCH
 
 
@@ -113,7 +113,5 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType({r[0]: Dialect(*r, **_WRITTEN
 def dialect_named(name: str) -> Dialect:
     """Returns the dialect of that name. Raises NC-DIALECT when there is none."""
     if name not in DIALECTS:
-        raise TrueloopError(
-            Code.NC_DIALECT, f"unknown NC dialect {name!r}", hint=f"choose one of: {', '.join(DIALECTS)}"
-        )
+        raise Code.NC_DIALECT.refusal(f"unknown NC dialect {name!r}", hint=f"choose one of: {', '.join(DIALECTS)}")
     return DIALECTS[name]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.geometry.feature import Arc, Line, LineOrArc, Point
 from trueloop.nc.program.tool_path import NO_COMPENSATION, Motion, ToolPath
 
@@ -88,8 +88,7 @@ def nose_centre_moves(tool_path: ToolPath) -> tuple[FeedMove, ...]:
     moves = feed_moves(tool_path)
     for move in moves:
         if move.on_contour:
-            raise TrueloopError(
-                Code.NC_COMPENSATED,
+            raise Code.NC_COMPENSATED.refusal(
                 f"line {move.line} cuts with nose compensation G{move.compensation}: its path is not the nose centre's",
                 hint="write the pass as the path of the nose centre (G40), as a CAM system does without G41/G42",
                 place=Place(line=move.line),

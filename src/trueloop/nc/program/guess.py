@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.understood import NOT_UNDERSTOOD
@@ -81,8 +81,7 @@ def guess_dialect(source: bytes, file: str | None = None, option: str = "--diale
     if fitting[first].points >= SURE and fitting[first].points - second >= SURE:
         return first
     listed = sorted(all_of, key=lambda name: (all_of[name].strange, -all_of[name].points))
-    raise TrueloopError(
-        Code.NC_DIALECT,
+    raise Code.NC_DIALECT.refusal(
         f"the program does not tell its dialect: {'; '.join(_told(name, all_of[name]) for name in listed[:5])}",
         hint=f"say which: {' or '.join(map(option.format, list(fitting) if least == 0 else DIALECTS))}",
         place=Place(file),

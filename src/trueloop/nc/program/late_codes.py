@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.nc.program.program import Block, Word
 
 BEFORE_MOVE: Final = frozenset({3, 4, 6, 7, 8})
@@ -18,8 +18,7 @@ def late_codes(words: Sequence[Word], block: Block) -> list[Word]:
     codes = [word for word in words if word.letter == "M" and word.kind != "assignment"]
     for word in codes:
         if word.value not in BEFORE_MOVE | AFTER_MOVE:
-            raise TrueloopError(
-                Code.NC_EDIT,
+            raise Code.NC_EDIT.refusal(
                 f"{word.text} stands in the block of a move that becomes several: whether it acts before or after the "
                 "move is the control's affair",
                 hint=f"put {word.text} into a block of its own",

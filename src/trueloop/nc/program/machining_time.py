@@ -116,8 +116,7 @@ def _require_known(path: ToolPath, minutes: Array) -> None:
 
 def _unknown(path: ToolPath, move: int, what: str) -> TrueloopError:
     line = int(path.line[min(move, len(path) - 1)]) if len(path) else None
-    return TrueloopError(
-        Code.NC_FEED,
+    return Code.NC_FEED.refusal(
         f"line {line}: {what}: its time is not known",
         hint="write F, S, and near the axis a limit (G50 S…), or name it: --max-rpm",
         place=Place(line=line),

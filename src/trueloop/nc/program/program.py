@@ -234,8 +234,7 @@ def contradicted(given: Unit | None, stated: tuple[int, bool] | None, file: str 
 
 def no_parameter(name: str, dialect: str) -> TrueloopError:
     """Returns the error NC-PARAMETER of a name that is no parameter's."""
-    return TrueloopError(
-        Code.NC_PARAMETER,
+    return Code.NC_PARAMETER.refusal(
         f"{name} names no parameter of the dialect {dialect}",
         hint="write P46=3.52 for ge2000t, #1=5 for fanuc and haas, #1=5 or #<depth>=2 for linuxcnc, "
         "R1=5 or LENGTH=30 for siemens, Q5=2 for heidenhain",
@@ -267,8 +266,7 @@ def read_program(
     try:
         core = NcProgram(source, dialect)
     except OverflowError:
-        raise TrueloopError(
-            Code.NC_LIMIT,
+        raise Code.NC_LIMIT.refusal(
             f"a program of {len(source)} bytes is too large: 2147483647 is the most",
             hint="split the program",
             place=Place(file),

@@ -55,8 +55,7 @@ async def read_apart(here: Service, upload: Upload, asked: Asked, reading: Calla
     """Reads a file by one of `READINGS`. Raises what that raises, FAC-UNKNOWN, SRV-FILE, SRV-DELAY."""
     queue = _OF_LOOP.setdefault(asyncio.get_running_loop(), _Queue())
     if queue.length >= AT_ONCE + WAITING:
-        raise TrueloopError(
-            Code.SRV_DELAY,
+        raise Code.SRV_DELAY.refusal(
             f"{WAITING} files that were handed over wait to be read",
             hint="hand it over again later",
             values={"retry_after_s": here.settings.limits.read_s},
@@ -87,8 +86,7 @@ def answered(limits: Limits, given: Handed, reading: Callable[[Handed], T]) -> T
 
 def not_read(name: str, why: str) -> TrueloopError:
     """Makes the error SRV-FILE."""
-    return TrueloopError(
-        Code.SRV_FILE,
+    return Code.SRV_FILE.refusal(
         f"{name!r} was not read: {why}",
         hint="hand over a smaller file, or see what it holds: `trueloop measure read`, `trueloop nc check`",
         values={"file": name},

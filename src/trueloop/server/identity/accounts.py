@@ -135,8 +135,7 @@ def accounts(store: Store) -> list[AccountRow]:
 
 def stale(expected: str, found: str) -> TrueloopError:
     """Makes the error SRV-STALE."""
-    return TrueloopError(
-        Code.SRV_STALE,
+    return Code.SRV_STALE.refusal(
         f"it was changed meanwhile: the change is of state {expected!r}, it is {found!r} now",
         hint="read it again, then change it",
         values={"expected": expected, "found": found},
@@ -172,7 +171,7 @@ def _require(name: str, role: str, language: str) -> None:
 
 
 def _refused(name: str, why: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.SRV_ACCOUNT, f"account {name!r}: {why}", hint=hint, values={"name": name})
+    return Code.SRV_ACCOUNT.refusal(f"account {name!r}: {why}", hint=hint, values={"name": name})
 
 
 def _row(one: Row[Any]) -> AccountRow:

@@ -106,8 +106,7 @@ class Attempts:
 def too_early(wait_s: float) -> TrueloopError:
     """Makes the error SRV-DELAY; whole seconds, as `Retry-After` has them."""
     seconds = int(wait_s) + 1
-    return TrueloopError(
-        Code.SRV_DELAY,
+    return Code.SRV_DELAY.refusal(
         f"too many attempts: the next one is taken in {seconds} s",
         hint="wait; an administrator can set a new password: trueloop user password NAME",
         values={"retry_after_s": float(seconds)},

@@ -101,8 +101,7 @@ def of_bearer(store: Store, header: str, now: datetime) -> Who:
         with store.reading() as connection:
             row = connection.execute(select(API_KEY).where(API_KEY.c.key_sha256 == _hash(key))).one_or_none()
     if row is None or row.ended_at is not None or now >= (expires := datetime.fromisoformat(row.expires_at)):
-        raise TrueloopError(
-            Code.SRV_KEY,
+        raise Code.SRV_KEY.refusal(
             f"the key {PREFIX + '…'!r} is unknown, has ended or has expired",
             hint="send `Authorization: Bearer tl_…`; a new key: trueloop key add",
         )
@@ -114,7 +113,7 @@ def _hash(key: str) -> str:
 
 
 def _refused(what: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.SRV_KEYS, f"no key: {what}", hint=hint)
+    return Code.SRV_KEYS.refusal(f"no key: {what}", hint=hint)
 
 
 def _row(one: Row[Any]) -> KeyRow:

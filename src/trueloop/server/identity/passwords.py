@@ -9,7 +9,7 @@ from typing import Final
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 SHORTEST: Final = 12
 LONGEST: Final = 128
@@ -62,8 +62,7 @@ def _require_good(password: str, name: str) -> None:
     elif (guesses_log10 := _guesses_log10(password, name)) < COMMON_LOG10:
         why = f"it is among the first 1e{math.ceil(guesses_log10)} guesses; 1e{COMMON_LOG10:.0f} are to be needed"
     if why:
-        raise TrueloopError(
-            Code.SRV_PASSWORD,
+        raise Code.SRV_PASSWORD.refusal(
             f"the password is not taken: {why}",
             hint="take four words that have nothing to do with each other; any characters and blanks are allowed",
             values={"length": float(len(password)), "shortest": float(SHORTEST)},

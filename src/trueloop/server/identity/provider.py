@@ -33,7 +33,7 @@ class Oidc:
 def refused(why: str) -> TrueloopError:
     """Makes the error SRV-OIDC."""
     hint = "sign in anew; if it stays so, an administrator has to look at the account and the provider's settings"
-    return TrueloopError(Code.SRV_OIDC, f"the sign-in is not taken: {why}", hint=hint)
+    return Code.SRV_OIDC.refusal(f"the sign-in is not taken: {why}", hint=hint)
 
 
 TIMEOUT_S: Final = 10.0
@@ -103,7 +103,7 @@ def require_safe_issuer(issuer: str) -> None:
 def failed(why: str) -> TrueloopError:
     """Makes the error SRV-PROVIDER."""
     hint = "see --oidc-issuer and --oidc-client-id, and the provider's own settings of this client"
-    return TrueloopError(Code.SRV_PROVIDER, f"the identity provider: {why}", hint=hint)
+    return Code.SRV_PROVIDER.refusal(f"the identity provider: {why}", hint=hint)
 
 
 class _NoRedirect(HTTPRedirectHandler):

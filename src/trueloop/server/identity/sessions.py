@@ -40,8 +40,7 @@ def account_by_password(store: Store, name: str, password: str) -> Row[Any]:
         account = connection.execute(select(ACCOUNT).where(ACCOUNT.c.name == name)).one_or_none()
     usable = account is not None and not account.disabled
     if not is_right(account.argon2id if account is not None and usable else None, password) or account is None:
-        raise TrueloopError(
-            Code.SRV_LOGIN,
+        raise Code.SRV_LOGIN.refusal(
             f"the name {name[:64]!r} and the password do not go together",
             hint="mind capitals; an administrator can set a new password: trueloop user password NAME",
         )
@@ -99,8 +98,7 @@ def end(store: Store, id_sha256: str, now: datetime) -> None:
 
 def signed_out() -> TrueloopError:
     """Makes the error SRV-SIGN-IN."""
-    return TrueloopError(
-        Code.SRV_SIGN_IN,
+    return Code.SRV_SIGN_IN.refusal(
         "this needs somebody signed in: there is no cookie 'session', or its session has ended",
         hint="sign in: POST /api/v1/session, or the page /",
     )

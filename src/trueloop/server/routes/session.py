@@ -7,7 +7,7 @@ from fastapi import Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from trueloop.domain.option import Language, LengthUnit
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.server.guarded import By, Here, Service, router
 from trueloop.server.identity import accounts, sessions
 from trueloop.server.identity.passwords import is_right
@@ -98,8 +98,8 @@ async def change_me(given: Mine, here: Here, who: By, request: Request, response
         if given.password is not None:
             with here.attempts.attempt(who.name, address):
                 if not is_right(accounts.stored_password(here.store, who.name), given.present_password or ""):
-                    raise TrueloopError(
-                        Code.SRV_LOGIN, "the present password is not right", hint="type the password that holds now"
+                    raise Code.SRV_LOGIN.refusal(
+                        "the present password is not right", hint="type the password that holds now"
                     )
         wanted = accounts.Change(password=given.password, language=given.language, unit=given.unit)
         accounts.change_account(here.store, who.name, wanted, here.clock())

@@ -96,7 +96,7 @@ def check_tool_axes(program: Program, path: ToolPath, axes: ToolAxes, cutting: n
         if len(wrong):
             block = program.block(int(path.block[wrong[0]]))
             message = f"this block {what}: {len(wrong)} of {len(cutting)} cutting moves"
-            raise TrueloopError(Code.SRF_PROGRAM, message, hint=hint, place=program.place(block.start))
+            raise Code.SRF_PROGRAM.refusal(message, hint=hint, place=program.place(block.start))
 
 
 def _words(program: Program, letters: str) -> dict[int, list[Word]]:
@@ -110,8 +110,7 @@ def _words(program: Program, letters: str) -> dict[int, list[Word]]:
 def _followed(program: Program, path: ToolPath, words: dict[int, list[Word]], letters: str) -> ToolAxes:
     """Words stay in force until the next of their letter; before the first the tool stands straight up."""
     if np.any(np.diff(path.block) < 0):
-        raise TrueloopError(
-            Code.SRF_PROGRAM,
+        raise Code.SRF_PROGRAM.refusal(
             f"blocks with {letters} words are run again or out of order: {len(path)} moves",
             hint="write the pass without loops and subprograms",
             place=Place(program.file),
@@ -146,7 +145,7 @@ def _said(program: Program, words: list[Word]) -> dict[str, float]:
 
 
 def _refused(program: Program, word: Word, what: str, hint: str) -> TrueloopError:
-    return TrueloopError(Code.SRF_PROGRAM, f"{word.text} {what}", hint=hint, place=program.place(word.start))
+    return Code.SRF_PROGRAM.refusal(f"{word.text} {what}", hint=hint, place=program.place(word.start))
 
 
 def _turned(vectors: Array, axis: int, angle: Array) -> Array:
@@ -171,8 +170,7 @@ class Cutter:
 
     def __post_init__(self) -> None:
         if not 0 <= self.corner_mm <= self.radius_mm or not self.radius_mm > 0:
-            raise TrueloopError(
-                Code.SRF_CUTTER,
+            raise Code.SRF_CUTTER.refusal(
                 f"a cutter of radius {self.radius_mm} mm with corners of {self.corner_mm} mm",
                 hint="the corner radius is between 0 (flat end) and the tool's radius (ball end)",
                 values={"radius_mm": self.radius_mm, "corner_mm": self.corner_mm},

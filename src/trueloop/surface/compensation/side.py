@@ -36,8 +36,7 @@ def require_outer_side(program: Program, surface: Surface, job: SurfaceJob) -> N
     inner, _ = _cut_from(surface.turned_over(), job, tips, out)
     # A flat end on a flat face touches it alike from both sides: there its shank is to stand on the outer one.
     if inner > outer or (inner == outer > 0 and leaning < 0):
-        raise TrueloopError(
-            Code.SRF_SIGN,
+        raise Code.SRF_SIGN.refusal(
             f"the tool of {program.file or 'the program'!r} cuts the surface from its inner side, at {inner} of "
             f"{len(moves)} ends of moves",
             hint="the normals of the surface point into the material: turn them (surface.flip in the job), or mend "

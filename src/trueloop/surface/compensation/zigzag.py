@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.surface import Surface
 from trueloop.nc.edit.edit import coordinate_text
 from trueloop.nc.program.dialect import Dialect
@@ -108,10 +108,9 @@ def _check(surface: Surface, options: ZigzagOptions) -> None:
     hollow = float(np.min(surface.curvatures_per_mm(np.tile(u, 60), np.repeat(v, 60))[:, 0]))
     if options.scallop_mm <= 0 or options.chord_mm <= 0 or options.radius_mm <= 0:
         wrong = f"radius {options.radius_mm} mm, scallop {options.scallop_mm} mm, chord {options.chord_mm} mm"
-        raise TrueloopError(Code.SRF_PATH, wrong, hint="all three have to be above zero")
+        raise Code.SRF_PATH.refusal(wrong, hint="all three have to be above zero")
     if hollow * options.radius_mm <= -1:
-        raise TrueloopError(
-            Code.SRF_PATH,
+        raise Code.SRF_PATH.refusal(
             f"a ball of radius {options.radius_mm:g} mm does not fit a hollow of radius {-1 / hollow:.3f} mm",
             hint="take a smaller cutter",
         )
@@ -119,8 +118,7 @@ def _check(surface: Surface, options: ZigzagOptions) -> None:
 
 def _check_size(passes: int, points: int) -> None:
     if passes * points > MOST_POINTS:
-        raise TrueloopError(
-            Code.SRF_PATH,
+        raise Code.SRF_PATH.refusal(
             f"{passes:.3g} passes of {points:.3g} points would be needed; {MOST_POINTS} are the most",
             hint="allow a higher scallop or a larger chord",
         )

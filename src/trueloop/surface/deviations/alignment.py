@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.surface import Feet, Surface, closest
 from trueloop.statistics import rms
 
@@ -150,8 +150,7 @@ def _named(motion: Array, uncertainty_mm: float) -> str:
 def _refuse_far(moved_mm: Array, setup_mm: float, name: str) -> None:
     far = int(np.argmax(np.abs(moved_mm)))
     if abs(moved_mm[far]) > setup_mm:
-        raise TrueloopError(
-            Code.SRF_SETUP,
+        raise Code.SRF_SETUP.refusal(
             f"the best fit would move the points of {name!r} by {abs(moved_mm[far]):.3f} mm {MOTIONS[far]}; the set-up "
             f"is off by {setup_mm:g} mm at most",
             hint="an error so large is one of the part, or the part sat worse than that: say how far it may sit off",

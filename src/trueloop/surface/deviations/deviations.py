@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, Finding, Severity, TrueloopError, in_file
+from trueloop.errors import Code, Finding, Severity, in_file
 from trueloop.geometry.surface import Feet, Surface, closest
 from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, best_fit
 from trueloop.surface.deviations.plausibility import findings_of, refuse_outside, refuse_twice, reported_twice
@@ -44,8 +44,7 @@ def sampling_advice(surface: Surface, ball_radius_mm: float, step_mm: float | No
     mistake short waves for long ones. Raises SRF-BALL for a radius that is not positive.
     """
     if not ball_radius_mm > 0:
-        raise TrueloopError(
-            Code.SRF_BALL,
+        raise Code.SRF_BALL.refusal(
             f"a ball of radius {ball_radius_mm} mm has no sampling step",
             hint="give the calibrated radius of the stylus tip in mm",
             values={"ball_radius_mm": ball_radius_mm},
@@ -176,15 +175,13 @@ def _once(points: MeasuredPoints, found: SurfaceDeviations) -> SurfaceDeviations
 
 def _enough(points: MeasuredPoints, there: np.ndarray) -> None:
     if np.count_nonzero(there) < LEAST_POINTS:
-        raise TrueloopError(
-            Code.SRF_POINTS,
+        raise Code.SRF_POINTS.refusal(
             f"{points.name!r} has {np.count_nonzero(there)} points; {LEAST_POINTS} are the least for a surface",
             hint="measure along a grid; `trueloop surface sampling` prints its step",
             values={"part": points.name},
         )
     if points.shape is not None and points.shape[0] * points.shape[1] != len(there):
-        raise TrueloopError(
-            Code.SRF_GRID,
+        raise Code.SRF_GRID.refusal(
             f"{points.name!r} has {len(there)} points, its grid {points.shape[0]} × {points.shape[1]} places",
             hint="give every place of the grid a row, or leave out row and column",
         )

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.geometry.surface import Feet, Surface, closest
 from trueloop.surface.deviations.points import SAME_MM, Duplicates, MeasuredPoints
 from trueloop.units import MM_PER_INCH, UM_PER_MM
@@ -56,8 +56,7 @@ def _refuse_unit(surface: Surface, xyz: Array, error: Array, radius: float, name
         some = xyz[:: max(1, len(xyz) // 200)] * factor
         share = float(np.linalg.norm(np.ptp(some, axis=0))) / size
         if 0.3 < share < 1.5 and np.median(np.abs(closest(surface, some).distance_mm - radius)) < 0.05 * off:
-            raise TrueloopError(
-                Code.SRF_UNIT,
+            raise Code.SRF_UNIT.refusal(
                 f"the points of {name!r} deviate by {off:.3f} mm; multiplied by {factor:g} they fit",
                 hint=f"the unit is not mm but {unit}: write the points in mm",
                 values={"part": name, "deviation_mm": off, "factor": factor},
@@ -68,8 +67,7 @@ def _refuse_side(feet: Feet, radius: float, name: str) -> None:
     """Ball centres inside the material: the normal points the wrong way."""
     middle = float(np.median(feet.distance_mm))
     if radius > 0 and abs(middle + radius) < 0.5 * radius:
-        raise TrueloopError(
-            Code.SRF_SIGN,
+        raise Code.SRF_SIGN.refusal(
             f"the ball's centre is {middle:.4f} mm from the surface of {name!r}, on the inner side of the "
             f"material; with a ball of radius {radius:g} mm it should be at {radius:g} mm",
             hint="the surface's normals point into the material: turn them (flip = true)",
@@ -80,8 +78,7 @@ def _refuse_off(points: MeasuredPoints, error: Array, number: Integers, xyz: Arr
     if np.any(bad := np.abs(error) > farthest_mm):
         worst = int(np.argmax(np.abs(error)))
         x, y, z = xyz[worst]
-        raise TrueloopError(
-            Code.SRF_OFF,
+        raise Code.SRF_OFF.refusal(
             f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} are more than {farthest_mm:g} mm off "
             f"the surface; the farthest, with {error[worst]:+.3f} mm, is point {number[worst]} (x {x:.3f}, y {y:.3f}, "
             f"z {z:.3f} mm)",
@@ -105,8 +102,7 @@ def refuse_outside(points: MeasuredPoints, outside: np.ndarray, number: Integers
     if np.any(outside):
         first = int(np.argmax(outside))
         x, y, z = xyz[first]
-        raise TrueloopError(
-            Code.SRF_OUTSIDE,
+        raise Code.SRF_OUTSIDE.refusal(
             f"point {number[first]} of {points.name!r} (x {x:.3f}, y {y:.3f}, z {z:.3f} mm) lies beyond the edge of "
             f"the face, as do {np.count_nonzero(outside) - 1} others",
             hint="leave points off the face out, or name the face they lie on",
@@ -128,8 +124,7 @@ def refuse_twice(points: MeasuredPoints, at: Integers, first: Integers) -> None:
     spare = np.flatnonzero(first != np.arange(len(first)))
     if len(spare):
         a, b = int(at[first[spare[0]]]) + 1, int(at[spare[0]]) + 1
-        raise TrueloopError(
-            Code.SRF_DUPLICATE,
+        raise Code.SRF_DUPLICATE.refusal(
             f"points {a} and {b} of {points.name!r}, two places of a grid, are the same to {SAME_MM} mm, as are "
             f"{len(spare) - 1} others",
             hint="give every place of the grid its own point; without row and column, points of one place are averaged",
@@ -158,8 +153,7 @@ def reported_twice(points: MeasuredPoints, found: Duplicates, at: Integers) -> F
 def _holes(points: MeasuredPoints, there: np.ndarray) -> Iterator[Finding]:
     missing = int(np.count_nonzero(~there))
     if missing > HOLES * len(there):
-        raise TrueloopError(
-            Code.SRF_HOLES,
+        raise Code.SRF_HOLES.refusal(
             f"{missing} of {len(there)} points of {points.name!r} are missing; {HOLES:.0%} is the most a grid may lack",
             hint="measure them, or give the points without row and column",
             values={"part": points.name, "missing": missing},

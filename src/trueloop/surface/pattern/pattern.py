@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.statistics import rms
 from trueloop.surface.pattern.outlier import PLACES, Outlier, outliers, shapes_of
 from trueloop.surface.pattern.support import Support, between, faded
@@ -146,8 +146,7 @@ def pattern_of(
     places, with the largest that any part needs; or with `size`. Raises SRF-PARTS for fewer than three parts.
     """
     if len(parts) < LEAST_PARTS:
-        raise TrueloopError(
-            Code.SRF_PARTS,
+        raise Code.SRF_PARTS.refusal(
             f"{len(parts)} parts ({', '.join(map(repr, names)) or 'none'}) make no pattern; {LEAST_PARTS} are the "
             f"least, 10 were used in the published experiment",
             hint="measure more parts: `trueloop surface add` keeps each in a store, and a pattern is made of all in it",
@@ -206,8 +205,7 @@ def parts_needed(pattern: Pattern, target_mm: float, coverage: float = COVERAGE)
     scatter = rms(pattern.scatter_grid_mm(at, at))
     few, many = 2, MANY
     if not target_mm > 0 or student(coverage, many - 1) * scatter / np.sqrt(many) > target_mm:
-        raise TrueloopError(
-            Code.SRF_PARTS,
+        raise Code.SRF_PARTS.refusal(
             f"an uncertainty of {target_mm * UM_PER_MM:g} µm cannot be had from parts that scatter by "
             f"{scatter * UM_PER_MM:.2f} µm",
             hint="aim at an uncertainty that is not far below the scatter between parts",

@@ -13,7 +13,7 @@ import numpy as np
 
 from trueloop._core import pair_sums, weights_product, weights_product_rows
 from trueloop.arrays import Array, for_kernel
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 STRAY: Final = 1e-10
 """Points belong to a lattice when they stray from it by less than this share of a step: weights keep ten digits."""
@@ -263,8 +263,7 @@ def _checked(points_mm: Array, values: Array, exponent: float) -> tuple[Array, A
     points, z = for_kernel(points_mm), np.asarray(values, float)
     z = z - np.mean(z)
     if len(z) < 4 or points.shape != (len(z), 3) or not exponent > 0 or not z @ z > 0:
-        raise TrueloopError(
-            Code.SRF_MODEL,
+        raise Code.SRF_MODEL.refusal(
             f"{len(z)} values at points of shape {points.shape}, weights d^-{exponent:g}, scatter {np.ptp(z):g} mm: "
             f"nothing to correlate",
             hint="give at least four points with different values, and a positive exponent",

@@ -10,7 +10,7 @@ from math import exp, sqrt
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,7 @@ def normality(values: Array) -> Normality:
 
     n, scatter = len(values), float(np.std(values, ddof=1))
     if n < 5 or not scatter > 0:
-        raise TrueloopError(
-            Code.SRF_MODEL,
+        raise Code.SRF_MODEL.refusal(
             f"{n} residuals that scatter by {scatter:g} mm follow no law",
             hint="the model goes through every point: ask for fewer control points, or measure more",
         )

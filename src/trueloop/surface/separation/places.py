@@ -9,7 +9,7 @@ import numpy as np
 
 from trueloop._core import ScatteredSplines
 from trueloop.arrays import Array, for_kernel
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_basis import clamped_knots
 from trueloop.surface.deviations.deviations import SurfaceDeviations
@@ -117,8 +117,7 @@ def regress(places: Places, values_mm: Array, size: Size) -> SplineSurface:
         grid = values_mm.reshape(len(places.rows), len(places.columns))
         return fit_grid((places.rows, places.columns), grid, size)
     if size.controls > len(values_mm):
-        raise TrueloopError(
-            Code.SRF_MODEL,
+        raise Code.SRF_MODEL.refusal(
             f"{size.controls} control points for {len(values_mm)} measured points",
             hint="ask for fewer control points, or measure more points",
         )

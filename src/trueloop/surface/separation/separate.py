@@ -102,8 +102,7 @@ def averaged_over_cells(
     total = np.bincount(cell, deviations.error_mm[there], minlength=rows * columns)
     filled = count > 0
     if np.mean(filled) < 0.75:
-        raise TrueloopError(
-            Code.SRF_HOLES,
+        raise Code.SRF_HOLES.refusal(
             f"{np.count_nonzero(~filled)} of {rows} × {columns} cells hold no point of {deviations.name!r}",
             hint="take fewer cells: model.cells in the job",
             values={"part": deviations.name, "missing": int(np.count_nonzero(~filled))},
@@ -216,8 +215,7 @@ def _sizes(places: Places, degrees: Sequence[int], name: str) -> list[Size]:
     if places.rows is not None and places.columns is not None:
         given = f"{len(places.rows)} rows and {len(places.columns)} columns"
     least = math.ceil((min(degrees) + 1) / FULLEST)
-    raise TrueloopError(
-        Code.SRF_POINTS,
+    raise Code.SRF_POINTS.refusal(
         f"{name!r} was measured in {given}: too few for any surface",
         hint=f"{least} rows and {least} columns are the least",
         values={"part": name},
@@ -255,8 +253,7 @@ def _until_random(
 
 
 def _never_random(last: Trial, confidence: float, name: str) -> TrueloopError:
-    return TrueloopError(
-        Code.SRF_MODEL,
+    return Code.SRF_MODEL.refusal(
         f"{name!r}: up to {last.size} control points the residuals are not spatially random: Moran's I "
         f"{last.moran_i:.4f}, p {last.moran_p:.2g}, wanted above {1 - confidence:.2g}",
         hint="measure more densely if the pattern has waves shorter than two steps of the grid; or choose the size by "

@@ -9,7 +9,7 @@ import numpy as np
 
 from trueloop._core import ScatteredSplines, fit_surface_grid
 from trueloop.arrays import Array, for_kernel
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.surface_basis import basis_matrix, basis_rows, clamped_knots
 
 
@@ -155,8 +155,7 @@ def fit_grid(at: tuple[Array, Array], values_mm: Array, size: Size) -> SplineSur
     try:
         found = fit_surface_grid((inner[0], inner[1]), (size.degree, size.degree), places, for_kernel(values_mm))
     except ValueError as refused:
-        raise TrueloopError(
-            Code.SRF_MODEL,
+        raise Code.SRF_MODEL.refusal(
             f"{size} control points cannot be fitted to {values_mm.shape[0]} × {values_mm.shape[1]} points: {refused}",
             hint="ask for fewer control points, or measure more densely",
         ) from None

@@ -80,8 +80,7 @@ def feature_index(profile: Profile, asked: Characteristic, name: str | None = No
     """Returns the index in the profile of the feature of a characteristic, or of another one it names."""
     name = asked.feature if name is None else name
     if name not in profile.names:
-        raise TrueloopError(
-            Code.TOL_FEATURE,
+        raise Code.TOL_FEATURE.refusal(
             f"characteristic {asked.name!r} is of feature {name!r}, which the part does not have",
             hint=f"its features are {', '.join(profile.names)}",
             values={"characteristic": asked.name, "feature": name},
@@ -91,8 +90,7 @@ def feature_index(profile: Profile, asked: Characteristic, name: str | None = No
 
 def no_such(asked: Characteristic, why: str, hint: str) -> TrueloopError:
     """Returns the refusal of a characteristic that its feature cannot have."""
-    return TrueloopError(
-        Code.TOL_PLACE,
+    return Code.TOL_PLACE.refusal(
         f"characteristic {asked.name!r} of feature {asked.feature!r}: {why}",
         hint=hint,
         values={"characteristic": asked.name, "feature": asked.feature},

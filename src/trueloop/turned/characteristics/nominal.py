@@ -87,12 +87,11 @@ def edge_of(profile: Profile, index: int) -> Edge:
 
 def _zone(asked: Characteristic, why: str, hint: str) -> TrueloopError:
     message = f"characteristic {asked.name!r}: {why}"
-    return TrueloopError(Code.TOL_ZONE, message, hint=hint, values={"characteristic": asked.name})
+    return Code.TOL_ZONE.refusal(message, hint=hint, values={"characteristic": asked.name})
 
 
 def _not_the_profiles(asked: Characteristic, nominal: float, has: float, ratio: str) -> TrueloopError:
-    return TrueloopError(
-        Code.TOL_NOMINAL,
+    return Code.TOL_NOMINAL.refusal(
         f"characteristic {asked.name!r}: its nominal {nominal:.4f} mm is {ratio} the {has:.4f} mm of the profile",
         hint=f"a {asked.quantity} is given as a {asked.quantity}, whatever part.x_is is",
         values={"characteristic": asked.name, "nominal_mm": nominal, "profile_mm": has},

@@ -80,7 +80,7 @@ def check_nose(pieces: Sequence[CentrePiece]) -> None:
         if is_curved(feature):
             what += f": its radius is {least_radius_mm(feature):.4f} mm, bent tighter than the nose by its correction"
         hint = "take a smaller nose, or look at the touches there and beside it: a bad one bends the contour most"
-        raise TrueloopError(Code.GEO_NOSE, what, hint=hint, values={"nose_radius_mm": nose_mm})
+        raise Code.GEO_NOSE.refusal(what, hint=hint, values={"nose_radius_mm": nose_mm})
 
 
 def _radius_left_mm(piece: CentrePiece) -> float:
@@ -103,8 +103,7 @@ def check_offset(offset_mm: tuple[float, float], limits: Limits) -> None:
     """Refuses a tool offset (x as a radius, z) that is too large along either axis."""
     for axis, value_mm in zip("XZ", offset_mm, strict=True):
         if abs(value_mm) > limits.correction_mm:
-            raise TrueloopError(
-                Code.CMP_SIZE,
+            raise Code.CMP_SIZE.refusal(
                 f"the tool offset on {axis} would be {value_mm * UM_PER_MM:+.1f} µm{' (radius)' * (axis == 'X')}; the "
                 f"limit is {limits.correction_mm * UM_PER_MM:.1f} µm",
                 hint="a constant this large is likelier a ball radius, an allowance, a datum or the tip that a program "

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.chain import Chain, End, TangentPolicy, tangent_neighbours
 from trueloop.turned.fit.chain_fit import ChainFit, ConditionSource, Sources
@@ -93,8 +93,7 @@ def _asked(profile: Profile, chain: Chain, options: FitOptions) -> EndConditions
     for before, after, name in zip(asked, asked[1:], names, strict=False):
         inner = (before.end_value_mm, before.end_slope, after.start_value_mm, after.start_slope)
         if any(number is not None for number in inner):
-            raise TrueloopError(
-                Code.FIT_CONDITIONS,
+            raise Code.FIT_CONDITIONS.refusal(
                 f"a value or slope is prescribed where {name!r} and the next feature join tangentially "
                 f"(given: {[number for number in inner if number is not None]} mm or mm/mm)",
                 hint="one curve runs over features that join tangentially: prescribe at its outer ends only",
@@ -104,8 +103,7 @@ def _asked(profile: Profile, chain: Chain, options: FitOptions) -> EndConditions
 
 def _agreed(name: str, what: str, neighbour: float | None, asked: float | None) -> float | None:
     if neighbour is not None and asked is not None and abs(neighbour - asked) > AGREE_MM:
-        raise TrueloopError(
-            Code.FIT_CONDITIONS,
+        raise Code.FIT_CONDITIONS.refusal(
             f"{name}: the {what} is prescribed as {asked * UM_PER_MM:.3f} µm (per mm, for a slope), but the tangent "
             f"neighbour's curve says {neighbour * UM_PER_MM:.3f}",
             hint="leave it out, or declare the junction a corner",

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.feature import is_curved
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.nose_model import APART_RAD, NoseModel, NoseTouches, offset_terms, refuse_too_few
@@ -44,8 +44,7 @@ def fit_nose_model(parts: Sequence[NoseTouches]) -> NoseModel:
     at only within the arcs' range of angles. Raises FIT-POINTS when some part's arcs do not set its offsets.
     """
     if not parts:
-        raise TrueloopError(
-            Code.FIT_POINTS,
+        raise Code.FIT_POINTS.refusal(
             "0 parts to fit a nose model to",
             hint="give the touches of at least one part with an arc",
             values={"touches": 0},

@@ -138,8 +138,7 @@ def offset_terms(angle_rad: Array) -> Array:
 def refuse_too_few(touches: NoseTouches) -> TrueloopError:
     """Returns the error for touches that do not set dX and dZ."""
     span = math.degrees(float(np.ptp(touches.contact_angle_rad))) if len(touches.feature) else 0.0
-    return TrueloopError(
-        Code.FIT_POINTS,
+    return Code.FIT_POINTS.refusal(
         f"part {touches.part!r}: {len(touches.feature)} touches over {span:.1f}° of contact angle do not set the two "
         f"tool offsets; at least 2 over {math.degrees(APART_RAD):.0f}° are needed",
         hint="touch the arc at two places far apart",
@@ -149,8 +148,7 @@ def refuse_too_few(touches: NoseTouches) -> TrueloopError:
 
 def _outside(model: NoseModel, angle: Array) -> TrueloopError:
     bad = angle[~model.covers(angle)][0]
-    return TrueloopError(
-        Code.FIT_ANGLE,
+    return Code.FIT_ANGLE.refusal(
         f"the nose model was fitted from {math.degrees(model.lowest_rad):.1f}° to "
         f"{math.degrees(model.highest_rad):.1f}° of contact angle and is asked for {math.degrees(bad):.1f}°",
         hint="fit it to parts whose arcs reach that angle, or use the feature's own curve there",

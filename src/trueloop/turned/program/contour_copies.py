@@ -129,8 +129,7 @@ def _line_at(program: Program, at: int) -> Block:
 
 def refusal(program: Program, cycle: Block, what: str) -> TrueloopError:
     """Returns the refusal where a finishing cycle gets no contour of its own."""
-    return TrueloopError(
-        Code.NC_EDIT,
+    return Code.NC_EDIT.refusal(
         f"roughing shall stay where it is, and {what} cannot be given a contour of its own",
         hint='have the roughing move along: `programs.roughing = "moves"`',
         place=program.place(cycle.start),

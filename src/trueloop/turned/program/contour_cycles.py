@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import ToolPath
 
@@ -117,8 +117,7 @@ def require_named(program: Program, path: ToolPath, move: int, axis: int, letter
         return
     own = (path.call[: move + 1] == path.call[move]) & (path.word[: move + 1, axis] >= 0)
     if not own.any():
-        raise TrueloopError(
-            Code.NC_EDIT,
+        raise Code.NC_EDIT.refusal(
             f"{letter} is displaced on the contour before it names {letter}, and a roughing cycle begins it elsewhere",
             hint='name X and Z in the first block of the contour, or have `programs.roughing = "stays"`',
             place=program.place(program.block(int(path.block[move])).start),

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.edit.edit import Edit, coordinate_text, insert_blocks_after, set_offset
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import Block, Program
@@ -30,8 +30,7 @@ def has_local_shift(program: Program) -> bool:
     """
     if not program.dialect.contour_shift:
         known = [name for name, dialect in DIALECTS.items() if dialect.contour_shift]
-        raise TrueloopError(
-            Code.NC_OFFSET,
+        raise Code.NC_OFFSET.refusal(
             f"how a {program.dialect.name} program shifts a contour by an offset is not known: that of {len(known)} "
             "dialects is",
             hint=f"known are {', '.join(known)}",
@@ -96,8 +95,7 @@ def _words(program: Program, code: str, value_mm: Array, state: CoordinateState)
 
 def _require_followed(program: Program, path: ToolPath, shifted: Shifted, base_mm: Array) -> None:
     if np.any(base_mm) and not program.dialect.one_shift:
-        raise TrueloopError(
-            Code.NC_OFFSET,
+        raise Code.NC_OFFSET.refusal(
             f"a shift of x {base_mm[0]:g} mm (radius), z {base_mm[1]:g} mm is in force at line "
             f"{path.line[shifted.first]}; what G52 makes of it there depends on the control",
             hint="put the program's own shift into the work offset, or correct the contour",

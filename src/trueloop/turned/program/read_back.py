@@ -207,8 +207,7 @@ def check_rapids(
         clearance = [clearance_mm(profile, path.end_mm[m]) for path, m in ((before, old), (after, new))]
         follows = follows_mm if old == moves.stop and np.all(before.word[old] < 0) else 0.0
         if clearance[1] < clearance[0] - follows - SAME_MM:
-            raise TrueloopError(
-                Code.CMP_RAPID,
+            raise Code.CMP_RAPID.refusal(
                 f"the rapid of line {before.line[old]} would end {(clearance[0] - clearance[1]) * UM_PER_MM:.2f} µm "
                 f"closer to the part, because it inherits a coordinate of the contour",
                 hint="write both coordinates into that block",

@@ -171,8 +171,7 @@ def _require_one_run(program: Program, path: ToolPath, first: int, last: int) ->
 
 
 def _refusal(program: Program, block: int, what: str) -> TrueloopError:
-    return TrueloopError(
-        Code.NC_OFFSET,
+    return Code.NC_OFFSET.refusal(
         f"line {block + 1}: {what}, so that no shift of the frame can be put around the contour",
         hint="correct the contour, or set the tool's offset at the control",
         place=program.place(program.block(block).start),

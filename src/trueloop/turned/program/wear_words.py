@@ -6,7 +6,7 @@ All of them add, so that nothing else of the offset is lost, but those of the GE
 from collections.abc import Callable, Iterator, Mapping
 from typing import Final, Literal, TypeAlias, get_args
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.turned.program.wear_numbers import WearOffset
 
 Control: TypeAlias = Literal["fanuc", "haas", "siemens", "heidenhain", "linuxcnc", "ge2000t", "okuma"]
@@ -32,8 +32,7 @@ def counted(control: Control, stated: Literal["radius", "diameter"] | None) -> L
     """
     if stated is not None or control in ("siemens", "linuxcnc", "heidenhain", "ge2000t"):
         return stated or "radius"
-    raise TrueloopError(
-        Code.OFS_WORDS,
+    raise Code.OFS_WORDS.refusal(
         f"{control!r}: whether offsets on X are radii or diameters is not stated; twice the offset would be wrong",
         hint="state it: `--x-is radius` or `--x-is diameter`",
         values={"control": control},
@@ -47,8 +46,7 @@ def offset_program(control: Control, wear: WearOffset, record_id: str) -> str:
     """
     blocks = wear.blocks if control == "ge2000t" else blocks_of(control, wear)
     if not blocks:
-        raise TrueloopError(
-            Code.OFS_WORDS,
+        raise Code.OFS_WORDS.refusal(
             f"{control!r}: {WHY[control]} ({wear.words})",
             hint="enter the numbers at the control, or write its tool table: `trueloop offsets apply`",
             values={"control": control},

@@ -181,8 +181,7 @@ def _arc_behind(program: Program, path: ToolPath, move: int) -> TrueloopError:
     """Returns NC-EDIT for an arc that begins where something displaced ends: its circle would go elsewhere, or not
     fit.
     """
-    return TrueloopError(
-        Code.NC_EDIT,
+    return Code.NC_EDIT.refusal(
         "this arc begins where the displaced contour ends: its circle would not stay",
         hint="leave the contour by a straight move",
         place=program.place(program.block(int(path.block[move])).start),
@@ -263,8 +262,7 @@ def _arc(
 
 
 def _timed(program: Program, block: Block) -> TrueloopError:
-    return TrueloopError(
-        Code.NC_EDIT,
+    return Code.NC_EDIT.refusal(
         "an arc whose time is given (G93) would have to become several",
         hint="program the feed in mm/min (G94) or mm/rev (G95) where the contour is cut",
         place=program.place(block.data[0].start),

@@ -264,8 +264,7 @@ def _at_z(feature: Feature, z_mm: float) -> list[float]:
 
 
 def _misplaced(reading: Reading, why: str, hint: str) -> TrueloopError:
-    return TrueloopError(
-        Code.MSR_PLACE,
+    return Code.MSR_PLACE.refusal(
         f"{reading.characteristic!r}: {why}",
         hint=hint,
         place=Place(line=reading.line),
@@ -274,8 +273,7 @@ def _misplaced(reading: Reading, why: str, hint: str) -> TrueloopError:
 
 
 def _unseen(feature: Feature, reading: Reading, why: str, hint: str) -> TrueloopError:
-    return TrueloopError(
-        Code.MSR_KIND,
+    return Code.MSR_KIND.refusal(
         f"{reading.characteristic!r}, {reading.actual:g} {reading.quantity.unit}: {feature.name!r} has no "
         f"{reading.quantity}: {why}",
         hint=hint,

@@ -165,8 +165,7 @@ def check_places(readings: Sequence[MatchedReading]) -> None:
     for one in readings:
         other = first.setdefault(one.reading.characteristic, one)
         if _where(one) != _where(other):
-            raise TrueloopError(
-                Code.MSR_PLACES,
+            raise Code.MSR_PLACES.refusal(
                 f"{one.reading.characteristic!r} was read in 2 places: at {_shown(other)}, then at {_shown(one)}",
                 hint="give each place a characteristic of its own; readings at one place are kept as repeats",
                 place=Place(line=one.reading.line),
@@ -228,8 +227,7 @@ def _blunder(
 
 def _far_off(one: MatchedReading, nominal: float, far: int, count: int) -> TrueloopError:
     reading = one.reading
-    return TrueloopError(
-        Code.MSR_NOMINAL,
+    return Code.MSR_NOMINAL.refusal(
         f"{reading.characteristic!r} is {reading.actual:.6g} {reading.quantity.unit}, nominal {nominal:.6g}: no error "
         f"of a cut is as large. {far} of {count} readings are as far off",
         hint="another part's readings, another feature, a length from another face, or an allowance left on?",

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from trueloop.domain.characteristic import Quantity
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.profile import Profile
 from trueloop.turned.readings.matches import MatchedReading
 from trueloop.turned.readings.observed import FACES_Z, Repeated, corrected, datum_of, repeated, seen_by
@@ -41,8 +41,7 @@ def with_readings(
     used = repeated(profile, corrected(readings), gauging)
     if not used:
         kinds = ", ".join(sorted({str(one.reading.quantity) for one in readings})) or "none at all"
-        raise TrueloopError(
-            Code.MSR_NONE,
+        raise Code.MSR_NONE.refusal(
             f"of {len(readings)} readings ({kinds}) none says where the part's surface is",
             hint="read at least one diameter, radius or length of a feature of the part",
         )

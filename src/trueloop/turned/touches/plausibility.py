@@ -49,8 +49,7 @@ def check_positions(profile: Profile, touches: Sequence[Touch]) -> None:
     """Refuses a feature that is not of the part, wrong units, diameters for radii, and points off their feature."""
     for touch in touches:
         if touch.feature is not None and touch.feature not in profile.names:
-            raise TrueloopError(
-                Code.TCH_FEATURE,
+            raise Code.TCH_FEATURE.refusal(
                 f"touch {touch.point!r} is on feature {touch.feature!r}, which the part does not have",
                 hint=f"the part's features are: {', '.join(profile.names)}",
                 place=Place(line=touch.line),
@@ -64,8 +63,7 @@ def check_positions(profile: Profile, touches: Sequence[Touch]) -> None:
     _refuse_blunder(lambda scale: _distance_mm(profile, features, nominal * scale) <= ON_PROFILE_MM, touches)
     k = int(np.argmax(away))
     on = f"feature {features[k]!r}" if features[k] else "any feature"
-    raise TrueloopError(
-        Code.TCH_OFF_PROFILE,
+    raise Code.TCH_OFF_PROFILE.refusal(
         f"touch {touches[k].point!r} at x {nominal[k, 0]:.4f} mm (radius), z {nominal[k, 1]:.4f} mm "
         f"lies {away[k]:.3f} mm off {on}; at most {ON_PROFILE_MM} mm is accepted",
         hint="nominal coordinates are the part's, x as a radius, z from the part's origin",
@@ -89,8 +87,7 @@ def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, expecte
 
     _refuse_blunder(credible, touches)
     k = int(np.argmax(np.abs(error)))
-    raise TrueloopError(
-        Code.TCH_OFF_PROFILE,
+    raise Code.TCH_OFF_PROFILE.refusal(
         f"touch {touches[k].point!r} has a part error of {error[k]:.3f} mm; at most {CREDIBLE_ERROR_MM} mm is credible",
         hint="check the frame of the measured points, the ball radius and `gauging.measured_allowance_mm`",
         place=Place(line=touches[k].line),
@@ -107,8 +104,7 @@ def check_stated_sign(touches: Sequence[Touch], stated: Array, measured: Array) 
     agrees, opposed = (rms(stated[both] - sign * measured[both]) for sign in (1.0, -1.0))
     if not np.any(both) or not opposed < OPPOSED * agrees:
         return
-    raise TrueloopError(
-        Code.TCH_SIGN,
+    raise Code.TCH_SIGN.refusal(
         f"the stated errors of {np.count_nonzero(both)} touches are the opposite of their measured points: "
         f"{rms(stated[both]) * UM_PER_MM:.1f} µm RMS, and {opposed * UM_PER_MM:.1f} µm RMS with the sign reversed",
         hint="an error is positive where material is left on: in a bore where the radius is too small",
@@ -122,8 +118,7 @@ def check_ball_side(touches: Sequence[Touch], error: Array, ball_radius_mm: floa
     size = np.abs(error)
     if ball_radius_mm <= 0 or not np.all(np.abs(error + 2.0 * ball_radius_mm) < OPPOSED * size):
         return
-    raise TrueloopError(
-        Code.TCH_SIGN,
+    raise Code.TCH_SIGN.refusal(
         f"the {len(touches)} ball centres lie {np.mean(-error) - ball_radius_mm:.4f} mm inside the material, about the "
         f"ball's radius of {ball_radius_mm:.4f} mm",
         hint="was a bore touched as an outside? `part.side` says which it is; measured points are ball centres",
@@ -142,8 +137,7 @@ def check_scale(touches: Sequence[Touch], error: Array, standard_u: Array) -> No
     size, u = rms(error[given]), rms(standard_u[given])
     if np.count_nonzero(given) < ENOUGH or not 0.0 < size < LEAST_SCATTER * u:
         return
-    raise TrueloopError(
-        Code.TCH_UNIT,
+    raise Code.TCH_UNIT.refusal(
         f"the {np.count_nonzero(given)} stated errors are {size * UM_PER_MM:.3f} µm RMS, where the probe alone repeats "
         f"to {u * UM_PER_MM:.2f} µm (standard uncertainty)",
         hint="millimetres in a column named error_um? The header names the unit: error_um, error_mm, error_in",
@@ -167,8 +161,7 @@ def check_order(profile: Profile, vectors: ErrorVectors, lines: Sequence[int | N
                 f"{pair} are {abs(along[k] - along[k - 1]) * UM_PER_MM:.2f} µm apart", vectors.point[k], lines[k]
             )
         if along[k] < along[k - 1]:
-            raise TrueloopError(
-                Code.TCH_ORDER,
+            raise Code.TCH_ORDER.refusal(
                 f"{pair} lie {along[k - 1]:.3f} mm and {along[k]:.3f} mm along the profile: not in order",
                 hint="list touches from chuck end to free end; if the order is right, the nominal points are not",
                 place=Place(line=lines[k]),
@@ -191,8 +184,7 @@ def check_loop_sign(before: ErrorVectors, after: ErrorVectors) -> None:
         return
     correlation = float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) and np.ptp(y) else 1.0
     if correlation > 0.9:
-        raise TrueloopError(
-            Code.TCH_SIGN,
+        raise Code.TCH_SIGN.refusal(
             f"the errors after the finish cut are {slope:.2f} times those before it (correlation {correlation:.2f}): "
             "the correction was applied with its sign reversed",
             hint="check the sign of the error column (positive = material left on) and of the tool offsets",
@@ -229,8 +221,7 @@ def _refuse_blunder(accepted_when_scaled: Callable[[Array], Flags], touches: Seq
 
 
 def _duplicate(message: str, point: str, line: int | None) -> TrueloopError:
-    return TrueloopError(
-        Code.TCH_DUPLICATE,
+    return Code.TCH_DUPLICATE.refusal(
         message,
         hint="keep one row a point; average repeated touches before",
         place=Place(line=line),

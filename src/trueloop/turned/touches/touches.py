@@ -136,10 +136,8 @@ def error_vectors(profile: Profile, touches: Sequence[Touch], gauging: Gauging) 
 def _place(profile: Profile, touches: Sequence[Touch]) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array]:
     """Returns feature and arc length of each touch: on the feature it names, else on the nearest."""
     if not touches:
-        raise TrueloopError(
-            Code.TCH_FILE,
-            "there are 0 touches",
-            hint="one row a touch: feature, point, nominal, measured or error",
+        raise Code.TCH_FILE.refusal(
+            "there are 0 touches", hint="one row a touch: feature, point, nominal, measured or error"
         )
     check_positions(profile, touches)
     names = profile.names
@@ -173,8 +171,7 @@ def _part_error(touches: Sequence[Touch], nominal: Array, normal: Array, gauging
 
 def no_reference(point: str, touches: int) -> TrueloopError:
     """Returns the error for a z reference that was not touched."""
-    return TrueloopError(
-        Code.TCH_REFERENCE,
+    return Code.TCH_REFERENCE.refusal(
         f"the z reference {point!r} is not one of the {touches} touches",
         hint="`gauging.z_reference` names a point as it stands in the touches' column `point`; readings need none: "
         "they count from a face of their own",
@@ -189,8 +186,7 @@ def _from_reference(vectors: ErrorVectors, point: str) -> ErrorVectors:
     k = vectors.point.index(point)
     facing = float(vectors.outward_normal[k, 1])
     if abs(facing) < REFERENCE_FACES:
-        raise TrueloopError(
-            Code.TCH_REFERENCE,
+        raise Code.TCH_REFERENCE.refusal(
             f"the z reference {point!r} faces x: its normal is ({vectors.outward_normal[k, 0]:.3f}, {facing:.3f})",
             hint="take z from a point on a face",
             values={"point": point},

@@ -233,7 +233,7 @@ def require_own(offer: Offered, machine: str) -> None:
 
 
 def _not_ours(why: str) -> TrueloopError:
-    return TrueloopError(Code.CEL_OFFER, why, hint="see that key and settings are of one machine; nothing is started")
+    return Code.CEL_OFFER.refusal(why, hint="see that key and settings are of one machine; nothing is started")
 
 
 def _now() -> str:

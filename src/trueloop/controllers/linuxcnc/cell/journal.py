@@ -110,7 +110,7 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _refused(file: Path, why: str, hint: str, line: int | None = None) -> TrueloopError:
-    return TrueloopError(Code.CEL_JOURNAL, f"the journal: {why}", hint=hint, place=Place(str(file), line))
+    return Code.CEL_JOURNAL.refusal(f"the journal: {why}", hint=hint, place=Place(str(file), line))
 
 
 TOLD: Final = ("fact", "touches", "temperatures")

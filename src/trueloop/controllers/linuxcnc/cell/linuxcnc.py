@@ -176,8 +176,7 @@ class LinuxCnc:
             self._pid = None
             return False
         except SystemError as error:  # what its module says where ~/.tool.mmap is missing
-            raise TrueloopError(
-                Code.CTL_LINUXCNC,
+            raise Code.CTL_LINUXCNC.refusal(
                 "LinuxCNC runs with another home: what it holds cannot be read from here",
                 hint="run the cell as the user who runs LinuxCNC, with the same HOME",
             ) from error
@@ -206,7 +205,7 @@ def _content(file: Path) -> bytes | None:
 
 def _failed(why: str) -> TrueloopError:
     hint = "see what LinuxCNC shows; the cell goes on by itself once it can"
-    return TrueloopError(Code.CTL_LINUXCNC, f"LinuxCNC: {why}", hint=hint)
+    return Code.CTL_LINUXCNC.refusal(f"LinuxCNC: {why}", hint=hint)
 
 
 WAIT_S: Final = 5.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.input_file import read_input
 
 LIBRARY: Final = Path("/usr/share/linuxcnc/hallib")
@@ -89,8 +89,7 @@ def _entries(ini: Path) -> Iterator[Entry]:
 def _hal_file(entry: Entry, folder: Path) -> Path:
     name = entry.value.split()[0]
     if name.endswith(".tcl"):
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"{entry.key} = {entry.value} is a script: what it nets is not known before it runs",
             hint="let LinuxCNC run, save what was made with `halcmd save all FILE.hal`, and name that file instead",
             place=entry.place,
@@ -107,8 +106,7 @@ def _found(path: Path) -> Path:
 def _hal(path: Path, named: Configuration, depth: int) -> Iterator[HalLine]:
     """A file's lines, with those that it sources in their place; a continued line is one, where it begins."""
     if depth > MOST_FILES:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"{path.name} is sourced {depth} levels deep",
             hint="a file that sources itself has no end",
             place=Place(str(path)),

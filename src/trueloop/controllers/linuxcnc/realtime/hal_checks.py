@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from trueloop.controllers.linuxcnc.realtime.configuration import Configuration, Entry, HalLine
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.realtime.image import TRAVEL_TOLERANCE_MM, Image
 
 AXES: Final = "XYZ"
@@ -17,8 +17,7 @@ def check_free(configuration: Configuration) -> None:
     """Raises RTC-HAL where the corrector is already."""
     found = next((line for line in configuration.hal if any(word.startswith("rtec.") for word in line.words)), None)
     if found:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"the corrector is in it already: {found.text.strip()!r}",
             hint="take its lines out to have all of them anew",
             place=found.place,
@@ -30,8 +29,7 @@ def joints_of(configuration: Configuration) -> dict[int, int]:
     kinematics = configuration.all("KINS", "KINEMATICS")
     words = kinematics[0].value.split() if kinematics else []
     if words[:1] != ["trivkins"]:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"[KINS]KINEMATICS is {' '.join(words) or 'not given'}: joints are no axes there",
             hint="the correction is by axis: only trivkins is supported",
             place=kinematics[0].place if kinematics else Place(str(configuration.ini)),
@@ -43,8 +41,7 @@ def joints_of(configuration: Configuration) -> dict[int, int]:
     twice = [letter for letter in AXES if letters.count(letter) > 1]
     if twice:
         joints = [str(k) for k, letter in enumerate(letters) if letter == twice[0]]
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"axis {twice[0]} has joints {' and '.join(joints)}: the corrector has one output an axis",
             hint=GANTRY,
             place=kinematics[0].place,
@@ -56,8 +53,7 @@ def check_compensation(configuration: Configuration, joints: dict[int, int]) -> 
     """Raises RTC-HAL where LinuxCNC corrects an axis by itself."""
     for joint in joints.values():
         for entry in configuration.all(f"JOINT_{joint}", "COMP_FILE"):
-            raise TrueloopError(
-                Code.RTC_HAL,
+            raise Code.RTC_HAL.refusal(
                 f"joint {joint} has COMP_FILE = {entry.value}: its error would be corrected twice",
                 hint="take COMP_FILE out; the model holds that term too",
                 place=entry.place,
@@ -68,15 +64,13 @@ def added(configuration: Configuration, function: str) -> HalLine:
     """Returns the line that puts a function into a thread. Raises RTC-HAL without one, and for a place by number."""
     found = [line for line in configuration.commands("addf") if line.words[1] == function and len(line.words) > 2]
     if not found:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"no line says `addf {function} THREAD`",
             hint="the corrector's functions go before and after motion's",
             place=Place(str(configuration.ini)),
         )
     if found[0].words[3:] not in ((), ("-1",)):
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"{function} has its place in the thread by number: {found[0].text.strip()!r}",
             hint="add the functions in the order in which they shall run, and take the numbers out",
             place=found[0].place,
@@ -88,8 +82,7 @@ def units(configuration: Configuration) -> Entry:
     """Returns the entry of the machine's unit. Raises RTC-HAL without one."""
     found = configuration.all("TRAJ", "LINEAR_UNITS")
     if not found:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             "[TRAJ]LINEAR_UNITS is not given: mm-per-unit is not known",
             hint="write LINEAR_UNITS = mm, or inch",
             place=Place(str(configuration.ini)),
@@ -103,8 +96,7 @@ def mm_per_unit(configuration: Configuration) -> float:
     if re.fullmatch(r"\d*\.?\d+", entry.value) and float(entry.value) > 0:
         return 1 / float(entry.value)  # a number says how many units a mm has
     if entry.value.lower() not in MM_PER_UNIT:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"[TRAJ]LINEAR_UNITS = {entry.value} is no known unit",
             hint=f"write one of {', '.join(MM_PER_UNIT)}",
             place=entry.place,
@@ -151,8 +143,7 @@ def _number(entry: Entry) -> float:
     try:
         return float(entry.value)
     except ValueError:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"[{entry.section}]{entry.key} = {entry.value} is not a number",
             hint="write the limit in machine units",
             place=entry.place,
@@ -169,8 +160,7 @@ def check_image(configuration: Configuration, joints: Mapping[int, int], image: 
     outside = [axis for axis, found in limits.items() if not _within(found, unit_mm, image.limits.travel_mm[axis])]
     if outside:
         first = limits[outside[0]]
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             "; ".join(_sentence(axis, limits[axis], unit_mm, image) for axis in outside)
             + ": there the corrector faults and pauses the program",
             hint=_hint(configuration, limits, image),
@@ -179,8 +169,7 @@ def check_image(configuration: Configuration, joints: Mapping[int, int], image: 
     for axis in set(range(3)) - set(joints):
         low, high = image.limits.travel_mm[axis]
         if not (low <= 0.0 <= high and high - low <= MOST_OF_NO_AXIS_MM):
-            raise TrueloopError(
-                Code.RTC_HAL,
+            raise Code.RTC_HAL.refusal(
                 f"the image's machine has an axis {AXES[axis]} that travels from {low:g} to {high:g} mm, the "
                 f"configuration has {', '.join(AXES[known] for known in joints)} alone",
                 hint="give the image of this machine: `trueloop realtime show IMAGE` prints which one it is for",

@@ -26,7 +26,7 @@ from trueloop.controllers.linuxcnc.realtime.hal_checks import (
 )
 from trueloop.controllers.linuxcnc.realtime.sampled import sampled_pins, sampler_lines
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import NAME as SIGNALS_COMPONENT
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.realtime.image import Image
 
 TO_MOTION: Final = (
@@ -137,8 +137,7 @@ def _loaded(configuration: Configuration, image: Image | None, image_file: str) 
 def _require_one_word(path: str) -> None:
     """HAL separates words at blanks and has no quotes. Raises RTC-HAL."""
     if len(path.split()) != 1:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"the image's path {path!r} has a blank in it: HAL would take it for {len(path.split())} words",
             hint="copy the image into a folder without a blank in its path, and name it there",
             place=Place(path),
@@ -151,8 +150,7 @@ def _replaced(configuration: Configuration, joints: dict[int, int]) -> Iterator[
     new |= {f"joint.{joint}.motor-pos-fb": f"rtec.drive-fb-{axis}" for axis, joint in joints.items()}
     missing = [pin for pin in new if not configuration.using(pin)]
     if missing:
-        raise TrueloopError(
-            Code.RTC_HAL,
+        raise Code.RTC_HAL.refusal(
             f"no line nets {', '.join(missing)}",
             hint="a drive that motion does not command cannot be corrected",
             place=Place(str(configuration.ini)),
@@ -269,8 +267,7 @@ def watching(configuration: Configuration, made: Wiring, signals: int) -> tuple[
     """
     for line in configuration.hal:
         if line.words[:2] == ("loadrt", "sampler"):
-            raise TrueloopError(
-                Code.RTC_HAL,
+            raise Code.RTC_HAL.refusal(
                 f"line {line.place.line} loads a sampler, which can be done once only: {line.text.strip()!r}",
                 hint="take it out, or add the streams of the record to its `depth` and `cfg` by hand",
                 place=line.place,

@@ -12,7 +12,7 @@ from typing import Final
 
 from trueloop import _core
 from trueloop.controllers.linuxcnc.component import compiled, require_linuxcnc, source
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.outputs import write_all
 
 OBJECT: Final = "trueloop_rtec.o"
@@ -69,8 +69,8 @@ def install(to: Path | None = None, keep_sources: Path | None = None) -> Install
     built = component()
     folder = to or modules_folder()
     if not folder.is_dir():
-        raise TrueloopError(
-            Code.RTC_BUILD, f"there is no folder {str(folder)!r}", hint="name LinuxCNC's folder of modules with --to"
+        raise Code.RTC_BUILD.refusal(
+            f"there is no folder {str(folder)!r}", hint="name LinuxCNC's folder of modules with --to"
         )
     check_symbols(built)
     if keep_sources is not None:
@@ -88,8 +88,7 @@ def linuxcnc_version() -> str:
     done = subprocess.run(["linuxcnc_var", "all"], capture_output=True, text=True, check=False)
     told = dict(line.partition("=")[::2] for line in done.stdout.splitlines())
     if told.get("RTS", "uspace") != "uspace":
-        raise TrueloopError(
-            Code.RTC_BUILD,
+        raise Code.RTC_BUILD.refusal(
             f"this LinuxCNC runs its real-time modules in the kernel ({told['RTS']}), where no file can be read",
             hint="install linuxcnc-uspace",
         )
@@ -104,8 +103,7 @@ def modules_folder() -> Path:
         for folder in map(Path, named):
             if (folder / OF_LINUXCNC).exists():
                 return folder
-    raise TrueloopError(
-        Code.RTC_BUILD,
+    raise Code.RTC_BUILD.refusal(
         f"halcompile does not say where modules go: {(makefile.stderr or makefile.stdout).strip()!r}",
         hint="name LinuxCNC's folder of modules with --to",
     )
@@ -116,8 +114,7 @@ def check_version(version: str) -> None:
     numbers = tuple(int(digits) for digits in re.findall(r"\d+", version)[:2])
     if numbers not in SUPPORTED:
         made_for = " and ".join(".".join(map(str, known)) for known in SUPPORTED)
-        raise TrueloopError(
-            Code.RTC_BUILD,
+        raise Code.RTC_BUILD.refusal(
             f"this is LinuxCNC {version}; the component is made for {made_for}",
             hint="docs/realtime-component.md says what differs between versions",
         )
@@ -130,8 +127,7 @@ def check_symbols(module: bytes) -> None:
         done = subprocess.run(["nm", "-C", MODULE], cwd=folder, capture_output=True, text=True, check=False)
     found = sorted({line.split()[-1] for line in done.stdout.splitlines() if FORBIDDEN.search(line)})
     if done.returncode != 0 or found:
-        raise TrueloopError(
-            Code.RTC_BUILD,
+        raise Code.RTC_BUILD.refusal(
             f"the module holds what may not run in a servo thread: {', '.join(found) or done.stderr.strip()}",
             hint="report this: the object file that comes with trueloop is at fault",
             place=Place(MODULE),

@@ -26,7 +26,7 @@ from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.realtime.install import component, recorder
 from trueloop.controllers.linuxcnc.session import Progress, answer, configuration, play
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 
 WIRE: Final = "net x-drive rtec.out-0 => rtec.drive-fb-0\nnet z-drive rtec.out-2 => rtec.drive-fb-2\n"
 """Drives that stand where they are told."""
@@ -89,8 +89,7 @@ def drive(setup: Setup, steps: Sequence[Step], progress: Progress | None = None)
         left = answer(folder)
         log = (folder / "linuxcnc.log").read_text(errors="replace")
         if left["error"] is not None:
-            raise TrueloopError(
-                Code.CTL_LINUXCNC,
+            raise Code.CTL_LINUXCNC.refusal(
                 f"{left.get('step', 'LinuxCNC')}: {left['error']}",
                 hint=f"LinuxCNC said: {' / '.join(left['messages']) or 'nothing'}",
             )
@@ -188,9 +187,7 @@ def _samples(content: bytes, columns: Sequence[str]) -> Array:
         return np.empty((0, len(columns)))
     count, lost = int(words[0]), int(words[1])
     if lost:
-        raise TrueloopError(
-            Code.CTL_LINUXCNC,
-            f"{lost} servo periods found no room behind {count} recorded ones",
-            hint="give the session a larger depth",
+        raise Code.CTL_LINUXCNC.refusal(
+            f"{lost} servo periods found no room behind {count} recorded ones", hint="give the session a larger depth"
         )
     return words[HEAD : HEAD + count * len(columns)].reshape(count, len(columns)).copy()

@@ -30,7 +30,7 @@ from trueloop.controllers.linuxcnc.realtime.session import (
     wait,
 )
 from trueloop.controllers.linuxcnc.session import TOO_BUSY
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.image import Image, Signal
 from trueloop.realtime.judge import DrivenRun
@@ -95,8 +95,7 @@ def warming_run(
         if not reason:
             return _run(driven, image, corrected=corrected)
         tell(f"the run was interrupted: {reason}")
-    raise TrueloopError(
-        Code.CTL_LINUXCNC,
+    raise Code.CTL_LINUXCNC.refusal(
         f"{ATTEMPTS} of {ATTEMPTS} runs were interrupted, the last one: {reason}",
         hint="the computer is too busy: run it again with less beside it",
     )

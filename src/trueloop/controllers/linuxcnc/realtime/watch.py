@@ -119,8 +119,7 @@ def layout_of(said: bytes, named: Sequence[tuple[str, str]] | None = None) -> La
     count = head["signals"]
     _require_wired(place, axes, count, head["samplers"])
     if named is not None and len(named) != count:
-        raise TrueloopError(
-            Code.RTC_CONNECTION,
+        raise Code.RTC_CONNECTION.refusal(
             f"the image names {len(named)} signals, the one in force needs {count}",
             hint="name the image that the corrector has loaded: --image",
         )
@@ -130,8 +129,7 @@ def layout_of(said: bytes, named: Sequence[tuple[str, str]] | None = None) -> La
 
 
 def _no_linuxcnc(why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.RTC_CONNECTION,
+    return Code.RTC_CONNECTION.refusal(
         f"0 LinuxCNC that can be reached on this computer: {why}",
         hint="install LinuxCNC 2.9, and start it before: it must be on the same computer, in the same container",
     )
@@ -150,7 +148,7 @@ def _no_corrector(head: Mapping[str, Any]) -> TrueloopError:
     else:
         message = "0 components run in HAL: no LinuxCNC runs on this computer"
         hint = "start LinuxCNC first; who watches must be on the same computer and, in a container, in the same one"
-    return TrueloopError(Code.RTC_CONNECTION, message, hint=hint)
+    return Code.RTC_CONNECTION.refusal(message, hint=hint)
 
 
 def _require_wired(place: Mapping[str, int], axes: str, signals: int, samplers: int) -> None:
@@ -158,8 +156,7 @@ def _require_wired(place: Mapping[str, int], axes: str, signals: int, samplers: 
     needed += [f"rtec.{what}-{AXES.index(axis)}" for axis in axes or "x" for what in OF_AXES]
     missing = [pin for pin in needed if pin not in place]
     if missing:
-        raise TrueloopError(
-            Code.RTC_CONNECTION,
+        raise Code.RTC_CONNECTION.refusal(
             f"{len(missing)} pins of the corrector that a record needs are on none of {samplers} samplers: "
             f"{', '.join(missing[:4])}{' …' if len(missing) > 4 else ''}",
             hint=f"{LINES}; a stream's first pin has to be on {PERIODS}",

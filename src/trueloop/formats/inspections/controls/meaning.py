@@ -126,8 +126,7 @@ def unit_of(stated: Stated, meaning: Meaning, path: Path) -> Unit:
     if len(units) == 1:
         return units.pop()
     why = "--unit and the mapping's `unit` differ: mm and inch" if units else "the file does not say its unit"
-    raise TrueloopError(
-        Code.MSR_UNIT,
+    raise Code.MSR_UNIT.refusal(
         f"{path.name!r}: {why}",
         hint="state it once: --unit mm or --unit inch, or `unit` at the top of the mapping",
         place=Place(str(path)),
@@ -138,8 +137,7 @@ def unit_of(stated: Stated, meaning: Meaning, path: Path) -> Unit:
 def not_stated(path: Path, what: str, example: Sequence[str], line: int | None = None) -> TrueloopError:
     """The refusal of a file whose meaning is not stated, with a mapping that states it as an example."""
     shown = "".join(f"\n    {row}" for row in example)
-    return TrueloopError(
-        Code.MSR_MEANING,
+    return Code.MSR_MEANING.refusal(
         f"{path.name!r}: {what}",
         hint=f"say so in a mapping, --mapping FILE.toml, for instance:{shown}",
         place=Place(str(path), line),

@@ -164,8 +164,7 @@ class _Reader:
         return words["X"] * self.mm, words["Y"] * self.mm, words["Z"] * self.mm
 
     def _refusal(self, why: str, line: int) -> TrueloopError:
-        return TrueloopError(
-            Code.MSR_VALUE,
+        return Code.MSR_VALUE.refusal(
             f"{self.path.name!r}: {why}",
             hint="send the results again; each point is a G800 line and a G801 line of one number",
             place=Place(str(self.path), line),
@@ -176,8 +175,7 @@ class _Reader:
 def _inspection(path: Path, meaning: Meaning, one: _Component) -> Inspection:
     """Raises MSR-VALUE for points touched with balls of several sizes: an inspection has one."""
     if len(one.balls_mm) > 1:
-        raise TrueloopError(
-            Code.MSR_VALUE,
+        raise Code.MSR_VALUE.refusal(
             f"{path.name!r}: its points were touched with balls of {len(one.balls_mm)} radii, "
             f"{min(one.balls_mm):.4f} mm to {max(one.balls_mm):.4f} mm",
             hint="split the file by the probe that was used",

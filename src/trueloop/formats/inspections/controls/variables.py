@@ -149,8 +149,7 @@ def _assigned(line: str, path: Path, number: int) -> Iterator[Variable]:
         text = line[start.end() : following].strip()
         value = None if EMPTY.fullmatch(text) else value_of(text)
         if value is None and not EMPTY.fullmatch(text):
-            raise TrueloopError(
-                Code.MSR_NUMBER,
+            raise Code.MSR_NUMBER.refusal(
                 f"{start[1]} is {text!r}: no number, and no expression of numbers, + - * / and [ ]",
                 hint="is the file whole? Take the line out, or send the variables again",
                 place=Place(str(path), number, start.end() + 1),
@@ -283,8 +282,7 @@ class _Dump:
         return same[0]
 
     def _refusal(self, why: str, line: int | None = None) -> TrueloopError:
-        return TrueloopError(
-            Code.MSR_VALUE,
+        return Code.MSR_VALUE.refusal(
             f"{self.path.name!r}: {why}",
             hint="correct the mapping, or send the variables again",
             place=Place(str(self.path), line),

@@ -80,8 +80,7 @@ def _text(statement: Words) -> str:
 
 def _refusal(statement: Words, settings: Settings) -> TrueloopError:
     text = f"{statement.word}/{','.join(statement.fields)}"
-    return TrueloopError(
-        Code.MSR_FRAME,
+    return Code.MSR_FRAME.refusal(
         f"{text!r} changes the coordinate system between measured features, and its size is not in the file",
         hint="report all features of a part in one coordinate system, or each system in a file of its own",
         place=Place(str(settings.path), statement.line),

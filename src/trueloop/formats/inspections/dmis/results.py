@@ -18,7 +18,7 @@ from typing import Final
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.inspections.dmis.features import NOWHERE, Some
 from trueloop.probing.cmm_plan import CmmApproach, CmmMove, way_back
 
@@ -40,8 +40,7 @@ def dmis_results(inspections: Sequence[Inspection], file: str) -> str:
 
 def _run(inspection: Inspection, file: str) -> Iterator[str]:
     if inspection.ball_radius_mm > 0.0 or inspection.touches:
-        raise TrueloopError(
-            Code.MSR_FORMAT,
+        raise Code.MSR_FORMAT.refusal(
             f"{len(inspection.values)} values are centres of a ball or touches: DMIS has points of the surface alone",
             hint="write them as QIF: name the output .qif",
             values={"file": file},

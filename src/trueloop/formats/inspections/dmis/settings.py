@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.domain.inspection import Vector
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.inspections.dmis.words import Words
 from trueloop.formats.inspections.measured_file import Stated
 from trueloop.units import MM_PER_INCH
@@ -78,8 +78,7 @@ class Settings:
     def length_factor(self, line: int) -> float:
         """Returns the factor to mm. Raises MSR-UNIT where neither file nor user has stated a unit."""
         if self.mm is None:
-            raise TrueloopError(
-                Code.MSR_UNIT,
+            raise Code.MSR_UNIT.refusal(
                 f"{self.path.name!r} has lengths from line {line} on and no statement UNITS before them",
                 hint="state the unit: --unit mm or --unit inch",
                 place=Place(str(self.path), line),
@@ -136,8 +135,7 @@ def number_of(text: str, settings: Settings, line: int) -> float | None:
         value = math.nan
     if math.isfinite(value) and "_" not in text:  # Python takes 1_000
         return value
-    raise TrueloopError(
-        Code.MSR_NUMBER,
+    raise Code.MSR_NUMBER.refusal(
         f"{text!r} stands where a number is expected",
         hint="write it with a decimal point; what was not measured is left empty",
         place=Place(str(settings.path), line),

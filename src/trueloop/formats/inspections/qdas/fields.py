@@ -123,8 +123,7 @@ def _take_values(found: Fields, line: str, path: Path, number: int) -> None:
     values = line.split(BETWEEN_VALUES)
     count = max(found.characteristics)
     if len(values) > count:
-        raise TrueloopError(
-            Code.MSR_VALUE,
+        raise Code.MSR_VALUE.refusal(
             f"the line has {len(values)} values, the file {count} characteristics",
             hint="plan and values may not belong together: name the pair that was written together",
             place=Place(str(path), number),
@@ -137,8 +136,7 @@ def _take_values(found: Fields, line: str, path: Path, number: int) -> None:
 
 
 def _neither(path: Path, line: int, text: str) -> TrueloopError:
-    return TrueloopError(
-        Code.MSR_FILE,
+    return Code.MSR_FILE.refusal(
         f"{text[:60]!r} is neither a K field nor a line of values",
         hint="a field is K, four digits and the number of its characteristic: K2101/1 25.000",
         place=Place(str(path), line),

@@ -116,8 +116,7 @@ def _mm(unit: str, path: Path, fields: Fields, index: int, stated: Stated) -> fl
         return MM[unit]
     if stated.unit is not None:
         return MM[stated.unit]
-    raise TrueloopError(
-        Code.MSR_UNIT,
+    raise Code.MSR_UNIT.refusal(
         f"characteristic {index} of {path.name!r} has no unit (K2142)",
         hint="state the unit: `--unit mm` or `--unit inch`",
         place=Place(str(path), fields.lines.get(("2101", index)) or fields.lines.get(("2001", index))),
@@ -131,8 +130,7 @@ def _number(fields: Fields, index: int, key: str, factor: float, path: Path) -> 
 
 
 def _counted(path: Path, line: int | None, name: str, kind: str) -> TrueloopError:
-    return TrueloopError(
-        Code.MSR_COUNTED,
+    return Code.MSR_COUNTED.refusal(
         f"{path.name!r} counts and measures no size: characteristic {name!r} has K2004 {kind}",
         hint="name a file of measured values: K2004 is 0, or missing",
         place=Place(str(path), line),
@@ -184,8 +182,7 @@ def _pair(path: Path) -> tuple[Path, ...]:
         return (path,)
     partner = next((one for one in _beside(path) if one.name.lower() == path.with_suffix(suffix).name.lower()), None)
     if partner is None:
-        raise TrueloopError(
-            Code.MSR_FILE,
+        raise Code.MSR_FILE.refusal(
             f"{path.name!r} is half of a pair: there is no {path.with_suffix(suffix).name!r} beside it",
             hint="put plan (.dfd) and values (.dfx) of one name into one folder",
             place=Place(str(path)),

@@ -162,12 +162,12 @@ class _Reader:
 
     def wrong(self, what: str, column: int | None = None) -> TrueloopError:
         place = Place(str(self.path), self.parser.CurrentLineNumber, column)
-        return TrueloopError(Code.MSR_FILE, f"{self.path.name!r} cannot be read: {what}", hint=HINT, place=place)
+        return Code.MSR_FILE.refusal(f"{self.path.name!r} cannot be read: {what}", hint=HINT, place=place)
 
     def too_large(self, what: str) -> TrueloopError:
         place = Place(str(self.path), self.parser.CurrentLineNumber)
         hint = "split the file: the results of fewer parts in each"
-        return TrueloopError(Code.MSR_SIZE, f"{self.path.name!r} is not read: {what}", hint=hint, place=place)
+        return Code.MSR_SIZE.refusal(f"{self.path.name!r} is not read: {what}", hint=hint, place=place)
 
     def doctype(self, *_: object) -> None:
         raise self.wrong("it has a DOCTYPE, whose entities may expand to any size; QIF needs none")

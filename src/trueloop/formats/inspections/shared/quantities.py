@@ -49,8 +49,7 @@ def require_order(reading: Reading, path: Path) -> None:
 
 def limits_refusal(lower: float, upper: float, place: Place) -> TrueloopError:
     """Returns the refusal MSR-EXCHANGED of limits in the wrong order, in mm or degrees."""
-    return TrueloopError(
-        Code.MSR_EXCHANGED,
+    return Code.MSR_EXCHANGED.refusal(
         f"the lower limit {lower:.6g} is above the upper one, {upper:.6g}",
         hint="are the two limits exchanged, or is a sign missing?",
         place=place,

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.input_file import read_text, readable
 from trueloop.formats.toml_tables import SYNTAX_HINT
 
@@ -23,11 +23,11 @@ def feature_names(mapping: Path | None) -> Mapping[str, str]:
         content = tomllib.loads(read_text(mapping, Code.MSR_MAPPING, hint=NAMES_HINT))
     except (ValueError, RecursionError) as error:
         why = f"not a TOML file: {error}"
-        raise TrueloopError(Code.MSR_MAPPING, why, hint=SYNTAX_HINT, place=Place(str(mapping))) from error
+        raise Code.MSR_MAPPING.refusal(why, hint=SYNTAX_HINT, place=Place(str(mapping))) from error
     names = content.get("features", {})
     if not isinstance(names, dict) or not all(isinstance(one, str) for one in names.values()):
-        raise TrueloopError(
-            Code.MSR_MAPPING, "'features' is no table of names in quotes", hint=NAMES_HINT, place=Place(str(mapping))
+        raise Code.MSR_MAPPING.refusal(
+            "'features' is no table of names in quotes", hint=NAMES_HINT, place=Place(str(mapping))
         )
     return names
 
@@ -65,8 +65,7 @@ def decoded(content: bytes, path: Path) -> tuple[str, str]:
             return content.decode(encoding or "utf-8"), encoding or "utf-8"
         except UnicodeDecodeError:
             continue
-    raise TrueloopError(
-        Code.MSR_FILE,
+    raise Code.MSR_FILE.refusal(
         f"{path.name!r} is no text in UTF-8, UTF-16 or {', '.join(OTHERS)}: its first bytes are {content[:4].hex(' ')}",
         hint=HINT,
         place=Place(str(path)),
@@ -107,8 +106,7 @@ def number_in(text: str, path: Path, line: int, column: int | None = None) -> fl
     """
     value = float(text.strip().replace(",", ".")) if NUMBER.fullmatch(text.strip()) else None
     if value is None or abs(value) > MOST:
-        raise TrueloopError(
-            Code.MSR_NUMBER,
+        raise Code.MSR_NUMBER.refusal(
             f"{text!r} is no number with one decimal point or comma" + ("" if value is None else f" up to {MOST:g}"),
             hint="write it without signs that group digits",
             place=Place(str(path), line, column),

@@ -84,6 +84,6 @@ def _local(text: str, order: Order | None) -> datetime:
 
 
 def _refusal(text: str, why: str, place: Place) -> TrueloopError:
-    return TrueloopError(
-        Code.MSR_TIME, f"{text!r} is no time that can be read: {why}", hint=HINT, place=place, values={"text": text}
+    return Code.MSR_TIME.refusal(
+        f"{text!r} is no time that can be read: {why}", hint=HINT, place=place, values={"text": text}
     )

@@ -94,9 +94,7 @@ def _split(text: str, separator: str, path: Path) -> tuple[list[list[str]], list
             lines.append(begin)
             begin = reader.line_num + 1
     except csv.Error as error:
-        raise TrueloopError(
-            Code.MSR_FILE, f"no table: {error}", hint=HINT, place=Place(str(path), reader.line_num)
-        ) from error
+        raise Code.MSR_FILE.refusal(f"no table: {error}", hint=HINT, place=Place(str(path), reader.line_num)) from error
     return rows, lines
 
 
@@ -218,6 +216,4 @@ def _column(letters: bytes) -> int:
 
 
 def _refusal(path: Path, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.MSR_FILE, f"{path.name!r} {why}", hint="save the sheet as CSV in UTF-8", place=Place(str(path))
-    )
+    return Code.MSR_FILE.refusal(f"{path.name!r} {why}", hint="save the sheet as CSV in UTF-8", place=Place(str(path)))

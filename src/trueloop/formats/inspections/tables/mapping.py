@@ -214,10 +214,9 @@ def require_columns(mapping: Mapping, names: tuple[str, ...], place: Place, mapp
         return
     if 2 * len(missing) > len(wanted):
         why = f"{len(missing)} of the {len(wanted)} columns of the mapping are not in the table: it is of another table"
-        raise TrueloopError(Code.MSR_MAPPING, why, hint=HINT, place=place)
+        raise Code.MSR_MAPPING.refusal(why, hint=HINT, place=place)
     near = difflib.get_close_matches(missing[0], names, n=1)
-    raise TrueloopError(
-        Code.MSR_MAPPING,
+    raise Code.MSR_MAPPING.refusal(
         f"{missing[0]!r}, which the mapping names, is not one of the table's {len(names)} columns",
         hint=f"did you mean {near[0]!r}?" if near else f"its columns are {', '.join(map(repr, names))}",
         place=Place(str(mapping_path)) if mapping_path else place,

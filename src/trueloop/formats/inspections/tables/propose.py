@@ -42,11 +42,8 @@ def propose(grid: Grid, given: Given | None = None) -> Mapping:
     if header is None:
         raise _refusal(grid, f"none of its first rows, of {len(grid.rows)}, names columns that are known")
     if not any(map(any, grid.rows[header.row + 1 :])):
-        raise TrueloopError(
-            Code.MSR_FILE,
-            f"{grid.path.name!r} has 0 rows under its headings",
-            hint="export it again",
-            place=grid.at(header.row),
+        raise Code.MSR_FILE.refusal(
+            f"{grid.path.name!r} has 0 rows under its headings", hint="export it again", place=grid.at(header.row)
         )
     table = _Table(grid, header, given or {})
     columns = table.columns()
@@ -209,8 +206,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def _refusal(grid: Grid, why: str, row: int | None = None, hint: str = "") -> TrueloopError:
     place = Place(str(grid.path)) if row is None else grid.at(row)
-    return TrueloopError(
-        Code.MSR_MEANING,
+    return Code.MSR_MEANING.refusal(
         f"{grid.path.name!r}: {why}",
         hint=hint or f"name the columns: trueloop measure map {grid.path.name} --column actual=HEADING",
         place=place,

@@ -9,7 +9,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.inspection import CmmPoint, Vector
 from trueloop.domain.record import sha256_of
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
 from trueloop.formats.inspections.shared.text import beginning, read_decoded
 from trueloop.formats.inspections.tables.grid import Grid, grid_of_text, is_workbook, sheets_of
@@ -133,9 +133,8 @@ def grid_of(path: Path, sheet: str = "", separator: str = "") -> Grid:
         listed = ", ".join(map(repr, names[:8]))
         why = f"has no sheet {sheet!r}" if sheet else f"has {len(names)} sheets that may be read"
         hint = f"name one: trueloop measure map {path.name} --sheet {names[0] if names else 'NAME'!r}"
-        raise TrueloopError(
-            Code.MSR_MEANING, f"{path.name!r} {why}: {listed}", hint=hint, place=Place(str(path)),
-            values={"file": path.name},
+        raise Code.MSR_MEANING.refusal(f"{path.name!r} {why}: {listed}", hint=hint, place=Place(str(path)),
+            values={"file": path.name}
         )  # fmt: skip
     return sheets[names[0]]
 
@@ -158,11 +157,8 @@ def read_mapped(
     long = long_of(grid, header, mapping)
     unit = _unit(grid, header, long, mapping, stated)
     if not len(long):
-        raise TrueloopError(
-            Code.MSR_FILE,
-            f"{grid.path.name!r} has 0 rows under its headings",
-            hint="export it again",
-            place=grid.at(header.row),
+        raise Code.MSR_FILE.refusal(
+            f"{grid.path.name!r} has 0 rows under its headings", hint="export it again", place=grid.at(header.row)
         )
     common = Common(long, title, mapping)
     sha256 = sha256_of(grid.path.read_bytes())

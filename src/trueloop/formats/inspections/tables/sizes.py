@@ -270,8 +270,7 @@ def _verdict(text: str) -> float:
 
 def _unknown(long: Long, role: Role, row: int, key: str) -> TrueloopError:
     name = long.grid.path.name
-    return TrueloopError(
-        Code.MSR_MEANING,
+    return Code.MSR_MEANING.refusal(
         f"{name!r} does not say how its {role.replace('_', ' ')} is signed, and its values do not tell",
         hint=f"say it in its mapping (trueloop measure map {name}): {key}. {HINT}",
         place=long.place(role, row),

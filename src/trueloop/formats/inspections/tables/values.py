@@ -94,8 +94,7 @@ def factor_of(unit: str, is_angle: bool) -> float | None:
 
 def unit_refusal(file: str, why: str, place: Place) -> TrueloopError:
     """Returns the error MSR-UNIT."""
-    return TrueloopError(
-        Code.MSR_UNIT,
+    return Code.MSR_UNIT.refusal(
         why,
         hint='state it: `--unit mm` or `--unit inch`, or unit = "mm" in the mapping',
         place=place,

@@ -112,8 +112,7 @@ def _row(path: Path, line: Line, words: list[Word], unit: Unit | None) -> ToolRo
 
 def _known(path: Path, line: int, unit: Unit | None, text: str) -> Unit:
     if unit is None:
-        raise TrueloopError(
-            Code.OFS_UNIT,
+        raise Code.OFS_UNIT.refusal(
             f"{text!r} has no decimal point: it counts 0.001 mm or 0.0001 inch, and the unit is not stated",
             hint="state it: `--unit mm` or `--unit inch`; in a job, `tool.table_unit`",
             place=Place(str(path), line),
@@ -122,6 +121,6 @@ def _known(path: Path, line: int, unit: Unit | None, text: str) -> Unit:
 
 
 def _refused(path: Path, line: int, message: str) -> TrueloopError:
-    return TrueloopError(
-        Code.OFS_FILE, message, hint=f"punch the offsets out at the control; {HINT}", place=Place(str(path), line)
+    return Code.OFS_FILE.refusal(
+        message, hint=f"punch the offsets out at the control; {HINT}", place=Place(str(path), line)
     )

@@ -8,7 +8,7 @@ from bisect import bisect_right
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.tables.tool_tables.tool_table import (
     HINT,
     Convention,
@@ -54,7 +54,7 @@ def read(path: Path, text: str, unit: Unit | None) -> ToolTable:
         rows += [_row(int(tool[1]), line, text, found, kind) for kind in ("geometry", "wear")]
     if not rows:
         hint = f"save the offsets anew at the control; {HINT}"
-        raise TrueloopError(Code.OFS_FILE, "0 tools: no element TOOL is closed", hint=hint, place=Place(str(path)))
+        raise Code.OFS_FILE.refusal("0 tools: no element TOOL is closed", hint=hint, place=Place(str(path)))
     return ToolTable(path, HAAS, text, None, tuple(rows))
 
 

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.tables.tool_tables.tool_table import (
     HINT,
     Convention,
@@ -53,8 +53,8 @@ def read(path: Path, text: str, unit: Unit | None) -> ToolTable:
         elif line[2].strip():
             rows += _rows(path, line, columns)
     hint = f"copy it from the control anew; {HINT}"
-    raise TrueloopError(
-        Code.OFS_FILE, f"{len(rows)} rows and no [END]: the table is cut off", hint=hint, place=Place(str(path))
+    raise Code.OFS_FILE.refusal(
+        f"{len(rows)} rows and no [END]: the table is cut off", hint=hint, place=Place(str(path))
     )
 
 

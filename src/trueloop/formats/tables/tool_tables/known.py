@@ -34,8 +34,7 @@ def row_of(table: ToolTable, tool: int, edge: int = 1, name: str = "") -> ToolRo
     if not rows:
         raise _missing(table, tool, edge)
     if name and name.casefold() != rows[0].name.casefold():
-        raise TrueloopError(
-            Code.OFS_NAME,
+        raise Code.OFS_NAME.refusal(
             f"tool {tool} of the table is {rows[0].name!r}, not {name!r}",
             hint="the magazine was loaded anew, or `tool.number` is another's: compare them at the control",
             place=table.place(rows[0]),
@@ -45,8 +44,7 @@ def row_of(table: ToolTable, tool: int, edge: int = 1, name: str = "") -> ToolRo
     geometry = _only(table, [row for row in rows if row.kind == "geometry"])
     found = wear if wear is not None and (wear.x or wear.z) else geometry
     if found is None or not (found.x or found.z):
-        raise TrueloopError(
-            Code.OFS_ROW,
+        raise Code.OFS_ROW.refusal(
             f"tool {tool} has no offsets along x and z in the table: it is no turning tool there",
             hint="name the turning tool's number, or the table of turning tools",
             place=table.place(rows[0]),
@@ -72,8 +70,7 @@ def _is_wear(row: ToolRow) -> bool:
 def _only(table: ToolTable, rows: list[ToolRow]) -> ToolRow | None:
     if len(rows) > 1:
         lines = [str(row.line) for row in rows]
-        raise TrueloopError(
-            Code.OFS_ROWS,
+        raise Code.OFS_ROWS.refusal(
             f"tool {rows[0].tool} has {len(rows)} rows of {rows[0].kind}, in lines {', '.join(lines)}",
             hint="keep the one that is in force",
             place=table.place(rows[1]),
@@ -86,8 +83,7 @@ def _missing(table: ToolTable, tool: int, edge: int) -> TrueloopError:
     known = sorted({row.tool for row in table.rows})
     shown = ", ".join(map(str, known[:20])) + (", …" if len(known) > 20 else "")
     what = f"tool {tool}" + (f", edge {edge}" if edge != 1 else "")
-    return TrueloopError(
-        Code.OFS_TOOL,
+    return Code.OFS_TOOL.refusal(
         f"the table has no {what}; it has {len(known)} tools: {shown}",
         hint="`tool.number` of the job names the tool's offset; else the T word of the finish pass does",
         place=Place(str(table.path)),
@@ -126,8 +122,7 @@ def nose_radius_mm(table: ToolTable, tool: int, edge: int, name: str, stated_mm:
     if row.nose is None or row.nose.value == 0:
         if stated_mm is not None:
             return stated_mm
-        raise TrueloopError(
-            Code.OFS_NOSE,
+        raise Code.OFS_NOSE.refusal(
             f"tool {tool} has no nose radius above 0 in the table, and the job states none",
             hint="state it in the job: `tool.nose_radius_mm`; 0 is a pointed tool",
             place=table.place(row),
@@ -135,8 +130,7 @@ def nose_radius_mm(table: ToolTable, tool: int, edge: int, name: str, stated_mm:
         )
     found_mm = in_mm(row.nose.value, UNIT_MM[table.known_unit], table.convention.nose_is)
     if stated_mm is not None and abs(found_mm - stated_mm) > SAME_NOSE_MM:
-        raise TrueloopError(
-            Code.OFS_NOSE,
+        raise Code.OFS_NOSE.refusal(
             f"the nose radius of tool {tool} is {found_mm:.4f} mm in the table and {stated_mm:.4f} mm in the job",
             hint="measure the insert; leave the radius out of the job to take the table's",
             place=table.place(row),
@@ -164,8 +158,7 @@ def new_table(table: ToolTable, offset: ToolOffset, record_id: str) -> NewTable:
     unit_mm, step = UNIT_MM[table.known_unit], table.step
     row = row_of(table, offset.tool, offset.held.edge, offset.held.name)
     if table.convention.read_only:
-        raise TrueloopError(
-            Code.OFS_ROW,
+        raise Code.OFS_ROW.refusal(
             f"{table.path.name!r} ({table.convention.name}) is read only: {table.convention.read_only}",
             hint="`trueloop offsets program` writes the control's words",
             place=table.place(row),
@@ -197,8 +190,7 @@ def _measured(offset: ToolOffset) -> str:
 
 
 def _no_place(table: ToolTable, row: ToolRow, axis: str) -> TrueloopError:
-    return TrueloopError(
-        Code.OFS_ROW,
+    return Code.OFS_ROW.refusal(
         f"the row of tool {row.tool} has no number for {axis}",
         hint="enter a 0 there at the control and save the table anew",
         place=table.place(row),
@@ -226,8 +218,7 @@ def _refuse_twice(table: ToolTable, row: ToolRow, offset: ToolOffset, record_id:
 
 
 def _twice(table: ToolTable, row: ToolRow, record_id: str, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.OFS_TWICE,
+    return Code.OFS_TWICE.refusal(
         f"correction {record_id} is in the row of tool {row.tool} already: {why}",
         hint="measure again before the next correction",
         place=table.place(row),
@@ -236,8 +227,7 @@ def _twice(table: ToolTable, row: ToolRow, record_id: str, why: str) -> Trueloop
 
 
 def _changed(table: ToolTable, row: ToolRow, found: str) -> TrueloopError:
-    return TrueloopError(
-        Code.OFS_CHANGED,
+    return Code.OFS_CHANGED.refusal(
         f"the offsets of tool {row.tool} have changed since the correction was made: {found}",
         hint="the touches belong to the offsets of then: measure again, or put them back",
         place=table.place(row),
@@ -272,8 +262,7 @@ def tool_table_of(path: Path, source: bytes, unit: Unit | None = None) -> ToolTa
             table = read(path, source.decode("latin-1"), unit)
             return replace(table, unit=table.with_unit(unit))
     names = ", ".join(convention.name for convention in NAMES)
-    raise TrueloopError(
-        Code.OFS_FORMAT,
+    raise Code.OFS_FORMAT.refusal(
         f"{path.name!r}, {len(source)} bytes, is not one of the {len(NAMES)} kinds of tool table that are read: "
         f"{names}",
         hint=HINT,

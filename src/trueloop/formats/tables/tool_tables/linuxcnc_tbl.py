@@ -9,7 +9,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.tables.tool_tables.tool_table import (
     HINT,
     MARKED,
@@ -54,9 +54,7 @@ def _row(path: Path, line: int, start: int, content: str, data: str, comment: st
     for word in WORD.finditer(data):
         letter = word[1].upper()
         if letter in found:
-            raise TrueloopError(
-                Code.OFS_FILE, f"{letter} stands twice in the row", hint=HINT, place=Place(str(path), line)
-            )
+            raise Code.OFS_FILE.refusal(f"{letter} stands twice in the row", hint=HINT, place=Place(str(path), line))
         found[letter] = (word.start(2), word[2])
 
     def number(letter: str) -> Number:

@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.formats.tables.tool_tables.tool_table import (
     HINT,
     Convention,
@@ -64,8 +64,7 @@ def _add(path: Path, edges: dict[tuple[int, int], Found], line: Line, value: re.
     found = edges.setdefault((tool, edge), {})
     if number in found:
         lines = [found[number][0], line[0]]
-        raise TrueloopError(
-            Code.OFS_ROWS,
+        raise Code.OFS_ROWS.refusal(
             f"$TC_DP{number}[{tool},{edge}] is set in lines {lines[0]} and {lines[1]}: of two channels, or by hand",
             hint=f"take the tool data of one channel alone; {HINT}",
             place=Place(str(path), line[0]),

@@ -11,7 +11,7 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.units import MM_PER_INCH
 
 Unit: TypeAlias = Literal["mm", "inch"]
@@ -92,8 +92,7 @@ class ToolTable:
     def known_unit(self) -> Unit:
         """The unit. Raises OFS-UNIT where neither the file nor anybody says it."""
         if self.unit is None:
-            raise TrueloopError(
-                Code.OFS_UNIT,
+            raise Code.OFS_UNIT.refusal(
                 f"{self.path.name!r} ({self.convention.name}) does not say whether its {len(self.rows)} rows are in mm "
                 "or inch",
                 hint="state it: `--unit mm` or `--unit inch`; in a job, `tool.table_unit`",
@@ -113,8 +112,7 @@ class ToolTable:
     def with_unit(self, stated: Unit | None) -> Unit | None:
         """The unit, the one that is stated included. Raises OFS-UNIT where the file says another."""
         if stated is not None and self.unit not in (None, stated):
-            raise TrueloopError(
-                Code.OFS_UNIT,
+            raise Code.OFS_UNIT.refusal(
                 f"{self.path.name!r} says that it is in {self.unit}, where {stated} is stated",
                 hint="take the table of the control that runs the program, or leave out what is stated",
                 place=Place(str(self.path)),
@@ -149,8 +147,7 @@ def _text(table: ToolTable, row: ToolRow, number: Number, value: Decimal) -> str
     if not number.width:
         return number.head + new
     if len(new) >= number.width:
-        raise TrueloopError(
-            Code.OFS_ROW,
+        raise Code.OFS_ROW.refusal(
             f"{new!r} does not fit into a column of {number.width} characters, where {old!r} stands",
             hint="enter the number at the control",
             place=table.place(row),
@@ -177,8 +174,7 @@ def decimal(text: str, path: Path, line: int, column: int) -> Decimal:
     except InvalidOperation:
         value = Decimal("nan")
     if not value.is_finite() or abs(value) > 10**6:
-        raise TrueloopError(
-            Code.OFS_NUMBER,
+        raise Code.OFS_NUMBER.refusal(
             f"{text!r} is no number that a tool table could hold",
             hint="save the table anew at the control",
             place=Place(str(path), line, column),
@@ -191,12 +187,8 @@ def whole(text: str, path: Path, line: int, column: int) -> int:
     """A whole number. Raises OFS-NUMBER for what is none."""
     value = decimal(text, path, line, column)
     if value != int(value):
-        raise TrueloopError(
-            Code.OFS_NUMBER,
-            f"{text!r} is no whole number",
-            hint=HINT,
-            place=Place(str(path), line, column),
-            values={"text": text},
+        raise Code.OFS_NUMBER.refusal(
+            f"{text!r} is no whole number", hint=HINT, place=Place(str(path), line, column), values={"text": text}
         )
     return int(value)
 

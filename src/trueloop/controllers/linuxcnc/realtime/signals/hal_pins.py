@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from trueloop.controllers.linuxcnc.realtime.signals.readings import NEVER_S, Reading
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.realtime.image import SIGNALS
 
 NAME: Final = "rtec-signals"
@@ -40,10 +40,8 @@ def linuxcnc_module(name: str, folder: str = DEBIANS) -> ModuleType:
         return module
     except ImportError as error:
         version = ".".join(map(str, sys.version_info[:3]))
-        raise TrueloopError(
-            Code.RTC_CONNECTION,
-            f"Python {version} at {sys.executable!r} cannot load LinuxCNC's module {name!r}: {error}",
-            hint=HINT,
+        raise Code.RTC_CONNECTION.refusal(
+            f"Python {version} at {sys.executable!r} cannot load LinuxCNC's module {name!r}: {error}", hint=HINT
         ) from error
 
 
@@ -62,8 +60,7 @@ class Pins:
             self._component.newpin("heartbeat", hal.HAL_U32, hal.HAL_OUT)
             self._component.newpin("spindle-speed", hal.HAL_FLOAT, hal.HAL_IN)
         except hal.error as error:
-            raise TrueloopError(
-                Code.RTC_CONNECTION,
+            raise Code.RTC_CONNECTION.refusal(
                 f"the hardware layer does not take the component {NAME!r}: {str(error)!r}",
                 hint="one of them at a time: end the other one, or start LinuxCNC anew",
             ) from error

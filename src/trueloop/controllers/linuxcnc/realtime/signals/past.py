@@ -168,8 +168,7 @@ def _replay(file: Located[SignalsFile], source: str, columns: dict[str, str], cl
     for name, column in columns.items():
         if column not in log.signals:
             with file.at("signals", name):
-                raise TrueloopError(
-                    Code.RTC_SOURCE,
+                raise Code.RTC_SOURCE.refusal(
                     f"signal {name!r}: {table.file!r} holds no {column!r}, but {len(log.signals)} others: "
                     f"{', '.join(log.signals)}",
                     hint="say under which name it was logged: recorded = …",
@@ -183,8 +182,7 @@ def _replay(file: Located[SignalsFile], source: str, columns: dict[str, str], cl
 def _check_start(log: History, start_s: float) -> None:
     first, last = float(log.time_s[0]), float(log.time_s[-1])
     if not first <= start_s < last:
-        raise TrueloopError(
-            Code.RTC_SOURCE,
+        raise Code.RTC_SOURCE.refusal(
             f"the log is from {first:g} to {last:g} s: it cannot begin at {start_s:g} s",
             hint="start_s counts as the log's own column time_s does",
         )
@@ -205,8 +203,7 @@ def _speed(file: Located[SignalsFile], used: Sequence[str]) -> float:
     speeds = {file.model.replay[source].speed for source in used}
     if len(speeds) > 1:
         with file.at("replay", used[1], "speed"):
-            raise TrueloopError(
-                Code.RTC_SOURCE,
+            raise Code.RTC_SOURCE.refusal(
                 f"logs are played again at {len(speeds)} speeds: {', '.join(f'{s:g}' for s in sorted(speeds))}",
                 hint="one speed for all: lags run on one clock",
             )

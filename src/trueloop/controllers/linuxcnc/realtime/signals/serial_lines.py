@@ -90,8 +90,6 @@ def pyserial() -> Any:
 
 def not_installed(what: str, missing: ImportError) -> TrueloopError:
     """Makes the refusal of a source whose package is not there."""
-    return TrueloopError(
-        Code.RTC_SOURCE,
-        f"{what} needs a package that cannot be loaded: {str(missing)!r}",
-        hint=install_command("realtime"),
+    return Code.RTC_SOURCE.refusal(
+        f"{what} needs a package that cannot be loaded: {str(missing)!r}", hint=install_command("realtime")
     )

@@ -101,8 +101,7 @@ def _sensors(file: Located[SignalsFile], wanted: tuple[Signal, ...], lags: tuple
     missing = [name for name in needed if name not in file.model.signals]
     if missing:
         with file.at("signals"):
-            raise TrueloopError(
-                Code.RTC_SOURCE,
+            raise Code.RTC_SOURCE.refusal(
                 f"{len(missing)} of {len(needed)} signals have no source: {', '.join(map(repr, missing))}",
                 hint=f"write a table [signals.{missing[0]}] with its source; a lag needs `model`, the file that the "
                 "image was made from",
@@ -116,8 +115,8 @@ def _not_needed(name: str, needed: tuple[str, ...], lag: Lag | None) -> Trueloop
     why = "the image does not need it"
     if lag is not None:
         why, hint = f"it is {lag.of!r} after a lag of {lag.constant_s:g} s and computed from that", "leave it out"
-    return TrueloopError(
-        Code.RTC_SOURCE, f"signal {name!r}: {why}; sources are for {len(needed)}: {', '.join(needed)}", hint=hint
+    return Code.RTC_SOURCE.refusal(
+        f"signal {name!r}: {why}; sources are for {len(needed)}: {', '.join(needed)}", hint=hint
     )
 
 
@@ -125,14 +124,12 @@ def _check_trials(file: Located[SignalsFile], kinds: Mapping[str, str], speed: f
     for name, kind in kinds.items():
         with file.at("signals", name, "source"):
             if kind == CONSTANT and not file.model.constants:
-                raise TrueloopError(
-                    Code.RTC_SOURCE,
+                raise Code.RTC_SOURCE.refusal(
                     f"signal {name!r} is a constant, {file.model.signals[name].value}: nobody measures it",
                     hint="give it a sensor; for a trial write `constants = true` at the top of the file",
                 )
             if speed != 1 and kind not in ("replay", SPINDLE, CONSTANT):
-                raise TrueloopError(
-                    Code.RTC_SOURCE,
+                raise Code.RTC_SOURCE.refusal(
                     f"signal {name!r} is measured, while others are played again at {speed:g} times their pace",
                     hint="replay all of them, or at speed 1",
                 )
@@ -145,8 +142,7 @@ def _unit(file: Located[SignalsFile], name: str, kind: str, played: Replayed, kn
     said = UNITS[given] if given else by_itself[kind]
     if known and said != known:
         with file.at("signals", name, "unit"):
-            raise TrueloopError(
-                Code.RTC_SOURCE,
+            raise Code.RTC_SOURCE.refusal(
                 f"signal {name!r} is in {said!r} here, in {known!r} in the model",
                 hint='units are "degC", "degF" (made °C) and "rpm"; is it the sensor that the model was made with?',
             )
@@ -158,8 +154,7 @@ def _rules(file: Located[SignalsFile], speed: float) -> LagRules:
     moment_s = math.nan if stated is None else stated.timestamp()
     if moment_s > time.time():
         with file.at("equilibrium"):
-            raise TrueloopError(
-                Code.RTC_SOURCE,
+            raise Code.RTC_SOURCE.refusal(
                 f"equilibrium = {stated} lies {moment_s - time.time():.0f} s in the future",
                 hint="say when the machine was in equilibrium, having stood still as long as its slowest lag takes",
             )

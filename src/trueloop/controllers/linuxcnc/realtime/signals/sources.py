@@ -112,8 +112,7 @@ def kind_of(file: Located[SignalsFile], name: str) -> str:
             return found[0]
         known = [*(one for tables in named.values() for one in tables), SPINDLE, CONSTANT]
         what = f"names {len(found)} sources" if found else "is no source"
-        raise TrueloopError(
-            Code.RTC_SOURCE,
+        raise Code.RTC_SOURCE.refusal(
             f"signal {name!r}: {source!r} {what}; there are {len(known)}: {', '.join(known)}",
             hint=f"a source is a table such as [serial.{source}] or [mqtt.{source}], its name there once",
         )
@@ -132,9 +131,7 @@ def check_keys(file: Located[SignalsFile], name: str, kind: str) -> None:
     with file.at("signals", name, *strange[:1]):
         what = f"has no key {strange[0]!r}" if strange else f"needs the key {missing[0]!r}"
         allowed = ", ".join((*keys.needed, *keys.other)) or "source alone"
-        raise TrueloopError(
-            Code.RTC_SOURCE, f"signal {name!r}: {keys.kind} {what}", hint=f"its keys are {allowed}: {HINT}"
-        )
+        raise Code.RTC_SOURCE.refusal(f"signal {name!r}: {keys.kind} {what}", hint=f"its keys are {allowed}: {HINT}")
 
 
 HINT: Final = "docs/realtime-signals.md"
@@ -159,7 +156,7 @@ def _part(file: Located[SignalsFile], name: str, table: SerialTable, signal: Sig
 
 
 def _wrong(name: str, what: str) -> TrueloopError:
-    return TrueloopError(Code.RTC_SOURCE, f"signal {name!r}: {what}", hint=f"how it is written is in {HINT}")
+    return Code.RTC_SOURCE.refusal(f"signal {name!r}: {what}", hint=f"how it is written is in {HINT}")
 
 
 def one_wire_feed(table: OneWireTable, signals: Signals, folder: Path) -> Feed:
@@ -187,8 +184,7 @@ def mqtt_feed(file: Located[SignalsFile], source: str, table: MqttTable, signals
 def _from_environment(file: Located[SignalsFile], source: str, key: str, variable: str) -> str:
     if variable and variable not in os.environ:
         with file.at("mqtt", source, key):
-            raise TrueloopError(
-                Code.RTC_SOURCE,
+            raise Code.RTC_SOURCE.refusal(
                 f"the environment variable {variable!r} is not set",
                 hint="set it where LinuxCNC is started: it is handed on to what that starts",
             )
@@ -199,8 +195,8 @@ def mtconnect_feed(file: Located[SignalsFile], source: str, table: MtConnectTabl
     """Raises RTC-SOURCE for an address that is none."""
     if not is_address(table.url):
         with file.at("mtconnect", source, "url"):
-            raise TrueloopError(
-                Code.RTC_SOURCE, f"{table.url!r} is no address of an agent", hint="such as http://10.0.0.7:5000/lathe"
+            raise Code.RTC_SOURCE.refusal(
+                f"{table.url!r} is no address of an agent", hint="such as http://10.0.0.7:5000/lathe"
             )
     items = {name: str(signal.item) for name, signal in signals.items()}
     return MtConnect(table.url, items, table.every_s, table.held, table.skew_s)
