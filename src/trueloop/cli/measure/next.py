@@ -7,7 +7,7 @@ import typer
 
 from trueloop.cli.probe import Control
 from trueloop.cli.shared_options import Db, argument, option
-from trueloop.cli.terminal import AsJson, guarded, print_json
+from trueloop.cli.terminal import AsJson, print_json
 
 if TYPE_CHECKING:
     from trueloop.loops.turned.next_measurement import Plan
@@ -37,7 +37,6 @@ Type = Annotated[str | None, option("The part type, where several have that seri
 OfControl = Annotated[Control | None, option("Also write the probing program for this control.", "--control", "-c")]
 
 
-@guarded
 def next_measurement(
     of_what: Asked,
     count: Count = 5,

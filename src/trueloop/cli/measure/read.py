@@ -9,7 +9,7 @@ import typer
 
 from trueloop.cli.options import StoreChoice, kept_as_dict, print_findings
 from trueloop.cli.shared_options import argument, option
-from trueloop.cli.terminal import AsJson, ExitStatus, busy, guarded, print_json, print_lines, wide_console
+from trueloop.cli.terminal import AsJson, ExitStatus, busy, print_json, print_lines, wide_console
 
 if TYPE_CHECKING:
     from trueloop.jobs.measure.keep_measured import Shown
@@ -85,7 +85,6 @@ class CutShown:
         return Shown(self.after, SaidOfCut(self.record, text, ran, self.minutes, self.order), at)
 
 
-@guarded
 def read(
     files: Files,
     meant: Meant,
