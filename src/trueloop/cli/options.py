@@ -107,10 +107,10 @@ Accept = Annotated[
 
 AcceptRefused = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
+        "Go on although it is refused with this code, as DIA-UNSTABLE or MCH-RUN; several times.",
         "--accept",
         metavar="CODE",
-        help="Go on although it is refused with this code, as DIA-UNSTABLE or MCH-RUN; several times.",
     ),
 ]
 
