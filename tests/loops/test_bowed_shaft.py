@@ -15,10 +15,13 @@ from tests.support.linuxcnc import Tool, interpret
 from trueloop.arrays import Array
 from trueloop.domain.part import PartType
 from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.paths import bends_lines
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import read_program
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.fit.prior.remembered import Remembered
 from trueloop.turned.options import Options
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -129,14 +132,29 @@ M2
     return compensate(Inputs(PartType("collar"), profile, NOSE, program, touches, options, NOW))
 
 
+def bow_from_memory(inputs: Inputs, own: ProfileErrorModel) -> tuple[Remembered, None]:
+    """The collar's bow as earlier parts of an edge tell it, to within 0.1 µm."""
+    collar = int(own.vectors.feature_index[0])
+    length_mm = inputs.profile.features[collar].length_mm
+    s = np.linspace(0.0, length_mm, 41)
+    bow = 0.02 + 0.012 * np.sin(np.pi * s / length_mm)
+    return Remembered(np.full(41, collar), s, bow, 1e-4**2 * np.eye(41), bow), None
+
+
 @pytest.mark.parametrize(("length_mm", "follows"), [(4.0, False), (30.0, True)])
+@pytest.mark.parametrize("remembered", [False, True], ids=["touched", "remembered"])
 def test_a_line_too_short_for_the_nose_to_follow_its_bow_stays_straight_and_says_so(
-    tmp_path: Path, length_mm: float, follows: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, length_mm: float, follows: bool, remembered: bool
 ) -> None:
-    """A bow of 12 µm bends by 1.4 µm over the 1.2 mm that the nose needs before a shoulder, where the line is 4 mm."""
+    """A bow of 12 µm bends by 1.4 µm over the 1.2 mm that the nose needs before a shoulder, where the line is 4 mm;
+    so does one that earlier parts of the edge tell.
+    """
+    if remembered:
+        monkeypatch.setattr("trueloop.loops.turned.process_intermittent.remembering", bow_from_memory)
     found = collar(length_mm, 0.012)
     stays = [note for note in found.notes if "which stays: under G41 or G42" in note]
     assert len(stays) == (0 if follows else 1)
+    assert max(curve.spline.degree for curve in found.model.curves) > 1 if follows else not bends_lines(found.model)
     moved = moved_mm(found, found.corrected_program.decode(), tmp_path)
     assert np.abs(moved - intended_mm(found)).max() < WITHIN_MM + 0.0005
     left_mm = found.touches.error_mm + moved

@@ -105,7 +105,8 @@ def _recalled(
     """
     if remembered is None or _held(profile, own.chain, options) or not remembered.knows(own.chain):
         return None
-    return fit_remembered(profile, vectors, own, remembered, options.junctions)
+    straight = bool(set(_names(profile, own.chain)).intersection(options.straight))
+    return fit_remembered(profile, vectors, own, remembered, options.junctions, straight=straight)
 
 
 def _held(profile: Profile, chain: Chain, options: FitOptions) -> bool:

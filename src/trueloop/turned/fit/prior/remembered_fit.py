@@ -38,11 +38,18 @@ cut, or within this, of what is expected: every bend makes the program longer.""
 
 
 def fit_remembered(
-    profile: Profile, vectors: ErrorVectors, own: ChainFit, remembered: Remembered, policy: TangentPolicy
+    profile: Profile,
+    vectors: ErrorVectors,
+    own: ChainFit,
+    remembered: Remembered,
+    policy: TangentPolicy,
+    *,
+    straight: bool = False,
 ) -> ChainFit:
     """Returns the fit of one chain in the place of its `own`, or that one with the remembered errors of the next cut.
 
-    The chain has to be one that it `knows`. The scatter of the touches stays that about their own curve.
+    The chain has to be one that it `knows`; `straight`: of lines, whose bow no moves can follow. The scatter of the
+    touches stays that about their own curve.
     """
     chain, conditions = own.chain, own.fit.conditions
     rows, s = remembered.of(chain)
@@ -59,7 +66,7 @@ def fit_remembered(
         degree = 3
     else:
         met, correct, conditions = mean, remembered.correct_mm[rows], EndConditions()
-        degree = 1 if _is_straight(s[once], correct[once], u[once]) else 3
+        degree = 1 if straight or _is_straight(s[once], correct[once], u[once]) else 3
         knots = Knots(() if degree == 1 else _evenly(chain), chain.joints_mm if degree == 3 else (), 1)
     next_cut = NextCut(s, met, np.hypot(u, (met - mean) / math.sqrt(3.0)), remembered.gain)
     if not remembered.corrects:
