@@ -7,6 +7,8 @@ use std::path::Path;
 use std::{env, fs};
 
 const TABLE: &str = "controls.tsv";
+/// In place of a value: what the word does is written out in the dialect's own code.
+const IN_CODE: &str = "in code";
 
 fn main() {
     println!("cargo::rerun-if-changed={TABLE}");
@@ -16,7 +18,7 @@ fn main() {
         let [names, item, value, ..] = line.split('\t').collect::<Vec<_>>()[..] else {
             panic!("too few columns: {line}")
         };
-        for name in names.split(' ') {
+        for name in names.split(' ').filter(|_| value != IN_CODE) {
             let [rules, codes] = controls.entry(name).or_default();
             let done = match tenths(item) {
                 Some(code) => writeln!(codes, "        {code} => Some({value}),"),
