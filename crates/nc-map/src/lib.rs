@@ -7,9 +7,7 @@
 
 mod edits;
 pub mod field;
-mod fit;
 mod geometry;
-mod lines;
 mod mention;
 mod part;
 mod pieces;
@@ -30,8 +28,8 @@ use reader::{Part, Reader};
 use standing::Standing;
 use writer::hole::Drilling;
 
+pub use edits::{new_lines, BlockNumbers};
 pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
-pub use lines::{new_lines, BlockNumbers};
 pub use mention::mentions;
 pub use refusal::Refusal;
 use refusal::Refusals;

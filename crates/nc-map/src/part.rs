@@ -4,10 +4,9 @@ use std::collections::{HashMap, HashSet};
 
 use nc_program::{MoveKind, Program, ToolPath};
 
-use crate::edits::Edits;
+use crate::edits::{BlockNumbers, Edits};
 use crate::field::{Field, Trouble, Vector};
 use crate::geometry::Geometry;
-use crate::lines::BlockNumbers;
 use crate::pieces::{pieces, Fault, Piece};
 use crate::reader::Part;
 use crate::refusal::{self, Refused};

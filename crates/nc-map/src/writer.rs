@@ -19,9 +19,9 @@ use std::collections::HashMap;
 use nc_program::{Modal, MoveKind, Program, ToolPath, Word};
 
 use crate::edits::Edits;
+use crate::edits::{new_lines, BlockNumbers};
 use crate::field::{sum, Vector};
 use crate::geometry::Geometry;
-use crate::lines::{new_lines, BlockNumbers};
 use crate::part::Course;
 use crate::pieces::Piece;
 use crate::refusal::Refused;

@@ -1,7 +1,8 @@
-//! What a parameter of the machine decides: its value is the user's to say, and asked for where a program depends on it.
+//! What a parameter of the machine decides: its value is the user's to say, and asked for where a program depends on it;
+//! times of dwells, which depend on the decimal point, too.
 
 use crate::controls::Parameter;
-use crate::dialect::G;
+use crate::dialect::{FlowStyle, G};
 use crate::finding::{self, Severity};
 use crate::letters::Letters;
 use crate::modal::{FeedMode, Motion};
@@ -146,5 +147,31 @@ impl Runner<'_> {
             "the motion in force at the program's start is rapid or at feed",
         );
         self.state.modal.motion = if given.is_some_and(|value| value != 0.0) { Motion::Line } else { Motion::Rapid };
+    }
+}
+
+impl Runner<'_> {
+    /// Notes the block's dwell: P or F in seconds; on Fanuc and its like P without a point in milliseconds, X or U in
+    /// seconds. S counts revolutions of the spindle, of which the time is not known here.
+    pub(crate) fn dwell(&mut self, request: &Request) {
+        let style = self.program.dialect().flow;
+        let seconds = match style {
+            FlowStyle::Macro => self.dwell_of_p(request).or(request.get(b'X')).or(request.get(b'U')),
+            FlowStyle::OWords => request.get(b'P'),
+            _ => request.get(b'F').or(request.get(b'X')).or(request.get(b'P')),
+        };
+        self.path.dwells.push((self.path.len(), seconds.unwrap_or(f64::NAN)));
+    }
+
+    /// P as a time, s.
+    pub(crate) fn dwell_of_p(&self, request: &Request) -> Option<f64> {
+        let thousandths = self.program.dialect().flow == FlowStyle::Macro && !self.has_point(request.word(b'P'));
+        request.get(b'P').map(|time| if thousandths { time / 1000.0 } else { time })
+    }
+
+    /// Whether a number is written with a decimal point, or computed.
+    pub(crate) fn has_point(&self, word: i32) -> bool {
+        let found = usize::try_from(word).ok().and_then(|word| self.program.words().get(word));
+        found.is_some_and(|word| self.program.text(word).iter().any(|byte| matches!(byte, b'.' | b'#' | b'[')))
     }
 }

@@ -10,9 +10,8 @@
 use crate::arc::{self, Point};
 use crate::finding::{self, Finding, Severity};
 use crate::modal::{Compensation, Modal};
-use crate::offset::{dot, minus, plus};
+use crate::offset::{dot, minus, plus, Planar};
 use crate::path::{Arc, Caller, ToolPath, INHERITED};
-use crate::planar::Planar;
 use crate::program::Program;
 use crate::tool::{Cutter, Tool};
 

@@ -5,9 +5,8 @@ use std::f64::consts::PI;
 use crate::arc::{self, Point};
 use crate::compensate::{Active, Compensator, NO_CORNER};
 use crate::finding;
-use crate::offset::{cross, dot, meeting, minus, Piece};
+use crate::offset::{cross, dot, meeting, minus, unit, Piece, Planar};
 use crate::path::MoveKind;
-use crate::planar::{unit, Planar};
 
 impl Compensator<'_> {
     /// A move under compensation after the first one.

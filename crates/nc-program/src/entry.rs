@@ -4,8 +4,7 @@ use crate::arc::Point;
 use crate::compensate::{Active, Compensator, Way};
 use crate::finding;
 use crate::modal::{Compensation, Modal, Plane};
-use crate::offset::{minus, plus};
-use crate::planar::{unit, Planar};
+use crate::offset::{minus, plus, unit, Planar};
 use crate::tool;
 
 impl Compensator<'_> {

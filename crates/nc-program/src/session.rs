@@ -5,11 +5,11 @@ use crate::dialect::{FlowStyle, G, M};
 use crate::finding::Finding;
 use crate::flow::Table;
 use crate::letters::Letters;
+use crate::lint::require_sound;
 use crate::modal::Motion;
 use crate::path::ToolPath;
 use crate::program::{Program, Word, WordKind};
 use crate::run::{Options, Runner};
-use crate::sound::require_sound;
 use crate::state::State;
 
 /// A run in parts. Only of programs of which no block [`jumps`]: a part knows nothing of the others' blocks.

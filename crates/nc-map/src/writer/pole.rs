@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::{Here, Writer, AXES, SAME_MM};
-use crate::edits::is_value;
-use crate::field::Vector;
-use crate::lines::line_ending;
-use crate::refusal::Refused;
 use nc_program::dialect::G;
 use nc_program::{Arc, MoveKind, Program, ToolPath, Word, WordKind};
+
+use super::{Here, Writer, AXES, SAME_MM};
+use crate::edits::{is_value, line_ending};
+use crate::field::Vector;
+use crate::refusal::Refused;
 
 /// The poles of a part: where the program sets them, and what they are in the program that is written.
 pub(crate) struct Poles {

@@ -1,14 +1,14 @@
 //! Going to the start of a move first, where an axis has turned round or what the field depends on has changed.
 
+use nc_program::dialect::{FlowStyle, G};
+use nc_program::{MoveKind, Word};
+
 use super::{separate, Here, Writer};
-use crate::edits::is_value;
+use crate::edits::{is_value, line_ending};
 use crate::field::Vector;
-use crate::lines::line_ending;
 use crate::pieces::Piece;
 use crate::refusal::Refused;
 use crate::value::takes_terms;
-use nc_program::dialect::{FlowStyle, G};
-use nc_program::{MoveKind, Word};
 
 impl Writer<'_> {
     /// Where the tool has to go before a piece: an axis turned round, what the field depends on changed, or the plane of

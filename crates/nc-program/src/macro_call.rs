@@ -1,0 +1,121 @@
+//! Macros called with arguments (G65), which become local parameters, or after each move (G66, until G67), which nest as
+//! Mitsubishi's M700V manual has it (page 308).
+
+use crate::expression::is_vacant;
+use crate::finding;
+use crate::request::Request;
+use crate::run::Runner;
+use crate::visit::{times, Visit};
+
+/// Letters in order of the parameter that each becomes, from #1; a space where there is none.
+const LETTERS: &[u8; 26] = b"ABCIJKDEF H M   QRSTUVWXYZ";
+
+/// Numbers of parameters and their values.
+pub(crate) type Arguments = Vec<(u32, f64)>;
+
+impl Runner<'_> {
+    /// G65 P, L times.
+    pub(crate) fn call_macro(&mut self, request: &Request, word: i32) {
+        if let Some((start, arguments)) = self.macro_called(request, word) {
+            self.visit_macro(start, times(request), &arguments);
+        }
+    }
+
+    /// The block at which the macro of P starts, and its arguments. One that is not in this file is not followed.
+    pub(crate) fn macro_called(&mut self, request: &Request, word: i32) -> Option<(usize, Arguments)> {
+        let number = request.get(b'P').filter(|p| (0.0..=99_999_999.0).contains(p)).map(|p| p.round() as u32);
+        let Some(start) = number.and_then(|number| self.labels().program(number)) else {
+            self.note_opaque(word, "what it does is not in the path");
+            return None;
+        };
+        let numbered = LETTERS.iter().enumerate();
+        let given = numbered.filter_map(|(place, letter)| Some((place as u32 + 1, request.get(*letter)?)));
+        Some((start, given.collect()))
+    }
+
+    /// Runs a macro, with parameters of its own.
+    pub(crate) fn visit_macro(&mut self, start: usize, times: u64, arguments: &[(u32, f64)]) {
+        let depth = self.visits.len();
+        self.visit(start, times);
+        if self.visits.len() > depth {
+            self.state.store.enter_macro(arguments);
+            self.owns_parameters();
+        }
+    }
+
+    /// Whether a value at a byte is nothing but a parameter: one that was left out makes a word as good as not written.
+    pub(crate) fn is_parameter(&self, at: usize, end: usize) -> bool {
+        let text = self.program.source().get(at..end).unwrap_or(&[]).trim_ascii();
+        text.split_first().is_some_and(|(mark, digits)| *mark == b'#' && digits.iter().all(u8::is_ascii_digit))
+    }
+
+    /// Reports a value that an argument left out would decide: the control may take it as zero.
+    pub(crate) fn require_value(&mut self, value: f64, at: usize) {
+        if value.is_nan() && !is_vacant(value) && self.in_macro() {
+            let message = "an argument that was left out is part of this value".to_owned();
+            self.refuse(finding::EXPRESSION, at, message, "give the argument where the macro is called");
+        }
+    }
+}
+
+/// So many macros may be in force.
+const LEVELS: usize = 4;
+
+/// A macro that every move calls.
+#[derive(Clone, Debug)]
+pub(crate) struct ModalMacro {
+    start: usize,
+    times: u64,
+    arguments: Arguments,
+}
+
+impl Runner<'_> {
+    /// G66 P, L times, with arguments. What is not in this file is not followed.
+    pub(crate) fn set_modal_macro(&mut self, request: &Request, word: i32) {
+        let Some((start, arguments)) = self.macro_called(request, word) else { return };
+        let full = self.state.modal_macros.len() >= LEVELS;
+        if full {
+            let message =
+                format!("{}: more than {LEVELS} macros after each move are not followed", self.word_text(word));
+            self.warn(finding::OPAQUE, self.word_start(word), message, "end the ones before by G67");
+        }
+        if !(full || self.changes_its_own_call(word)) {
+            self.state.modal_macros.push(ModalMacro { start, times: times(request), arguments });
+        }
+    }
+
+    /// G67: of several macros the last one ends.
+    pub(crate) fn end_modal_macro(&mut self, word: i32) {
+        if !self.changes_its_own_call(word) {
+            self.state.modal_macros.pop();
+        }
+    }
+
+    /// After a move: one of the program calls the last macro, one of that macro the one before it, and so on.
+    pub(crate) fn call_modal_macro(&mut self) {
+        let macros = &self.state.modal_macros;
+        let Some(called) = macros.len().checked_sub(self.modal_calls() + 1).and_then(|index| macros.get(index)) else {
+            return;
+        };
+        let (ModalMacro { start, times, arguments }, depth) = (called.clone(), self.visits.len());
+        self.visit_macro(start, times, &arguments);
+        if let Some(Visit::Program { modal, .. }) = self.visits.get_mut(depth) {
+            *modal = true;
+        }
+    }
+
+    /// How many of the calls under way came after a move.
+    fn modal_calls(&self) -> usize {
+        self.visits.iter().filter(|visit| matches!(visit, Visit::Program { modal: true, .. })).count()
+    }
+
+    /// Says, of a code in a macro that runs after a move, that it is not followed.
+    fn changes_its_own_call(&mut self, word: i32) -> bool {
+        let inside = self.modal_calls() > 0;
+        if inside {
+            let message = format!("{}: inside of a macro after each move it is not followed", self.word_text(word));
+            self.warn(finding::OPAQUE, self.word_start(word), message, "say it in the program that calls the macro");
+        }
+        inside
+    }
+}
