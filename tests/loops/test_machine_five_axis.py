@@ -44,7 +44,8 @@ def _off_mm(truth: MachineModel, setup: Setup, commanded: Array) -> Array:
 @pytest.mark.parametrize("structure", [name for name in PRESETS if name.startswith("five-axis")])
 def test_the_sign_of_every_error(structure: str) -> None:
     whole = _model(structure)
-    turned = {axis.name: 0.7 for axis in whole.machine.chain.work if axis.kind is AxisKind.ROTARY}
+    chain = whole.machine.chain
+    turned = {axis.name: 0.7 * (axis in chain.work) for axis in chain.axes if axis.kind is AxisKind.ROTARY}
     setup = Setup({1: (60.0, 10.0, -40.0)}, {-1: TOOL}, fixed=turned)
     _, ends = run_points(PART)
     for term, where in zip(whole.terms, whole.slices(), strict=True):

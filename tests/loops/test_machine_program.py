@@ -1,5 +1,6 @@
 """How a machine's corrections are written: backlash at quadrants, loops, cycles, probing, machine coordinates."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -210,7 +211,7 @@ def test_the_error_of_x_is_taken_out_of_x_however_the_table_is_turned(turned: fl
 
 def test_a_program_that_turns_a_rotary_axis_is_refused() -> None:
     with pytest.raises(TrueloopError) as refusal:
-        corrected("G21 G1 X20. Y5. F100\nG0 A30.\nX30.\n", PUSHED, SETUP)
+        corrected("G21 G1 X20. Y5. F100\nG0 A30.\nX30.\n", PUSHED, replace(SETUP, fixed={"A": 0.0, "C": 0.0}))
     assert refusal.value.code is Code.NC_MAP
     assert refusal.value.place.line == 2
     assert refusal.value.message.startswith("A turns")
@@ -218,10 +219,19 @@ def test_a_program_that_turns_a_rotary_axis_is_refused() -> None:
 
 def test_a_turned_head_is_refused() -> None:
     head = Machine("head", chain_with_travel("five-axis-head-head-ca"))
-    setup = Setup(SETUP.work_zero_mm, fixed={"A": 0.1})
+    setup = Setup(SETUP.work_zero_mm, fixed={"A": 0.1, "C": 0.0})
     with pytest.raises(TrueloopError) as refusal:
         corrected("G21 G1 X20. F100\n", MachineModel(head, PUSHED.terms, PUSHED.coefficients, PUSHED.covariance), setup)
     assert refusal.value.code is Code.MCH_FRAME
+    assert refusal.value.message.startswith("A turns the tool")
+
+
+def test_where_every_rotary_axis_stands_is_stated() -> None:
+    """At another angle than the one assumed the errors are others: 0 is not assumed."""
+    with pytest.raises(TrueloopError) as refusal:
+        corrected("G21 G1 X20. F100\n", PUSHED, replace(SETUP, fixed={"A": 0.3}))
+    assert refusal.value.code is Code.MCH_FRAME
+    assert "--at C=0" in refusal.value.hint and "--at A" not in refusal.value.hint
 
 
 def test_a_contour_with_corners_is_corrected_along_the_way_that_is_cut() -> None:

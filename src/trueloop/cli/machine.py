@@ -153,7 +153,7 @@ class InMachine:
     ] = None
     at: Annotated[
         list[str] | None,
-        option("Where a rotary axis stands, degrees; the program has to leave it alone.", metavar="A=V"),
+        option("Where each rotary axis stands, degrees; the program has to leave it alone.", metavar="A=V"),
     ] = None
     temperatures: Temperatures = None
     zeroed_s: Annotated[

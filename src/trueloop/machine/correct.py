@@ -350,7 +350,7 @@ class Setup:
 
     `work_zero_mm`: machine coordinates of the program's zero by number of the work offset (1 is G54), for a tool of
     no length. `tool_mm`: tool point from the frame of the last axis, by T number; under −1 for every other tool.
-    `fixed`: where rotary axes stand, which the program has to leave alone, rad; 0 for those not named. `table`: the
+    `fixed`: where rotary axes stand, which the program has to leave alone, rad; all of them. `table`: the
     control's tool table, where it is given: a tool that is not in `tool_mm` has its point at minus the offset that the
     program brings into force, because machine = program + work zero + offset. `zero_signals` are those of the moment
     when the work zero was set, where what had drifted by then lies in it.
@@ -373,11 +373,13 @@ def compensation_field(
 ) -> Field:
     """Returns COMP_MTG = −E at every point of a program, along the program's X, Y, Z, for `map_program`.
 
-    An axis that the machine does not have is not displaced. Raises MCH-FRAME for a turned head; evaluated at a point it
-    raises MCH-FRAME (an unknown work offset or tool), MCH-TRAVEL and MCH-RANGE.
+    An axis that the machine does not have is not displaced. Raises MCH-FRAME for a rotary axis whose position is not
+    stated, and for a turned head; evaluated at a point it raises MCH-FRAME (an unknown work offset or tool), MCH-TRAVEL
+    and MCH-RANGE.
     """
-    _check_head_upright(model, setup)
     rotary = frozenset(axis.name for axis in model.machine.chain.axes if axis.kind is AxisKind.ROTARY)
+    _check_rotary_stated(sorted(rotary - set(setup.fixed)))
+    _check_head_upright(model, setup)
     backlash = any(term.both_ways for term in model.terms)
     return machine_field(
         _displacement(model, setup, extrapolate),
@@ -450,6 +452,15 @@ def _tool_points_mm(setup: Setup, tool: Integers, offset_mm: Array) -> Array:
     points = -offset_mm
     points[named] = looked_up(tool[named], setup.tool_mm, "tool", HINT)
     return points
+
+
+def _check_rotary_stated(unstated: Sequence[str]) -> None:
+    """Refuses rotary axes of which nobody states where they stand: at another angle the errors are others."""
+    if unstated:
+        raise Code.MCH_FRAME.refusal(
+            f"it is not stated where {len(unstated)} rotary axes stand while the program runs: {' '.join(unstated)}",
+            hint="state each in degrees: " + " ".join(f"--at {name}=0" for name in unstated),
+        )
 
 
 def _check_head_upright(model: MachineModel, setup: Setup) -> None:
