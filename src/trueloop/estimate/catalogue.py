@@ -13,6 +13,7 @@ feature of a part may be off (`TAIL`), was chosen with these in sight.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -68,8 +69,9 @@ TAIL: Final = 3.0
 """Degrees of freedom of what one feature of one part is off by: a chip or a burr under a face, a feature recut."""
 
 
+@lru_cache(maxsize=32)
 def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi) -> Catalogue:
-    """Returns the terms for parts whose contact angles lie within [lowest, highest]."""
+    """Returns the terms for parts whose contact angles lie within [lowest, highest]; one catalogue for all that ask."""
     angles = Waves(lowest_rad, highest_rad, 0.35)
     short = Waves(lowest_rad, highest_rad, 0.1)
     along = Waves(0.0, 1.0, 0.35)

@@ -7,7 +7,9 @@ with d_j the column by which the values follow coefficient j of variance v_j: on
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from typing import Any, Final, TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -26,6 +28,10 @@ BOUND: Final = 3.5
 DIFFERENCE: Final = 1e-5
 """Step of a logarithm by which the dependence of variances on sizes is differenced; the covariance is not."""
 
+MOST_KNOWN: Final = 64
+_KNOWN: Final = WeakKeyDictionary[Catalogue, dict[bytes, dict[str, float]]]()
+"""So many of the latest sizes that were fitted with a catalogue, by the digest of what they were fitted to."""
+
 
 def fitted_sizes(
     catalogue: Catalogue, parts: Sequence[Observed], starts: Sequence[Sizes] = (), rounds: int = 40
@@ -34,10 +40,30 @@ def fitted_sizes(
 
     Where some of these are gross errors by sizes that were fitted to all values, the sizes are fitted again with these
     at their weights. Without observations: the priors' medians. The search begins at the most probable of the medians
-    and of `starts`.
+    and of `starts`. To the same observations of the same catalogue sizes are fitted once.
     """
     if not any(map(len, parts)):
         return catalogue.medians
+    known, key = _KNOWN.setdefault(catalogue, {}), _digest(parts, starts, rounds)
+    found = known.get(key)
+    if found is None:
+        found = known[key] = _fitted(catalogue, parts, starts, rounds)
+        for old in list(known)[:-MOST_KNOWN]:
+            known.pop(old, None)
+    return dict(found)
+
+
+def _digest(parts: Sequence[Observed], starts: Sequence[Sizes], rounds: int) -> bytes:
+    """Returns the digest of all that sizes depend on beside the catalogue."""
+    found = sha256(repr([rounds, *(sorted(start.items()) for start in starts)]).encode())
+    for one in parts:
+        for array in (one.value_mm, one.instrument_mm2, one.matrix, *one.places.columns.values()):
+            found.update(f"{array.dtype} {array.shape}".encode())
+            found.update(repr(array.tolist()).encode() if array.dtype == object else array.tobytes())
+    return found.digest()
+
+
+def _fitted(catalogue: Catalogue, parts: Sequence[Observed], starts: Sequence[Sizes], rounds: int) -> dict[str, float]:
     badness, first = Badness(catalogue, parts), [catalogue.medians, *starts]
     start = first[0] if len(first) == 1 else min(first, key=lambda one: badness.of(catalogue.logarithms(one))[0])
     found = _most_probable(badness, catalogue, start, rounds)

@@ -50,7 +50,7 @@ class Term:
         return PART in self.scope
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Catalogue:
     """Terms, the repeatability variance of a cut at places (n,), and the priors of all sizes that both use.
 

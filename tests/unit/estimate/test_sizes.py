@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.cut_places import CYLINDER, FACE, places, touches
+from trueloop.estimate import sizes
 from trueloop.estimate.catalogue import turned_catalogue
 from trueloop.estimate.observed import Observed
 from trueloop.estimate.sizes import Badness, fitted_sizes
@@ -56,6 +57,32 @@ def test_the_likelihood_is_that_of_the_state() -> None:
     badness = Badness(CATALOGUE, seen)
     batch = badness.of(other)[0] - prior(other) - badness.of(one)[0] + prior(one)
     assert batch == pytest.approx(in_turn(CATALOGUE.sizes(other)) - in_turn(CATALOGUE.sizes(one)), abs=1e-6)
+
+
+def test_sizes_are_fitted_once_to_the_same_values_and_anew_to_other_uncertainties(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A digit of a value, the uncertainty of the instrument and the name of a feature make other values."""
+    fits, search = list[None](), sizes._most_probable
+
+    def counted(*given: object) -> dict[str, float]:
+        fits.append(None)
+        return search(*given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(sizes, "_most_probable", counted)
+
+    def seen(u_um: float = 0.5, group: str = "a", more_um: float = 0.0) -> Observed:
+        return touches(places(ANGLES, group=group), 30 * np.sin(3 * ANGLES) + more_um, u_um)
+
+    first = fitted_sizes(CATALOGUE, [seen()])
+    count = len(fits)
+    assert count and fitted_sizes(CATALOGUE, [seen()]) == first and len(fits) == count
+    precise, coarse = first["repeatability"], fitted_sizes(CATALOGUE, [seen(u_um=20.0)])["repeatability"]
+    assert coarse != precise and len(fits) > count
+    for other in (seen(group="b"), seen(more_um=1e-9)):
+        count = len(fits)
+        fitted_sizes(CATALOGUE, [other])
+        assert len(fits) > count
 
 
 def test_a_large_setting_is_believed_and_nothing_measured_leaves_the_medians() -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -101,28 +100,7 @@ def sizes_of(catalogue: Catalogue, cuts: Sequence[Sequence[Observed]]) -> Sizes:
         if latest and sum(map(len, [*latest, *part])) > FITTED_VALUES:
             break
         latest = [*part, *latest]
-    return _fitted(_Values(catalogue, tuple(latest)))
-
-
-class _Values:
-    """Observations that are known again by what they hold."""
-
-    def __init__(self, catalogue: Catalogue, parts: tuple[Observed, ...]) -> None:
-        self.catalogue, self.parts = catalogue, parts
-        columns = [array for one in parts for array in (one.value_mm, one.matrix, *one.places.columns.values())]
-        self._key = tuple(array.tobytes() for array in columns), tuple(len(term.name) for term in catalogue.terms)
-
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Values) and self._key == other._key
-
-
-@lru_cache(maxsize=64)
-def _fitted(values: _Values) -> Sizes:
-    medians = values.catalogue.medians
-    return fitted_sizes(values.catalogue, values.parts, [{**medians, "gain": WRONG_GAIN}])
+    return fitted_sizes(catalogue, latest, [{**catalogue.medians, "gain": WRONG_GAIN}])
 
 
 def cut_of(part: MadePart, age: float, errors: CutErrors, finish: bool, correction_mm: Array | None) -> Observed:

@@ -225,7 +225,8 @@ def _by_touch(
 
 def _correlation(touches: int, kept: NDArray[np.intp], fitted: FittedChains) -> Array:
     """Returns the correlation of the touches' scatter, per unit variance about their curve, (n, n)."""
-    found = np.eye(touches)
+    found = np.zeros((touches, touches))
+    found[np.diag_indices(touches)] = 1.0
     for i, covariance_mm2 in fitted.touches_mm2.items():
         rows = kept[fitted.fits[i].touches]
         if fitted.scatter_mm[i] > 0.0:
