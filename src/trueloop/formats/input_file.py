@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 from trueloop.nc.program import program as programs
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.guess import guess_dialect
@@ -60,7 +60,7 @@ def require_text(beginning: bytes, path: Path, code: Code) -> None:
     if found is not None:
         what, hint = found
         size = f"its first bytes are {beginning[:4].hex(' ')}" if beginning else "it is empty"
-        raise TrueloopError(code, f"{path.name!r} is {what}: {size}", hint=hint, place=Place(str(path)))
+        raise code.refusal(f"{path.name!r} is {what}: {size}", hint=hint, place=Place(str(path)))
 
 
 def _utf_16(beginning: bytes) -> tuple[str, str] | None:
@@ -77,15 +77,14 @@ def readable(path: Path, code: Code, *, hint: str) -> Iterator[None]:
         yield
     except FileNotFoundError as error:
         near = nearest_name(path)
-        raise TrueloopError(
-            code,
+        raise code.refusal(
             f"there is no file {str(path)!r}",
             hint=f"did you mean {str(path.with_name(near))!r}?" if near else hint,
             place=Place(str(path)),
         ) from error
     except OSError as error:
-        raise TrueloopError(
-            code, f"{str(path)!r} cannot be read: {error.strerror or error}", hint=hint, place=Place(str(path))
+        raise code.refusal(
+            f"{str(path)!r} cannot be read: {error.strerror or error}", hint=hint, place=Place(str(path))
         ) from error
 
 
@@ -96,8 +95,8 @@ def read_text(path: Path, code: Code, *, hint: str) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        raise TrueloopError(
-            code, f"line {line} is no text in UTF-8: {error.reason}", hint=hint, place=Place(str(path), line)
+        raise code.refusal(
+            f"line {line} is no text in UTF-8: {error.reason}", hint=hint, place=Place(str(path), line)
         ) from error
 
 

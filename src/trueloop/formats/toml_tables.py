@@ -234,7 +234,7 @@ def read_located(
         message, better_hint = _said(first, model)
         place = Place(str(path), _line_of(text, location))
         values = {"key": _key(location)} if "key" in code.values else {}
-        raise TrueloopError(code, message, hint=better_hint or hint, place=place, values=values) from error
+        raise code.refusal(message, hint=better_hint or hint, place=place, values=values) from error
 
 
 def _parsed(text: str, path: Path, code: Code) -> dict[str, object]:
@@ -252,11 +252,11 @@ def _syntax_error(text: str, path: Path, code: Code, error: ValueError | Recursi
         found = collision(text, line)
         if found is None:
             message = "a key is given twice between the braces of one value"
-            return TrueloopError(code, message, hint=KEEP_ONE, place=Place(str(path), line, column))
+            return code.refusal(message, hint=KEEP_ONE, place=Place(str(path), line, column))
         place = Place(str(path), found.later.line, found.later.column)
-        return TrueloopError(code, found.message, hint=found.hint, place=place)
+        return code.refusal(found.message, hint=found.hint, place=place)
     message = f"not a TOML file: {str(error).split(' (at ')[0]!r}"
-    return TrueloopError(code, message, hint=SYNTAX_HINT, place=Place(str(path), line, column))
+    return code.refusal(message, hint=SYNTAX_HINT, place=Place(str(path), line, column))
 
 
 def _first(error: ValidationError) -> ErrorDetails:

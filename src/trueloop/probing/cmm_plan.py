@@ -213,8 +213,7 @@ def _refusal(
     if code is Code.PRB_BALL:
         overlap_mm = approach.ball_radius_mm - distance_mm
         return no_room_for_ball(touch.name, touch.feature, nearest, approach.ball_radius_mm, overlap_mm)
-    return TrueloopError(
-        code,
+    return code.refusal(
         f"point {touch.name!r} on {touch.feature!r} cannot be reached from outside or along z: on the way to the "
         f"ball's centre at x {at[0]:.3f} mm (radius), z {at[1]:.3f} mm {left_mm:.3f} mm are left to {nearest!r}, "
         f"{MARGIN_MM:.3f} mm are asked for",

@@ -106,7 +106,7 @@ def nothing(what: str, name: str) -> TrueloopError:
 def of_status(status: int, name: str) -> TrueloopError:
     """Converts what the framework refuses to an error of ours; `name`: the method, or the address."""
     code, said, hint = _OF_OTHERS.get(status, _OF_OTHERS[400])
-    return TrueloopError(code, f"{said}: {name!r}", hint=hint, values=dict.fromkeys(code.values, name))
+    return code.refusal(f"{said}: {name!r}", hint=hint, values=dict.fromkeys(code.values, name))
 
 
 def unexpected(error: Exception, number: str = "") -> TrueloopError:

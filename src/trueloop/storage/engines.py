@@ -72,7 +72,7 @@ def _refusal(wrong: Exception, where: str) -> TrueloopError:
         Code.STO_TEXT: "cannot keep a value",
     }
     what = said.get(code, "cannot be used")
-    return TrueloopError(code, f"the store {where!r} {what}: {_first_line(cause)}", hint=_HINTS[code])
+    return code.refusal(f"the store {where!r} {what}: {_first_line(cause)}", hint=_HINTS[code])
 
 
 def _code(cause: BaseException) -> Code:
@@ -134,8 +134,7 @@ def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool, held_op
 def _sqlite_file(url: URL, create: bool, read_only: bool, held_open: int) -> Engine:
     path = Path(str(url.database))
     if not path.is_file() and (not create or path.exists()):
-        raise TrueloopError(
-            Code.STO_FILE,
+        raise Code.STO_FILE.refusal(
             f"there is no store '{path}'",
             hint=f"make it by `trueloop db init {shlex.quote(str(path))}`, or name another by --db",
         )
@@ -168,10 +167,8 @@ def _postgresql(url: URL, wait_s: float, read_only: bool) -> Engine:
     try:
         import psycopg  # noqa: F401
     except ImportError:
-        raise TrueloopError(
-            Code.STO_DRIVER,
-            "a store in PostgreSQL needs the package 'psycopg'",
-            hint=f"install it: {install_command('postgresql')}",
+        raise Code.STO_DRIVER.refusal(
+            "a store in PostgreSQL needs the package 'psycopg'", hint=f"install it: {install_command('postgresql')}"
         ) from None
     settings = {
         "lock_timeout": f"{int(wait_s * 1000)}",
@@ -199,8 +196,4 @@ def _postgresql(url: URL, wait_s: float, read_only: bool) -> Engine:
 
 
 def _no_store(name: str, hint: str = "give a file, or postgresql://user@host/database") -> TrueloopError:
-    return TrueloopError(
-        Code.STO_FILE,
-        f"{name!r} is neither a file, nor SQLite, nor PostgreSQL",
-        hint=hint,
-    )
+    return Code.STO_FILE.refusal(f"{name!r} is neither a file, nor SQLite, nor PostgreSQL", hint=hint)

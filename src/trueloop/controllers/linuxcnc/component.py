@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 
 INSTALL: Final = "apt-get install -y --no-install-recommends linuxcnc-uspace linuxcnc-uspace-dev"
 NEEDED: Final = ("linuxcnc", "halsampler", "halcompile", "unshare", "/usr/bin/python3")
@@ -57,8 +57,7 @@ def compiled(name: str, files: Mapping[str, bytes], link: str = "", code: Code =
         )
         built = Path(folder, f"{name}.so")
         if done.returncode != 0 or not built.exists():
-            raise TrueloopError(
-                code,
+            raise code.refusal(
                 f"halcompile ended with status {done.returncode}: {(done.stderr or done.stdout).strip()!r}",
                 hint=f"on Debian 12 run as root:  {INSTALL} gcc libc6-dev",
                 place=Place(f"{name}.comp"),

@@ -15,7 +15,7 @@ from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.session import ProbedPart, Progress, cut, probe
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
-from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.errors import Code, in_file
 from trueloop.formats.measurements.touches_csv import parse_probe_log
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature, Line, LineOrArc, pieces_within
@@ -192,8 +192,7 @@ def _require_unit(inputs: Inputs) -> None:
         if program is not None and program.unit == "inch":
             path = replace(program, unit=None).run(inputs.parameters, strict=False)
             for found in (found for found in path.findings if found.code is Code.NC_UNIT):
-                raise TrueloopError(
-                    found.code,
+                raise found.code.refusal(
                     f"programs.unit is inch, LinuxCNC starts in mm, and {found.message}",
                     hint="write G20 at the program's start",
                     place=found.place,

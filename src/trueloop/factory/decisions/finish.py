@@ -8,7 +8,7 @@ from typing import Final
 
 from trueloop.domain.factory import BlockKind, StepState
 from trueloop.domain.life import Identity
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.factory.known import OrderNow, PartNow, StepNow
 
 AHEAD: Final = timedelta(seconds=60)
@@ -131,8 +131,7 @@ def _fresh(code: Code, machine: str, name: str, at: datetime | None, limit_s: fl
     if age_s is not None and -AHEAD.total_seconds() <= age_s <= limit_s:
         return f"{name} is {max(age_s, 0.0):.0f} s old"
     said = "is not known" if age_s is None else f"is {age_s:.0f} s old"
-    raise TrueloopError(
-        code,
+    raise code.refusal(
         f"machine {machine!r}: {name} {said}; the limit is {limit_s:g} s",
         hint="calibrate the probe or have the cell send temperatures; an order may be planned without this",
         values={"machine": machine, "limit_s": limit_s},

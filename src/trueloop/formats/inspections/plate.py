@@ -104,7 +104,7 @@ def _is_heading(line: str) -> bool:
 
 
 def _refusal(code: Code, why: str, hint: str, path: Path, line: int) -> TrueloopError:
-    return TrueloopError(code, why, hint=hint, place=Place(str(path), line), values={"file": path.name})
+    return code.refusal(why, hint=hint, place=Place(str(path), line), values={"file": path.name})
 
 
 FORMAT: Final = Format("report of a drilled plate", recognises, read)

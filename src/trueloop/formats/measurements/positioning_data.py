@@ -82,8 +82,7 @@ def _check_size(deviations: list[Array], angular: bool) -> None:
     limit, scale, unit = LARGEST[angular]
     largest = max((float(np.nanmax(np.abs(deviation), initial=0.0)) for deviation in deviations), default=0.0)
     if largest > limit:
-        raise TrueloopError(
-            Code.MCH_UNIT,
+        raise Code.MCH_UNIT.refusal(
             f"a position reached is {scale * largest:.4g} {unit} off its target, beyond 1 {unit}",
             hint="actual_mm is the position reached; deviations stand in a column of their own, deviation_um",
         )

@@ -64,15 +64,14 @@ class CsvFile:
     def refusal(self, why: str, column: int | None = None, hint: str | None = None) -> TrueloopError:
         """Returns the refusal of the header."""
         place = Place(str(self.path), self.lines[0][0], column)
-        return TrueloopError(self.kind.column, why, hint=hint or self.kind.hint, place=place)
+        return self.kind.column.refusal(why, hint=hint or self.kind.hint, place=place)
 
     def _cells(self, line: int, text: str) -> list[str]:
         """As many as there are columns; what is beyond them may be there and empty, as spreadsheets write it."""
         cells, most = _split(self.path, self.kind, line, text, self.separator), len(self.header)
         if len(cells) < most or any(cells[most:]):
             code = self.kind.number if len(cells) < most else self.kind.column
-            raise TrueloopError(
-                code,
+            raise code.refusal(
                 f"{len(cells)} cells under {most} columns",
                 hint="decimal commas need semicolons or tabs between the columns",
                 place=Place(str(self.path), line, min(len(cells), most) + 1),
@@ -107,8 +106,8 @@ class Rows:
             if otherwise is not None:
                 return np.full(len(self), otherwise)
             place = Place(str(self.path), 1)
-            raise TrueloopError(
-                self.kind.column, f"none of its {len(self.header)} columns is {name}", hint=self.kind.hint, place=place
+            raise self.kind.column.refusal(
+                f"none of its {len(self.header)} columns is {name}", hint=self.kind.hint, place=place
             )
         texts = self.texts(name)
         decimal = "." if self.separator == "," else ","
@@ -124,7 +123,7 @@ class Rows:
         """Returns the refusal of a row, counted from 0."""
         at = None if column is None else self.header.index(column) + 1
         place = Place(str(self.path), self.lines[row], at)
-        return TrueloopError(self.kind.number, why, hint=hint or self.kind.hint, place=place)
+        return self.kind.number.refusal(why, hint=hint or self.kind.hint, place=place)
 
 
 def read_csv(path: Path, kind: CsvKind) -> CsvFile:
@@ -138,7 +137,7 @@ def csv_of(text: str, path: Path, kind: CsvKind) -> CsvFile:
     kept = [(k, line) for k, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if len(kept) < 2:
         why = "it has a header and no rows" if kept else "it is empty: it has 0 rows"
-        raise TrueloopError(kind.file, why, hint=kind.hint, place=Place(str(path), kept[0][0] if kept else 1))
+        raise kind.file.refusal(why, hint=kind.hint, place=Place(str(path), kept[0][0] if kept else 1))
     separator = next((mark for mark in "\t;" if mark in kept[0][1]), ",")
     header = _split(path, kind, *kept[0], separator)
     while not header[-1] and len(header) > 1:
@@ -153,7 +152,7 @@ def _split(path: Path, kind: CsvKind, line: int, text: str, separator: str) -> l
         return [cell.strip() for cell in next(csv.reader([text], delimiter=separator))]
     except csv.Error as error:
         place = Place(str(path), line)
-        raise TrueloopError(kind.file, f"no CSV: {error}", hint="save it as plain CSV", place=place) from error
+        raise kind.file.refusal(f"no CSV: {error}", hint="save it as plain CSV", place=place) from error
 
 
 def number_of(text: str) -> float:

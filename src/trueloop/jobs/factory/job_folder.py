@@ -58,8 +58,7 @@ def without_folder(refused: TrueloopError, path: Path) -> TrueloopError:
     """Returns the refusal with files of that folder by their names alone."""
     folder = f"{path}/"
     place = replace(refused.place, file=(refused.place.file or "").replace(folder, "") or None)
-    return TrueloopError(
-        refused.code,
+    return refused.code.refusal(
         refused.message.replace(folder, ""),
         hint=refused.hint.replace(folder, ""),
         place=place,

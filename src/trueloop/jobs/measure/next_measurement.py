@@ -16,7 +16,7 @@ from trueloop.domain.life import Cut, Stage
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.domain.tool import Setting
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
 from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
 from trueloop.formats.option_tables import options_from
@@ -296,8 +296,7 @@ def next_of_part(
     whole = part_named(store, serial, part_type)
     made = [one for share in whole.shares if (one := _correction_of(store, share)) is not None]
     if not made:
-        raise TrueloopError(
-            Code.DIA_NONE,
+        raise Code.DIA_NONE.refusal(
             f"part {serial!r} has no correction in the store, by which its profile would be known",
             hint="name its job instead of its serial number",
         )

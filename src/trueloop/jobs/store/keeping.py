@@ -47,6 +47,6 @@ def kept_all_the_same(kept: "KeptFacts | None") -> Iterator[None]:
             raise
         hint = f"{refused.hint}; {kept.words}: calling it again writes the files and keeps nothing twice"
         where, override, values = refused.place, refused.override, refused.values
-        raise TrueloopError(
-            refused.code, refused.message, hint=hint, place=where, override=override, values=values
+        raise refused.code.refusal(
+            refused.message, hint=hint, place=where, override=override, values=values
         ) from refused

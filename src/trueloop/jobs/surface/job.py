@@ -148,8 +148,7 @@ def _nominal(path: Path, face: int | None, *, flip: bool) -> "tuple[Surface, Cad
     if path.suffix.lower() == ".csv":
         grid = read_points(path)
         if grid.shape is None:
-            raise TrueloopError(
-                Code.SRF_GRID,
+            raise Code.SRF_GRID.refusal(
                 f"the {len(grid.lines)} points of {path.name!r} have no row and column",
                 hint="a nominal surface is fitted to a grid: give row and column of each point",
                 place=Place(str(path)),

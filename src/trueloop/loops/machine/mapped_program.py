@@ -98,7 +98,7 @@ def _require_uncorrected(lines: bytes, line: int) -> None:
         check_uncorrected(lines)
     except TrueloopError as found:
         place = Place(line=line + (found.place.line or 1) - 1)
-        raise TrueloopError(found.code, found.message, hint=found.hint, place=place, values=found.values) from None
+        raise found.code.refusal(found.message, hint=found.hint, place=place, values=found.values) from None
 
 
 Pieces: TypeAlias = Callable[[], Iterable[bytes]]
@@ -269,9 +269,7 @@ def _placed(error: TrueloopError, text: "_Text", line: int, column: int) -> True
     """Returns a refusal with its place in the program: that of the block where the field itself refused."""
     at = (line, column) if error.place.line is None else (error.place.line, error.place.column)
     place = Place(None, text.line_of(at[0]), None if text.drawn else at[1])
-    return TrueloopError(
-        error.code, error.message, hint=error.hint, place=place, override=error.override, values=error.values
-    )
+    return error.code.refusal(error.message, hint=error.hint, place=place, override=error.override, values=error.values)
 
 
 @dataclass(frozen=True)
@@ -331,7 +329,7 @@ def _accepted(done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> byte
 
 def _refusal(told: tuple[str, str, str, int, int]) -> TrueloopError:
     code, message, hint, line, column = told
-    return TrueloopError(Code(code), message, hint=hint, place=Place(None, line, column))
+    return Code(code).refusal(message, hint=hint, place=Place(None, line, column))
 
 
 def _marked(written: bytes, comment: str, dialect: str) -> bytes:

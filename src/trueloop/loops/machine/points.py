@@ -19,7 +19,7 @@ from trueloop.domain.record import (
     record_id,
     sha256_of,
 )
-from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.errors import Code, in_file
 from trueloop.loops.machine.mapped_program import Mapped
 from trueloop.machine.correct import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
 from trueloop.machine.standards import PlanarField
@@ -36,12 +36,8 @@ def _require_read(program: Program) -> None:
     """Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is."""
     for found in program.findings:
         if found.code is Code.NC_WORD and found.message[:2].upper() in ('"X', '"Y'):
-            raise TrueloopError(
-                found.code,
-                found.message,
-                hint="write the coordinate as a number",
-                place=found.place,
-                values=found.values,
+            raise found.code.refusal(
+                found.message, hint="write the coordinate as a number", place=found.place, values=found.values
             )
 
 

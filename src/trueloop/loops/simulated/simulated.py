@@ -176,7 +176,7 @@ def probe_part(
     try:
         matched = match_touches(plan, [(x, z) for x, z in logged.tolist()], range(len(logged)), calibration)
     except TrueloopError as refused:  # there is no file whose line could be named
-        raise TrueloopError(refused.code, refused.message, hint=refused.hint, values=refused.values) from refused
+        raise refused.code.refusal(refused.message, hint=refused.hint, values=refused.values) from refused
     gauging = Gauging(range_x_mm=probe.range_x_mm, range_z_mm=probe.range_z_mm, z_reference=trial.z_reference)
     return error_vectors(profile, [replace(touch, line=None) for touch in matched.touches], gauging)
 

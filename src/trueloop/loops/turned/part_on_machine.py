@@ -115,8 +115,8 @@ class Standing:
             check_state(model, state, self.part.extrapolate)
         except TrueloopError as refused:
             override = None if refused.override is None else "machine.extrapolate in the job"
-            raise TrueloopError(
-                refused.code, refused.message, hint=refused.hint, override=override, values=refused.values
+            raise refused.code.refusal(
+                refused.message, hint=refused.hint, override=override, values=refused.values
             ) from refused
         return state
 

@@ -323,8 +323,7 @@ def _collinear(terms: tuple[Term, ...], rows: Array, opened: Array) -> list[Find
         return collinear_findings(terms, without(opened, rows), rows)
     except TrueloopError as error:
         collinear_findings(terms, rows)
-        raise TrueloopError(
-            error.code,
+        raise error.code.refusal(
             f"{error.message}, beside {opened.shape[1]} zeros and slopes of runs, which are not known",
             hint="mark what was read against a square, the spindle or a common zero: column absolute, slope or yes; "
             "or measure diagonals",

@@ -50,8 +50,8 @@ class WrittenOut:
             if error.place.line is None or not self.edits:
                 raise
             place = replace(error.place, line=self.source_line(source, error.place.line), column=None)
-            raise TrueloopError(
-                error.code, error.message, hint=error.hint, place=place, override=error.override, values=error.values
+            raise error.code.refusal(
+                error.message, hint=error.hint, place=place, override=error.override, values=error.values
             ) from error
 
     def source_line(self, source: Program, line: int) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Sequence
 from typing import Final
 
-from trueloop.errors import Code, Place, Severity, TrueloopError
+from trueloop.errors import Code, Place, Severity
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 
@@ -17,8 +17,7 @@ def require_understood(program: Program, key: str = "programs.accept_unknown_wor
     found = [finding for finding in program.findings if finding.code in NOT_UNDERSTOOD]
     if found:
         first, more = found[0], len(found) - 1
-        raise TrueloopError(
-            first.code,
+        raise first.code.refusal(
             first.message + (f", and {more} more that {program.dialect.name} does not know" if more else ""),
             hint=f"{first.hint}; `trueloop nc check` lists them all",
             place=first.place,
@@ -51,8 +50,7 @@ def require_unturned(path: ToolPath, moves: Sequence[int]) -> None:
     if turned:
         letter = chr(path.turned[turned[0]])
         axis = "a rotary axis" if letter == "o" else letter
-        raise TrueloopError(
-            Code.NC_MAP,
+        raise Code.NC_MAP.refusal(
             f"{axis} does not stand at 0 degrees, or is not known to, in {len(turned)} of {len(moves)} moves that are "
             "corrected: the correction is not turned with it",
             hint=f"correct what is cut with {axis} at 0, said by a position before the first cut",

@@ -39,7 +39,7 @@ class Refusal:
     def error(self) -> TrueloopError:
         """Makes the error from the refusal."""
         given = {"hint": self.hint, "place": self.place, "override": self.override, "values": self.values}
-        return TrueloopError(self.code, self.message, **given)  # type: ignore[arg-type]
+        return self.code.refusal(self.message, **given)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

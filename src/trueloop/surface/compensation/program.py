@@ -16,7 +16,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.domain.record import ChangedWord, check_uncorrected, marks_of_record
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.surface import Surface, closest
 from trueloop.nc.edit.changes import changes, not_as_intended
 from trueloop.nc.edit.edit import (
@@ -72,8 +72,7 @@ def check_gouges(
         worst = deep[np.argmax(depth_mm[deep])]
         x, y, z = points[worst]
         what = "a rapid move" if path.rapid[move[worst]] else "the cutter"
-        raise TrueloopError(
-            Code.SRF_GOUGE,
+        raise Code.SRF_GOUGE.refusal(
             f"{what} would cut {depth_mm[worst] * UM_PER_MM:.1f} µm into the corrected surface at x {x:.3f}, "
             f"y {y:.3f}, z {z:.3f} mm; {job.gouge_mm * UM_PER_MM:.1f} µm is allowed, exceeded at {len(deep)} places",
             hint="the cutter is too large for a hollow there, a lead or link runs too near to the surface, or the "
@@ -133,8 +132,7 @@ def require_arcs_stay(program: Program, path: ToolPath, ends: Mapping[int, Array
     step_mm = np.where(path.inch, program.dialect.step_mm(True), program.dialect.step_mm(False))
     moved = np.flatnonzero((path.motion == Motion.ARC) & (off > step_mm / 2))
     if len(moved):
-        raise TrueloopError(
-            Code.SRF_PROGRAM,
+        raise Code.SRF_PROGRAM.refusal(
             f"this arc starts {off[moved[0]] * UM_PER_MM:.2f} µm from where it did: its centre would not fit",
             hint="name all axes in the move before it, or lead out by a line",
             place=program.place(program.block(int(path.block[moved[0]])).start),
@@ -208,7 +206,7 @@ def _check(program: Program, path: ToolPath, samples: Samples) -> None:
     cutting = samples.cutting_moves
     if not len(cutting):
         hint = "look at frame, tool radius and face"
-        raise TrueloopError(Code.SRF_PROGRAM, "0 moves of the program come near the surface", hint=hint)
+        raise Code.SRF_PROGRAM.refusal("0 moves of the program come near the surface", hint=hint)
     compensated = path.compensation[cutting] != NO_COMPENSATION
     arcs, lines = path.motion[cutting] == Motion.ARC, "have the finish pass, and the way in and out, written as lines"
     wrong = [
@@ -220,7 +218,7 @@ def _check(program: Program, path: ToolPath, samples: Samples) -> None:
     for here, what, hint in wrong:
         if np.any(here):
             place = program.place(program.block(int(path.block[cutting[here][0]])).start)
-            raise TrueloopError(Code.SRF_PROGRAM, f"{np.count_nonzero(here)} {what}", hint=hint, place=place)
+            raise Code.SRF_PROGRAM.refusal(f"{np.count_nonzero(here)} {what}", hint=hint, place=place)
     check_tool_axes(program, path, samples.axes, cutting)
 
 
@@ -297,8 +295,7 @@ def _new_blocks(program: Program, path: ToolPath, axes: ToolAxes, move: int, poi
     index = int(path.block[move])
     block, state = program.block(index), path.coordinate_state(move)
     if index == 0 or any(word.letter in SWITCHES for word in block.words):
-        raise TrueloopError(
-            Code.SRF_PROGRAM,
+        raise Code.SRF_PROGRAM.refusal(
             f"{len(points)} blocks have to come before this one, which also switches or is the first",
             hint="write M, S and T words in a block of their own",
             place=program.place(block.start),

@@ -11,7 +11,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Integers
 from trueloop.domain.option import Limits, Option, allowed_by
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.surface import Surface, closest
 from trueloop.geometry.surface_fit import fit_parameterised
 from trueloop.nc.program.along import lengths_mm, points_along
@@ -204,8 +204,7 @@ def corrected_surface(
             return CorrectedSurface(surface, worst, largest)
         if pieces >= MOST or (pieces > MANY and worst > HOPELESS * before):
             rows, columns = surface.control_mm.shape[:2]
-            raise TrueloopError(
-                Code.SRF_TOLERANCE,
+            raise Code.SRF_TOLERANCE.refusal(
                 f"{rows} × {columns} control points leave {worst * UM_PER_MM:.3g} µm; "
                 f"{tolerance_mm * UM_PER_MM:g} µm is wanted",
                 hint="the nominal surface has a crease or a seam there: correct its faces one by one, or allow more",
@@ -243,8 +242,7 @@ def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, 
         k = np.unravel_index(int(np.argmax(values)), values.shape)
         if values[k] > limit:
             x, y, z = points[k]
-            raise TrueloopError(
-                code,
+            raise code.refusal(
                 f"the correction reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f}, y {y:.3f}, z {z:.3f} mm; the "
                 f"limit is {limit * UM_PER_MM:.1f} {unit}",
                 hint="look at the deviations there first: bad touches are likelier than such an error",

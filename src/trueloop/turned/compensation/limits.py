@@ -6,7 +6,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.option import Limits, allowed_by
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.feature import is_curved, least_radius_mm
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.shift import Shift
@@ -57,8 +57,7 @@ def check_along(piece: CentrePiece, size_mm: Array, slope: Array, limits: Limits
         k = int(np.argmax(values))
         if values[k] > limit:
             x, z = feature.point_mm(cut_mm(piece)[k])
-            raise TrueloopError(
-                code,
+            raise code.refusal(
                 f"{what} of {feature.name!r} reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f} mm "
                 f"(radius), z {z:.3f} mm; the limit is {limit * UM_PER_MM:.1f} {unit}",
                 hint="look at the touches there first: a bad touch is likelier than such an error",

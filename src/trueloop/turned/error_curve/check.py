@@ -5,7 +5,7 @@ from dataclasses import astuple
 
 import numpy as np
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -52,8 +52,7 @@ def check_options(profile: Profile, options: FitOptions) -> None:
     for code, named in ((Code.FIT_KNOTS, options.knot_every_on), (Code.FIT_CONDITIONS, options.prescribed)):
         for name in named:
             if name not in profile.names:
-                raise TrueloopError(
-                    code,
+                raise code.refusal(
                     f"the fit has an option for feature {name!r}, which the part does not have",
                     hint=f"the part's features are: {', '.join(profile.names)}",
                 )

@@ -194,8 +194,7 @@ def _refuse_dropped_knots(
     asked = _knots(tried.shape, chain, touches, options)
     needed = len(asked.interior_mm) + 4 - tried.fit.conditions.count
     if len(touches.positions) < needed:
-        raise TrueloopError(
-            Code.FIT_POINTS,
+        raise Code.FIT_POINTS.refusal(
             f"{' and '.join(names)}: {len(touches.positions)} touches, but the knots asked for need {needed}",
             hint="leave `compensation.knot_every` out, make it larger, or touch the feature at more points",
             values={"touches": len(touches.positions)},
@@ -203,8 +202,7 @@ def _refuse_dropped_knots(
 
 
 def _bad_knot_every(name: str, r: int) -> TrueloopError:
-    return TrueloopError(
-        Code.FIT_KNOTS,
+    return Code.FIT_KNOTS.refusal(
         f"{name}: `knot_every` is {r}; a knot at every r-th touch needs r of at least 2",
         hint="3 is the published choice, 4 to 5 suit smooth errors; without `compensation.knot_every` "
         "leave-one-out chooses",

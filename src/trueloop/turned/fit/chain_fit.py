@@ -130,8 +130,7 @@ def touches_of(profile: Profile, chain: Chain, vectors: ErrorVectors) -> ChainTo
 
 
 def _beyond(name: str, point: str, beyond_mm: float) -> TrueloopError:
-    return TrueloopError(
-        Code.FIT_OUTSIDE,
+    return Code.FIT_OUTSIDE.refusal(
         f"touch {point!r} lies {beyond_mm:.3f} mm beyond the end of {name!r}; at most {ROUNDING_MM} mm is rounding",
         hint="give the touch to the feature it lies on, or mend the nominal coordinates",
         values={"point": point, "feature": name, "beyond_mm": beyond_mm, "limit_mm": ROUNDING_MM},

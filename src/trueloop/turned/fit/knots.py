@@ -85,13 +85,11 @@ def fit_determined(
 
 def _refused(error: CurveFitError, touches: int, conditions: EndConditions) -> TrueloopError:
     if error.args[0] == "too-many-conditions":
-        return TrueloopError(
-            Code.FIT_CONDITIONS,
+        return Code.FIT_CONDITIONS.refusal(
             f"{touches} touches and {conditions.count} prescribed values and slopes fit no curve: {error.args[1]}",
             hint="prescribe fewer values and slopes at the ends, or touch more points",
         )
-    return TrueloopError(
-        Code.FIT_POINTS,
+    return Code.FIT_POINTS.refusal(
         f"{touches} touches do not determine a curve: {error.args[1]}",
         hint="touch the feature at more points",
         values={"touches": touches},

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
-from trueloop.errors import Code, Finding, Place, TrueloopError
+from trueloop.errors import Code, Finding, Place
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
 from trueloop.nc.edit.changes import not_as_intended
@@ -250,7 +250,7 @@ def require_nose_fits(
         if code is not Code.NC_GOUGE or not near:
             where = f"line {line} of the corrected program: {one.found.message}"
             place = Place(one.found.place.file)
-            raise TrueloopError(code, where, hint=one.found.hint, place=place, values=one.found.values)
+            raise code.refusal(where, hint=one.found.hint, place=place, values=one.found.values)
         own.append(near[0])
     return tuple(own)
 

@@ -215,8 +215,7 @@ def _blunder(
 ) -> TrueloopError:
     reading = one.reading
     named: dict[str, float | str] = {"feature": reading.feature, "factor": factor, **counts}
-    return TrueloopError(
-        code,
+    return code.refusal(
         f"{reading.characteristic!r} is {reading.actual:.6g} {reading.quantity.unit}, nominal {nominal:.6g}: "
         f"{factor:.4g} times the reading fits" + "".join(f", {name} {count}" for name, count in counts.items()),
         hint=f"{question} The column names quantity and unit: diameter_mm, radius_mm, diameter_in, angle_deg",

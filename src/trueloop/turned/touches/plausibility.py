@@ -210,8 +210,7 @@ def _refuse_blunder(accepted_when_scaled: Callable[[Array], Flags], touches: Seq
     for code, looks, scale, question in BLUNDERS:
         share = float(np.mean(accepted_when_scaled(np.array(scale))))
         if share >= 0.9:
-            raise TrueloopError(
-                code,
+            raise code.refusal(
                 f"the points look {looks}: {share:.0%} of {len(touches)} touches fit when x is multiplied by "
                 f"{scale[0]:.4g} and z by {scale[1]:.4g}",
                 hint=f"{question} The header names the unit: nominal_x_mm, nominal_x_in, nominal_x_diameter_mm",

@@ -226,7 +226,7 @@ def require_columns(mapping: Mapping, names: tuple[str, ...], place: Place, mapp
 def refusal(code: Code, path: Path, why: str, hint: str) -> TrueloopError:
     """The refusal of a mapping, or of headings that make none."""
     values = {"file": path.name} if code.values else {}
-    return TrueloopError(code, why, hint=hint, place=Place(str(path)), values=values)
+    return code.refusal(why, hint=hint, place=Place(str(path)), values=values)
 
 
 def toml_of(mapping: Mapping, title: str) -> str:
