@@ -20,6 +20,7 @@ from trueloop.cli.options import (
     ToleranceUm,
     chosen,
     map_options,
+    print_findings,
 )
 from trueloop.cli.program_file import (
     Decimals,
@@ -364,20 +365,25 @@ def drift_predict(
     from trueloop.formats.measurements.history_csv import drift_csv, read_drift
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.model_file import read_drift_models
-    from trueloop.machine.drift import compared, predicted_um
+    from trueloop.machine.drift import begun_warm, compared, predicted_um
 
     models, test = read_drift_models(model), read_drift(log, displacements=False)
     with in_file(log):
         found = predicted_um(models, test, extrapolate or ())
+    print_findings(begun_warm(models, test))
     write_all(out.parent, [(out.name, drift_csv(test.time_s, found).encode())], inputs=(model, log))
     left = compared(found, test)
     if as_json:
         print_json(
             {"left_um_rms": {name: {"as_read": whole, "without_mean": rest} for name, (whole, rest) in left.items()}}
+            | {"u_um": {name: known.left_um for name, known in models.items() if known.left_um}}
         )
         return
     for name, (whole, rest) in left.items():
         typer.echo(f"{name:<8} {whole:.2f} µm RMS off what was read, {rest:.2f} when zeroed on its mean")
+    for name, known in models.items():
+        if known.left_um:
+            typer.echo(f"{name:<8} standard uncertainty {known.left_um:.2f} µm: RMS left in rows held out from the fit")
     typer.echo(f"written: {out}, {len(found)} channels at {len(test.time_s)} times")
 
 

@@ -8,14 +8,14 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code
+from trueloop.errors import Code, Finding, Severity
 from trueloop.machine.model.chain import ZERO, Chain
 from trueloop.machine.model.history import Lag, lagged
 from trueloop.machine.model.kinematics import influences
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import CONSTANT, Part, Signals, Term
-from trueloop.machine.model.validity import check_range
+from trueloop.machine.model.validity import check_ranges
 from trueloop.statistics import rms
 from trueloop.units import SIGNALS, UM_PER_MM
 
@@ -305,14 +305,42 @@ def predicted_um(
 
     Those in `extrapolate`, named with or without their unit, may leave the data: the model goes on as its functions do.
     """
-    found = {}
-    for channel, model in models.items():
-        found[channel] = model.predict(test.time_s, test.signals)
-        for column in model.signals:
-            name, _, ending = column.rpartition("_")
-            if not {name, column} & set(extrapolate):
-                check_range(name, test.signals[column], model.known[column], SIGNALS[f"_{ending}"])
+    found = {channel: model.predict(test.time_s, test.signals) for channel, model in models.items()}
+    known = {column: model.known[column] for model in models.values() for column in model.signals}
+    named = {column: column.rpartition("_") for column in known}
+    check_ranges(
+        (name, test.signals[column], known[column], SIGNALS[f"_{ending}"])
+        for column, (name, _, ending) in named.items()
+        if not {name, column} & set(extrapolate)
+    )
     return found
+
+
+STILL_RPM: Final = 1.0
+"""Difference of a spindle's speed at a log's first row from that of the model's data within which both begin alike."""
+
+
+def begun_warm(models: Mapping[str, DriftModel], test: DriftTest) -> list[Finding]:
+    """Returns a warning for each spindle that turns at the log's first row otherwise than where the data began.
+
+    Lags count from the first row as from equilibrium: what the machine felt before is not in the log.
+    """
+    start = {column: model.start[column] for model in models.values() for column in model.signals}
+    turning = {
+        name: float(speed[0])
+        for name, speed in test.speed.items()
+        if abs(speed[0] - start.get(f"{name}_rpm", speed[0])) > STILL_RPM
+    }
+    return [
+        Finding(
+            Severity.WARNING,
+            Code.MCH_HISTORY,
+            f"the log begins with {name} at {speed:g} rev/min, the model's data at {start[f'{name}_rpm']:g} rev/min: "
+            "what the machine felt before is not known, and is taken for equilibrium",
+            hint="begin the log before the spindle starts; deviations fade within three time constants of the model",
+        )
+        for name, speed in turning.items()
+    ]
 
 
 def compared(found_um: Mapping[str, Array], test: DriftTest) -> dict[str, tuple[float, float]]:

@@ -62,9 +62,22 @@ def test_a_log_without_displacements_will_do(fitted: Path, tmp_path: Path) -> No
 def test_signals_beyond_the_data_need_their_name(fitted: Path, tmp_path: Path) -> None:
     log, out = _log(tmp_path / "day.csv", 5, warmer=9.0), tmp_path / "p.csv"
     said = output_of("machine", "drift-predict", fitted, log, "-o", out, status=3)
+    assert "--extrapolate T1 --extrapolate T2" in said  # all of them at once
     assert "day.csv: MCH-RANGE: T" in said and "°C; the model was found from" in said and not out.exists()
     allowed = ["--extrapolate", "T1", "--extrapolate", "T2_degC"]
     assert "written" in output_of("machine", "drift-predict", fitted, log, "-o", out, *allowed)
+
+
+def test_a_log_that_begins_with_the_spindle_turning_is_warned_of(fitted: Path, tmp_path: Path) -> None:
+    """The model begins in equilibrium: the first two hours of a log cut off, what was felt in them is missing."""
+    log, out = _log(tmp_path / "day.csv", 6), str(tmp_path / "p.csv")
+    header, *rows = log.read_text().splitlines()
+    turning = next(k for k, row in enumerate(rows) if float(row.split(",")[1]) > 0)
+    late = tmp_path / "late.csv"
+    late.write_text("\n".join([header, *rows[turning + 30 :], ""]))
+    assert "MCH-HISTORY" not in output_of("machine", "drift-predict", fitted, log, "-o", out)
+    said = output_of("machine", "drift-predict", fitted, late, "-o", out)
+    assert "warning MCH-HISTORY: the log begins with spindle at" in said and "standard uncertainty" in said
 
 
 def test_refusals(fitted: Path, tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """The range of validity of a model: the machine's travel, and the positions and temperatures of its data."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -74,21 +74,25 @@ def check_state(model: MachineModel, state: State, extrapolate: Collection[str] 
     The latter may be allowed by naming the axis or signal in `extrapolate`: the model then goes on as its functions do,
     temperatures linearly, positions with the value at the end of the segments.
     """
-    chain = model.machine.chain
+    chain, ranged = model.machine.chain, list[Ranged]()
     for name, position in zip(chain.order, state.positions.T, strict=True):
         axis = chain.axis(name)
         check_travel(axis, position)
         if name in model.identified and name not in extrapolate and _depends_on(model, name):
             low, high = map(axis.in_unit, model.identified[name])
-            check_range(name, np.array([axis.in_unit(k) for k in position]), (low, high), axis.unit)
-    check_signals(model, state.signals, extrapolate)
+            ranged.append((name, np.array([axis.in_unit(k) for k in position]), (low, high), axis.unit))
+    check_ranges((*ranged, *_signals_of_data(model, state.signals, extrapolate)))
 
 
 def check_signals(model: MachineModel, signals: Signals, extrapolate: Collection[str] = ()) -> None:
     """Refuses signals beyond the data (MCH-RANGE), but those named."""
+    check_ranges(_signals_of_data(model, signals, extrapolate))
+
+
+def _signals_of_data(model: MachineModel, signals: Signals, extrapolate: Collection[str]) -> Iterable["Ranged"]:
     for name in model.needs():
         if name in model.identified and name in signals and name not in extrapolate:
-            check_range(name, np.atleast_1d(signals[name]), model.identified[name], model.units.get(name, ""))
+            yield name, np.atleast_1d(signals[name]), model.identified[name], model.units.get(name, "")
 
 
 def _depends_on(model: MachineModel, axis: str) -> bool:
@@ -113,17 +117,27 @@ def check_travel(axis: Axis, position: Array) -> None:
         )
 
 
-def check_range(name: str, values: Array, known: tuple[float, float], unit: str) -> None:
-    """Raises MCH-RANGE for values (n,) outside of those that the data had, both in `unit` (`""`: not known)."""
-    if outside(values, known).any():
-        found = [float(values.min()), float(values.max())]
-        low, high, *ends = (in_words(value, unit) for value in (*found, *known))
-        raise Code.MCH_RANGE.refusal(
-            f"{name} is {low if low == high else f'{low} to {high}'}; the model was found from {ends[0]} to {ends[1]}",
-            hint="warm the machine up, or characterize it over that range",
-            override=f"--extrapolate {name}",
-            values={"name": name, "found": found, "known": list(known), "unit": unit},
-        )
+Ranged = tuple[str, Array, tuple[float, float], str]
+"""A quantity's name, its values (n,), the range that the data had, and the unit of both; `""` where it is not known."""
+
+
+def check_ranges(quantities: Iterable[Ranged]) -> None:
+    """Raises MCH-RANGE for quantities with values outside of those that the data had, naming all of them."""
+    beyond = [(name, values, known, unit) for name, values, known, unit in quantities if outside(values, known).any()]
+    if not beyond:
+        return
+    name, values, known, unit = beyond[0]
+    raise Code.MCH_RANGE.refusal(
+        "; ".join(_beyond(*quantity) for quantity in beyond),
+        hint="warm the machine up, or characterize it over that range",
+        override=" ".join(f"--extrapolate {name}" for name, *_ in beyond),
+        values={"name": name, "found": [float(values.min()), float(values.max())], "known": list(known), "unit": unit},
+    )
+
+
+def _beyond(name: str, values: Array, known: tuple[float, float], unit: str) -> str:
+    low, high, *ends = (in_words(value, unit) for value in (float(values.min()), float(values.max()), *known))
+    return f"{name} is {low if low == high else f'{low} to {high}'}; the model was found from {ends[0]} to {ends[1]}"
 
 
 def require_serial(model: MachineModel, serial: str | None) -> None:
