@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.stats import t
 
 from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.surface.pattern.outlier import outliers
-from trueloop.surface.pattern.pattern import Pattern, common_size, parts_needed, pattern_of
+from trueloop.surface.pattern.pattern import Pattern, common_size, part_maps, parts_needed, pattern_of
 from trueloop.surface.separation.outlying_point import student
 from trueloop.surface.separation.places import projector
 from trueloop.surface.separation.separate import Separation, of_size, separate
@@ -117,3 +118,31 @@ def test_what_no_size_follows_is_part_of_the_uncertainty() -> None:
         told.append(pattern.missed_mm**2)
     assert 0.93 <= np.mean(covered) <= 0.97
     assert np.mean(told) == pytest.approx(np.mean(missed), rel=0.3)
+
+
+def test_a_next_part_scatters_about_a_mean_that_is_uncertain_itself() -> None:
+    """By hand: t of nine degrees of freedom, times the parts' scatter, times √(1 + 1/10)."""
+    pattern = one_pattern(1)
+    scatter = np.std([model.grid_mm(GRID, GRID) for model in pattern.models], axis=0, ddof=1)
+    expected = t.ppf(0.975, 9) * scatter * np.sqrt(1.1)
+    np.testing.assert_allclose(pattern.next_part_grid_mm(GRID, GRID), expected, rtol=1e-6)
+
+
+def test_maps_of_a_part_by_what_was_put_in() -> None:
+    """Corrected by the others' mean it keeps what it alone has and what that mean has of the others; the variance
+    between parts is that of what was added to each, without that of the fits.
+    """
+    rng = np.random.default_rng(5)
+    truth = on_grid(random_surface(rng, 9, 0.010))
+    own = np.stack([on_grid(random_surface(rng, 5, BETWEEN_MM)) for _ in range(10)])
+    noise = rng.normal(0, NOISE_MM, own.shape)
+    found = [of_size(SQUARE, truth + each, Size(9, 9), NEAR) for each in own + noise]
+    maps = part_maps(pattern_of(found, NAMES, size=Size(9, 9)), found[3], "S4", 1.0)
+    kept = own[3] + noise[3] - np.mean(np.delete(own, 3, axis=0), axis=0)
+    assert np.std(maps.predicted_mm - kept) < NOISE_MM / 5  # the fits' noise, of nine parts on average
+    larger = [*found[:3], of_size(SQUARE, found[3].measured_mm + 0.01, Size(9, 9), NEAR), *found[4:]]
+    again = part_maps(pattern_of(larger, NAMES, size=Size(9, 9)), larger[3], "S4", 1.0)
+    np.testing.assert_allclose(again.predicted_mm, maps.predicted_mm + 0.01, atol=1e-12)  # none of it corrects itself
+    half = part_maps(pattern_of(found, NAMES, size=Size(9, 9)), found[3], "S4", 0.5).predicted_mm
+    np.testing.assert_allclose(half, (maps.predicted_mm + found[3].measured_mm) / 2, atol=1e-12)
+    assert np.mean(maps.variability_mm**2) == pytest.approx(np.mean(np.var(own, axis=0, ddof=1)), rel=0.06)
