@@ -35,6 +35,11 @@ class CutErrors:
     def __len__(self) -> int:
         return len(self.feature)
 
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Returns the group of features of each place; of one without, the feature."""
+        return self.feature if self.group is None else self.group
+
     @classmethod
     def none(cls) -> "CutErrors":
         """Returns errors without any place."""

@@ -36,6 +36,14 @@ def test_taper_on_cylinders_changes_x_and_leaves_z() -> None:
     assert decision.x.largest_left_mm == pytest.approx(0.0155, abs=0.002)
 
 
+def test_expected_errors_of_earlier_parts_are_followed_where_the_contour_is_changed_anyway() -> None:
+    """A taper of 2 µm, well below what touches scatter by: no test of touches sees it, and it is known."""
+    expected = errors(0.020, -0.010, x_taper_mm=0.002) - NOISE_MM
+    by_test, known = (decide(expected, NORMALS, SIGMA_MM, 8, 1e-4, 1.0, "contour", known=k) for k in (False, True))
+    assert by_test.offset_is_enough and not known.x.enough and known.z.enough
+    assert "earlier parts tell the curve" in known.x.words
+
+
 def test_weight_scales_the_offset_and_nothing_else() -> None:
     full = decide(errors(0.04, 0.0), NORMALS, SIGMA_MM, 8, 1e-4, 1.0)
     part = decide(errors(0.04, 0.0), NORMALS, SIGMA_MM, 8, 1e-4, 0.75)

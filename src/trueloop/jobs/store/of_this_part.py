@@ -138,15 +138,17 @@ def require_size(before: Correction, after: ErrorVectors) -> None:
 
 
 def _unlike_mm(before: Correction, after: ErrorVectors) -> float:
-    """By how much the errors are other than nothing, than those before the cut (not corrected), and than these with
-    the other sign (corrected twice), RMS at common places; 0 without any.
+    """By how much the errors are other than nothing, than those before the cut (not corrected), than these with the
+    other sign (corrected twice), and than what a tool leaves that was moved, RMS at common places; 0 without any.
     """
     distances = np.array([_distances_mm(before, place) for place in after.nominal_mm])
     common = distances.min(axis=1) <= ON_PROFILE_MM
     if not np.any(common):
         return 0.0
     found, was = after.error_mm[common], before.model.vectors.error_mm[distances.argmin(axis=1)[common]]
-    return min(rms(found - share * was) for share in (0.0, 1.0, -1.0))
+    normal = after.outward_normal[common]
+    left = found - normal @ np.linalg.lstsq(normal, found, rcond=None)[0]
+    return min(rms(left), *(rms(found - share * was) for share in (0.0, 1.0, -1.0)))
 
 
 def _distances_mm(before: Correction, place: Array) -> Array:

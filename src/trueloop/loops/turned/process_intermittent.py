@@ -264,6 +264,7 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
         cut.offset_mm,
         contour,
         common_u_mm=options.between_cuts.common_difference_mm,
+        known=by == "contour" and all(curve.from_memory for curve in model.curves),
     )
 
 

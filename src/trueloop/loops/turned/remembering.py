@@ -20,7 +20,7 @@ from trueloop.loops.turned.cut_errors import places_along
 from trueloop.loops.turned.from_memory import FromMemory, edge_words
 from trueloop.loops.turned.made_parts import name_of, semifinish_errors
 from trueloop.memory.edge.expect import expect
-from trueloop.memory.edge.refuse import nearest_rad
+from trueloop.memory.edge.refuse import FEW, is_seen
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed
@@ -29,10 +29,6 @@ from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.chain import Chain, chains_of
 from trueloop.turned.fit.prior.remembered import Remembered, angles_along
 from trueloop.wording import all_of, wording
-
-FEW: Final = 5
-"""Fewer touches of an arc show nothing of angles that nobody has seen: from one to so many, memory refuses these."""
-
 
 AS_CHECK: Final = 3
 """So few touches still judge whether a part is as earlier parts: level and form, with one that may be bad."""
@@ -130,7 +126,7 @@ def _without(touches: CutErrors, left_out: Sequence[int]) -> CutErrors:
 
 def _known_features(inputs: Inputs, today: MadePart) -> tuple[int, ...]:
     """Features, by index, that memory may tell: all but arcs whose contact angles nobody has seen; of these, arcs with
-    a few touches are asked for, so that memory refuses them.
+    a few touches (from one to `FEW`) are asked for, so that memory refuses them.
     """
     chains = chains_of(inputs.profile)
     known = [i for chain in chains if not chain.curved or _is_asked(inputs, today, chain) for i in chain.features]
@@ -143,7 +139,7 @@ def _is_asked(inputs: Inputs, today: MadePart, chain: Chain) -> bool:
     if 0 < touches < FEW:
         return True
     angles = np.concatenate([angles_along(inputs.profile, i)[1] for i in chain.features])
-    return bool(np.all(nearest_rad(inputs.history, today, angles) <= inputs.memory.unseen_rad))
+    return bool(np.all(is_seen(inputs.history, today, angles, np.full(len(angles), touches), inputs.memory)))
 
 
 def _as_table(expected: Expected, index: NDArray[np.intp], along_mm: Array, corrects: bool) -> Remembered:

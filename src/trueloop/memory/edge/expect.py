@@ -38,7 +38,7 @@ def expect(history: Sequence[MadePart], today: MadePart, at: CutErrors, options:
     learned = latest(remembered(history, options), today.part_type)
     angle = at.contact_angle_rad
     if learned:
-        refuse(learned, today, angle, options)
+        refuse(learned, today, at, options)
     found = predict(learned, today, at)
     parts = sum(part.uncorrected_mm is not None for part in learned)
     refuse_gain(found.gain)

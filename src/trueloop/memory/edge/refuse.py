@@ -1,17 +1,25 @@
 """Refusals of memory to predict, and its remarks where it predicts from few data."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, TrueloopError
+from trueloop.estimate.catalogue import PRIORS
 from trueloop.memory.edge.options import MemoryOptions
-from trueloop.memory.made_part import MadePart
+from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.wording import wording
+
+FEW: Final = 5
+"""Fewer touches of an arc show nothing of angles that nobody has seen."""
+
+SMOOTH_RAD: Final = PRIORS["nose_length"].median
+"""Over so much contact angle a nose's form is smooth."""
 
 LEAST_GAIN: Final = 1 / 3
 OFF: Final = 'correct by today\'s touches alone: [memory] use = "off"'
@@ -35,22 +43,46 @@ def nearest_rad(history: Sequence[MadePart], today: MadePart, contact_angle_rad:
     """Returns the distance of the nearest contact angle that earlier parts or today's touches have measured, (n,); inf
     without any.
     """
-    seen = [today.semifinish.contact_angle_rad]
-    for part in history:
-        seen += [part.semifinish.contact_angle_rad] + ([] if part.finish is None else [part.finish.contact_angle_rad])
-    angles = np.concatenate(seen)
+    return _nearest(np.concatenate([today.semifinish.contact_angle_rad, _measured(history)]), contact_angle_rad)
+
+
+def is_seen(
+    history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array, touches: Integers, options: MemoryOptions
+) -> Flags:
+    """Returns whether contact angles are near enough to those that were measured, (n,).
+
+    `touches` (n,) counts today's on the group of features that each is of. Of many touches further apart, an angle is
+    also seen between angles of earlier parts, within the length over which a nose's form is smooth: what is known there
+    then is what the fit of today's touches would assume.
+    """
+    near = nearest_rad(history, today, contact_angle_rad) <= options.unseen_rad
+    earlier = _measured(history)
+    between = (contact_angle_rad >= earlier.min(initial=np.inf)) & (contact_angle_rad <= earlier.max(initial=-np.inf))
+    smooth = _nearest(earlier, contact_angle_rad) <= SMOOTH_RAD
+    return np.asarray(near | ((touches >= FEW) & between & smooth))
+
+
+def _measured(history: Sequence[MadePart]) -> Array:
+    cuts = [cut for part in history for cut in (part.semifinish, part.finish) if cut is not None]
+    return np.concatenate([np.empty(0), *(cut.contact_angle_rad for cut in cuts)])
+
+
+def _nearest(angles: Array, contact_angle_rad: Array) -> Array:
     if not len(angles):
         return np.full(len(contact_angle_rad), np.inf)
     return np.asarray(np.abs(np.subtract.outer(contact_angle_rad, angles)).min(axis=1))
 
 
-def refuse(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array, options: MemoryOptions) -> None:
-    """Raises where nothing may be predicted; `history` is not empty."""
+def refuse(history: Sequence[MadePart], today: MadePart, at: CutErrors, options: MemoryOptions) -> None:
+    """Raises where nothing may be predicted at places; `history` is not empty."""
     if not len(today.semifinish.error_mm):
         _refuse_untouched(history, today)
-    nearest = nearest_rad(history, today, contact_angle_rad)
-    if np.any(nearest > options.unseen_rad):
-        raise _unseen(today, contact_angle_rad, nearest, options)
+    count = Counter(today.semifinish.groups)
+    touches = np.array([count[group] for group in at.groups], dtype=np.intp)
+    unseen = np.flatnonzero(~is_seen(history, today, at.contact_angle_rad, touches, options))
+    if len(unseen):
+        angles = at.contact_angle_rad[unseen]
+        raise _unseen(today, angles, nearest_rad(history, today, angles), options)
 
 
 def refuse_gain(gain: float) -> None:

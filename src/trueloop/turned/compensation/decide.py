@@ -118,6 +118,7 @@ def decide(
     contour_in_force_mm: Array | None = None,
     *,
     common_u_mm: float = 0.0,
+    known: bool = False,
 ) -> Decision:
     """Fits one offset to all touches and tests its residuals, axis by axis.
 
@@ -127,7 +128,9 @@ def decide(
     `from_memory`: some of the places were not touched, their errors are from earlier parts. `correlation` (n, n): of
     the touches' scatter; None: they have nothing in common. `in_force_mm` is the offset (x as a radius, z) in
     force, `contour_in_force_mm` (n,) what a contour in force moved the places by, of which the best offset counts.
-    `common_u_mm` (standard) is what moves the next cut as a whole. U of an offset holds that, what the touches scatter
+    `common_u_mm` (standard) is what moves the next cut as a whole. `known`: all errors are expected values of the next
+    cut, which do not scatter as touches do, and the contour carries the correction in any case: then an offset is
+    enough where it leaves no more than the control can resolve. U of an offset holds that, what the touches scatter
     by, and where they deviate from any offset by more, that scatter: √(χ²/ν) of it (Birge).
     """
     informs = np.abs(outward_normal) > FACES_AXIS
@@ -135,21 +138,21 @@ def decide(
     inverse = np.linalg.pinv(np.where(faces, outward_normal, 0.0), rcond=1e-9)
     same = np.eye(len(process_error_mm)) if correlation is None else correlation
     variance = np.diag(inverse @ same @ inverse.T)
-    known = np.sqrt(np.diag(inverse @ inverse.T)) <= DETERMINED
-    if not np.all(known):
-        inverse = np.linalg.pinv(np.where(known & faces, outward_normal, 0.0), rcond=1e-9)
+    determined = np.sqrt(np.diag(inverse @ inverse.T)) <= DETERMINED
+    if not np.all(determined):
+        inverse = np.linalg.pinv(np.where(determined & faces, outward_normal, 0.0), rcond=1e-9)
     constants = inverse @ process_error_mm
     left = process_error_mm - outward_normal @ constants
-    spare = len(left) - int(np.count_nonzero(known & faces))
+    spare = len(left) - int(np.count_nonzero(determined & faces))
     scatter_mm = max(sigma_mm, float(np.sqrt(left @ left / spare)) if spare > 0 else 0.0)
     from_touches = _coverage(degrees_of_freedom) * scatter_mm * np.sqrt(variance)
     u_mm = np.hypot(from_touches, NORMAL_95 * common_u_mm)
     x, z = (
         _decide_axis(
             *(axis, left, informs[:, axis], -weight * constants[axis], float(u_mm[axis])),
-            *(sigma_mm, degrees_of_freedom, resolution_mm, from_memory),
+            *(sigma_mm, degrees_of_freedom, resolution_mm, from_memory, known),
         )
-        if known[axis]
+        if determined[axis]
         else _undetermined(axis, float(u_mm[axis]))
         for axis in range(2)
     )
@@ -169,6 +172,7 @@ def _decide_axis(
     degrees_of_freedom: float,
     resolution_mm: float,
     from_memory: bool,
+    known: bool,
 ) -> AxisDecision:
     name, n = AXES[axis], int(np.count_nonzero(informs))
     if n == 0:
@@ -178,12 +182,13 @@ def _decide_axis(
     largest = float(np.max(np.abs(left)))
     ratio = float(left @ left) / max(n - 1, 1) / sigma_mm**2 if sigma_mm > 0 else float("inf")
     p_value = _upper_tail(ratio, max(n - 1, 1), degrees_of_freedom)
-    enough = largest <= resolution_mm / 2 or p_value > SIGNIFICANCE
-    verdict = (
-        wording("the offset is enough and the contour stays as programmed")
-        if enough
-        else wording("that is more than the process scatters by itself, so the contour is changed")
-    )
+    enough = largest <= resolution_mm / 2 or (p_value > SIGNIFICANCE and not known)
+    if enough:
+        verdict = wording("the offset is enough and the contour stays as programmed")
+    elif p_value > SIGNIFICANCE:
+        verdict = wording("earlier parts tell the curve, which the contour follows")
+    else:
+        verdict = wording("that is more than the process scatters by itself, so the contour is changed")
     touches = wording("{n} touches", n=n)
     words = wording(
         "{axis}: a constant offset of {offset} would leave up to {left} at {places}, where {sigma} (one standard "

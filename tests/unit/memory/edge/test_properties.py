@@ -15,6 +15,7 @@ from trueloop.memory.edge.advice import enough_touches
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.predict import latest, predict
+from trueloop.memory.edge.refuse import is_seen
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
 
@@ -166,6 +167,20 @@ def test_a_replay_uses_all_touches_where_three_are_refused() -> None:
     assert replay((*HISTORY, new), own, MemoryOptions(), lambda _: (2, 8, 14))[-1].touches == 21
     flat = replace(LAST, semifinish=errors(np.empty(0), np.empty(0)))
     assert expected(flat).enough_touches == 0
+
+
+@pytest.mark.parametrize(("touches", "earlier_deg", "seen"), [(5, 80.0, True), (4, 80.0, False), (5, 40.0, False)])
+def test_between_many_touches_of_an_arc_earlier_parts_are_used_that_saw_it_alike(
+    touches: int, earlier_deg: float, seen: bool
+) -> None:
+    """Touches 20° apart and angles 10° from them; earlier parts have touched the same, as far as `earlier_deg`."""
+    at = np.radians(np.arange(0.0, 81.0, 20.0))
+    known = at[at <= np.radians(earlier_deg)]
+    before = [replace(HISTORY[0], semifinish=errors(0.0 * known, known), finish=None)]
+    today = replace(LAST, semifinish=errors(np.zeros(touches), at[:touches]))
+    angles = at[: touches - 1] + np.radians(10.0)
+    found = is_seen(before, today, angles, np.full(len(angles), touches), MemoryOptions())
+    assert bool(np.all(found)) == seen
 
 
 def test_what_memory_alone_says_is_what_it_says_without_a_touch() -> None:
