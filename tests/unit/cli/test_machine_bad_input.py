@@ -81,7 +81,7 @@ def test_machine_files(said: Said, old: str, new: str, expected: tuple[str, ...]
         ("X_mm", "x_mm", ("r.csv:1:1: MCH-FILE: ", "'x_mm'", "did you mean 'X_mm'")),
         ("X_mm", "X_deg", ("r.csv:1:1: MCH-FILE: ", "'X_deg'", "X_mm")),
         ("X_mm", "C_deg", ("r.csv:1: MCH-AXIS", "'C'")),
-        ("X_mm", "X_in", ("r.csv:1: MCH-UNIT", "X_in")),
+        ("X_mm", "X_ft", ("r.csv:1: MCH-UNIT", "X_ft")),
         ("reading_um", "readng_um", ("r.csv:1:3: MCH-FILE", "did you mean 'reading_um'")),
         ("u_um", "u_urad", ("r.csv:1: MCH-UNIT", "u_urad", "reading_um")),
         ("u_um", "reading_mm", ("r.csv:1: MCH-UNIT", "2 columns")),
