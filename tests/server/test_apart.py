@@ -5,6 +5,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from hashlib import sha256
 from os import getpid, kill
 from pathlib import Path
@@ -51,9 +52,10 @@ def readers() -> set[int]:
     """The processes that read files for this one, as the system lists them."""
     found = set()
     for children in Path(f"/proc/{getpid()}/task").glob("*/children"):
-        for pid in map(int, children.read_text(encoding="ascii").split()):
-            if b"trueloop.server.apart.process" in Path(f"/proc/{pid}/cmdline").read_bytes():
-                found.add(pid)
+        with suppress(FileNotFoundError):  # of a thread or process that has ended since it was listed
+            for pid in map(int, children.read_text(encoding="ascii").split()):
+                if b"trueloop.server.apart.process" in Path(f"/proc/{pid}/cmdline").read_bytes():
+                    found.add(pid)
     return found
 
 
