@@ -4,7 +4,7 @@ import pickle
 from collections.abc import Callable
 
 import numpy as np
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tests.support.touched import touched
@@ -80,6 +80,8 @@ def test_the_slope_is_the_finite_difference_away_from_breaks(shift: Shift, s: fl
 
 
 @given(shifts(), st.floats(1e-4, 0.05))
+@example(Shift(np.zeros(0), np.array([[0.0625, 5e-29]])), 0.03125)  # it reaches the limit 10^26 mm away
+@example(Shift(np.zeros(1), np.array([[0.0, 0.0, 0.0], [0.0, 3.125e-3, 3.5e-28]])), 0.03125)  # twice: 10 mm and 10^25
 def test_clipped_it_is_what_clipping_its_numbers_gives(shift: Shift, most_mm: float) -> None:
     expected = np.clip(shift.value_mm(PLACES), -most_mm, most_mm)
     np.testing.assert_allclose(shift.clipped(most_mm).value_mm(PLACES), expected, atol=1e-9)

@@ -14,8 +14,13 @@ from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array, by_content
 
-NOTHING: Final = 1e-30
-"""A coefficient of the highest power this small does not count: over a metre a fourth power makes 1e-18 mm of it."""
+FARTHEST_MM: Final = 1e4
+"""Arc length beyond which no part reaches."""
+
+NOTHING_MM: Final = 1e-10
+"""A coefficient of the highest power does not count where it makes no more than this of that length: its root far
+beyond would take the digits of the others.
+"""
 
 
 @by_content
@@ -76,9 +81,13 @@ class Shift:
     def _reaches(self, value_mm: float) -> list[float]:
         """Returns the arc lengths inside its pieces at which it has a value."""
         ends = np.concatenate([[-np.inf], self.breaks_mm, [np.inf]])
+        counts = np.abs(self.coefficients_mm) * FARTHEST_MM ** np.arange(self.coefficients_mm.shape[1]) > NOTHING_MM
         found: list[float] = []
-        for row, origin, low, high in zip(self.coefficients_mm, self.origins_mm, ends, ends[1:], strict=False):
-            roots = polynomial.polyroots(polynomial.polytrim(np.append(row[0] - value_mm, row[1:]), NOTHING)) + origin
+        for row, origin, low, high, counting in zip(
+            self.coefficients_mm, self.origins_mm, ends, ends[1:], counts, strict=False
+        ):
+            powers = 1 + int(np.max(np.flatnonzero(counting), initial=0))
+            roots = polynomial.polyroots(np.append(row[0] - value_mm, row[1:powers])) + origin
             found += [float(root.real) for root in roots if root.imag == 0.0 and low < root.real < high]
         return found
 
