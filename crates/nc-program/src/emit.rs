@@ -1,5 +1,5 @@
 //! Moves are added to the path, and blocks that were executed noted for whoever writes the program anew: all that a block
-//! does besides moving hangs on them.
+//! does besides moving depends on them.
 
 use crate::arc::Circle;
 use crate::contouring::Turn;

@@ -431,7 +431,7 @@ class TableOptions:
     error_of: Annotated[str | None, option("Axis that is corrected.  [default: the same]", metavar="Y")] = None
     count: Annotated[int, option("Entries.", min=2)] = 101
     at: Annotated[list[str] | None, option("Position of another axis, mm or °.", metavar="Y=V")] = None
-    opposite_sign: Annotated[bool, option("All values with the other sign, where trying it says so.")] = False
+    opposite_sign: Annotated[bool, option("All values with the other sign, where a trial shows the need.")] = False
 
 
 def export(

@@ -96,7 +96,7 @@ def read_text(path: Path, code: Code, *, hint: str) -> str:
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise code.refusal(
-            f"line {line} is no text in UTF-8: {error.reason}", hint=hint, place=Place(str(path), line)
+            f"line {line} is not text in UTF-8: {error.reason}", hint=hint, place=Place(str(path), line)
         ) from error
 
 

@@ -458,7 +458,7 @@ def _check_rotary_stated(unstated: Sequence[str]) -> None:
     """Refuses rotary axes of which nobody states where they stand: at another angle the errors are others."""
     if unstated:
         raise Code.MCH_FRAME.refusal(
-            f"it is not stated where {len(unstated)} rotary axes stand while the program runs: {' '.join(unstated)}",
+            f"rotary axes without a stated position: {len(unstated)} ({' '.join(unstated)})",
             hint="state each in degrees: " + " ".join(f"--at {name}=0" for name in unstated),
         )
 

@@ -306,11 +306,11 @@ def predicted_um(
     Those in `extrapolate`, named with or without their unit, may leave the data: the model goes on as its functions do.
     """
     found = {channel: model.predict(test.time_s, test.signals) for channel, model in models.items()}
-    known = {column: model.known[column] for model in models.values() for column in model.signals}
-    named = {column: column.rpartition("_") for column in known}
+    known = {(column, model.known[column]) for model in models.values() for column in model.signals}
+    named = [(column, *column.rpartition("_")[::2], limits) for column, limits in sorted(known)]
     check_ranges(
-        (name, test.signals[column], known[column], SIGNALS[f"_{ending}"])
-        for column, (name, _, ending) in named.items()
+        (name, test.signals[column], limits, SIGNALS[f"_{ending}"])
+        for column, name, ending, limits in named
         if not {name, column} & set(extrapolate)
     )
     return found

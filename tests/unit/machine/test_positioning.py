@@ -64,6 +64,17 @@ def test_a_test_of_one_way_has_the_values_of_that_way_alone(tmp_path: Path, way:
     assert "from one side" in page and "reversal value" not in page
 
 
+@pytest.mark.parametrize(("unit", "per_unit_rad"), [("arcsec", np.pi / 648000), ("deg", np.pi / 180)])
+def test_deviations_of_a_rotary_axis_are_in_their_own_unit(tmp_path: Path, unit: str, per_unit_rad: float) -> None:
+    rows = [
+        f"{10 * k},{way},{cycle},{0.001 * (k + cycle)}" for k in (0, 1) for way in ("up", "down") for cycle in (0, 1)
+    ]
+    path = tmp_path / "x.csv"
+    path.write_text("\n".join([f"target_deg,approach,cycle,deviation_{unit}", *rows]))
+    test = read_positioning(path)
+    np.testing.assert_allclose(test.deviation_up, 1e-3 * per_unit_rad * np.array([[0, 1], [1, 2]]), atol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("text", "code"),
     [

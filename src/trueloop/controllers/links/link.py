@@ -85,7 +85,7 @@ def no_such_program(name: str, where: str, there: list[str]) -> TrueloopError:
 
     near = difflib.get_close_matches(name, there, 1)
     hint = f"did you mean {near[0]!r}?" if near else f"{len(there)} programs are there: `trueloop link list`"
-    return Code.LNK_NAME.refusal(f"there is no program {name!r} at {where}", hint=hint, values={"name": name})
+    return Code.LNK_NAME.refusal(f"no program {name!r} is stored at {where}", hint=hint, values={"name": name})
 
 
 def not_reached(where: str, error: Exception | str) -> TrueloopError:

@@ -238,7 +238,7 @@ def _item(given: Mapping[str, str]) -> Item:
 
 def _require_address(url: str) -> None:
     if not is_address(url):
-        raise _agent_refused(url, "it is no address of an agent, such as http://10.0.0.7:5000/lathe")
+        raise _agent_refused(url, "not the address of an agent, such as http://10.0.0.7:5000/lathe")
 
 
 def _agent_refused(url: str, why: str) -> TrueloopError:

@@ -202,7 +202,7 @@ def _unreadable(path: Path) -> TrueloopError:
 
 def _unknown_ending(path: Path) -> TrueloopError:
     known = ", ".join(sorted(STEP | IGES))
-    return Code.SRF_CAD.refusal(f"{path.suffix!r} is no ending of a CAD file", hint=f"known endings: {known}")
+    return Code.SRF_CAD.refusal(f"{path.suffix!r} does not end the name of a CAD file", hint=f"known endings: {known}")
 
 
 def _surface_of(face: CadFace) -> Surface:

@@ -15,6 +15,7 @@ from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.machine.identify.hold_out import HeldOut, Left
 from trueloop.machine.identify.identify import Identification
 from trueloop.machine.identify.observations import Observations
+from trueloop.units import MM_PER_INCH, UM_PER_MM, URAD_PER_RAD
 
 PROPORTIONAL = 0.3
 """RMS that b · prediction may leave of a run, as a share of its readings', for b to stand for the whole run."""
@@ -43,7 +44,12 @@ FEWEST = 10
 TRIED = 6
 """Runs at most that are left out one by one to find which is wrong."""
 
-FACTORS: Final = {1000.0: "mm and µm, or µm and nm", 25.4: "inch and mm", 4.848: "arcsec and µrad", 57.3: "° and rad"}
+FACTORS: Final = {
+    UM_PER_MM: "mm and µm, or µm and nm",
+    MM_PER_INCH: "inch and mm",
+    URAD_PER_RAD * float(np.radians(1 / 3600)): "arcsec and µrad",
+    float(np.degrees(1.0)): "° and rad",
+}
 """Which units, mixed up, make such a ratio."""
 
 

@@ -70,7 +70,7 @@ def install(to: Path | None = None, keep_sources: Path | None = None) -> Install
     folder = to or modules_folder()
     if not folder.is_dir():
         raise Code.RTC_BUILD.refusal(
-            f"there is no folder {str(folder)!r}", hint="name LinuxCNC's folder of modules with --to"
+            f"the folder {str(folder)!r} does not exist", hint="name LinuxCNC's folder of modules with --to"
         )
     check_symbols(built)
     if keep_sources is not None:

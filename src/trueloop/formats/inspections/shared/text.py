@@ -27,7 +27,7 @@ def feature_names(mapping: Path | None) -> Mapping[str, str]:
     names = content.get("features", {})
     if not isinstance(names, dict) or not all(isinstance(one, str) for one in names.values()):
         raise Code.MSR_MAPPING.refusal(
-            "'features' is no table of names in quotes", hint=NAMES_HINT, place=Place(str(mapping))
+            "'features' is not a table of names in quotes", hint=NAMES_HINT, place=Place(str(mapping))
         )
     return names
 
@@ -66,7 +66,7 @@ def decoded(content: bytes, path: Path) -> tuple[str, str]:
         except UnicodeDecodeError:
             continue
     raise Code.MSR_FILE.refusal(
-        f"{path.name!r} is no text in UTF-8, UTF-16 or {', '.join(OTHERS)}: its first bytes are {content[:4].hex(' ')}",
+        f"{path.name!r} is not text in UTF-8, UTF-16 or {', '.join(OTHERS)}: it begins {content[:4].hex(' ')}",
         hint=HINT,
         place=Place(str(path)),
     )

@@ -196,7 +196,7 @@ def mtconnect_feed(file: Located[SignalsFile], source: str, table: MtConnectTabl
     if not is_address(table.url):
         with file.at("mtconnect", source, "url"):
             raise Code.RTC_SOURCE.refusal(
-                f"{table.url!r} is no address of an agent", hint="such as http://10.0.0.7:5000/lathe"
+                f"{table.url!r} does not address an agent", hint="such as http://10.0.0.7:5000/lathe"
             )
     items = {name: str(signal.item) for name, signal in signals.items()}
     return MtConnect(table.url, items, table.every_s, table.held, table.skew_s)
