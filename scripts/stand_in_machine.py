@@ -22,6 +22,7 @@ from trueloop.controllers.linuxcnc.cell.decide import ControlNow, Doing, Patienc
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.controllers.linuxcnc.cell.service import Service
 from trueloop.domain.factory import BlockKind
+from trueloop.errors import Code
 from trueloop.nc.witness import LOG_FILE
 
 EMPTY: Final = "nothing.ngc"
@@ -161,8 +162,9 @@ class Remote:
         return file.read_bytes() if file.exists() else None
 
     def open(self, name: str) -> None:
-        """Loads it."""
-        self._ask("open", name)
+        """Loads it. Raises CTL-LINUXCNC where a program runs at that moment, as the control does."""
+        if self._ask("open", name)[0] != name:
+            raise Code.CTL_LINUXCNC.refusal(f"{name!r} is not loaded: a program runs", hint="wait until it has ended")
 
     def clear(self, name: str) -> None:
         """Unloads it and takes it away."""

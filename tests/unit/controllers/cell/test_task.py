@@ -41,7 +41,10 @@ def test_one_that_ended_is_not_believed(tmp_path: Path, monkeypatch: pytest.Monk
 def test_a_killed_process_of_this_computer_is_gone_at_once(tmp_path: Path) -> None:
     ini = tmp_path / "lathe.ini"
     name = Path(sys.executable).name
-    with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)", "-ini", str(ini)]) as child:
+    program = "import time; print('runs', flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", program, "-ini", str(ini)], stdout=subprocess.PIPE) as child:
+        assert child.stdout is not None
+        child.stdout.readline()  # its command line stands in /proc only some time after it was started
         task = Task(ini, name)
         assert task.pid() == child.pid
         child.kill()
