@@ -158,3 +158,17 @@ def test_with_a_machine_the_shares_add_up_to_what_the_given_program_would_leave_
         mine = [left for left, name in zip(left_um, TOUCHES.feature, strict=True) if name == feature["feature"]]
         shares = [one["mean_um"] for one in feature["sources"] if one["source"] != "measuring"]
         assert math.fsum(shares) == pytest.approx(float(np.mean(mine)), abs=0.7)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_touch_that_the_fit_leaves_out_has_no_share(sign: float) -> None:
+    """A chip under the ball at one touch of the dome: shares are those of the other touches."""
+    vectors, _ = drawn(3, (5, 9, 4))
+    wrong = vectors.error_mm.copy()
+    wrong[9] += sign * 0.060
+    with_it = fit_profile(DOME, touched(DOME, wrong, (5, 9, 4)), FitOptions())
+    assert np.flatnonzero(with_it.weight == 0.0).tolist() == [9]
+    without = fit_profile(DOME, vectors.chosen([k for k in range(18) if k != 9]), FitOptions())
+    for found, expected in zip(*(error_sources(one, PRIOR, None, None) for one in (with_it, without)), strict=True):
+        assert [one.mean_mm for one in found.shares] == pytest.approx([one.mean_mm for one in expected.shares])
+        assert found.together_mm == pytest.approx(expected.together_mm)

@@ -81,3 +81,26 @@ def test_places_of_a_part_with_two_set_ups_are_those_of_the_part(tmp_path: Path)
 def test_a_part_that_is_not_in_the_store_is_named(plugs: Path) -> None:
     told = run("measure", "next", "P44", "--db", plugs.parent / "trueloop.db", status=3)
     assert "DIA-NONE" in told and "did you mean 'P4'?" in told
+
+
+def test_a_job_is_planned_by_the_earlier_parts_of_its_edges_as_its_part_in_the_store_is(plugs: Path) -> None:
+    """The job names the touches of P4 still, and its folder has the store; `--db` may name another, or none."""
+    of_job = json.loads(run("measure", "next", plugs, "--json", "-n", "2"))
+    of_part = plan(plugs, "P4", "-n", "2")
+    assert of_job["before"] == pytest.approx(of_part["before"], rel=0.02)
+    assert of_job["after"] == pytest.approx(of_part["after"], rel=0.02)
+    empty = plugs.parent / "empty.db"
+    run("db", "init", empty)
+    alone = json.loads(run("measure", "next", plugs, "--db", empty, "--json", "-n", "1"))
+    assert of_job["before"] < 0.8 * alone["before"]
+
+
+def test_a_job_without_touches_yet_is_planned_by_earlier_parts_alone(plugs: Path, tmp_path: Path) -> None:
+    shutil.copytree(plugs.parent, tmp_path / "next")
+    (tmp_path / "next" / "touches.csv").unlink()
+    found = json.loads(run("measure", "next", tmp_path / "next" / "job.toml", "--json", "-n", "3"))
+    assert not found["measured"]
+    assert found["before"] > 1.05 * plan(plugs, "P4", "-n", "1")["before"]
+    (tmp_path / "next" / "trueloop.db").unlink()
+    alone = json.loads(run("measure", "next", tmp_path / "next" / "job.toml", "--json", "-n", "3"))
+    assert found["before"] < 0.5 * alone["before"]

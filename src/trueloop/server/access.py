@@ -56,6 +56,7 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("GET", "/corrections/{id}/report"): READ,
     ("GET", "/corrections/{id}/curves"): READ,
     ("GET", "/corrections/{id}/curves/{number}"): READ,
+    ("GET", "/corrections/{id}/sources"): READ,
     ("GET", "/series"): READ,
     ("GET", "/series/{part_type}/{characteristic:path}"): READ,
     ("GET", "/charts/{part_type:path}"): READ,

@@ -91,6 +91,8 @@ export const charts: Record<keyof typeof english, string> = {
 
   "curve.title": "Wofür das Programm geändert wurde",
   "curve.key": "● Antastpunkte mit ±U, Linie: Ausgleichskurve mit 95-%-Band, ▲ Knoten, □ vorgegebene Enden; unten: ● vorhergesagt nach dem Schnitt, ◇ Antastpunkt ohne sich selbst vorhergesagt, grau: ±U des nächsten Schnitts.",
+  "sources.said": "Herkunft der Abweichungen je Element, in Balken; die Zahlen stehen im Bericht",
+  "sources.key": "Herkunft der Abweichungen: mittlerer Anteil jeder Ursache an der Abweichung des nächsten Schnitts ohne Korrektur, mit ±U (95 %); rot lässt Material stehen, blau nimmt zu viel.",
   "proposal.picture": "Abweichungen des nächsten Teils ohne den Vorschlag und mit ihm; die Tabelle sagt dasselbe",
   "proposal.key": "● ohne den Vorschlag, ◆ mit ihm, Balken: 95 % der Teile",
   "proposal.last": "Wie Teil {serial}, das letzte dahinter, korrigiert wurde",

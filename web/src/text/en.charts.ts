@@ -89,6 +89,8 @@ export const charts = {
 
   "curve.title": "What the program was changed for",
   "curve.key": "● touches with ±U, line: fitted curve with its 95 % band, ▲ knots, □ prescribed ends; below: ● predicted after the cut, ◇ touch predicted without itself, grey: ±U of the next cut.",
+  "sources.said": "Sources of the errors by feature, in bars; the report has the numbers",
+  "sources.key": "Sources of the errors: mean share of each in the error of the next cut, had nothing been corrected, with ±U (95 %); red leaves material on, blue takes too much.",
   "proposal.picture": "Errors of the next part without the proposal and with it; the table says the same",
   "proposal.key": "● without the proposal, ◆ with it, bars: 95 % of parts",
   "proposal.last": "How part {serial}, the last one behind it, was corrected",

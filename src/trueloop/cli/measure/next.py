@@ -62,7 +62,7 @@ def next_measurement(
 
     asked, job = [one for one in KINDS if one in kinds], Path(of_what) if of_what.endswith(".toml") else None
     if job is not None:
-        found = next_of_job(job, count, asked, taken)
+        found = next_of_job(job, count, asked, taken, db)
     elif control is not None:
         raise typer.BadParameter("a probing program needs the probe that a job names: name the job", param_hint="-c")
     else:

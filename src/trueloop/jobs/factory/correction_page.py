@@ -18,16 +18,14 @@ from trueloop.report.style import in_the_dark
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.figures.curves import CurvePicture, curve_pictures, curve_svg
 from trueloop.report.turned.page import WIDTHS, page
+from trueloop.report.turned.sources import source_svg
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 
 
 def correction_page(store: Store, number: str, language: Language) -> str:
     """Returns one HTML file, by the id of the correction's record. Raises FAC-UNKNOWN, also for another product's."""
-    made = _payload(store, number)
-    if not isinstance(made, turned.Correction):
-        raise _unknown(number)
-    return page(made, Texts(language, "mm"))
+    return page(_turned(store, number), Texts(language, "mm"))
 
 
 def correction_curves(store: Store, number: str, say: Texts) -> tuple[CurvePicture, ...]:
@@ -38,13 +36,24 @@ def correction_curves(store: Store, number: str, say: Texts) -> tuple[CurvePictu
 
 def curve_picture(store: Store, number: str, feature: int, say: Texts, *, narrow: bool, dark: bool) -> str:
     """Draws one feature's error curve (SVG). Raises FAC-UNKNOWN."""
-    made = _payload(store, number)
-    if not isinstance(made, turned.Correction):
-        raise _unknown(number)
+    made = _turned(store, number)
     if feature not in {one.number for one in curve_pictures(made, say)}:
         raise unknown("feature", str(feature), f"the correction {number} has no error curve of that number")
     drawn = curve_svg(made, feature, WIDTHS["narrow" if narrow else "wide"], say)
     return in_the_dark(drawn) if dark else drawn
+
+
+def sources_picture(store: Store, number: str, say: Texts, *, narrow: bool, dark: bool) -> str:
+    """Draws the shares of all sources in the errors of each feature (SVG). Raises FAC-UNKNOWN."""
+    drawn = source_svg(_turned(store, number), WIDTHS["narrow" if narrow else "wide"], say)
+    return in_the_dark(drawn) if dark else drawn
+
+
+def _turned(store: Store, number: str) -> turned.Correction:
+    made = _payload(store, number)
+    if not isinstance(made, turned.Correction):
+        raise _unknown(number)
+    return made
 
 
 def _payload(store: Store, number: str) -> object:

@@ -26,24 +26,31 @@ from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.jobs.diagnose.records import part_named
 from trueloop.jobs.measure.probing import by_setup, program_of, reached, read_measuring, read_probing
 from trueloop.jobs.store.history import REMEMBERED, history_from, life_of
+from trueloop.jobs.store.where import Choice, store_of
 from trueloop.jobs.turned.characteristics import characteristics_of
+from trueloop.jobs.turned.compensate import with_memory
 from trueloop.jobs.turned.inputs import Measured
 from trueloop.jobs.turned.job import ReadCuts, read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.loops.turned.correction import Correction
+from trueloop.jobs.turned.shares import stored_inputs
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.cut_errors import cut_errors
 from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.next_measurement import (
     Candidate,
     Edge,
     Instrument,
+    Known,
     OfHistory,
     OfPart,
     Plan,
     next_measurements,
 )
 from trueloop.loops.turned.process_intermittent import process_errors
+from trueloop.loops.turned.remembering import is_used, today_of
 from trueloop.loops.turned.share import characteristics_in, inputs_of_edge, seen_of_edge
-from trueloop.memory.made_part import MadePart
+from trueloop.memory.edge.expect import remembered
+from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_plan
 from trueloop.probing.plan import MARGIN_MM, Spacing, equally_spaced
@@ -123,11 +130,13 @@ def next_of_job(
     count: int,
     instruments: Sequence[Instrument] = INSTRUMENTS,
     minutes: Mapping[Instrument, float] = MINUTES,
+    db: Choice = None,
 ) -> NextOf:
-    """Plans at most `count` measurements of a job's part, after those that the job names.
+    """Plans at most `count` measurements of a job's part, after those that the job names, and by what earlier parts of
+    its edges have shown, where a store knows them: `db`, or that of the job.
 
-    Where none of the files that it names is there, nothing was measured yet. Raises JOB, NC, GEO, TCH, MSR and TOL
-    errors.
+    Where none of the files that it names is there, nothing was measured yet. Raises JOB, NC, GEO, TCH, MSR, TOL, STO
+    and EDG errors.
     """
     files = JobFiles.of(path)
     measured = _was_measured(files)
@@ -141,7 +150,8 @@ def next_of_job(
     by_ball: list[tuple[CmmTouch, Instrument]] = [(one, "probe") for one in probed]
     by_ball += [(one, "cmm") for one in places if "cmm" in instruments]
     seen = _seen(profile, by_ball, sizes, gauging)
-    plan = next_measurements(_edges(cuts, seen, {**MINUTES, **minutes}), count)
+    store = store_of(path.parent, db, files.job.store.db)
+    plan = next_measurements(_edges(cuts, seen, {**MINUTES, **minutes}, store), count)
     first = files.of_setups[0]
     program = first.finish_program()
     inch = unit_of_path(program.unit, first.run.of(program))["unit"] == "inch"
@@ -250,26 +260,42 @@ def _nose_mm(cuts: ReadCuts) -> float | None:
 
 
 def _edges(
-    cuts: ReadCuts, seen: Sequence[tuple[str, Instrument, Seen]], minutes: Mapping[Instrument, float]
+    cuts: ReadCuts,
+    seen: Sequence[tuple[str, Instrument, Seen]],
+    minutes: Mapping[Instrument, float],
+    store: Store | None = None,
 ) -> list[Edge]:
     edges = []
     for setup in cuts.setups:
         for own, whole in setup.cuts:
             inputs = inputs_of_edge(whole, own)
+            if store is not None:
+                inputs = with_memory(store, stored_inputs(inputs, cuts.read.profile, own), None)
             errors = process_errors(inputs) if len(inputs.touches.point) else inputs.touches
-            known = OfPart(part_state(inputs.profile, errors), inputs.options.between_cuts)
             mine = seen_of_edge([one for _, _, one in seen], setup.frame, own, cuts.read.profile)
             edges.append(
                 Edge(
                     inputs.profile,
-                    known.state.vectors,
+                    errors,
                     inputs.characteristics,
                     inputs.part_zero_z_mm,
-                    known,
+                    _known(inputs, errors),
                     _candidates(mine, seen, minutes),
                 )
             )
     return edges
+
+
+def _known(inputs: Inputs, errors: ErrorVectors) -> Known:
+    """Returns what the measured errors of an edge's part show, and earlier parts of the edge where these take part."""
+    if not is_used(inputs):
+        return OfPart(part_state(inputs.profile, errors), inputs.options.between_cuts)
+    measured, finished = cut_errors(inputs.profile, errors), inputs.measured_finished
+    today = today_of(inputs, CutErrors.none() if finished else measured)
+    if finished:  # what was in force is taken out of the errors: nothing had been taken off
+        today = replace(today, finish=measured, correction_mm=np.zeros(len(measured)))
+    history = remembered(inputs.history, inputs.memory)
+    return OfHistory.of((inputs.profile, errors), history, today, finished)
 
 
 def _candidates(
@@ -307,7 +333,8 @@ def next_of_part(
         places = _places(profile, correction.nose_radius_mm)
         own = _sizes(profile, asked, instruments)
         seen = _seen(profile, [(one, kind) for kind in BALLS if kind in instruments for one in places], own, gauging)
-        known = OfHistory.of(correction, *_parts_of(store, correction))
+        of_finished = correction.record.cut_with is not None
+        known = OfHistory.of((profile, correction.model.vectors), *_parts_of(store, correction), of_finished)
         candidates = _candidates([one for _, _, one in seen], seen, {**MINUTES, **minutes})
         edges.append(Edge(profile, correction.model.vectors, asked, frame.z_mm(0.0), known, candidates))
         touches |= {one.name: _on_part(one, frame) for one in places}

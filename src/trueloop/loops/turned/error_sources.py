@@ -26,6 +26,7 @@ from trueloop.memory.made_part import MadePart
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.between_cuts import NONE, BetweenCuts
 from trueloop.turned.fit.prior.part_state import in_frame, part_state
+from trueloop.turned.touches.error_vectors import ErrorVectors
 
 ALONG: Final = 9
 """Places at which a source is followed along a feature; a feature without a measured place is averaged over them."""
@@ -133,11 +134,21 @@ class _Known:
 
 
 def _of_part(model: ProfileErrorModel, between: BetweenCuts) -> _Known:
+    vectors = _fitted(model)
+
     def places(index: NDArray[np.intp], along_mm: Array, finish: bool) -> tuple[Places, Array]:
         del finish  # the next cut is as this one, but for what is taken for the difference of two cuts
-        return in_frame(model.profile, model.vectors, index, along_mm)
+        return in_frame(model.profile, vectors, index, along_mm)
 
-    return _Known(part_state(model.profile, model.vectors).updated.state, places, between)
+    return _Known(part_state(model.profile, vectors).updated.state, places, between)
+
+
+def _fitted(model: ProfileErrorModel) -> ErrorVectors:
+    """Returns the touches and readings that the fit uses; the reference touch always, as z counts from it."""
+    used = (model.weight > 0.0) | model.vectors.at_reference
+    left_out = {point for point, kept in zip(model.vectors.point, used.tolist(), strict=True) if not kept}
+    seen = tuple(one for one in model.vectors.seen if one.name not in left_out)
+    return replace(model.vectors.chosen(np.flatnonzero(used)), seen=seen)
 
 
 def _of_edge(model: ProfileErrorModel, history: Sequence[MadePart], today: MadePart) -> _Known:

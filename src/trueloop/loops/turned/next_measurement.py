@@ -21,7 +21,6 @@ from trueloop.estimate.observed import Observed
 from trueloop.estimate.places import Places
 from trueloop.estimate.state import State
 from trueloop.geometry.profile import Profile
-from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.cut_errors import places_at
 from trueloop.memory.edge.predict import latest
 from trueloop.memory.edge.state import known_edge, observed, places_of
@@ -111,12 +110,13 @@ class OfHistory:
     between: BetweenCuts = NONE
 
     @classmethod
-    def of(cls, correction: Correction, history: Sequence[MadePart], part: MadePart) -> "OfHistory":
-        """Takes in earlier parts of the edge in cutting order, then the part, with the readings that it was corrected
-        by.
+    def of(
+        cls, of: tuple[Profile, ErrorVectors], history: Sequence[MadePart], part: MadePart, of_finished: bool
+    ) -> "OfHistory":
+        """Takes in earlier parts of the edge in cutting order, then the part, with the readings of its finish cut
+        (`of_finished`) or of the cut before.
         """
-        profile, vectors = correction.profile, correction.model.vectors
-        of_finished = correction.record.cut_with is not None
+        profile, vectors = of
         measured = part.finish if of_finished else part.semifinish
         taken = set() if measured is None else {*measured.point}
         ends = [np.array([0.0, feature.length_mm]) for feature in profile.features]

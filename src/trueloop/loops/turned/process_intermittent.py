@@ -20,6 +20,7 @@ from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
 from trueloop.loops.turned.error_sources import MachineShare, error_sources
 from trueloop.loops.turned.from_memory import FromMemory
+from trueloop.loops.turned.made_parts import semifinish_errors
 from trueloop.loops.turned.outcome import expected_uncorrected_mm, prediction_at_touches
 from trueloop.loops.turned.part_on_machine import (
     CutBefore,
@@ -113,7 +114,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         prediction = replace(prediction, budget=prediction.budget.with_more(u_mm))
         of_machine = MachineShare(-composed.comp_mtg_mm, u_mm)
     judged = Corrected(inputs, matched, surface, model, decision, shifts, machine).characteristics()
-    earlier = _earlier(inputs, model) if memory is not None and memory.applied else None
+    earlier = _earlier(inputs, model, memory) if memory is not None and memory.applied else None
     return Correction(
         part=inputs.part.name,
         profile=inputs.profile,
@@ -240,9 +241,13 @@ def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> tuple[
     return model, memory
 
 
-def _earlier(inputs: Inputs, model: ProfileErrorModel) -> tuple[Sequence[MadePart], MadePart]:
-    """Returns the earlier parts of the edge that take part, and this one before its finish cut."""
-    today = today_of(inputs, model)
+def _earlier(inputs: Inputs, model: ProfileErrorModel, memory: FromMemory) -> tuple[Sequence[MadePart], MadePart]:
+    """Returns the earlier parts of the edge that take part, and this one before its finish cut, with the touches that
+    the correction is by.
+    """
+    touches = semifinish_errors(model)
+    used = [k for k, point in enumerate(touches.point) if point in memory.points]
+    today = today_of(inputs, touches.chosen(used))
     return latest(remembered(inputs.history, inputs.memory), today.part_type), today
 
 

@@ -50,7 +50,7 @@ def remembering(inputs: Inputs, own: ProfileErrorModel) -> "tuple[Remembered | N
     if inputs.measured_finished:
         why = wording("The touches are of a finished part: earlier parts take no part in correcting the next one.")
         return None, _unused(inputs, why)
-    today = today_of(inputs, own)
+    today = today_of(inputs, semifinish_errors(own))
     seen, left_out = _judged(inputs.history, today)
     today = replace(today, semifinish=_without(today.semifinish, left_out))
     features = _known_features(inputs, today)
@@ -72,8 +72,8 @@ def remembering(inputs: Inputs, own: ProfileErrorModel) -> "tuple[Remembered | N
     return (None if alarmed else _as_table(expected, index, along, kept.applied)), kept
 
 
-def today_of(inputs: Inputs, own: ProfileErrorModel) -> MadePart:
-    """Returns the part in hand, before its finish cut."""
+def today_of(inputs: Inputs, touches: CutErrors) -> MadePart:
+    """Returns the part in hand, before its finish cut, with these touches."""
     serials = [one.part.serial for one in inputs.inspections if one.part.serial]
     setting = None if inputs.edge is None else Setting(inputs.edge, inputs.edge_set_at)
     return MadePart(
@@ -81,7 +81,7 @@ def today_of(inputs: Inputs, own: ProfileErrorModel) -> MadePart:
         serial=serials[0] if serials else "",
         setting="" if setting is None else " ".join(setting.identity),
         order=max(part.order for part in inputs.history) + 1.0,
-        semifinish=semifinish_errors(own),
+        semifinish=touches,
     )
 
 

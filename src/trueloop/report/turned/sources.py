@@ -7,6 +7,7 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.error_sources import FeatureSources, Share, Source
 from trueloop.report import style
 from trueloop.report.markup import esc, section, table
+from trueloop.report.still import svg
 from trueloop.report.style import Figure, Trace
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.turned.error_curve.coverage import coverage_factor
@@ -56,6 +57,13 @@ def source_bars(correction: Correction, width: int, say: Texts = ENGLISH) -> Fig
         separators=say.separators,
     )
     return {"data": [style.scaled(trace, say.per_um, 1.0) for trace in traces], "layout": layout}
+
+
+def source_svg(correction: Correction, width: int, say: Texts) -> str:
+    """Draws the bars as a picture, with the sum of each feature in words."""
+    sums = (f"{correction.profile.names[of.index]} {_sum(of, say)}" for of in correction.sources)
+    said = say("Errors of the next cut, had nothing been corrected, in {um}: {sums}", sums="; ".join(sums))
+    return svg(source_bars(correction, width, say), style.label(said))
 
 
 def _bar(correction: Correction, of: FeatureSources, share: Share, row: float, say: Texts) -> list[Trace]:
@@ -108,7 +116,11 @@ def _table(correction: Correction, say: Texts) -> str:
 def _row(correction: Correction, of: FeatureSources, shown: list[Source], say: Texts) -> list[str]:
     shares = {share.source: (share.mean_mm, share.standard_u_mm) for share in of.shares}
     cells = [_with_u(*shares[one], say) if one in shares else "–" for one in shown]
-    return [esc(correction.profile.names[of.index]), *cells, _with_u(of.together_mm, of.together_u_mm, say)]
+    return [esc(correction.profile.names[of.index]), *cells, _sum(of, say)]
+
+
+def _sum(of: FeatureSources, say: Texts) -> str:
+    return _with_u(of.together_mm, of.together_u_mm, say)
 
 
 def _with_u(mean_mm: float, standard_u_mm: float, say: Texts) -> str:

@@ -25,7 +25,12 @@ from trueloop.factory.views.orders import (
 )
 from trueloop.factory.views.parts import CertificateRow, EventView, PartLife, PartRow
 from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, SeriesView, ToolMemory, ToolRow
-from trueloop.jobs.factory.correction_page import correction_curves, correction_page, curve_picture
+from trueloop.jobs.factory.correction_page import (
+    correction_curves,
+    correction_page,
+    curve_picture,
+    sources_picture,
+)
 from trueloop.jobs.factory.links import links_view
 from trueloop.jobs.factory.memory import tool_memory
 from trueloop.report.turned.figures.curves import CurvePicture
@@ -120,6 +125,12 @@ def list_curves(id: str, here: Here, say: Say) -> Page[CurvePicture]:
 def show_curve(id: str, number: RowPath, here: Here, say: Say, narrow: bool = False, dark: bool = False) -> Response:
     """The picture of one error curve: red is material left on, blue too much taken; touches with ±U, 95 % band."""
     return pages.picture(curve_picture(here.store, id, number, say, narrow=narrow, dark=dark))
+
+
+@routes.get("/corrections/{id}/sources", response_class=Svg)
+def show_sources(id: str, here: Here, say: Say, narrow: bool = False, dark: bool = False) -> Response:
+    """The sources of the errors in a picture: a bar for the share of each in a feature's error, with ±U (95 %)."""
+    return pages.picture(sources_picture(here.store, id, say, narrow=narrow, dark=dark))
 
 
 @routes.get("/series")

@@ -1,7 +1,8 @@
-import type { Shape } from "../../api/client";
+import { piece, type Shape } from "../../api/client";
 import { hash } from "../../show/format";
 import { useLengths } from "../../show/lengths";
 import { Age, Deviation, Legend, Length, Opens, Rows, State, To } from "../../show/parts";
+import { Picture } from "../../show/Picture";
 import { useProgramName } from "../../show/program";
 import { useName, useText } from "../../text/text";
 
@@ -76,31 +77,40 @@ function Results({ results }: { results: (Result & { key: string })[] }) {
 export function Corrections({ life }: { life: Life }) {
   const text = useText();
   const { corrected } = useProgramName();
+  const last = life.corrections.filter((one) => one.has_report).at(-1);
   return (
-    <Rows
-      label={text("part.corrections")}
-      none={text("part.corrections.none")}
-      head={(["correction", "at", "by", "what", "diff", "open"] as const).map((one) => text(`head.${one}`))}
-      rows={life.corrections.map((one) => ({
-        key: one.id,
-        cells: [
-          <code>{hash(one.id)}</code>,
-          <Age at={one.made_at} />,
-          one.made_by,
-          one.summary.map((line, k) => <div key={k}>{line}</div>),
-          one.source_sha256 && one.corrected_sha256 && (
-            <To href={`/programs/${one.source_sha256}/diff/${one.corrected_sha256}`}>
-              {one.source || hash(one.source_sha256)} →{" "}
-              {corrected({ name: one.source, serial: life.part.serial, revision: life.part.revision })}
-            </To>
-          ),
-          one.has_report && (
-            <Opens href={`corrections/${encodeURIComponent(one.id)}/report?language=${document.documentElement.lang}`}>
-              {text("correction.open")}
-            </Opens>
-          ),
-        ],
-      }))}
-    />
+    <>
+      <Rows
+        label={text("part.corrections")}
+        none={text("part.corrections.none")}
+        head={(["correction", "at", "by", "what", "diff", "open"] as const).map((one) => text(`head.${one}`))}
+        rows={life.corrections.map((one) => ({
+          key: one.id,
+          cells: [
+            <code>{hash(one.id)}</code>,
+            <Age at={one.made_at} />,
+            one.made_by,
+            one.summary.map((line, k) => <div key={k}>{line}</div>),
+            one.source_sha256 && one.corrected_sha256 && (
+              <To href={`/programs/${one.source_sha256}/diff/${one.corrected_sha256}`}>
+                {one.source || hash(one.source_sha256)} →{" "}
+                {corrected({ name: one.source, serial: life.part.serial, revision: life.part.revision })}
+              </To>
+            ),
+            one.has_report && (
+              <Opens href={`corrections/${encodeURIComponent(one.id)}/report?language=${document.documentElement.lang}`}>
+                {text("correction.open")}
+              </Opens>
+            ),
+          ],
+        }))}
+      />
+      {last && (
+        <figure className="curve">
+          <Picture path={`corrections/${piece(last.id)}/sources`} said={text("sources.said")} sizes />
+          <figcaption className="soft">{text("sources.key")}</figcaption>
+        </figure>
+      )}
+    </>
   );
 }
