@@ -1,6 +1,7 @@
 """Diagnoses as values and figures: units, means, arrows of [6876 Fig. 12–15] with signs, lines of a terminal."""
 
 import json
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,14 +12,15 @@ from hypothesis import strategies as st
 
 from tests.support import diagnosis
 from trueloop.diagnosis.causes.cause import SeenBy, SeenPart
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, SeenPoints
 from trueloop.report.diagnosis import lines
 from trueloop.report.diagnosis.causes import credible, share
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.page_machine import binned, residual_figures, without_set_up
+from trueloop.report.diagnosis.page_part import points_section
 from trueloop.report.diagnosis.shapes import HypothesisShape, PointShape, SeriesDiagnosisShape
 from trueloop.report.diagnosis.surfaces import surface_figure, surfaces_um, vectors_um
-from trueloop.report.diagnosis.values import means_of, series_shape
+from trueloop.report.diagnosis.values import means_of, points_of, series_shape
 from trueloop.report.style import LEFT_ON, TAKEN
 from trueloop.report.texts.texts import Texts
 
@@ -42,6 +44,36 @@ def test_means_are_over_cut_parts_and_the_difference_is_cmm_less_machine() -> No
     (alone,) = means_of(parts[:1])
     assert alone.difference is not None and alone.difference.standard_u_um == 0.5  # 3, 4 and 5
     assert alone.difference.scatter_um is None
+
+
+def _points(errors_um: Mapping[str, list[float]], z_mm: list[float]) -> SeenPoints:
+    names = tuple(name for name, errors in errors_um.items() for _ in errors)
+    error = 1e-3 * np.concatenate([*errors_um.values()])
+    n = len(error)
+    at, normal = np.column_stack([np.full(n, 20.0), z_mm]), np.tile([1.0, 0.0], (n, 1))
+    return SeenPoints(names, at, normal, error, np.full(n, 1e-3), np.full(n, np.nan), np.ones(n, dtype=np.intp))
+
+
+def test_gauging_points_have_mean_and_standard_deviation_over_cut_parts() -> None:
+    """Points 1 and 2 of [6811 Table 11] on three parts: −2, 3, 3 and −5, 1, 0; the second was read twice on A."""
+    rows = {"A": ([-2.0, -4.0, -6.0], [-5.0, -30.0, -30.0]), "B": ([3.0, 1.0], [-5.0, -30.0])}
+    parts = [
+        SeenPart(serial, k, {}, {SeenBy.MACHINE: _points({"cone": errors}, z)})
+        for k, (serial, (errors, z)) in enumerate(rows.items())
+    ]
+    parts.append(SeenPart("C", 2, {}, {SeenBy.CMM: _points({"cone": [3.0, 0.0]}, [-5.0, -30.0])}))
+    parts.append(SeenPart("S", 3, {}, {SeenBy.CMM: _points({"cone": [90.0]}, [-5.0])}, standard=True))
+    first, second = points_of(parts)
+    assert (first.feature, first.x_mm, first.z_mm, second.z_mm) == ("cone", 20.0, -5.0, -30.0)
+    assert (first.machine_um, first.cmm_um) == ({"A": -2.0, "B": 3.0}, {"C": 3.0})
+    assert second.machine_um == {"A": -5.0, "B": 1.0}
+    assert first.machine is not None and second.machine is not None and first.cmm is not None
+    assert (first.machine.mean_um, second.machine.mean_um) == (0.5, -2.0)
+    assert first.machine.scatter_um == pytest.approx(5.0 / math.sqrt(2.0), abs=1e-3)
+    assert second.machine.one_part_u_um == pytest.approx(math.sqrt((0.5 + 1.0) / 2.0), abs=1e-3)
+    assert (first.cmm.parts, first.cmm.scatter_um) == (1, None)
+    page = points_section([first, second], Texts())
+    assert ">+0.5<" in page and ">3.5<" in page and points_section([], Texts()) == ""
 
 
 def test_what_no_probable_cause_acts_on_is_named_by_its_mean_or_its_scatter() -> None:

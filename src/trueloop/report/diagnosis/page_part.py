@@ -24,6 +24,7 @@ from trueloop.report.diagnosis.shapes import (
     JudgedShape,
     MeanShape,
     PartDiagnosisShape,
+    PointMeansShape,
     PointShape,
     SeriesDiagnosisShape,
 )
@@ -266,6 +267,7 @@ def series_page(series: SeriesDiagnosisShape, say: Texts = ENGLISH) -> str:
         + unexplained_section(series.unexplained, say)
         + causes_section(series.causes, say)
         + _errors(series, say)
+        + points_section(series.points, say)
         + findings_section(series.findings, say)
     )
     return html_page(f"{esc(series.part_type)} – {say('diagnosis')}", body, language=say.language)
@@ -297,6 +299,36 @@ def _errors(series: SeriesDiagnosisShape, say: Texts) -> str:
         f'<div class="figures pairs">{figures}</div>',
         f"<p class='note'>{note}</p>" if note else "",
     )
+
+
+def points_section(points: Sequence[PointMeansShape], say: Texts) -> str:
+    """Writes mean and standard deviation at every gauging point by device, as [6811 Tables 2–11] have them."""
+    if not points:
+        return ""
+    head = (
+        say("feature"), say("x radius<br>({mm})"), say("z<br>({mm})"), say("parts"),
+        *(text for _ in range(2) for text in (say("mean<br>({um})"), say("standard<br>deviation ({um})"))),
+    )  # fmt: skip
+    rows = [
+        (
+            *(esc(one.feature), say.mm(one.x_mm), say.mm(one.z_mm)),
+            str(max(mean.parts for mean in (one.machine, one.cmm) if mean is not None)),
+            *(cell for mean in (one.machine, one.cmm) for cell in _mean_and_scatter(mean, say)),
+        )
+        for one in points
+    ]
+    note = say(
+        "First mean and standard deviation from part to part as the machine’s probe saw them, then as the CMM or gauge "
+        "did. The JSON file has the error of each part."
+    )
+    drawn = table(head, rows, words=(0,), name="points-table", stacks=True)
+    return section("points", say("Gauging points over the parts"), drawn, f"<p class='note'>{note}</p>")
+
+
+def _mean_and_scatter(mean: MeanShape | None, say: Texts) -> tuple[str, str]:
+    if mean is None:
+        return "–", "–"
+    return say.error(mean.mean_um), "–" if mean.scatter_um is None else say.size(mean.scatter_um)
 
 
 def means_table(means: Sequence[FeatureMeansShape], say: Texts) -> str:

@@ -216,6 +216,25 @@ class PartDiagnosisShape(Shape):
     """What is odd."""
 
 
+class PointMeansShape(Shape):
+    """The errors at one gauging point over all parts but standard parts [6811 Tables 2–11]."""
+
+    feature: str
+    """On which it lies."""
+    x_mm: float
+    """Its nominal place: a radius."""
+    z_mm: float
+    """In the part's frame."""
+    machine: MeanShape | None
+    """As the machine's probe saw it."""
+    cmm: MeanShape | None
+    """As the CMM or a gauge saw it."""
+    machine_um: dict[str, float]
+    """Its error on each part, by serial number, as the machine's probe saw it: + where material is left on."""
+    cmm_um: dict[str, float]
+    """The same as the CMM or a gauge saw it."""
+
+
 class SeriesDiagnosisShape(Shape):
     """Parts of one type in cutting order, and what makes them wrong."""
 
@@ -225,6 +244,8 @@ class SeriesDiagnosisShape(Shape):
     """Null: nothing is concluded, and the findings say why."""
     means: list[FeatureMeansShape]
     """Each error over the parts."""
+    points: list[PointMeansShape]
+    """Each gauging point over the parts."""
     unexplained: list[UnexplainedShape]
     """Errors beyond their uncertainty that no probable cause acts on, furthest first."""
     parts: list[SeenPartShape]

@@ -8,7 +8,7 @@ from typing import Final
 
 from trueloop.diagnosis.causes.cause import Diagnosis, SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.components import Components, FrameDiscrepancy
-from trueloop.diagnosis.features.feature_error import FeatureError
+from trueloop.diagnosis.features.feature_error import DECIMALS, FeatureError
 from trueloop.errors import Finding
 from trueloop.report.diagnosis.shapes import (
     CandidateShape,
@@ -19,6 +19,7 @@ from trueloop.report.diagnosis.shapes import (
     HypothesisShape,
     MeanShape,
     PartDiagnosisShape,
+    PointMeansShape,
     PointShape,
     SeenPartShape,
     SeriesDiagnosisShape,
@@ -101,6 +102,7 @@ def series_shape(
         part_type=part_type,
         causes=causes,
         means=means,
+        points=points_of(series.parts),
         unexplained=[] if causes is None else unexplained(means, causes),
         parts=[seen_part(part, last) for part, last in zip(series.parts, before, strict=False)],
         findings=findings_shape(findings),
@@ -153,6 +155,41 @@ def _by_key(part: SeenPart) -> dict[Key, dict[SeenBy, FeatureError]]:
             if math.isfinite(one.value_mm):
                 found.setdefault((one.feature, one.other, one.kind.value), {})[device] = one
     return found
+
+
+def points_of(parts: Sequence[SeenPart]) -> list[PointMeansShape]:
+    """Returns each gauging point over the parts that were cut, in the order in which the parts have them; repeats on
+    one part count as their mean.
+    """
+    seen: dict[tuple[str, float, float], dict[SeenBy, dict[str, list[tuple[float, float]]]]] = {}
+    for part in parts:
+        for device, points in {} if part.standard else part.points.items():
+            rows = zip(points.feature, points.nominal_mm.tolist(), points.error_mm, points.standard_u_mm, strict=True)
+            for feature, (x, z), error, u in rows:
+                place = seen.setdefault((feature, round(x, DECIMALS), round(z, DECIMALS)), {})
+                place.setdefault(device, {}).setdefault(part.serial, []).append((float(error), float(u)))
+    return [_point(*place, of_it) for place, of_it in seen.items()]
+
+
+def _point(
+    feature: str, x_mm: float, z_mm: float, of_it: Mapping[SeenBy, Mapping[str, Sequence[tuple[float, float]]]]
+) -> PointMeansShape:
+    machine, cmm = (
+        {
+            serial: (fmean(error for error, _ in values), math.sqrt(sum(u**2 for _, u in values)) / len(values))
+            for serial, values in of_it.get(device, {}).items()
+        }
+        for device in (SeenBy.MACHINE, SeenBy.CMM)
+    )
+    return PointMeansShape(
+        feature=feature,
+        x_mm=x_mm,
+        z_mm=z_mm,
+        machine=_mean([*machine.values()]),
+        cmm=_mean([*cmm.values()]),
+        machine_um={serial: um(error) for serial, (error, _) in machine.items()},
+        cmm_um={serial: um(error) for serial, (error, _) in cmm.items()},
+    )
 
 
 def _mean(seen: Sequence[tuple[float, float]]) -> MeanShape | None:
