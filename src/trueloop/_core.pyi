@@ -53,6 +53,14 @@ class NcProgram:
         fit before the next number, another block has one of them, or the program has none.
         """
 
+    def moved(self, word: int, by: float, step: float, comma: bool) -> tuple[int, int, str, float] | None:
+        """A word that sets so much more, in program units and steps of that size: start, end and text of its value, and
+        by how much it is changed as written; None where that rounds to nothing. A ValueError has message and hint.
+        """
+
+    def inserted(self, block: int, word: str) -> tuple[int, str]:
+        """The byte at which a word that a block has not is written into it, and its text with the space beside it."""
+
     def block(self, index: int) -> tuple[int, int, int, int, bool, bool]:
         """Start, end, first word, one past the last word, optional, tape mark."""
 
@@ -144,14 +152,29 @@ def nc_writes_comma(program: NcProgram) -> bool:
 def nc_written_decimals(program: NcProgram) -> int:
     """How many decimals the coordinates of a program have, nine at most."""
 
-def nc_number(steps: int, step: float, dialect: str, comma: bool) -> str:
-    """The number of that many steps of that size in program units, as one that is new."""
+def nc_number(value: float, step: float, dialect: str, comma: bool) -> tuple[str, float]:
+    """A number of program units as one that is new, in steps of that size, and the value that it then has. Raises
+    ValueError, with message and hint, beyond what a control could go to.
+    """
 
-def nc_restyled(old: bytes, steps: int, step: float, dialect: str, comma: bool) -> str:
+def nc_restyled(old: bytes, value: float, step: float, dialect: str, comma: bool) -> str:
     """The same in the style of an old one: its sign habit, leading zeros, and at least as many decimals."""
 
-def nc_with_term(program: NcProgram, word: int, steps: int, step: float) -> str | None:
-    """The expression of a word plus that many steps of that size; None where it takes no sum."""
+def nc_circle(
+    axes: tuple[int, int],
+    centre_mm: Sequence[float],
+    start_mm: Sequence[float],
+    by_radius: bool,
+    unit_mm: float,
+    step: float,
+    dialect: str,
+    comma: bool,
+    end_mm: Sequence[float] | None = None,
+) -> str:
+    """The words of an arc's circle in the plane of two axes: its radius, or its centre from the start.
+
+    With an end the centre is moved along the chord to be as far from both ends.
+    """
 
 def nc_rows(
     columns: Sequence[tuple[NDArray[np.float64], int] | tuple[NDArray[np.uint32], Sequence[str]]], first: int, last: int

@@ -76,28 +76,41 @@ pub(crate) fn is_value(word: &Word) -> bool {
 }
 
 impl Edits {
-    /// Writes a word into a block: after N, its codes and the letters before it, else before all.
+    /// Writes a word into a block, where [`inserted`] has it.
     pub fn insert(&mut self, program: &Program, block: usize, letter: u8, write: impl FnOnce(&mut Vec<u8>)) {
-        const ORDER: &[u8] = b"NGXUYVZWRIJK";
-        let rank = |letter: u8| ORDER.iter().position(|known| *known == letter);
-        let (words, mine) = (program.words_of(block), rank(letter));
-        let named = words.iter().find(|word| word.kind == WordKind::Name).map(|word| word.start);
-        let rank_of = |word: &Word| match word.kind {
-            WordKind::Label => rank(b'N'),
-            WordKind::Name if named == Some(word.start) => rank(b'G'),
-            _ => rank(word.letter).filter(|_| is_value(word)),
-        };
-        let before = words.iter().rev().find(|word| rank_of(word).is_some_and(|other| Some(other) <= mine));
-        let space: &[u8] = if is_spaced(program, block) { b" " } else { b"" };
-        let at = before.map_or(words.first().map_or(0, |word| word.start as usize), Word::end);
-        let leads = before.is_some();
+        let (at, follows, space) = place(program, block, letter);
         self.replace(at, at, |text| {
-            text.extend(if leads { space } else { b"" });
+            text.extend(if follows { space } else { b"" });
             text.push(letter);
             write(text);
-            text.extend(if leads { b"" } else { space });
+            text.extend(if follows { b"" } else { space });
         });
     }
+}
+
+/// Where a word that a block has not is written into it, and its bytes with the space beside it.
+pub fn inserted(program: &Program, block: usize, word: &[u8]) -> (usize, Vec<u8>) {
+    let (at, follows, space) = place(program, block, word.first().copied().unwrap_or(0));
+    (at, if follows { [space, word].concat() } else { [word, space].concat() })
+}
+
+/// Where a letter's word is written: behind N, codes and the letters before it (true), else before all; and the space
+/// that goes between.
+fn place(program: &Program, block: usize, letter: u8) -> (usize, bool, &'static [u8]) {
+    const ORDER: &[u8] = b"NGXUYVZWRIJK";
+    let rank = |letter: u8| ORDER.iter().position(|known| *known == letter);
+    let (words, mine) = (program.words_of(block), rank(letter));
+    let named = words.iter().find(|word| word.kind == WordKind::Name).map(|word| word.start);
+    let rank_of = |word: &Word| match word.kind {
+        WordKind::Label => rank(b'N'),
+        WordKind::Name if named == Some(word.start) => rank(b'G'),
+        _ => rank(word.letter).filter(|_| is_value(word)),
+    };
+    let before = words.iter().rev().find(|word| rank_of(word).is_some_and(|other| Some(other) <= mine));
+    let (start, end) = program.blocks().get(block).map_or((0, 0), |found| (found.start as usize, found.end as usize));
+    let space: &[u8] = if is_spaced(program, block) && end > start { b" " } else { b"" };
+    let at = before.map_or(words.first().map_or(start, |word| word.start as usize), Word::end);
+    (at, before.is_some(), space)
 }
 
 /// Whether a block's words are set apart; a single word says nothing and counts as such.

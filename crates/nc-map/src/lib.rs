@@ -28,7 +28,7 @@ use reader::{Part, Reader};
 use standing::Standing;
 use writer::hole::Drilling;
 
-pub use edits::{new_lines, BlockNumbers};
+pub use edits::{inserted, new_lines, BlockNumbers};
 pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
 pub use mention::mentions;
 pub use refusal::Refusal;
@@ -37,7 +37,8 @@ use register::Register;
 pub use role::{first_blocks, letters, named_axes};
 pub use standing::{said, Saying};
 pub use text::{writes_comma, written_decimals, Step};
-pub use value::with_term;
+pub use value::{moved, Moved};
+pub use writer::centre::{circle, equidistant, Circle};
 
 /// No machine is longer, mm: beyond it lies a slip in the field, and soon what no number of steps can say.
 const MOST_MM: f64 = 1e6;

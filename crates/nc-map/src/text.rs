@@ -11,6 +11,9 @@ const LENGTHS: Letters = Letters::of(b"XYZUVWIJKR");
 /// No control resolves more.
 const MOST_DECIMALS: usize = 9;
 
+/// More of a control's steps than any machine is long.
+const MOST_STEPS: f64 = 1e15;
+
 /// The smallest programmable step in a program unit, how many decimals it has, and how numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
@@ -49,6 +52,15 @@ impl Step {
             return (steps + LAST_BIT_IS_ONE - LAST_BIT_IS_ONE) as i64; // `round_ties_even` is a function call
         }
         steps.round_ties_even() as i64
+    }
+
+    /// The same, refused by message and hint where no machine is that long.
+    pub fn reachable(&self, value: f64) -> Result<i64, (String, String)> {
+        if value * self.scale < MOST_STEPS && value * self.scale > -MOST_STEPS {
+            return Ok(self.round(value));
+        }
+        let hint = "look for a slip in the program, or in its unit";
+        Err((format!("a coordinate of {value:e} is further than a control could go"), hint.to_owned()))
     }
 
     /// The value of that many steps: the double nearest to the decimal number.

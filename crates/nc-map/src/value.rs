@@ -1,7 +1,7 @@
 //! The value of a word: which bytes an edit may replace, and how.
 
 use nc_program::dialect::FlowStyle;
-use nc_program::{Program, Word, WordKind};
+use nc_program::{number, Program, Word, WordKind};
 
 use crate::refusal::Refused;
 use crate::text::Step;
@@ -71,14 +71,33 @@ impl Value {
     }
 }
 
-/// The value of a word that is an expression, with a term; None where it takes none.
-pub fn with_term(program: &Program, word: &Word, step: Step, steps: i64) -> Option<Vec<u8>> {
-    let value = Value::of(program, word).ok().filter(|_| takes_terms(program))?;
-    let source = program.source();
-    let mut out = source.get(program.value_start(word)..value.start)?.to_vec();
-    step.with_term(&mut out, value.text(program), steps, program.dialect());
-    out.extend(source.get(value.end..word.end())?);
-    Some(out)
+/// The bytes of a word's value replaced by text, and by how much its value then differs, in program units.
+pub struct Moved {
+    /// First byte.
+    pub start: usize,
+    /// One past the last byte.
+    pub end: usize,
+    /// What stands there then.
+    pub text: Vec<u8>,
+    /// New less old value, in program units; NaN where a number cannot be read.
+    pub by: f64,
+}
+
+/// Moves what a word sets, by so much in program units; `None` where that rounds to nothing. Refuses a word that takes no
+/// sum, and a value beyond all machines, by message and hint.
+pub fn moved(program: &Program, word: &Word, step: Step, by: f64) -> Result<Option<Moved>, (String, String)> {
+    let change = step.reachable(by)?;
+    if change == 0 {
+        return Ok(None);
+    }
+    let said = |refused: Refused| (refused.message, refused.hint);
+    let value = Value::of(program, word).map_err(said)?;
+    let inside = || number::read(value.text(program).trim_ascii(), 0).map_or(f64::NAN, |(number, _)| number);
+    let given = if word.kind == WordKind::Number { word.value } else { inside() };
+    let (to, mut text) = (step.reachable(if value.is_number { given + by } else { by })?, Vec::new());
+    value.change(program, word, step, (to, change), &mut text).map_err(said)?;
+    let by = if value.is_number { step.value(to) - given } else { step.value(change) };
+    Ok(Some(Moved { start: value.start, end: value.end, text, by }))
 }
 
 /// Whether a coordinate may be a formula.

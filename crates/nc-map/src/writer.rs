@@ -5,7 +5,7 @@
 //! never adds up; a position is rounded by itself.
 
 mod called;
-mod centre;
+pub(crate) mod centre;
 pub(crate) mod contour;
 mod coordinate;
 pub(crate) mod hole;

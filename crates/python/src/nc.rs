@@ -1,7 +1,7 @@
 //! Binds `nc-program`.
 
 use bytes::Bytes;
-use nc_map::BlockNumbers;
+use nc_map::{BlockNumbers, Step};
 use nc_program::{
     lint, meaning, offset_statements, parameters_used, run, Dialect, Finding, Key, Options, Plane,
     Program, Severity, Tool, ToolPath, Word, WordKind,
@@ -12,6 +12,7 @@ use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::nc_path::{moves, states};
+use crate::nc_text::unwritable;
 
 /// Severity, code, message, hint, byte offset.
 pub type FindingTuple = (&'static str, &'static str, String, String, usize);
@@ -102,6 +103,29 @@ impl NcProgram {
         let mut out = Vec::new();
         nc_map::new_lines(&self.program, block, &texts, None, &self.numbers, &mut out);
         PyBytes::new(py, &out)
+    }
+
+    /// A word that sets so much more, in program units and steps of that size: start, end and text of its value, and by
+    /// how much it is changed as written; None where that rounds to nothing. A ValueError has message and hint.
+    fn moved(
+        &self,
+        word: usize,
+        by: f64,
+        step: f64,
+        comma: bool,
+    ) -> PyResult<Option<(usize, usize, String, f64)>> {
+        let step = Step::of(self.program.dialect(), step, comma);
+        let word = self.program.words().get(word);
+        let word = word.ok_or_else(|| PyIndexError::new_err("no such word"))?;
+        let moved = nc_map::moved(&self.program, word, step, by).map_err(unwritable)?;
+        let text = |bytes: Vec<u8>| bytes.into_iter().map(char::from).collect();
+        Ok(moved.map(|moved| (moved.start, moved.end, text(moved.text), moved.by)))
+    }
+
+    /// The byte at which a word that a block has not is written into it, and its text with the space beside it.
+    fn inserted(&self, block: usize, word: &str) -> (usize, String) {
+        let (at, text) = nc_map::inserted(&self.program, block, word.as_bytes());
+        (at, text.into_iter().map(char::from).collect())
     }
 
     /// Start, end, first word, one past the last word, optional, tape mark.

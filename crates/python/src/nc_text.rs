@@ -1,6 +1,6 @@
 //! Binds how numbers are written and words found.
 
-use nc_map::{mentions, Step};
+use nc_map::{circle, equidistant, mentions, Circle, Step};
 use nc_program::table::{write_rows, Column};
 use numpy::PyReadonlyArray1;
 use pyo3::exceptions::PyValueError;
@@ -26,30 +26,64 @@ fn nc_written_decimals(program: &NcProgram) -> usize {
     nc_map::written_decimals(&program.program)
 }
 
-/// The number of that many steps of that size in program units, as one that is new.
+/// Message and hint of a refusal, as Python gets them.
+pub fn unwritable(refused: (String, String)) -> PyErr {
+    PyValueError::new_err(refused)
+}
+
+/// A number of program units as one that is new, in steps of that size, and the value that it then has.
 #[pyfunction]
-fn nc_number(steps: i64, step: f64, dialect: &str, comma: bool) -> PyResult<String> {
-    let mut out = Vec::new();
-    Step::of(dialect_of(dialect)?, step, comma).write(&mut out, steps);
-    Ok(String::from_utf8(out)?)
+fn nc_number(value: f64, step: f64, dialect: &str, comma: bool) -> PyResult<(String, f64)> {
+    let step = Step::of(dialect_of(dialect)?, step, comma);
+    let (steps, mut out) = (step.reachable(value).map_err(unwritable)?, Vec::new());
+    step.write(&mut out, steps);
+    Ok((String::from_utf8(out)?, step.value(steps)))
 }
 
 /// The same in the style of an old one.
 #[pyfunction]
-fn nc_restyled(old: &[u8], steps: i64, step: f64, dialect: &str, comma: bool) -> PyResult<String> {
-    let mut out = Vec::new();
-    Step::of(dialect_of(dialect)?, step, comma).restyle(&mut out, old, steps);
+fn nc_restyled(old: &[u8], value: f64, step: f64, dialect: &str, comma: bool) -> PyResult<String> {
+    let step = Step::of(dialect_of(dialect)?, step, comma);
+    let (steps, mut out) = (step.reachable(value).map_err(unwritable)?, Vec::new());
+    step.restyle(&mut out, old, steps);
     Ok(String::from_utf8(out)?)
 }
 
-/// The expression of a word plus that many steps of that size; None where it takes no sum.
+/// The words of an arc's circle in the plane of two axes: its radius, or its centre from the start. Positions and the
+/// size of a program unit in mm.
 #[pyfunction]
-fn nc_with_term(program: &NcProgram, word: usize, steps: i64, step: f64) -> Option<String> {
-    let program = &program.program;
-    let step = Step::of(program.dialect(), step, false);
-    let word = program.words().get(word);
-    let text = word.and_then(|word| nc_map::with_term(program, word, step, steps));
-    Some(text?.into_iter().map(char::from).collect())
+#[pyo3(signature = (axes, centre_mm, start_mm, by_radius, unit_mm, step, dialect, comma, end_mm=None))]
+#[allow(clippy::too_many_arguments)]
+fn nc_circle(
+    axes: [usize; 2],
+    centre_mm: [f64; 3],
+    start_mm: [f64; 3],
+    by_radius: bool,
+    unit_mm: f64,
+    step: f64,
+    dialect: &str,
+    comma: bool,
+    end_mm: Option<[f64; 3]>,
+) -> PyResult<String> {
+    let (dialect, [first, second]) = (dialect_of(dialect)?, axes);
+    if first.max(second) > 2 {
+        return Err(PyValueError::new_err(axes));
+    }
+    let moved = |end| equidistant(centre_mm, start_mm, end, first, second);
+    let centre = end_mm.map_or(centre_mm, moved);
+    let (of, mut out) = (
+        Circle {
+            axes,
+            centre,
+            start: start_mm,
+            origin: start_mm,
+            by_radius,
+        },
+        Vec::new(),
+    );
+    let step = Step::of(dialect, step, comma);
+    circle(dialect, step, unit_mm, &of, &mut out);
+    Ok(String::from_utf8(out)?)
 }
 
 /// A column as Python gives it: numbers and their decimals, or indices and their names.
@@ -103,7 +137,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(nc_number, module)?)?;
     module.add_function(wrap_pyfunction!(nc_restyled, module)?)?;
     module.add_function(wrap_pyfunction!(nc_rows, module)?)?;
-    module.add_function(wrap_pyfunction!(nc_with_term, module)?)?;
+    module.add_function(wrap_pyfunction!(nc_circle, module)?)?;
     module.add_function(wrap_pyfunction!(nc_writes_comma, module)?)?;
     module.add_function(wrap_pyfunction!(nc_written_decimals, module)?)
 }

@@ -1,10 +1,10 @@
 """Sinumerik programs: words, edits of them, what is said of them."""
 
+import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit.edit import apply_edits, coordinate_text, displace_word
-from trueloop.nc.program.dialect import dialect_named
+from trueloop.nc.edit.edit import apply_edits, circle_text, displace_word
 from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import CoordinateState
@@ -70,7 +70,7 @@ def test_a_position_is_moved_though_increments_are_in_force() -> None:
     program = siemens("G91 X=AC(5)")
     edit = displace_word(program, program.word(1), 0.1, CoordinateState(False, False, incremental=True))
     assert edit is not None
-    assert edit.text == "AC(5+0.1)"
+    assert apply_edits(program, [edit]) == b"G91 X=AC(5.1000)"
 
 
 def test_diameters_of_positions_are_radii_in_increments() -> None:
@@ -79,7 +79,9 @@ def test_diameters_of_positions_are_radii_in_increments() -> None:
 
 
 def test_the_radius_of_an_arc_is_written_as_the_control_reads_it() -> None:
-    assert coordinate_text(dialect_named("siemens"), "R", 1.5, RADIUS) == "CR=1.5000"
+    circle = np.array([1.5, 0.0, 0.0]), np.zeros(3)
+    assert circle_text(siemens(""), RADIUS, (0, 1), *circle, by_radius=True) == "CR=1.5000"
+    assert circle_text(siemens(""), RADIUS, (1, 0), *circle, by_radius=False) == "I1.5000 J0.0000"
 
 
 def test_expressions_follow_the_order_of_the_manual() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit.number_text import rounded_mm
+from trueloop.nc.edit.edit import rounded_mm
 from trueloop.nc.expand.expand import written_out
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import CoordinateState, ToolPath

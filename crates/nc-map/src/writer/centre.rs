@@ -6,8 +6,9 @@ use super::{separate, Here, Writer};
 use crate::edits::is_value;
 use crate::field::Vector;
 use crate::refusal::Refused;
+use crate::text::Step;
 use crate::value::Value;
-use nc_program::{Arc, Word};
+use nc_program::{Arc, Dialect, Word};
 
 const CENTRES: [u8; 3] = *b"IJK";
 /// An arc that turns by less is a full turn, of LinuxCNC at least.
@@ -28,7 +29,7 @@ impl Writer<'_> {
         let centre = equidistant(wanted, before, actual, first, second);
         let mm = here.state.mm();
         let number = |letter: u8| here.words.iter().rev().find(|word| word.letter == letter && is_value(word));
-        if let Some(word) = number(b'R') {
+        if let Some(word) = number(self.program.dialect().rules.radius_letter) {
             let sign = |wide: bool| if wide { -1.0 } else { 1.0 };
             let wide = arc.sweep.abs() > std::f64::consts::PI;
             let (old, sign) = (sign(wide) * arc.radius / mm, sign(wide && whole));
@@ -106,28 +107,51 @@ impl Writer<'_> {
 
     pub(super) fn new_centre(&self, here: &Here, wanted: Vector, before: Vector, actual: Vector, text: &mut Vec<u8>) {
         let (first, second, _) = here.state.plane.axes();
-        let centre = equidistant(wanted, before, actual, first, second);
-        let mut write = |address: &[u8], value: f64| {
-            separate(text);
-            text.extend(address);
-            here.step.write(text, here.step.round(value / here.state.mm()));
-        };
-        if here.words.iter().any(|word| word.letter == b'R' && is_value(word)) {
-            let address = self.program.dialect().radius_address();
-            return write(address.as_bytes(), (before[first] - centre[first]).hypot(before[second] - centre[second]));
-        }
-        if self.program.dialect().about_pole {
+        let dialect = self.program.dialect();
+        let by_radius = here.words.iter().any(|word| word.letter == dialect.rules.radius_letter && is_value(word));
+        if !by_radius && dialect.about_pole {
             return;
         }
-        for axis in [first, second] {
-            let origin = if here.state.centre_absolute { 0.0 } else { before[axis] };
-            write(&[CENTRES[axis]], centre[axis] - origin);
-        }
+        let centre = equidistant(wanted, before, actual, first, second);
+        let origin = if here.state.centre_absolute { Vector::default() } else { before };
+        let of = Circle { axes: [first, second], centre, start: before, origin, by_radius };
+        separate(text);
+        circle(dialect, here.step, here.state.mm(), &of, text);
+    }
+}
+
+/// The circle of an arc as its words give it.
+pub struct Circle {
+    /// The axes of its plane.
+    pub axes: [usize; 2],
+    /// mm.
+    pub centre: Vector,
+    /// Where the arc starts, mm.
+    pub start: Vector,
+    /// From where the centre counts, mm.
+    pub origin: Vector,
+    /// Its word is the radius, else the centre.
+    pub by_radius: bool,
+}
+
+/// Writes the words of a circle, whose program unit is so many mm: `R5.`, `I1. K-2.` in the order of the axes.
+pub fn circle(dialect: &Dialect, step: Step, mm: f64, circle: &Circle, text: &mut Vec<u8>) {
+    let [first, second] = circle.axes;
+    let arm = |from: &Vector, axis: usize| circle.centre[axis] - from[axis];
+    if circle.by_radius {
+        text.extend(dialect.radius_address().bytes());
+        let radius = arm(&circle.start, first).hypot(arm(&circle.start, second));
+        return step.write(text, step.round(radius / mm));
+    }
+    for (place, axis) in [first.min(second), first.max(second)].into_iter().enumerate() {
+        text.extend(if place == 0 { &b""[..] } else { b" " });
+        text.push(CENTRES[axis]);
+        step.write(text, step.round(arm(&circle.origin, axis) / mm));
     }
 }
 
 /// The point nearest to a centre that is equally far from both ends, which were rounded after it was found.
-fn equidistant(centre: Vector, start: Vector, end: Vector, first: usize, second: usize) -> Vector {
+pub fn equidistant(centre: Vector, start: Vector, end: Vector, first: usize, second: usize) -> Vector {
     let (chord_u, chord_v) = (end[first] - start[first], end[second] - start[second]);
     let square = chord_u * chord_u + chord_v * chord_v;
     if square == 0.0 {

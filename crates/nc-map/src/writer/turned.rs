@@ -122,7 +122,7 @@ impl Writer<'_> {
         let (program, mut code) = (self.program, self.line_code());
         for word in here.words {
             let turns = matches!(program.code(word), Some(G::Motion(_)));
-            if turns || word.letter == b'R' && is_value(word) {
+            if turns || word.letter == program.dialect().rules.radius_letter && is_value(word) {
                 let source = program.source().get(..word.start as usize).unwrap_or(&[]);
                 let spaces = source.iter().rev().take_while(|byte| **byte == b' ').count();
                 let start = if code.is_empty() { source.len() - spaces } else { source.len() };

@@ -4,21 +4,22 @@ Lengths given are millimetres with X as a radius; inch and diameter are dealt wi
 the move. Results are rounded to the control's resolution.
 """
 
-from collections.abc import Iterable, Sequence
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from decimal import Decimal
 from itertools import pairwise
 from typing import Final
 
+from trueloop._core import nc_circle, nc_number, nc_restyled
+from trueloop.arrays import Array
 from trueloop.errors import Code
-from trueloop.nc.edit.number_text import digits_of, number_text, resolution_of, restyled, rounded, with_term
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.program import Program, Word
 from trueloop.nc.program.tool_path import CoordinateState
 
-AXES: Final = frozenset("XYZ")
-CODES: Final = frozenset({"N", "G", "M", ""})
-"""Letters of the words before which no coordinate is written; names have none."""
+_NUMBER: Final = re.compile(r"(?:AC|IC|DC)\s*\(\s*([-+]?[\d.]+)\s*\)\s*|([-+]?[\d.]+)\s*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -77,24 +78,24 @@ def moved_word(
     Returns the edit, None where that rounds to nothing, and by how much the word is changed as written, mm. A plain
     number is replaced by the sum, written in its own style; into an expression goes a term.
     """
-    unit_mm, resolution = state.unit_mm(letter), resolution_of(program.dialect, state)
-    delta = rounded(delta_mm / unit_mm, resolution)
-    if delta == 0:
+    dialect, unit_mm = program.dialect, state.unit_mm(letter)
+    with _writable(program, word):
+        moved = program.core.moved(word.index, delta_mm / unit_mm, dialect.step(state.inch), dialect.decimal_comma)
+    if moved is None:
         return None, 0.0
-    if word.is_expression:
-        text = with_term(program, word, delta, state)
-        if text is None:
-            raise Code.NC_EDIT.refusal(
-                f"{word.text} is an expression that takes no sum, and would have to be moved by {delta_mm:.4g} mm",
-                hint="write the coordinate as a number",
-                place=program.place(word.start),
-            )
-        return Edit(word.value_start, word.end, text), float(delta) * unit_mm
-    old = program.source[word.value_start : word.end].decode("latin-1")
-    given = Decimal(digits_of(old))
-    new = rounded(given + Decimal(delta_mm) / Decimal(unit_mm), resolution)
-    edit = Edit(word.value_start, word.end, restyled(program.dialect, old, new, state))
-    return edit, float(new - given) * unit_mm
+    start, end, text, by = moved
+    return Edit(start, end, text), by * unit_mm
+
+
+@contextmanager
+def _writable(program: Program | None = None, word: Word | None = None) -> Iterator[None]:
+    """Turns the core's refusal to write a number into NC-EDIT, at the word."""
+    try:
+        yield
+    except ValueError as error:
+        message, hint = error.args
+        place = program.place(word.start) if program is not None and word is not None else None
+        raise Code.NC_EDIT.refusal(message, hint=hint, place=place) from error
 
 
 def _as_positions(program: Program, word: Word) -> str:
@@ -104,11 +105,67 @@ def _as_positions(program: Program, word: Word) -> str:
     return "take the increment out of the word" if word.increment else "G90"
 
 
+def number(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> tuple[str, float]:
+    """Returns a new number of that word with as many decimals as the control resolves, and the coordinate that it then
+    sets, mm.
+    """
+    unit_mm = state.unit_mm(letter)
+    with _writable():
+        text, value = nc_number(value_mm / unit_mm, dialect.step(state.inch), dialect.name, dialect.decimal_comma)
+    return text, value * unit_mm
+
+
 def coordinate_text(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> str:
-    """Returns a word that sets that coordinate, with as many decimals as the control resolves: `X2.98422`."""
-    value = rounded(value_mm / state.unit_mm(letter), resolution_of(dialect, state))
-    address = dialect.radius_address if letter == "R" else letter
-    return address + number_text(dialect, value, state)
+    """Returns a word that sets that coordinate: `X2.98422`."""
+    return letter + number(dialect, letter, value_mm, state)[0]
+
+
+def rounded_mm(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> float:
+    """Returns the coordinate, mm, of a word that is written with that value."""
+    return number(dialect, letter, value_mm, state)[1]
+
+
+def word_with(word: Word, value_mm: float, dialect: Dialect, state: CoordinateState) -> str:
+    """Returns the text of a word that is a number, with another value: it is restyled, its address stays."""
+    head, old = word.text[: word.value_start - word.start], word.text[word.value_start - word.start :]
+    return head + _restyled(dialect, old, value_mm / state.unit_mm(word.letter), state)
+
+
+def _restyled(dialect: Dialect, old: str, value: float, state: CoordinateState) -> str:
+    """Returns a number of program units in the style of the old one."""
+    step = dialect.step(state.inch)
+    with _writable():
+        return nc_restyled(old.encode("latin-1"), value, step, dialect.name, dialect.decimal_comma)
+
+
+def number_said(word: Word) -> float:
+    """Returns the number in a word, be it as `AC(5)`; NaN of a formula."""
+    if word.kind == "number":
+        return word.value
+    found = _NUMBER.fullmatch(word.text[word.value_start - word.start :])
+    return float(found.group(found.lastindex or 0)) if found else math.nan
+
+
+def circle_text(
+    program: Program,
+    state: CoordinateState,
+    axes: tuple[int, int],
+    centre_mm: Array,
+    start_mm: Array,
+    *,
+    by_radius: bool,
+    end_mm: Array | None = None,
+) -> str:
+    """Returns the words of an arc's circle in the plane of two axes: its radius, or its centre from the start.
+
+    `end_mm`: the centre is first moved along the chord, to be as far from both rounded ends.
+    """
+    dialect = program.dialect
+    return nc_circle(
+        *(axes, centre_mm.tolist(), start_mm.tolist(), by_radius, state.unit_mm("R"), dialect.step(state.inch)),
+        *(dialect.name, dialect.decimal_comma),
+        end_mm=None if end_mm is None else end_mm.tolist(),
+    )
 
 
 def line_texts(dialect: Dialect, places: Sequence[str]) -> list[str]:
@@ -119,27 +176,9 @@ def line_texts(dialect: Dialect, places: Sequence[str]) -> list[str]:
 
 
 def insert_word(program: Program, block: int, letter: str, value_mm: float, state: CoordinateState) -> Edit:
-    """Writes a word into a block that inherits that coordinate, in the order X, Y, Z and before all other data."""
-    text = coordinate_text(program.dialect, letter, value_mm, state)
-    words = program.block(block).words
-    before = [word for word in words if _comes_before(program, words, word, letter)]
-    if not words:
-        empty = program.block(block)
-        return Edit(empty.start, empty.start, text + (" " if empty.end > empty.start else ""))
-    spaced = any(left.end < right.start for left, right in pairwise(words))
-    space = " " if spaced or len(words) == 1 else ""
-    if before:
-        return Edit(before[-1].end, before[-1].end, space + text)
-    return Edit(words[0].start, words[0].start, text + space)
-
-
-def _comes_before(program: Program, words: Sequence[Word], word: Word, letter: str) -> bool:
-    """Whether a coordinate is written behind a word: number, code, name or earlier axis; Klartext's L comes first."""
-    if word.letter in AXES:
-        return word.letter < letter
-    if program.dialect.klartext:
-        return word.letter == "N" or word is next((other for other in words if other.letter != "N"), None)
-    return word.letter in CODES
+    """Writes a word into a block that inherits that coordinate: behind its number, its codes and the axes before."""
+    at, text = program.core.inserted(block, coordinate_text(program.dialect, letter, value_mm, state))
+    return Edit(at, at, text)
 
 
 def set_offset(
@@ -167,8 +206,8 @@ def set_offset(
     written = CoordinateState(state.inch, state.diameter if diameter is None else diameter)
     statement = found[0]
     old = program.source[statement.value_start : statement.value_end].decode("latin-1")
-    value = rounded(value_mm / written.unit_mm(axis), resolution_of(program.dialect, written))
-    return Edit(statement.value_start, statement.value_end, restyled(program.dialect, old, value, written))
+    text = _restyled(program.dialect, old, value_mm / written.unit_mm(axis), written)
+    return Edit(statement.value_start, statement.value_end, text)
 
 
 def replace_block(program: Program, block: int, texts: Sequence[str]) -> Edit:

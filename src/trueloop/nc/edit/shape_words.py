@@ -24,8 +24,8 @@ ANGLES: Final = frozenset("Aan")
 """Letters of the words that give a line's angle."""
 ENDS: Final = frozenset("XYZUVW")
 """Letters of the words that set an end by themselves; a line's angle may set one too."""
-CENTRE: Final = frozenset("IJKR")
-"""Letters of the words that give an arc's circle in its own block."""
+CENTRE: Final = frozenset("IJK")
+"""Letters of the words that give an arc's centre in its own block."""
 
 
 def require_own_shape(program: Program, path: ToolPath, moves: Iterable[int], *, absolute_centres: bool = True) -> None:
@@ -37,7 +37,7 @@ def require_own_shape(program: Program, path: ToolPath, moves: Iterable[int], *,
         words = _values(program, path, move)
         wrong = shaping_words(program, path, move)
         wrong += [word for word in words if word.letter == TURNS]
-        centre = [word for word in words if word.letter in CENTRE]
+        centre = [word for word in words if word.letter in CENTRE | {program.dialect.radius_letter}]
         if not absolute_centres:
             wrong += [word for word in centre if word.increment is not None]
         if wrong or (path.motion[move] == Motion.ARC and not centre) or is_made(path, move):
@@ -56,7 +56,8 @@ def is_shaped(program: Program, path: ToolPath, move: int) -> bool:
     """Returns whether a move is given by other words than those of its end and, of an arc, radius, centre or a CC."""
     if shaping_words(program, path, move) or is_made(path, move):
         return True
-    centre = any(word.letter in CENTRE for word in _values(program, path, move))
+    circle = CENTRE | {program.dialect.radius_letter}
+    centre = any(word.letter in circle for word in _values(program, path, move))
     return bool(path.motion[move] == Motion.ARC and not centre and not _is_about_pole(program, path, move))
 
 

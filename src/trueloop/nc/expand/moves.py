@@ -7,8 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.nc.edit.edit import Edit, coordinate_text, line_ending
-from trueloop.nc.edit.number_text import number_said, rounded_mm, word_with
+from trueloop.nc.edit.edit import Edit, coordinate_text, line_ending, number, number_said, word_with
 from trueloop.nc.edit.shape_words import CORNER, ENDS, EVERY_CORNER, is_made, shaping_words
 from trueloop.nc.expand.block import OUT, rewritten
 from trueloop.nc.expand.refusal import refusal, require_writable
@@ -171,7 +170,7 @@ class Explicit:
     def _new_circle(self, move: int, block: Block, end: Array, changed: dict[int, str], new: list[str]) -> None:
         """The circle of an arc that has neither radius nor centre; in Klartext a wide one is about a CC before it."""
         if not self._klartext:
-            new += circle_words(self.program, self.path, move, self._end, end)
+            new.append(circle_words(self.program, self.path, move, self._end, end))
             return
         word = motion_word(self.program, block)
         if word is None or (word.text.upper() == "CP" and is_wide(self.path, move)):
@@ -179,7 +178,7 @@ class Explicit:
         if is_wide(self.path, move):
             changed[word.index] = f"{pole_block(self.program, self.path, move)}{line_ending(self.program)}C"
         else:
-            new += circle_words(self.program, self.path, move, self._end, end)
+            new.append(circle_words(self.program, self.path, move, self._end, end))
         if not any(word.text.upper().startswith("DR") for word in block.data):
             new.append(klartext_turn(self.path, move))
 
@@ -214,7 +213,7 @@ class Explicit:
             pole = [pole_block(self.program, path, move), "C"] if arc and is_wide(path, move) else []
             code = line_ending(self.program).join(pole) or ("CR" if arc else "L")
         if arc:
-            words += [] if code.endswith("C") else circle_words(self.program, path, move, self._end, end)
+            words += [] if code.endswith("C") else [circle_words(self.program, path, move, self._end, end)]
             words += [klartext_turn(path, move)] if self._klartext else []
         if code != self._code or self._klartext:
             words.insert(0, code)
@@ -241,5 +240,5 @@ def _is_increment(word: Word, in_force: bool) -> bool:
 def _written(dialect: Dialect, letter: str, target: float, held: float, state: CoordinateState) -> tuple[float, str]:
     """Where a coordinate of a move from `held` then is, and its word: an increment where those are in force, mm."""
     origin = held if state.incremental else 0.0
-    text = coordinate_text(dialect, letter, target - origin, state)
-    return origin + rounded_mm(dialect, letter, target - origin, state), text
+    text, value_mm = number(dialect, letter, target - origin, state)
+    return origin + value_mm, letter + text

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit.number_text import number_said
+from trueloop.nc.edit.edit import number_said
 from trueloop.nc.edit.shape_words import asks_corner, is_made, is_shaped
 from trueloop.nc.expand.splines import makes_spline, spline_blocks
 from trueloop.nc.program.program import Block, Program, Word

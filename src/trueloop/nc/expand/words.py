@@ -4,10 +4,8 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-
 from trueloop.arrays import Array
-from trueloop.nc.edit.edit import coordinate_text
+from trueloop.nc.edit.edit import circle_text, coordinate_text
 from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import Motion, ToolPath
@@ -48,20 +46,12 @@ def klartext_name(path: ToolPath, move: int, block: Block, new: Sequence[str]) -
     return "CR" if any(text.startswith("R") for text in [*new, *(w.text for w in block.data)]) else "C"
 
 
-def circle_words(program: Program, path: ToolPath, move: int, start: Array, end: Array) -> list[str]:
+def circle_words(program: Program, path: ToolPath, move: int, start: Array, end: Array) -> str:
     """Returns the radius, or of a wide arc its centre from the start, moved to be as far from both rounded ends."""
-    state, dialect = path.coordinate_state(move), program.dialect
-    axes = list(PLANE_AXES[int(path.plane[move])])
-    centre = path.centre_mm[move][axes]
-    if not is_wide(path, move):
-        radius = float(np.linalg.norm(path.start_mm[move][axes] - centre))
-        return [coordinate_text(dialect, "R", radius, state)]
-    chord = end[axes] - start[axes]
-    if squared := float(chord @ chord):
-        middle = (start[axes] + end[axes]) / 2
-        centre = centre - float((centre - middle) @ chord) / squared * chord
-    pairs = sorted(zip(axes, centre - start[axes], strict=True))
-    return [coordinate_text(dialect, "IJK"[axis], float(value), state) for axis, value in pairs]
+    state, axes, centre = path.coordinate_state(move), PLANE_AXES[int(path.plane[move])], path.centre_mm[move]
+    if is_wide(path, move):
+        return circle_text(program, state, axes, centre, start, by_radius=False, end_mm=end)
+    return circle_text(program, state, axes, centre, path.start_mm[move], by_radius=True)
 
 
 def is_wide(path: ToolPath, move: int) -> bool:

@@ -64,6 +64,11 @@ class Dialect:
         """Returns the smallest programmable step, in the unit of the program."""
         return self.resolution_inch if inch else self.resolution_mm
 
+    @property
+    def radius_letter(self) -> str:
+        """Returns the letter of the word of an arc's radius; `CR=` is read as R."""
+        return self.radius_address if len(self.radius_address) == 1 else "R"
+
     def step_mm(self, inch: bool) -> float:
         """Returns the smallest programmable step in mm."""
         return self.step(inch) * (MM_PER_INCH if inch else 1.0)

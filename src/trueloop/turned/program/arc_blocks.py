@@ -3,24 +3,24 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from trueloop.geometry.feature import Point
-from trueloop.nc.edit.edit import coordinate_text
-from trueloop.nc.edit.number_text import rounded_mm
-from trueloop.nc.program.dialect import Dialect
+from trueloop.nc.edit.edit import circle_text, coordinate_text, rounded_mm
 from trueloop.nc.program.late_codes import late_codes
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import CoordinateState
 from trueloop.turned.compensation.moves import Move, within_quadrants
 
-GEOMETRY = frozenset("XZUWRIK")
-"""The words of an arc block that new moves replace; feed and comments stay in the first block."""
+GEOMETRY = frozenset("XZUWIK")
+"""The words of an arc block that new moves replace, beside its radius; feed and comments stay in the first block."""
 
 
 @dataclass(frozen=True)
 class ArcStyle:
     """The style of a program's arcs: with R or with I and K, with `G02` or `G2`."""
 
-    dialect: Dialect
+    program: Program
     state: CoordinateState
     by_radius: bool
     motion_digits: int
@@ -32,7 +32,7 @@ class ArcStyle:
 
     def allowed(self, moves: Sequence[Move]) -> tuple[Move, ...]:
         """Returns the moves as the control takes them."""
-        if self.by_radius and self.dialect.radius_within_quadrant:
+        if self.by_radius and self.program.dialect.radius_within_quadrant:
             return tuple(piece for move in moves for piece in within_quadrants(move))
         return tuple(moves)
 
@@ -42,31 +42,29 @@ class ArcStyle:
         words = [self._text("X", move.end_mm[0] - origin[0]), self._text("Z", move.end_mm[1] - origin[1])]
         if move.centre_mm is None:
             return words
-        to_centre = (move.centre_mm[0] - start_mm[0], move.centre_mm[1] - start_mm[1])
-        if self.by_radius:
-            return [*words, self._text("R", (to_centre[0] ** 2 + to_centre[1] ** 2) ** 0.5)]
-        return [*words, self._text("I", to_centre[0]), self._text("K", to_centre[1])]
+        start, centre = (np.array([x, 0.0, z]) for x, z in (start_mm, move.centre_mm))
+        circle = circle_text(self.program, self.state, (0, 2), centre, start, by_radius=self.by_radius)
+        return [*words, circle]
 
     def rounded(self, point: Point, start_mm: Point) -> Point:
         """Returns where the control takes the end of a move from `start_mm` to be."""
         origin = start_mm if self.state.incremental else (0.0, 0.0)
         x, z = (
-            from_mm + rounded_mm(self.dialect, letter, value - from_mm, self.state)
+            from_mm + rounded_mm(self.program.dialect, letter, value - from_mm, self.state)
             for letter, value, from_mm in zip("XZ", point, origin, strict=True)
         )
         return x, z
 
     def _text(self, letter: str, value_mm: float) -> str:
-        return coordinate_text(self.dialect, letter, value_mm, self.state)
+        return coordinate_text(self.program.dialect, letter, value_mm, self.state)
 
 
 def style_of(program: Program, block: Block, state: CoordinateState) -> ArcStyle:
     """Reads the style off the block that is to be replaced."""
     motion = next((word for word in block.words if is_motion(word)), None)
     digits = len(motion.text) - 1 if motion is not None else 2
-    return ArcStyle(
-        program.dialect, state, any(_is_geometry(word) and word.letter == "R" for word in block.words), digits
-    )
+    letter = program.dialect.radius_letter
+    return ArcStyle(program, state, any(word.letter == letter and _is_value(word) for word in block.words), digits)
 
 
 def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcStyle) -> list[str]:
@@ -74,7 +72,8 @@ def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcS
 
     M codes that act after the move go to the last. Raises NC-EDIT where it is not known which a code is.
     """
-    kept = [word for word in block.data if not (_is_geometry(word) or is_motion(word))]
+    geometry = GEOMETRY | {style.program.dialect.radius_letter}
+    kept = [word for word in block.data if not ((word.letter in geometry and _is_value(word)) or is_motion(word))]
     pieces = style.allowed(moves)
     late = late_codes(kept, block) if len(pieces) > 1 else []
     texts: list[str] = []
@@ -91,6 +90,6 @@ def is_motion(word: Word) -> bool:
     return word.letter == "G" and word.kind == "number" and word.value in (0.0, 1.0, 2.0, 3.0)
 
 
-def _is_geometry(word: Word) -> bool:
+def _is_value(word: Word) -> bool:
     """Of a parameter that is given a value the letter is the parameter's."""
-    return word.letter in GEOMETRY and word.kind != "assignment"
+    return word.kind != "assignment"

@@ -1,9 +1,7 @@
 """The new numbers of a row in a control's tool table: the old ones and the change, in the table's unit."""
 
-from decimal import Decimal
+from decimal import ROUND_HALF_EVEN, Decimal
 from typing import Literal
-
-from trueloop.nc.edit.number_text import rounded
 
 
 def changed_number(
@@ -15,7 +13,7 @@ def changed_number(
     `change_mm` of x is that of the radius; `unit_mm` is the table's unit.
     """
     factor = 2 if counts == "diameter" else 1
-    return old + rounded(factor * change_mm / unit_mm, step)
+    return old + Decimal(factor * change_mm / unit_mm).quantize(step, ROUND_HALF_EVEN)
 
 
 def in_mm(value: Decimal, unit_mm: float, counts: Literal["radius", "diameter"]) -> float:

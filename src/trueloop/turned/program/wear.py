@@ -3,10 +3,11 @@
 A tool stands at machine = program + work offset + tool offset: by what is added to its offset, the tool moves.
 """
 
+import math
 from dataclasses import replace
 
 from trueloop.domain.proposal import ExpandedU
-from trueloop.nc.edit.number_text import resolution_of, rounded
+from trueloop.nc.edit.edit import rounded_mm
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.offsets import offset_state, tool_offset_updates
@@ -38,9 +39,9 @@ def wear_offset(
     elif is_diameter is None and dialect.offset_x == "radius":
         is_diameter = False
     state = offset_state(words, is_diameter)
-    step = resolution_of(dialect, state)
-    x, z = (float(rounded(v / state.unit_mm(a), step)) for a, v in zip("XZ", offset_mm, strict=True))
-    decimals = max(0, -int(step.as_tuple().exponent))
+    decimals = max(0, round(-math.log10(dialect.step(state.inch))))
+    mm = {axis: rounded_mm(dialect, axis, value, state) for axis, value in zip("XZ", offset_mm, strict=True)}
+    x, z = (round(mm[axis] / state.unit_mm(axis), decimals) for axis in "XZ")
     u = None
     if expanded_u_mm is not None:
         x_u, z_u = (None if v is None else v / state.unit_mm(a) for a, v in zip("XZ", expanded_u_mm, strict=True))

@@ -15,8 +15,15 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit.edit import Edit, coordinate_text, insert_blocks_after, insert_word, moved_word, replace_block
-from trueloop.nc.edit.number_text import rounded_mm
+from trueloop.nc.edit.edit import (
+    Edit,
+    coordinate_text,
+    insert_blocks_after,
+    insert_word,
+    moved_word,
+    replace_block,
+    rounded_mm,
+)
 from trueloop.nc.edit.shape_words import require_own_shape
 from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, CoordinateState, Motion, ToolPath
