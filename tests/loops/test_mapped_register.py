@@ -55,6 +55,31 @@ def test_the_next_part_begins_where_this_one_did(tmp_path: Path, back: list[str]
     assert body(tmp_path, "\n".join(source) + "\n", "fanuc-lathe") == [*source[:2], *shifted, *back, "M30"]
 
 
+@pytest.mark.parametrize(
+    ("back", "written"),
+    [
+        (["G00 U156. W330."], ["G00 U155.800 W330.250"]),
+        (["G00 X200. W330."], ["G00 X200. W330.250"]),
+        (["G00 U156.", "W300.", "W30. T0100"], ["G00 U155.800", "W300.", "W30.250 T0100"]),
+    ],
+)
+def test_a_return_by_increments_ends_at_the_same_place(tmp_path: Path, back: list[str], written: list[str]) -> None:
+    """The cut left the tool at X 44.2, Z -30.25: the increments that lead back differ by as much."""
+    cut = ["O1", "G21 G50 X200. Z300. S2000", "G00 X40. Z2.", "G01 Z-30. F0.2", "G00 X44."]
+    assert body(tmp_path, "\n".join([*cut, *back, "M30"]) + "\n", "fanuc-lathe")[5:-1] == written
+
+
+def test_a_return_within_a_loop_is_refused(tmp_path: Path) -> None:
+    """Blocks that run again do not show which one is the last: the next part would begin beside this one's place."""
+    source = (
+        "G21 G50 X200. Z300.\n#1=0\nWHILE [#1 LT 2] DO1\nG00 X40. Z2.\nG01 Z-30. F0.2\nG00 X44.\nX200. Z300.\n"
+        "#1=#1+1\nEND1\nM30\n"
+    )
+    error = refused(mapped, tmp_path, source, SHIFT, "fanuc-lathe")
+    assert (error.code, error.place.line) == (Code.NC_MAP, 7)
+    assert "0.25000 mm off the place at which it sets its coordinates" in error.message
+
+
 def test_only_a_return_that_ends_there_stays(tmp_path: Path) -> None:
     """Between two tools the way out is displaced like any other: nothing is set there."""
     source = "G21 G50 X200. Z300.\nG00 X40. Z2.\nG01 Z-30. F0.2\n{}M30\n"
@@ -83,6 +108,17 @@ def test_a_variable_of_an_osp_is_no_axis(tmp_path: Path) -> None:
     ]
     assert written[0] == "V1=10"
     assert paths[1].end_mm - paths[0].end_mm == pytest.approx(np.tile(SHIFT_MM, (3, 1)), abs=1e-9)
+
+
+def test_an_osp_file_begins_with_its_name_and_its_arcs_keep_their_radius(tmp_path: Path) -> None:
+    """The OSP sends a program behind `$NAME%`; L is the radius of an arc, which a shift leaves as it is."""
+    source = "$SHAFT.MIN%\nO1\nG90 G95 G00 X40 Z2\nG01 Z0 F0.2\nG03 X44 Z-2 L2\nG01 Z-30\nM02\n"
+    options = MapOptions(limit_mm=np.inf, slope=np.inf, unit="mm")
+    shifted = ["G90 G95 G00 X40.200 Z1.750", "G01 Z-0.250 F0.2", "G03 X44.200 Z-2.250 L2", "G01 Z-30.250", "M02"]
+    assert body(tmp_path, source, "okuma-lathe", options) == ["$SHAFT.MIN%", "O1", *shifted]
+    grown = similarity_field(scale=1.005)
+    written = mapped(tmp_path, source, grown, "okuma-lathe", options)[0].splitlines()
+    assert "G03 X44.220 Z-2.010 L2.010" in written
 
 
 @pytest.mark.corpus

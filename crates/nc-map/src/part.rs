@@ -10,7 +10,7 @@ use crate::geometry::Geometry;
 use crate::pieces::{pieces, Fault, Piece};
 use crate::reader::Part;
 use crate::refusal::{self, Refused};
-use crate::register::{require_on_position, ways, Ways};
+use crate::register::{require_on_position, require_returned, ways, Ways};
 use crate::role::{names_axis, Role};
 use crate::standing::{self, leaves, Saying, Standing};
 use crate::text::Step;
@@ -30,6 +30,8 @@ enum Fate {
     Displaced,
     /// A cut from a place that the program has not said: it goes straight to its displaced end.
     Arrives,
+    /// Its increments take the tool from its displaced place to one without displacement along these axes.
+    Undisplaced([bool; 3]),
     /// It was refused, and further obstacles are looked for.
     Refused,
 }
@@ -62,7 +64,7 @@ impl Writing {
         self.refusals.keep_all(refused)?;
         let Part { program, path, roles, .. } = &*part;
         let mut courses = self.courses(part, &ways, &unknown)?;
-        let stays = |index: &usize| matches!(courses[*index].fate, Fate::Stays | Fate::Refused);
+        let stays = |index: &usize| matches!(courses[*index].fate, Fate::Stays | Fate::Refused | Fate::Undisplaced(_));
         let displaced: Vec<usize> = (0..path.len()).filter(|index| !stays(index)).collect();
         let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma, self.decimals));
         let flat_mm = program.dialect().about_pole.then(|| [steps[0].unit / 2.0, 25.4 * steps[1].unit / 2.0]);
@@ -92,6 +94,9 @@ impl Writing {
             whole: self.whole,
         };
         self.write(&mut writer, &courses, roles, &found)?;
+        if part.last {
+            self.refusals.keep(require_returned(&self.register, program, path, &writer.carried))?;
+        }
         self.note_not_run(program, &part.moved, part.until, part.ended, roles);
         self.summary.moves += displaced.len();
         self.summary.edits += writer.edits.len();
@@ -136,6 +141,8 @@ impl Writing {
             let mut fate = fate(path, index, role, before, self.standing);
             if ways.has(index) {
                 fate = Fate::Stays;
+            } else if let Some(axes) = ways.returns(index) {
+                fate = Fate::Undisplaced(axes);
             } else if unknown.contains(&(path.block[index] as usize)) || !unknown.is_empty() && !is_finite(path, index)
             {
                 fate = Fate::Refused;
@@ -216,6 +223,7 @@ impl Writing {
                     stay(writer, index, roles.get(&(path.block[index] as usize)));
                     Ok(())
                 }
+                Fate::Undisplaced(axes) => writer.write(index, &[undisplaced(writer, index, axes)], course),
                 Fate::Refused => Ok(()),
             };
             if !self.refusals.keep(written)? {
@@ -393,6 +401,14 @@ fn displace_way(path: &ToolPath, courses: &mut [Course], roles: &HashMap<usize, 
     };
     let way = courses.iter_mut().enumerate().rev().take_while(|(index, course)| stays(*index, course));
     way.for_each(|(_, course)| course.fate = Fate::Displaced);
+}
+
+/// A straight move that ends without displacement along some axes, and as far off as it starts along the others.
+fn undisplaced(writer: &Writer, index: usize, axes: [bool; 3]) -> Piece {
+    let (from, to, carried) = (writer.path.start[index], writer.path.end[index], writer.carried);
+    let end = [0, 1, 2].map(|axis| if axes[axis] { to[axis] } else { to[axis] + carried[axis] });
+    let start = [0, 1, 2].map(|axis| from[axis] + carried[axis]);
+    Piece { of_move: index, share: 1.0, start, end, centre: None, largest: [0.0; 3], slope: 0.0 }
 }
 
 /// The tool is where the last piece ends.

@@ -1,5 +1,5 @@
-//! Ways to the place where the position register is set (G50, G92): they stay, so that the coordinates after it are
-//! those of the program as given, and the next part begins at the same place.
+//! Ways to the place where the position register is set (G50, G92): they end where they did, so that the coordinates
+//! after it are those of the program as given, and the next part begins at the same place.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,7 +9,7 @@ use nc_program::{finding, MoveKind, Program, ToolPath};
 use crate::field::Vector;
 use crate::refusal::Refused;
 use crate::role::{names, Role};
-use crate::standing::{is_position, Saying};
+use crate::standing::{is_position, leaves, Saying};
 
 /// Positions nearer than this are one, mm.
 const SAME_MM: f64 = 1e-6;
@@ -29,8 +29,10 @@ pub(crate) struct Register {
 /// Moves and blocks of a part that stay for the register's sake.
 #[derive(Debug, Default)]
 pub(crate) struct Ways {
-    /// Indices of moves.
+    /// Indices of moves that stay as they are.
     moves: HashSet<usize>,
+    /// Those with increments, by index, and the axes along which they end where they did.
+    returns: HashMap<usize, [bool; 3]>,
     /// Blocks that set the register from which nothing is cut, or move to where it is set.
     blocks: HashSet<usize>,
 }
@@ -39,6 +41,11 @@ impl Ways {
     /// Whether a move stays.
     pub fn has(&self, index: usize) -> bool {
         self.moves.contains(&index)
+    }
+
+    /// The axes along which a move with increments ends where it did, although it starts displaced.
+    pub fn returns(&self, index: usize) -> Option<[bool; 3]> {
+        self.returns.get(&index).copied()
     }
 
     /// Whether a block cannot be run for a parameter that matters nowhere: it says where on the machine the tool goes.
@@ -64,8 +71,11 @@ pub(crate) fn ways(
     last: bool,
 ) -> Ways {
     let mut ways = Ways::default();
-    let Some(sections) = sections(program, path, roles, known.place.is_some() || known.named.is_some()) else {
-        *known = Register { has_cut: true, cut_before: true, ..Register::default() };
+    let is_set = known.place.is_some() || known.named.is_some();
+    let registers = registers(program, roles);
+    let Some(sections) = sections(program, path, &registers, is_set) else {
+        let place = known.place.or_else(|| first_place(program, path, &registers));
+        *known = Register { place, named: None, has_cut: true, cut_before: true };
         return ways;
     };
     if sections.is_empty() {
@@ -93,10 +103,10 @@ pub(crate) fn ways(
         match (ends, known.place) {
             (Some(block), place) => {
                 let named = [0, 1, 2].map(|axis| names(program, block, axis));
-                keep_way(program, path, &mut ways, first..end, named, place);
+                keep_way(program, path, roles, &mut ways, first..end, (named, place));
             }
             (None, Some(place)) if last && end > first && is_at(&path.end[end - 1], &place) => {
-                keep_way(program, path, &mut ways, first..end, place.map(|at| !at.is_nan()), Some(place));
+                keep_way(program, path, roles, &mut ways, first..end, (place.map(|at| !at.is_nan()), Some(place)));
             }
             _ => {}
         }
@@ -104,15 +114,27 @@ pub(crate) fn ways(
     ways
 }
 
-/// The sections of a part; `None` where blocks run in another order than they are written, so that it is not known when
-/// the register is set. None are of interest where it never is; `is_set` says that it was before.
-fn sections(program: &Program, path: &ToolPath, roles: &HashMap<usize, Role>, is_set: bool) -> Option<Vec<Section>> {
+/// The blocks that set the register, in order.
+fn registers(program: &Program, roles: &HashMap<usize, Role>) -> Vec<usize> {
     let sets = |block: &usize| {
         program.words_of(*block).iter().any(|word| program.code(word) == Some(G::SetRegister))
             && roles.get(block) == Some(&Role::Register)
     };
     let mut registers: Vec<usize> = roles.keys().copied().filter(sets).collect();
     registers.sort_unstable();
+    registers
+}
+
+/// What the first setting of the register called the place of the tool, in a program whose blocks run in any order.
+fn first_place(program: &Program, path: &ToolPath, registers: &[usize]) -> Option<Vector> {
+    let block = *registers.first()?;
+    let after = (0..path.len()).find(|index| main_block(path, *index) > block)?;
+    Some([0, 1, 2].map(|axis| if names(program, block, axis) { path.start[after][axis] } else { f64::NAN }))
+}
+
+/// The sections of a part; `None` where blocks run in another order than they are written, so that it is not known when
+/// the register is set. None are of interest where it never is; `is_set` says that it was before.
+fn sections(program: &Program, path: &ToolPath, registers: &[usize], is_set: bool) -> Option<Vec<Section>> {
     if registers.is_empty() && !is_set {
         return Some(Vec::new());
     }
@@ -140,29 +162,43 @@ fn main_block(path: &ToolPath, index: usize) -> usize {
     block
 }
 
-/// The straight moves that last take each of some axes to where the section ends: at rapid, or at feed to the place of
-/// the register itself, where nothing is cut.
+/// The straight moves that last take each of some axes (`open`) to where the section ends: at rapid, or at feed to the
+/// place of the register itself, where nothing is cut. An axis that goes to a place of the machine is not displaced there.
 fn keep_way(
     program: &Program,
     path: &ToolPath,
+    roles: &HashMap<usize, Role>,
     ways: &mut Ways,
     moves: std::ops::Range<usize>,
-    mut open: [bool; 3],
-    place: Option<Vector>,
+    (mut open, place): ([bool; 3], Option<Vector>),
 ) {
+    let mut way = Vec::new();
     for index in moves.rev() {
         let returns = place.is_some_and(|place| is_at(&path.end[index], &place));
         let straight = path.kind[index] == MoveKind::Rapid || path.kind[index] == MoveKind::Line && returns;
         if !straight || open == [false; 3] {
-            return;
+            break;
         }
+        let (saying, role) = (Saying::of(path, index), roles.get(&(path.block[index] as usize)));
+        if role.is_some_and(Role::is_to_machine) {
+            open = [0, 1, 2].map(|axis| open[axis] && !leaves(program, &saying, role, axis));
+            continue;
+        }
+        let takes = [0, 1, 2].map(|axis| open[axis] && path.words[index][axis] >= 0);
+        open = [0, 1, 2].map(|axis| open[axis] && !takes[axis]);
+        way.push((index, takes));
+    }
+    let mut arrived = [false; 3];
+    for (index, takes) in way.into_iter().rev().skip_while(|(_, takes)| *takes == [false; 3]) {
+        arrived = [0, 1, 2].map(|axis| arrived[axis] || takes[axis]);
         let saying = Saying::of(path, index);
-        let takes = [0, 1, 2].map(|axis| open[axis] && is_position(program, &saying, axis));
-        if takes != [false; 3] {
+        let goes = [0, 1, 2].map(|axis| is_position(program, &saying, axis));
+        if takes != [false; 3] && (0..3).all(|axis| path.words[index][axis] < 0 || goes[axis]) {
             ways.moves.insert(index);
-            ways.blocks.insert(path.block[index] as usize);
-            open = [0, 1, 2].map(|axis| open[axis] && !takes[axis]);
+        } else {
+            ways.returns.insert(index, [0, 1, 2].map(|axis| arrived[axis] || goes[axis]));
         }
+        ways.blocks.insert(path.block[index] as usize);
     }
 }
 
@@ -183,5 +219,26 @@ pub(crate) fn require_on_position(program: &Program, block: usize, carried: &Vec
     let at = program.blocks().get(block).map_or(0, |found| found.start as usize);
     let message = format!("coordinates are set anew where the tool is {off:.5} mm off its programmed position");
     let hint = "set them at the start of the program, or after rapid moves to positions of the axes that are set";
+    Err(Refused::block(at, message, hint))
+}
+
+/// A program that ends at the place of its register ends there undisplaced: the next part begins where it ends.
+pub(crate) fn require_returned(
+    known: &Register,
+    program: &Program,
+    path: &ToolPath,
+    carried: &Vector,
+) -> Result<(), Refused> {
+    let Some((place, last)) = known.place.zip(path.len().checked_sub(1)) else { return Ok(()) };
+    let named = (0..3).filter(|axis| !place[*axis].is_nan());
+    let off = named.map(|axis| carried[axis].abs()).fold(0.0, f64::max);
+    if off <= 1e-3 || !is_at(&path.end[last], &place) {
+        return Ok(());
+    }
+    let at = program.blocks().get(path.block[last] as usize).map_or(0, |found| found.start as usize);
+    let message = format!(
+        "the program ends {off:.5} mm off the place at which it sets its coordinates: the next part would begin there"
+    );
+    let hint = "go back to that place by rapid moves to positions, behind all cuts of the main program";
     Err(Refused::block(at, message, hint))
 }

@@ -54,6 +54,7 @@ impl Lexer<'_> {
             let first = self.words.len() == first_word;
             match class {
                 Class::LineEnd => break,
+                Class::Name if first && self.is_file_name() => self.at = self.scanner.line_end(self.at),
                 Class::Name => self.word_slowly(self.at, self.letter(self.at)),
                 Class::LineComment => self.at = self.scanner.line_end(self.at),
                 Class::Comment => self.comment(),
@@ -79,6 +80,12 @@ impl Lexer<'_> {
         let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
         self.blocks.push(Block { start, end, first_word, optional, tape_mark });
         self.at += 1;
+    }
+
+    /// Whether a line is the name under which an OSP sends its file: `$SHAFT.MIN%`.
+    fn is_file_name(&self) -> bool {
+        let line = self.source.get(self.at..self.scanner.line_end(self.at)).unwrap_or(&[]);
+        self.dialect.rules.sequence_names && line.first() == Some(&b'$') && line.trim_ascii_end().ends_with(b"%")
     }
 
     /// Over the level of a leading slash: `/2 G00`, `/3N40`. Where blocks begin with their number it may be that.
