@@ -40,9 +40,9 @@ def page() -> str:
     for kind, title in TITLES.items():
         parts.append(f"\n## {kind.capitalize()} file\n\n{title}.\n")
         for heading, model in tables(KINDS[kind], ""):
-            keys = {key: one for key, one in model.model_fields.items() if not inner(one.annotation)}
+            keys = [key for key, one in model.model_fields.items() if not inner(one.annotation)]
             parts.append(f"\n### `{heading}` ({kind})\n\n" if heading else "\n")
-            parts.append(HEAD + "".join(row(key, one) for key, one in keys.items()))
+            parts.append(HEAD + "".join(row(model, key) for key in keys))
     return "".join(parts)
 
 

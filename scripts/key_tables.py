@@ -12,6 +12,7 @@ from typing import Any, Final, Literal
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from trueloop.described import meanings
 from trueloop.domain.option import unit_of
 from trueloop.formats import cell_toml
 from trueloop.formats.jobs import (
@@ -105,7 +106,7 @@ def page(name: str) -> str:
 
 def key_table(model: type[BaseModel]) -> str:
     """Key, unit, default and meaning of every key, as a table in Markdown."""
-    return HEAD + "".join(row(key, field) for key, field in model.model_fields.items())
+    return HEAD + "".join(row(model, key) for key in model.model_fields)
 
 
 def schema(name: str) -> str:
@@ -115,10 +116,11 @@ def schema(name: str) -> str:
     return json.dumps(draft | SCHEMAS[name].model_json_schema(mode=mode), indent=1, ensure_ascii=False) + "\n"
 
 
-def row(key: str, field: FieldInfo) -> str:
-    """The row of a key: unit by its name, default and meaning by the code."""
+def row(model: type[BaseModel], key: str) -> str:
+    """Returns the row of a key: unit by its name, default and meaning by the code."""
+    field = model.model_fields[key]
     unit = unit_of(key).name or next((note.unit for note in field.metadata if isinstance(note, In)), "")
-    cells = (f"`{key}`", unit, _default(field), " ".join((field.description or "").split()))
+    cells = (f"`{key}`", unit, _default(field), " ".join(meanings(model).get(key, "").split()))
     return "|" + "|".join(f" {cell} " if cell else " " for cell in cells) + "|\n"
 
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,14 @@ import pytest
 from tests.loops.test_composed_correction import TOUCHES, finish_program, left_on_mm, write_job
 from tests.loops.test_remembering import by_memory
 from tests.support.cli import run
-from tests.support.correction import example_correction
+from tests.support.correction import example_correction, example_inputs
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.error_sources import FeatureSources, Share, Source, error_sources
+from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.fit.between_cuts import PRIOR
 from trueloop.turned.fit.options import FitOptions
@@ -172,3 +174,9 @@ def test_a_touch_that_the_fit_leaves_out_has_no_share(sign: float) -> None:
     for found, expected in zip(*(error_sources(one, PRIOR, None, None) for one in (with_it, without)), strict=True):
         assert [one.mean_mm for one in found.shares] == pytest.approx([one.mean_mm for one in expected.shares])
         assert found.together_mm == pytest.approx(expected.together_mm)
+
+
+def test_a_correction_without_them_is_otherwise_the_same() -> None:
+    """Many simulated parts, and a tool's offset, need no shares of sources."""
+    inputs, whole = example_inputs("modbas2"), example_correction("modbas2")
+    assert whole.sources and compensate(inputs, sources=False) == replace(whole, sources=())

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,20 @@ class Places:
         return list(zip(*(self.columns[name].tolist() for name in names), strict=True))
 
     def groups(self, names: Sequence[str]) -> dict[tuple[Any, ...], NDArray[np.intp]]:
-        """Returns the positions of the places that agree in some columns by the values of these, first met first."""
+        """Returns the positions of the places that agree in some columns by the values of these, first met first.
+
+        They are computed once for each set of columns: every term of a scope takes the same.
+        """
+        key = tuple(names)
+        if key not in self._groups:
+            self._groups[key] = self._grouped(key)
+        return self._groups[key]
+
+    @cached_property
+    def _groups(self) -> dict[tuple[str, ...], dict[tuple[Any, ...], NDArray[np.intp]]]:
+        return {}
+
+    def _grouped(self, names: Sequence[str]) -> dict[tuple[Any, ...], NDArray[np.intp]]:
         code = np.zeros(len(self), dtype=np.intp)
         for name in names:
             own = _numbered(self.columns[name])
@@ -48,11 +62,6 @@ class Places:
         """Returns some of the places, by position."""
         at = np.asarray(rows)
         return Places({name: column[at] for name, column in self.columns.items()})
-
-    def altered(self, **values: object) -> "Places":
-        """Returns these places with columns set to one value each."""
-        columns = {name: np.full(len(self), value) for name, value in values.items()}
-        return Places({**self.columns, **columns})
 
 
 def joined(parts: Sequence[Places]) -> Places:

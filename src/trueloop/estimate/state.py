@@ -217,5 +217,7 @@ def _scattered(variance: Array, functional: Array | None) -> Array:
 
 def _keys(term: Term, places: Places) -> dict[Key, float]:
     """Blocks that places are of, in their order, each with the latest time of the term's clock."""
-    times = np.zeros(len(places)) if term.step is None else places.number(term.clock)
+    if term.step is None:
+        return {(term.name, *label): 0.0 for label in places.groups(term.scope)}
+    times = places.number(term.clock)
     return {(term.name, *label): float(np.max(times[mine])) for label, mine in places.groups(term.scope).items()}

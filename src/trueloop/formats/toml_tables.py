@@ -17,6 +17,7 @@ from typing import Annotated, Final, Generic, Literal, TypeVar, get_args
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
+from trueloop.described import Described
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 
@@ -182,7 +183,7 @@ class In:
     unit: str
 
 
-class Table(BaseModel):
+class Table(Described):
     """A table whose unknown keys are refused: a mistyped option must not be an option ignored.
 
     What a key means is the text below it: the tables of the documentation and the JSON schema are made of that.
@@ -190,9 +191,7 @@ class Table(BaseModel):
     Its numbers are of the types above, which take neither texts nor truth values for numbers.
     """
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=False, use_attribute_docstrings=True, defer_build=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=False, defer_build=True)
 
 
 T = TypeVar("T", bound=Table)

@@ -4,18 +4,18 @@ import math
 from enum import Enum
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
 
+from trueloop.described import Described
 from trueloop.units import UM_PER_MM
 
 
-class Shape(BaseModel):
+class Shape(Described):
     """A table of named values. Numbers that are not known are null."""
 
     model_config = ConfigDict(
         frozen=True,
         extra="forbid",
-        use_attribute_docstrings=True,
         allow_inf_nan=False,
         ser_json_inf_nan="null",
         defer_build=True,

@@ -107,7 +107,7 @@ def test_what_is_measured_from_a_reference_face_knows_nothing_of_z() -> None:
     from_first = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
     seen = Observed(at, np.array([0.004, 0.004]), np.full(2, 1e-4), from_first)
     state = State.before(CATALOGUE).given(seen, robust=False).state
-    finish = at.altered(finish=1.0)
+    finish = Places({**at.columns, "finish": np.ones(len(at))})
     difference = state.predict(finish, from_first)
     assert difference.mean_mm == pytest.approx([0.004, 0.004], abs=0.0008)
     assert difference.standard_u_mm[0] < 0.5 * state.predict(finish).standard_u_mm[1]

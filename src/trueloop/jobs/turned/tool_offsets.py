@@ -59,7 +59,7 @@ def offset_words(correction: Path, control: Control | None, x_is: XIs | None = N
 def offset_of(correction: Path) -> tuple[Record, ToolOffset]:
     """Returns the record of a correction, and the tool offset that makes it. Raises OFS-NONE where no offset does."""
     is_record = correction.suffix.lower() == ".json"
-    record = read_record(correction) if is_record else compensate(read_job(correction).inputs).record
+    record = read_record(correction) if is_record else compensate(read_job(correction).inputs, sources=False).record
     offset = record.tool_offset
     if offset is None or not offset.makes_the_correction:
         what = "the contour" if offset is not None else "no tool offset"

@@ -86,8 +86,9 @@ def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
     """Simulates one part, corrected in every way."""
     semifinished, touches = semifinish_and_probe(trial, workshop, seed)
     inputs = replace(trial.inputs, touches=touches)
-    loop = compensate(inputs)
-    path = compensate(replace(inputs, options=replace(inputs.options, junctions=TangentPolicy.PATH)))
+    loop = compensate(inputs, sources=False)
+    tangent = replace(inputs.options, junctions=TangentPolicy.PATH)
+    path = compensate(replace(inputs, options=tangent), sources=False)
     raw = path_of_shifts(inputs.profile, inputs.nose_radius_mm, raw_shifts(inputs.profile, touches))
 
     def finished(paths: Sequence[CentrePath]) -> Array:

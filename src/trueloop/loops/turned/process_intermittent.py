@@ -18,7 +18,7 @@ from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
-from trueloop.loops.turned.error_sources import MachineShare, error_sources
+from trueloop.loops.turned.error_sources import FeatureSources, MachineShare, error_sources
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.made_parts import semifinish_errors
 from trueloop.loops.turned.outcome import expected_uncorrected_mm, prediction_at_touches
@@ -56,10 +56,11 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign
 
 
-def compensate(inputs: Inputs) -> Correction:
+def compensate(inputs: Inputs, *, sources: bool = True) -> Correction:
     """Makes one correction. Raises TCH, FIT, GEO, NC, MCH and CMP errors for what cannot or must not be corrected.
 
-    They name the file that the refused value was read from, where the value knows it.
+    They name the file that the refused value was read from, where the value knows it. `sources`: with the share of
+    every source in the errors, on which nothing else depends.
 
     >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
     >>> correction = trueloop.compensate(job.inputs)
@@ -76,7 +77,7 @@ def compensate(inputs: Inputs) -> Correction:
         inputs.in_force.require_stated()
     unchecked = _refuse_misuse(inputs)
     with in_file(inputs.touches.file):
-        return _corrected(inputs, unchecked)
+        return _corrected(inputs, unchecked, sources)
 
 
 def _refuse_misuse(inputs: Inputs) -> list[str]:
@@ -90,7 +91,7 @@ def _refuse_misuse(inputs: Inputs) -> list[str]:
     return unchecked
 
 
-def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
+def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correction:
     cut = inputs.in_force.cut_with
     matched, machine = _matched(inputs)
     surface = _surface(inputs, machine)
@@ -102,7 +103,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     to_write = writing(inputs, matched, bends_lines(model))
     if cramped := cramped_bows(matched, model, paths, to_write.fitting):
         options = replace(inputs.options, straight=(*inputs.options.straight, *cramped))
-        return _corrected(replace(inputs, options=options), [*unchecked, *cramped.values()])
+        return _corrected(replace(inputs, options=options), [*unchecked, *cramped.values()], sources)
     programs = write_programs(inputs, to_write, decision, paths)
     given_up = _given_up_mm(inputs, matched, decision, surface.touches)
     prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight, given_up)
@@ -114,7 +115,10 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         prediction = replace(prediction, budget=prediction.budget.with_more(u_mm))
         of_machine = MachineShare(-composed.comp_mtg_mm, u_mm)
     judged = Corrected(inputs, matched, surface, model, decision, shifts, machine).characteristics()
-    earlier = _earlier(inputs, model, memory) if memory is not None and memory.applied else None
+    shares: tuple[FeatureSources, ...] = ()
+    if sources:
+        earlier = _earlier(inputs, model, memory) if memory is not None and memory.applied else None
+        shares = error_sources(model, inputs.options.between_cuts, earlier, of_machine)
     return Correction(
         part=inputs.part.name,
         profile=inputs.profile,
@@ -158,7 +162,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         by_tool=by_tool,
         memory=memory,
         in_force=matched.in_force,
-        sources=error_sources(model, inputs.options.between_cuts, earlier, of_machine),
+        sources=shares,
     )
 
 
