@@ -40,7 +40,8 @@ def main() -> None:
     u, v = np.repeat(at, 25), np.tile(at, 25)
     point, normal = surface.point_mm(u, v), surface.normal(u, v)
     for k in range(1, PARTS + 1):
-        error = process.part_mm(rng, at, at).ravel()
+        noise = rng.normal(0.0, process.noise_mm, (len(at), len(at)))
+        error = (process.pattern.grid_mm(at, at) + process.variation(rng).grid_mm(at, at) + noise).ravel()
         centres = point + (BALL_RADIUS_MM + error)[:, None] * normal
         (FOLDER / "parts" / f"S{k:02d}.csv").write_bytes(points_to_csv(centres, (25, 25)))
 

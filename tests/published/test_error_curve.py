@@ -48,7 +48,7 @@ def test_with_the_slope_free_the_fit_leaves_half() -> None:
     free, tangent = fit_profile(profile, vectors, PART_R3), fit_profile(profile, vectors, PATH_R3)
     assert rms(residual_um(free)[DOME]) == pytest.approx(1.17, abs=0.005)
     (kink,) = tangent.tangency
-    assert kink.predicted_um_per_mm == pytest.approx(6.44, abs=0.01)
+    assert 1e3 * kink.predicted_rad == pytest.approx(6.44, abs=0.01)
     assert kink.predicted_rad > 5 * kink.standard_u_rad
     assert [(one.predicted_rad, one.kink) for one in free.tangency] == [(0.0, kink.kink)]
 

@@ -2,8 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from tests.support.profiles import simple
 from trueloop.geometry.feature import Feature, Line, Point
+from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.program.feed_moves import FeedMove
 
 
@@ -18,3 +21,9 @@ def backwards(paths: Sequence[Feature]) -> list[Feature]:
 
 def to(start: Point, end: Point) -> Line:
     return Line("", start, end)
+
+
+def largest_deviation_mm(match: ContourMatch) -> float:
+    """The largest |deviation| of the moves from the features they cut, at 65 places of each."""
+    shares = np.linspace(0.0, 1.0, 65)
+    return max(float(np.abs(one.deviation_mm(shares * one.feature.length_mm)).max()) for one in match.features)

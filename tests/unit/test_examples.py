@@ -18,6 +18,7 @@ from scripts.nist_parts import (
     parts,
     program,
 )
+from tests.support.feed_moves import largest_deviation_mm
 from tests.support.linuxcnc import Tool, interpret
 from trueloop.errors import Severity
 from trueloop.geometry.feature import Arc
@@ -84,7 +85,7 @@ def test_programs_cut_the_profile_and_nothing_is_found_wrong_with_them(job_file:
         assert [found for found in check(cut, inputs.parameters) if found.severity is not Severity.NOTE] == []
         path = cut.run(inputs.parameters)
         match = match_contour(feed_moves(path), inputs.profile, inputs.nose_radius_mm, allowance_mm=allowance_mm)
-        assert match.largest_deviation_mm() <= ROUNDING_MM
+        assert largest_deviation_mm(match) <= ROUNDING_MM
 
 
 @pytest.mark.parametrize("job_file", JOBS, ids=lambda path: path.parent.name)
@@ -109,7 +110,7 @@ def test_every_part_is_cut_by_its_programs(part: NistPart, cut: str) -> None:
     path = read.run(parameters(part))
     allowance_mm = ALLOWANCE_IN * MM_PER_INCH if cut == "semifinish" else 0.0
     match = match_contour(feed_moves(path), part.profile, NOSE_RADIUS_IN * MM_PER_INCH, allowance_mm=allowance_mm)
-    assert match.largest_deviation_mm() <= ROUNDING_MM
+    assert largest_deviation_mm(match) <= ROUNDING_MM
 
 
 @pytest.mark.parametrize("path", example_touches(), ids=lambda path: path.parent.name)

@@ -78,8 +78,8 @@ def loop(
 
     workshop, trial = workshop_and_trial(job, machine)
     with Console(stderr=True).status("starting") as status:
-        driven = drive_part(trial, workshop, seed=seed, feed_override=feed_override, say=status.update)
-    print_json(simulated_part_as_dict(driven.part)) if as_json else _print_part(driven.part)
+        part = drive_part(trial, workshop, seed=seed, feed_override=feed_override, say=status.update)
+    print_json(simulated_part_as_dict(part)) if as_json else _print_part(part)
 
 
 def _print_part(part: "SimulatedPart") -> None:

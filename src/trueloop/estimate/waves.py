@@ -48,8 +48,6 @@ class Waves:
         return np.asarray(np.sin(self.frequency * away) / math.sqrt(self._half))
 
     def spread(self, sd: float, length: float) -> Array:
-        """Returns the standard deviations of the coefficients of a function of this standard deviation and length,
-        (m,).
-        """
+        """Returns the standard deviations of the coefficients of a function of that deviation and length, (m,)."""
         density = math.sqrt(math.sqrt(2.0 * math.pi) * length)
         return np.asarray(sd * density * np.exp(-0.25 * (length * self.frequency) ** 2))

@@ -82,9 +82,7 @@ class Curve:
         return _left(self.tangent(arc_length_mm))
 
     def curvature_per_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Returns the signed κ with dn/ds = κ t: positive where the curve is convex, where offsetting outwards
-        lengthens it.
-        """
+        """Returns the signed κ with dn/ds = κ t: positive where the curve is convex, offset outwards it grows."""
         s = np.asarray(arc_length_mm, dtype=np.float64)
         derived = self._series(self._with_derivatives[..., 2:], s)
         return _bend(_unit(derived[..., :2]), derived[..., 2:])
@@ -132,9 +130,7 @@ class Curve:
         return s, self.point_mm(s)
 
     def radius_range_mm(self) -> tuple[float, float]:
-        """Returns the least radii of curvature where it is concave, and where it is convex; infinite where it nowhere
-        is.
-        """
+        """Returns the least radii of curvature where concave, and where convex; infinite where it nowhere is."""
         ends = self.breaks_mm[1:] - 1e-12 * np.diff(self.breaks_mm)  # of the piece before a break as well
         curvature = self.curvature_per_mm(np.concatenate([self.sampled_mm[0], ends]))
         concave, convex = float(np.max(-curvature)), float(np.max(curvature))

@@ -48,9 +48,7 @@ def curve_along(name: str, point: Along, derivative: Along, breaks: Sequence[flo
 
 
 def part_of(curve: Curve, from_mm: float, to_mm: float) -> Curve:
-    """Returns the part of the curve from one arc length to a greater one; beyond its ends along its circles of
-    curvature.
-    """
+    """Returns the part of the curve between two arc lengths; beyond its ends along its circles of curvature."""
     inner = curve.breaks_mm[(curve.breaks_mm > from_mm) & (curve.breaks_mm < to_mm)]
     breaks = np.concatenate([[from_mm], inner, [to_mm]])
     if from_mm < 0.0 or to_mm > curve.length_mm:

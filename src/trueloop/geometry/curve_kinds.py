@@ -74,9 +74,7 @@ def ellipse(
     *,
     convex: bool = True,
 ) -> Curve:
-    """Returns an ellipse with semi-axes along (x, z), turned by `rotation_rad` from +z towards +x, run convex or
-    concave.
-    """
+    """Returns an ellipse with semi-axes along (x, z), turned by `rotation_rad` from +z to +x, run convex or concave."""
     a, b = semi_axes_mm
     turn = np.array(
         [[math.cos(rotation_rad), math.sin(rotation_rad)], [-math.sin(rotation_rad), math.cos(rotation_rad)]]

@@ -69,9 +69,7 @@ class Line:
         return np.zeros_like(np.asarray(arc_length_mm, dtype=np.float64))
 
     def locate(self, points_mm: ArrayLike) -> tuple[Array, Array]:
-        """Returns the arc length of the foot of the normal and the distance along it (positive outside the
-        material).
-        """
+        """Returns the arc length of the foot of the normal and the distance along it (positive outside)."""
         offset = np.asarray(points_mm, dtype=np.float64) - np.asarray(self.start_mm)
         direction = self._direction
         return offset @ direction, offset @ _normal_of(direction)

@@ -158,9 +158,7 @@ def from_to(feature: Feature, start: Point, end: Point) -> Feature:
 
 
 def _require_clear_ends(features: Sequence[Feature], moved: Sequence[Feature], nose_radius_mm: float) -> None:
-    """Raises where either end of a path cuts into the profile: a path that crosses itself nowhere can do so only
-    there.
-    """
+    """Raises where an end of a path cuts into the profile: a path that crosses itself nowhere can do so only there."""
     for cut, path in ((features, moved), (moved, features)):
         for end in (cut[0].start_mm, cut[-1].end_mm):
             nearest = min(path, key=lambda feature, end=end: distance_mm(feature, end))  # type: ignore[misc]

@@ -141,9 +141,7 @@ class Profile:
 
     @cached_property
     def _middle_contact_rad(self) -> tuple[float, ...]:
-        """Returns the contact angle in the middle of every feature, carried on from the first by the turns of the
-        chain.
-        """
+        """Returns the contact angle in the middle of each feature, carried on from the first by the chain's turns."""
         first = float(contact_angle_rad(self.features[0].outward_normal(0.0)))
         lowest = LOWEST_CONTACT_RAD[self.side]
         angle = first + 2.0 * math.pi * math.ceil((lowest - first) / (2.0 * math.pi))
@@ -156,9 +154,7 @@ class Profile:
         return tuple(middles)
 
     def locate(self, points_mm: ArrayLike) -> Located:
-        """Returns the nearest feature for each point of shape (n, 2); a foot beyond a feature's end counts by its
-        end.
-        """
+        """Returns the nearest feature for each point, (n, 2); a foot beyond a feature's end counts by its end."""
         points = np.atleast_2d(np.asarray(points_mm, dtype=np.float64))
         feet = [feature.locate(points) for feature in self.features]
         arc_length = np.stack([foot[0] for foot in feet])
@@ -173,9 +169,7 @@ class Profile:
 def junctions_of(
     features: Sequence[Feature], by_design: Mapping[tuple[str, str], JunctionKind] | None = None
 ) -> tuple[Junction, ...]:
-    """Returns the junctions of a chain, determined from its directions; `by_design` overrides the kind by the features'
-    names.
-    """
+    """Returns the junctions of a chain, by its directions; `by_design` overrides the kind by the features' names."""
     by_design = by_design or {}
     return tuple(
         _junction(before, after, by_design.get((before.name, after.name)))

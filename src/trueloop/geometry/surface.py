@@ -74,9 +74,7 @@ class Surface:
         return Partials(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
     def normal(self, u: Array, v: Array) -> Array:
-        """Returns the outward unit normals (n, 3). Raises SRF-DEGENERATE where the patch has none: a pole, a collapsed
-        edge.
-        """
+        """Returns the outward unit normals (n, 3). Raises SRF-DEGENERATE at a pole or a collapsed edge."""
         at = self.partials(u, v)
         return self.normal_of(at)
 
@@ -99,9 +97,7 @@ class Surface:
         return np.asarray((-1.0 if self.flipped else 1.0) * across / length[:, None])
 
     def curvatures_per_mm(self, u: Array, v: Array) -> Array:
-        """Returns the principal curvatures (n, 2), the smaller first: negative is concave seen from outside the
-        material.
-        """
+        """Returns the principal curvatures (n, 2), the smaller first: negative is concave seen from outside."""
         at = self.partials(u, v)
         normal = self.normal_of(at)
         e, f, g = (np.sum(a * b, axis=1) for a, b in ((at.du, at.du), (at.du, at.dv), (at.dv, at.dv)))

@@ -231,9 +231,7 @@ class PatternField:
         return np.array([self.length_mm, self.spread_mm, self.tool_spread_mm, self.noise_mm])
 
     def error_mm(self, point_mm: Array, tool: Array | None = None) -> Array:
-        """Returns E at (n, 2) points, without the tools' offsets unless `tool` (n,) gives the tool that made the
-        hole.
-        """
+        """Returns E at (n, 2) points, without the tools' offsets unless `tool` (n,) is the tool that made the hole."""
         cover = smooth_covariance(point_mm, self.known_mm, self.length_mm, self.spread_mm)
         if tool is not None:
             cover = cover + self.tool_spread_mm**2 * same_tool(tool, self.known_tool)
@@ -350,9 +348,7 @@ def left_out(plates: Sequence[Plate], names: Sequence[str], pattern: PatternFiel
 
 @dataclass(frozen=True, eq=False)
 class JudgedPattern:
-    """The common pattern of plates, each one's own similarity, the residuals of each by the others' pattern, and a
-    table.
-    """
+    """The plates' common pattern, each one's similarity, its residuals by the others' pattern, and a table."""
 
     fits: tuple[Similarity, ...]
     pattern: PatternField

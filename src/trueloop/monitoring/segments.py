@@ -84,9 +84,7 @@ def charted(values: Array, in_baseline: Flags, begins: Sequence[int] = (), rules
 
 
 def _common(values: Array, in_baseline: Flags, spans: Sequence[tuple[int, int]]) -> Baseline:
-    """Returns the common standard deviation of all segments: their mean moving range over d2; its centre is not one of
-    theirs.
-    """
+    """Returns the common standard deviation of segments: their mean moving range over d2; its centre is not theirs."""
     own = [values[a:b][in_baseline[a:b]] for a, b in spans]
     ranges = np.concatenate([np.abs(np.diff(one)) for one in own]) if own else np.zeros(0)
     count, sigma = sum(map(len, own)), float(ranges.mean() / D2) if len(ranges) else 0.0
@@ -133,9 +131,7 @@ class Correlation:
 
 
 def correlation(values: Array) -> Correlation:
-    """Estimates the correlation of values (n,) in the order in which they came, n ≥ 3; without its bias of −1/n [Box,
-    Jenkins 1976].
-    """
+    """Estimates the correlation of values (n,) in their order, n ≥ 3, without its bias of −1/n [Box, Jenkins 1976]."""
     about, n = values - values.mean(), len(values)
     lag_1 = float(about[1:] @ about[:-1] / (about @ about)) + 1.0 / n if np.any(about) else 0.0
     return Correlation(lag_1, NORMAL_95 / float(np.sqrt(n)), n)

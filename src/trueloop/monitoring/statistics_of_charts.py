@@ -29,18 +29,14 @@ def ewma(z: Array, weight: float) -> Array:
 
 
 def ewma_sigma(weight: float, count: int) -> Array:
-    """Returns the standard deviation of that average at each of the first `count` values, for values of deviation 1,
-    (count,).
-    """
+    """Returns the standard deviation of that average at the first `count` values, for deviation 1, (count,)."""
     k = np.arange(1, count + 1)
     sigma: Array = np.sqrt(weight / (2.0 - weight) * (1.0 - (1.0 - weight) ** (2 * k)))
     return sigma
 
 
 def cusum(z: Array, allowance: float) -> tuple[Array, Array]:
-    """Returns the two sums of a tabular CUSUM, upwards and downwards, both ≥ 0 [Page 1954]: S = max(0, S ± z −
-    allowance).
-    """
+    """Returns the sums of a tabular CUSUM, upwards and downwards, ≥ 0 [Page 1954]: S = max(0, S ± z − allowance)."""
     up, down = np.zeros_like(z), np.zeros_like(z)
     above = below = np.full(z.shape[:-1], FAST_START)
     for k in range(z.shape[-1]):

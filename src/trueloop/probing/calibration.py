@@ -77,11 +77,6 @@ class BallCalibration:
         inside = np.mod(contact_angle_rad(outward_normal) - low, 2 * np.pi) <= high - low
         return np.asarray(inside, dtype=np.bool_)
 
-    def surface_points_mm(self, centres_mm: Array, outward_normal: Array) -> Array:
-        """Points of the surface from reported ball centres, both (n, 2): the ball taken off along the normal."""
-        points: Array = centres_mm - self.radius_mm(outward_normal)[:, None] * outward_normal
-        return points
-
 
 def calibrate(
     centres_mm: ArrayLike, artefact_radius_mm: float, *, ring: bool = False, lobes: int = 3

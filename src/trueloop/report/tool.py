@@ -252,9 +252,7 @@ def setting_words(found: Learnt) -> str:
 
 
 def rows_of(shown: ShownEdge, found: Learnt) -> Iterator[tuple[str, ...]]:
-    """Yields every so many degrees: angle, form, transfer, what each part type adds and has in all; dashes where
-    nothing was seen.
-    """
+    """Yields every so many degrees: angle, form, transfer, part type's addition and total; dashes where unseen."""
     at, bare = angles_deg(found), unseen(shown, found)
     for k in np.flatnonzero(np.round(at) % STEP_DEG == 0):
         terms = (found.form, found.transfer, *(term[name] for name in found.by_type for term in _by_type(found)))

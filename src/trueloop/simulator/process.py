@@ -72,11 +72,6 @@ class SurfaceProcess:
         """Draws a part's difference from the pattern: normal weights for every wave along u times every one along v."""
         return Variation(self.least_mm, self.most_mm, rng.normal(size=(WAVES, WAVES)))
 
-    def part_mm(self, rng: np.random.Generator, u: Array, v: Array, correction_mm: Array | float = 0.0) -> Array:
-        """Returns measured deviations of one new part, machined with a correction taken off the surface."""
-        noise = rng.normal(0.0, self.noise_mm, (len(u), len(v)))
-        return self.pattern.grid_mm(u, v) + self.variation(rng).grid_mm(u, v) + noise - correction_mm
-
 
 @dataclass(frozen=True, eq=False)
 class Variation:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.feed_moves import backwards, cut, to
+from tests.support.feed_moves import backwards, cut, largest_deviation_mm, to
 from tests.support.nist_programs import nist_program
 from tests.support.profiles import NOSE_RADIUS_MM, facetst, modbas2, piecs11, polyline, profiles, simple
 from trueloop.errors import Code, TrueloopError
@@ -46,7 +46,7 @@ def test_its_own_centre_path_matches_without_deviation(profile: Profile, reverse
     order = range(n, 0, -1) if reverse else range(1, n + 1)
     assert lines_of(match) == [[10 * k] for k in order]
     assert all(feature.backwards == reverse for feature in match.features)
-    assert match.largest_deviation_mm() < 1e-9
+    assert largest_deviation_mm(match) < 1e-9
     assert (match.lead, match.run_out, match.between) == ((), (), ())
 
 
@@ -65,7 +65,7 @@ def test_taper_of_35_um_is_a_linear_deviation() -> None:
     before_mm = NOSE_RADIUS_MM + 0.035
     share = before_mm / (centre_path(profile)[1].length_mm + 0.035)
     assert float(step.deviation_mm(0.0)) == pytest.approx(0.025 * share, abs=1e-12)
-    assert match.largest_deviation_mm() == pytest.approx(0.035, rel=0.02)
+    assert largest_deviation_mm(match) == pytest.approx(0.035, rel=0.02)
 
 
 def test_arc_cut_as_lines_deviates_by_the_chords_sagitta() -> None:
@@ -112,7 +112,7 @@ def test_pass_before_the_last_is_not_this_one_but_that_of_its_allowance() -> Non
     assert lines_of(matched(moves, profile)) == [[10 * k] for k in range(8, 15)]
     before = matched(moves, profile, allowance_mm=0.254)
     assert lines_of(before) == [[10 * k] for k in range(1, 8)]
-    assert before.largest_deviation_mm() < 1e-9
+    assert largest_deviation_mm(before) < 1e-9
 
 
 def test_lead_and_run_out() -> None:
@@ -169,7 +169,7 @@ def test_arc_about_an_edge_stands_between() -> None:
     about = Arc("", path[0].end_mm, path[1].start_mm, edge, math.pi / 2)
     match = matched(cut([path[0], about, *path[1:]]), profile)
     assert [m.line for m in match.between] == [20]
-    assert match.largest_deviation_mm() < 1e-12
+    assert largest_deviation_mm(match) < 1e-12
 
 
 def test_one_move_over_two_features_cuts_both() -> None:
@@ -270,7 +270,7 @@ def test_displaced_corner_still_matches(profile: Profile, index: int, dx: float,
     path[k + 1] = to((x + dx, z + dz), path[k + 1].end_mm)
     match = matched(cut(path), profile)
     assert lines_of(match) == [[10 * (i + 1)] for i in range(len(path))]
-    assert match.largest_deviation_mm() < 0.125 * 1.5
+    assert largest_deviation_mm(match) < 0.125 * 1.5
 
 
 def _nist_moves(corpus: Path, number: str, **parameters: float) -> tuple[FeedMove, ...]:
@@ -287,7 +287,7 @@ def test_published_programs_cut_what_they_say(family: str, corpus: Path) -> None
     profile = contour_of_program(finish, NOSE_RADIUS_MM).profile
     for moves, allowance_mm in ((semifinish, 0.254), (finish, 0.0)):
         match = matched(list(moves), profile, allowance_mm=allowance_mm)
-        assert match.largest_deviation_mm() < 1e-5 * 25.4
+        assert largest_deviation_mm(match) < 1e-5 * 25.4
         assert [len(feature.moves) for feature in match.features] == [1] * len(profile.features)
         refusal = _refusal(list(moves), profile, allowance_mm=0.254 - allowance_mm)
         assert refusal.code is Code.NC_NO_MATCH and "at 0.254 mm" in refusal.message

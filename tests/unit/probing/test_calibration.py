@@ -31,11 +31,9 @@ def test_an_exact_probe_is_found_exactly(pre_travel: float, lobing: float, phase
     assert math.isclose(found.lobing_mm, lobing, abs_tol=1e-9)
 
 
-def test_the_ball_is_taken_off_along_the_normal() -> None:
-    calibration = BallCalibration(1.495, cosine_mm=0.001)
-    normal = np.array([[1.0, 0.0], [0.0, 1.0]])
-    points = calibration.surface_points_mm(np.array([[21.5, 5.0], [3.0, 1.5]]), normal)
-    assert np.allclose(points, [[21.5 - 1.495, 5.0], [3.0, 1.5 - 1.496]])
+def test_the_radius_is_that_in_the_direction_of_the_touch() -> None:
+    """Three lobes: none along x, the whole amplitude along z."""
+    assert np.allclose(BallCalibration(1.495, cosine_mm=0.001).radius_mm(np.eye(2)), [1.495, 1.496])
 
 
 def test_scatter_is_reported_as_it_was_drawn() -> None:

@@ -6,7 +6,7 @@ by servo period, is what the virtual nose cuts along, and what the virtual ball 
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -100,21 +100,9 @@ Say = Callable[[str], None]
 """Called with words on what is being done."""
 
 
-@dataclass(frozen=True)
-class DrivenPart:
-    """One part made with LinuxCNC: what the simulator knows of it, and the positions driven, (n, 2) each."""
-
-    part: SimulatedPart
-    calibration: BallCalibration
-    semifinish_mm: Array
-    finish_mm: Array
-    probing_program: str
-    probe_log: str
-
-
 def drive_part(
     trial: Trial, workshop: Workshop, *, seed: int = 0, feed_override: float = 8.0, say: Say = lambda doing: None
-) -> DrivenPart:
+) -> SimulatedPart:
     """Takes one part through the loop with LinuxCNC as its controller.
 
     Raises CTL-DIALECT for a job in another dialect, CTL-LINUXCNC where LinuxCNC is missing, CTL-PROGRAM where it stops
@@ -146,8 +134,7 @@ def drive_part(
         finishing = cut(_finish_program(inputs, correction), feed_override, _telling(say, "finish"))
     paths = paths_near_part(finishing, inputs.profile, inputs.nose_radius_mm)
     finished = finish_along(workshop, finishing_machine(workshop, correction), paths, semifinished, seed)
-    part = measured_part(trial, workshop, correction, touches, semifinished, finished, seed)
-    return DrivenPart(part, calibration, driven, finishing, program, log)
+    return measured_part(trial, workshop, correction, touches, semifinished, finished, seed)
 
 
 def paths_near_part(driven_mm: Array, profile: Profile, off_mm: float) -> tuple[CentrePath, ...]:

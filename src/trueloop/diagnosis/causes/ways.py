@@ -214,9 +214,7 @@ _FORMS: Final[Mapping[str, tuple[Form, ...]]] = {
 
 
 def _tells_scatter(cause: Cause, number: int, seen_by: tuple[SeenBy, ...], forms: int) -> bool:
-    """Returns whether a form is weighed as another one on every part: not with more coefficients than parts can
-    tell.
-    """
+    """Returns whether a form is weighed as another one on every part: with no more coefficients than parts."""
     if cause.key in ("chuck", "jaws"):
         return number == 0
     return cause.key != "other" or (2 * number > forms and len(seen_by) == len(SeenBy))

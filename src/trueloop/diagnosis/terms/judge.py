@@ -197,9 +197,7 @@ class Verdict:
         return dict(self.hypotheses).get((), 0.0)
 
     def credible(self, level: float = 0.995) -> tuple[Hypothesis, ...]:
-        """Returns the fewest hypotheses that hold the truth with that probability; () among them where nothing may be
-        wrong.
-        """
+        """Returns the fewest hypotheses that hold the truth with that probability; () where nothing may be wrong."""
         total, found = 0.0, []
         for hypothesis, probability in self.hypotheses:
             found.append(hypothesis)

@@ -56,9 +56,7 @@ T = TypeVar("T", PartDiagnosisShape, SeriesDiagnosisShape)
 
 
 def part(store: Store, serial: str, asked: Asked) -> PartDiagnosisShape:
-    """Diagnoses one part that one edge cut, or what one edge cut of it. Raises DIA errors, and those of job and
-    model.
-    """
+    """Diagnoses one part that one edge cut, or what one edge cut of it. Raises DIA errors, those of job and model."""
     return _only(parts(store, serial, asked))
 
 

@@ -146,9 +146,7 @@ def _no_setup(path: Path, setup: str | None, names: Sequence[str]) -> TrueloopEr
 
 @dataclass(frozen=True)
 class ProbingJob:
-    """A job's part as it is probed, its probe, the plan that touches it, the probe's file; `files` are all that was
-    read.
-    """
+    """A job's part as it is probed, its probe, the plan that touches it, the probe's file; `files` were read."""
 
     part: ProbedPart
     probe: ReadProbe

@@ -43,9 +43,7 @@ from trueloop.wording import wording
 
 @dataclass(frozen=True)
 class ReadFiles:
-    """What a job names, whichever of its tools cuts: program, profile and what was measured, in the frame of one of its
-    set-ups.
-    """
+    """What a job names, for any of its tools: program, profile, measurements, in the frame of a set-up."""
 
     program: Program
     profile: Profile

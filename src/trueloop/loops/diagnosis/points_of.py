@@ -67,9 +67,7 @@ def _hints(inspection: Inspection) -> Iterator[_Hint]:
 
 
 def _of_point(point: CmmPoint) -> Iterator[_Hint]:
-    """Yields the evidence of a point, named by the line that place and normal make: its own name may be that of the
-    point alone.
-    """
+    """Yields the evidence of a point, named by the line of place and normal: its own name may be the point's alone."""
     if point.nominal_mm is None or point.outward_normal is None:
         return
     x, y, z = point.nominal_mm
@@ -229,9 +227,7 @@ def _touched(
 
 
 def _angles(inspection: Inspection, matches: Matches) -> list[float]:
-    """Returns the angle about the axis of each point that was matched, rad, in their order, counted as a right-handed
-    turn about z.
-    """
+    """Returns the angle about the axis of each point that was matched, rad, in their order, right-handed about z."""
     left = {id(one.value) for one in matches.left}
     return [_angle(one, matches.axis or "z") for one in inspection.points if id(one) not in left]
 

@@ -225,9 +225,7 @@ def _not_followed(survey: Survey, field: Field) -> Iterator[TrueloopError]:
 
 
 def _mark(identity: str, survey: Survey, parameters: Mapping[str, float]) -> str:
-    """Returns the comment of a corrected program, which states that it holds for some values of parameters only where
-    it does.
-    """
+    """Returns the comment of a corrected program, which states the values of parameters that it holds for."""
     given = ", ".join(f"{name}={value!r}" for name, value in sorted(parameters.items()))
     only = f", holds for {given} only" if given else ""
     return dialect_named(survey.dialect).comment(mark_of_field(identity, survey.sha256) + only)
@@ -274,9 +272,7 @@ def _placed(error: TrueloopError, text: "_Text", line: int, column: int) -> True
 
 @dataclass(frozen=True)
 class _Text:
-    """The text to be mapped, in pieces: the program itself, or written out where it is `drawn` with less than every
-    point.
-    """
+    """The text to map, in pieces: the program itself, or written out where it is `drawn` with less than every point."""
 
     chunks: Iterable[bytes]
     drawn: tuple[Program, WrittenOut] | None = None

@@ -148,9 +148,7 @@ def _certified(asked: Asked, seen: Sequence[Seen], stated_u: float | None) -> Ce
 
 
 def _latest(name: str, seen: Sequence[Seen]) -> tuple[Seen | None, tuple[Reading, ...]]:
-    """Returns the readings of the latest inspection that has the characteristic: those of a released part come
-    first.
-    """
+    """Returns the readings of the latest inspection that has the characteristic: a released part's first."""
     ordered = sorted(seen, key=lambda one: bool(one.released))  # stable: later ones stay later
     for one in reversed(ordered):
         own = tuple(each for each in one.inspection.readings if each.characteristic == name)
@@ -160,9 +158,7 @@ def _latest(name: str, seen: Sequence[Seen]) -> tuple[Seen | None, tuple[Reading
 
 
 def _temperature(readings: Sequence[Reading], by: Seen | None) -> float | None:
-    """Returns the part's temperature while it was measured: that of the readings, else that of the inspection's only
-    sensor.
-    """
+    """Returns the part's temperature when measured: that of the readings, else of the inspection's only sensor."""
     own = [one.temperature_c for one in readings if one.temperature_c is not None]
     if own:
         return fmean(own)

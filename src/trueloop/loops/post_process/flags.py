@@ -21,9 +21,7 @@ NEAR_RATIO: Final = 0.05
 
 
 def filled_in(inspection: Inspection) -> bool:
-    """Returns whether a part's values look filled in and not measured: two at least and three quarters are exactly
-    nominal.
-    """
+    """Returns whether a part's values look filled in and not measured: at least two and three quarters are nominal."""
     sizes = list(sizes_of(inspection))
     exact = sum(abs(error_mm) <= EXACT_MM for _, error_mm in sizes)
     return exact >= max(2.0, SHARE_FILLED_IN * len(sizes))
@@ -51,9 +49,7 @@ def _part(serial: str) -> Mapping[str, str]:
 
 
 def unit_findings(known: Mapping[str, Characteristic], inspection: Inspection) -> Iterator[Finding]:
-    """Yields SER-UNIT, an error: sizes that are 25.4 times those known of the series, or a 25.4th, or than their
-    nominal.
-    """
+    """Yields SER-UNIT, an error: sizes 25.4 times, or a 25.4th of, those known of the series or their nominal."""
     for asked, error_mm in sizes_of(inspection):
         before = known.get(asked.name)
         against = before.nominal if before is not None else asked.nominal
@@ -83,9 +79,7 @@ def _inches(value: float, against: float, near: float) -> float | None:
 
 
 def known_findings(known: Mapping[str, Characteristic], inspection: Inspection) -> Iterator[Finding]:
-    """Yields SER-UNKNOWN for characteristics that the part type did not have, SER-REVISION for other nominals or
-    limits.
-    """
+    """Yields SER-UNKNOWN for characteristics new to the part type, SER-REVISION for other nominals or limits."""
     part_type: PartType = inspection.part.part_type
     for asked, _ in sizes_of(inspection) if known else ():
         before = known.get(asked.name)

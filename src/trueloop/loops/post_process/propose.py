@@ -60,9 +60,7 @@ def proposals_of(series: Sequence[Tracked], options: SeriesOptions, made: Made) 
 
 
 def offset_of(one: Tracked, options: SeriesOptions, made: Made) -> list[Proposal]:
-    """Returns the next part's change of size, where it is worth one: −1 times what the correction is to take off
-    more.
-    """
+    """Returns the next part's change of size, where it is worth it: −1 times what the correction is to take off."""
     change_mm = -one.change_mm
     if abs(change_mm) <= options.least_mm:
         return []
@@ -296,9 +294,7 @@ def _why(wear: WearOffset, count: int, left_mm: Array) -> str:
 
 
 def characteristic_on(profile: Profile, asked: Characteristic) -> Characteristic | None:
-    """Returns a characteristic that names its feature as the part does, of a kind that a tool offset changes; else
-    None.
-    """
+    """Returns a characteristic that names its feature as the part does and that an offset changes; else None."""
     if asked.feature not in profile.names or asked.quantity not in (Quantity.DIAMETER, Quantity.LENGTH):
         return None
     try:

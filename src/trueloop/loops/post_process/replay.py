@@ -59,9 +59,7 @@ class Replay:
     rivals_mm: Mapping[str, tuple[float, ...]]
 
     def rms_mm(self, rule: str = "memory") -> float | None:
-        """Returns the root mean square from the second part on: of "memory", "measured", or a rival; None of a single
-        part.
-        """
+        """Returns the root mean square from the second part on: "memory", "measured", or a rival; None of one part."""
         if len(self.parts) < 2:
             return None
         return float(rms(np.array(self.left_mm(rule)[1:])))
@@ -133,9 +131,7 @@ NOMINAL_MM: Final = 12.0
 
 
 def simulate(shop: Shop, rng: np.random.Generator, events: Sequence[Event] = (), prior: LevelPrior = TURNING) -> Replay:
-    """Simulates one series cut with memory's proposals, the same one uncorrected, and with each of the rules of
-    `RULES`.
-    """
+    """Simulates a series cut with memory's proposals, uncorrected, and with each of the rules of `RULES`."""
     drawn = draw(replace(shop, angle_rad=CYLINDER), rng, events)
     made: list[Made] = []
     steps: list[Step] = []
@@ -168,9 +164,7 @@ def _made(drawn: Drawn, part: int, correction_mm: float) -> Made:
 
 
 def _by_rule(drawn: Drawn, parts: int, rule: Callable[[Array], float]) -> tuple[float, ...]:
-    """Returns the errors left by a rule that takes all of a correction as arrived: its own are added to the measured
-    error.
-    """
+    """Returns the errors left by a rule that takes corrections as arrived: its own add to the measured error."""
     believed: list[float] = []
     left: list[float] = []
     for k in range(parts):

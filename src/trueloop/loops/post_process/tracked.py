@@ -68,9 +68,7 @@ class Tracked:
 
     @property
     def change_mm(self) -> float:
-        """Returns what to take off more than is in force, mm; the size changes by −1 times it. 0 where corrections are
-        held.
-        """
+        """Returns what to take off more than is in force, mm; the size changes by −1 times it. 0 while held."""
         return 0.0 if self.last.step.held else self.factor * (self.last.step.correction_mm - self.in_force_mm)
 
 
@@ -112,9 +110,7 @@ def _expected(made: Made, step: Step) -> tuple[float | None, float | None]:
 
 
 def capability(series: Series) -> Capability | None:
-    """Returns the capability of parts since the tool was last set; None below 20 parts, or where a limit is missing on
-    both sides.
-    """
+    """Returns the capability of parts since the tool was last set; None below 20 parts, or without a limit."""
     errors, asked = [one.error_mm for one in _since_set(series.made)], series.characteristic
     lower, upper = (
         None if limit is None else limit - asked.nominal for limit in (asked.lower_limit, asked.upper_limit)

@@ -166,9 +166,7 @@ def _other(driven: Driven, move: int, start_mm: Array, end_mm: Array) -> Added:
 
 
 def _way_in(driven: Driven, profile: Profile, start_mm: Array) -> dict[int, Added]:
-    """Returns the addition of the move that leads to the contour, zero where it begins; and of the other moves of its
-    block.
-    """
+    """Returns the addition of the move to the contour, zero where it begins; and of its block's other moves."""
     lead = driven.lead
     if lead is None:
         return {}

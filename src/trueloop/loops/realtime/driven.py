@@ -75,9 +75,7 @@ class Driven:
 
 
 def driven(program: Program, contour: Commanded, run: Run, nose_radius_mm: float, tip: int) -> Driven:
-    """Returns the control's moves of a program whose contour was matched. `tip`: the point of the nose that is
-    controlled.
-    """
+    """Returns the control's moves of a program whose contour was matched. `tip`: the controlled point."""
     if not contour.match.on_contour:
         cut = {one.move: k for k, one in enumerate(contour.cuts)}
         run_out = frozenset(move.index for move in contour.match.run_out)

@@ -93,9 +93,7 @@ def _named(block: Block, inch: bool) -> Kept | None:
 
 
 def _are_merged(path: ToolPath, first: int, second: int, merging_mm: float) -> bool:
-    """Returns whether LinuxCNC makes one move of two: straight, at feed, and the point between them beside the straight
-    way.
-    """
+    """Returns whether LinuxCNC makes one move of two: straight, at feed, and the point between beside the way."""
     straight = path.motion[[first, second]] == Motion.LINE
     if merging_mm == 0.0 or not np.all(straight) or path.block[first] == path.block[second]:
         return False

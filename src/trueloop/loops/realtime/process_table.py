@@ -171,9 +171,7 @@ def _shares(moves: Driven, move: int, added: Added) -> Array:
 
 
 def _bends(added: Added, share: Array) -> Flags:
-    """Returns whether what is added between two shares and the next leaves the straight way by more than `WITHIN_MM`,
-    (n,).
-    """
+    """Returns whether the addition between two shares leaves the straight way by more than `WITHIN_MM`, (n,)."""
     start, end = added.at(share[:-1]), added.at(share[1:])
     bends = np.zeros(len(start), dtype=np.bool_)
     for part in (0.25, 0.5, 0.75):

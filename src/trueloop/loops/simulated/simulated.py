@@ -210,9 +210,7 @@ def _directions_of(part_rad: Array) -> tuple[float, float]:
 
 
 def corrected_paths(trial: Trial, correction: Correction) -> tuple[CentrePath, ...]:
-    """Returns the commanded paths of the program that finishes the part: the corrected one, or the given one with an
-    offset.
-    """
+    """Returns the commanded paths of the finishing program: the corrected one, or the given one with an offset."""
     if correction.decision.by_offset:
         return trial.finish
     written = trial.inputs.program.rewritten(correction.corrected_program)

@@ -81,9 +81,7 @@ class SimulatedSurface:
 
     @property
     def figures(self) -> dict[str, object]:
-        """Returns the RMS in µm, of true and of measured deviations, and the shares of places inside the pattern's
-        band.
-        """
+        """Returns the RMS in µm of true and measured deviations, and the shares of places inside the pattern's band."""
         off_mm = np.abs(self.pattern_mm - self.pattern_truth_mm)
         smooth_mm = np.abs(self.pattern_mm - (self.pattern_truth_mm - self.ridges_mm))
         return {
@@ -149,9 +147,7 @@ def _grid(surface: Surface, counts: tuple[int, int]) -> Grid:
 
 
 def _part(trial: SurfaceTrial, mill: VirtualMill, passes: Passes, seed: int, number: int) -> tuple[Array, Array]:
-    """Returns the true deviations of one part, and its measured heights; its random errors depend on its number
-    alone.
-    """
+    """Returns the true deviations of one part, and its measured heights; its number sets its random errors."""
     rng, touched = random_of(seed, number), trial.touched
     stock = mill.cut(passes, trial.cutter, mill.process.variation(rng))
     return _truth_mm(trial, stock), mill.measure(stock, touched.points_mm, touched.normal, rng)

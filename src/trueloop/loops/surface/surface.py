@@ -67,9 +67,7 @@ def touch_findings(worst: WorstTouch, confidence: float) -> Iterator[Finding]:
 
 @dataclass(frozen=True)
 class Work:
-    """The place where parts are worked off (`run_batch`); `progress` is given the progress: "deviations: 3 of 10
-    parts".
-    """
+    """The place where parts are computed (`run_batch`); `progress` is called with it: "deviations: 3 of 10 parts"."""
 
     workers: int = 1
     scheduler: str | None = None
@@ -106,9 +104,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceModel:
-    """All parts, their pattern, and how many parts would be needed for the uncertainty aimed at; `figures` are of
-    what is `on_face`.
-    """
+    """All parts, their pattern, and how many parts the wanted uncertainty needs; `figures` are of what is `on_face`."""
 
     surface: Surface
     options: SurfaceOptions
@@ -293,9 +289,7 @@ def _placed(
 
 
 def _separation(task: _Apart) -> tuple[Separation, float]:
-    """Returns a part taken apart, and the test by shuffling: it takes longer than all else, so the workers make it
-    too.
-    """
+    """Returns a part taken apart, and the test by shuffling: the longest step, so the workers make it too."""
     with in_file(task.file):
         apart = separate(
             task.near.places,

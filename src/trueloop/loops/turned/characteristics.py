@@ -232,9 +232,7 @@ def _judged(
 
 
 def _of(profile: Profile, sizes: Measurand, feature: int, share: Share) -> tuple[float, float, float]:
-    """Returns of a face by how much the length grows with its error, that error after the next cut and its
-    uncertainty.
-    """
+    """Returns by how much a face's error adds to the length, that error after the next cut and its uncertainty."""
     rows = np.flatnonzero(sizes.feature_index == feature)
     error_mm, u_mm = share.at(profile, feature, sizes.arc_length_mm[rows])
     return float(np.sum(sizes.gains[0, rows])), float(np.mean(error_mm)), float(np.max(u_mm))

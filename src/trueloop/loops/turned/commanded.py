@@ -73,9 +73,7 @@ class Run:
         return of_one_run(moves, lambda move: (own := call(move)) is not None and own.number == self.number)
 
     def driven(self, program: Program, nose_radius_mm: float) -> ToolPath:
-        """Returns the nose centre's path as the control drives it under G41 and G42; obstacles to that come as
-        findings.
-        """
+        """Returns the nose centre's path as the control drives it under G41 and G42; obstacles are findings."""
         nose, skipped_blocks = CutterTool(nose_radius_mm, tip=0), self.execute_deleted_blocks
         return program.run(self.parameters, skipped_blocks=skipped_blocks, tools=[nose], strict=False, roughing=False)
 

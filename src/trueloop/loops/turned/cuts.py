@@ -152,9 +152,7 @@ class OfSetup:
 
     @property
     def cut_features(self) -> list[CutFeature]:
-        """Returns its features with the moves that cut them, in the frame's order; in set-ups without those left to
-        others.
-        """
+        """Returns its features with the moves that cut them, in the frame's order; without those left to others."""
         one = self.setup
         if self.found is None:
             assert one.nose_radius_mm is not None

@@ -52,9 +52,7 @@ class FromMemory:
         return taken
 
     def share(self, feature: int) -> float:
-        """Returns the share of one feature's correction that is from memory, from 0 to 1: RMS of that over the sum of
-        both RMS.
-        """
+        """Returns the share of one feature's correction that is from memory, from 0 to 1: its RMS over both RMS."""
         if not self.applied or self.expected is None or feature not in self.features:
             return 0.0
         known, rows = self.expected, self.expected.rows(feature)
@@ -63,9 +61,7 @@ class FromMemory:
         return from_memory / (from_memory + from_touches) if from_memory + from_touches > 0.0 else 0.0
 
     def words(self, profile: Profile) -> tuple[str, ...]:
-        """Describes the shares of memory and of today's touches, how many of these would have been enough, and
-        alarms.
-        """
+        """Describes the shares of memory and of today's touches, how many of these suffice, and alarms."""
         if self.expected is None:
             return tuple(wording("Memory of edge {edge}: {note}", edge=self.edge, note=note) for note in self.notes)
         head = wording("Memory of edge {edge}, inspected parts: {n}.", edge=self.edge, n=self.expected.parts)

@@ -140,9 +140,7 @@ def edits_of(program: Program, changed: Sequence[ChangedWord]) -> list[Edit]:
 
 
 def lines_after(changed: Sequence[ChangedWord], lines: tuple[int, int]) -> tuple[int, int]:
-    """Returns the place of lines (from, to) of a program after changes were written into it, those of its heading left
-    out.
-    """
+    """Returns the place of lines (from, to) of a program after changes were written into it, without its heading."""
 
     def more(before: int) -> int:
         return sum(word.after.count("\n") - word.before.count("\n") for word in changed if word.line < before)

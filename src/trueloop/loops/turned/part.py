@@ -139,9 +139,7 @@ class PartCorrection:
 
     @property
     def alone(self) -> Correction | None:
-        """Returns the correction of a part whose job has one tool, which is then all there is; None: it lists its
-        edges.
-        """
+        """Returns the correction of a part whose job has one tool; None: it lists its edges."""
         edge = self.setups[0].edges[0]
         return edge.correction if edge.contour is None else None
 
@@ -247,9 +245,7 @@ def _setup(
 def _as_joint(
     correction: Correction, program: bytes | None, of: SetupCuts, asked: Sequence[Characteristic] | None
 ) -> Correction:
-    """Returns the correction with the program that carries all in the place of its own; offsets alone are entered by
-    hand.
-    """
+    """Returns the correction with the program that carries all in place of its own; offsets are entered by hand."""
     source = correction.source_program if program is None else program
     run = correction.source_name if program is None else of.name
     made = replace(correction, corrected_program=source, offsets_program=None, joint_name=run)

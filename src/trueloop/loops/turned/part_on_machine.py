@@ -350,9 +350,7 @@ def check_composed(
 
 
 def comp_mtg_at(machine: InMachine, touches: ErrorVectors, process_mm: Array, nose_radius_mm: float) -> Array:
-    """Returns COMP_MTG along the normal where the nose cuts the touched places, moved by COMP_PROC (n,) already,
-    (n,).
-    """
+    """Returns COMP_MTG along the normal where the nose cuts the touched places, moved by COMP_PROC (n,), (n,)."""
     normal = touches.outward_normal
     at_mm = touches.nominal_mm + (nose_radius_mm + process_mm)[:, None] * normal
     return _along(machine.comp_mtg.displacement_mm(at_mm), normal)

@@ -148,9 +148,7 @@ class LeftOnParts:
         )
 
     def set_ups(self) -> Array:
-        """Returns the effect along the normals of a part set up elsewhere, (n, k): a column a part and direction that
-        is seen.
-        """
+        """Returns the effect along the normals of a part set up elsewhere, (n, k): a column a part and direction."""
         numbers, place = np.unique(self.part, return_inverse=True)
         rows = np.zeros((len(self), len(numbers), 3))
         rows[np.arange(len(self)), place] = self.normal
@@ -158,9 +156,7 @@ class LeftOnParts:
         return flat[:, np.any(flat != 0.0, axis=0)]
 
     def places(self) -> Array:
-        """Returns which points are the same place of the machine, (n, k): a column a place; none where hardly any
-        repeats.
-        """
+        """Returns which points are the same place of the machine, (n, k): a column a place; none where few repeat."""
         tool = np.broadcast_to(np.asarray(self.state.tool_mm, np.float64), (len(self), 3))
         where = np.round(np.hstack([self.state.positions, tool, self.normal]), PLACE_DECIMALS)
         _, place = np.unique(where, axis=0, return_inverse=True)

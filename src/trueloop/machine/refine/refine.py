@@ -178,9 +178,7 @@ class _Level:
 
 
 def _better(old: _Level, new: _Level) -> tuple[float, float]:
-    """Returns by how much the RMS is less, and its standard uncertainty: of the mean square's, over the sum of both
-    RMS.
-    """
+    """Returns by how much the RMS is less, and its standard uncertainty: the mean square's over both RMS."""
     return old.rms - new.rms, _u_of_mean(old.shares - new.shares) / (old.rms + new.rms)
 
 
@@ -204,9 +202,7 @@ def _words_of_parts(one: LeftOut) -> Wording:
 
 @dataclass(frozen=True)
 class Refined:
-    """The new model (without a version: `offered` gives it one), the update that made it, and the judgement by parts
-    left out.
-    """
+    """The new model (`offered` gives it a version), the update that made it, and the judgement by parts left out."""
 
     model: MachineModel
     guilty: tuple[Guilty, ...]

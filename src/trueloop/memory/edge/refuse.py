@@ -40,9 +40,7 @@ def up_to(history: Sequence[MadePart], last_part: str) -> tuple[MadePart, ...]:
 
 
 def nearest_rad(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array) -> Array:
-    """Returns the distance of the nearest contact angle that earlier parts or today's touches have measured, (n,); inf
-    without any.
-    """
+    """Returns the distance of the nearest contact angle that parts or touches have measured, (n,); inf without any."""
     return _nearest(np.concatenate([today.semifinish.contact_angle_rad, _measured(history)]), contact_angle_rad)
 
 

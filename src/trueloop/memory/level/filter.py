@@ -119,9 +119,7 @@ def predicted(known: Levels, correction: Array | float) -> tuple[Array, Array]:
 
 
 def learned(known: Levels, error: Array | float, correction: Array | float) -> tuple[Levels, Seen]:
-    """Returns the state after a part that was cut with that correction and measured with that error, and its
-    observation.
-    """
+    """Returns the state after a part cut with that correction and measured with that error; its observation."""
     c, (expected, variance) = np.asarray(correction, float)[..., None], predicted(known, correction)
     beyond = np.asarray(error, float)[..., None] - expected
     with_level = known.level_var - c * known.covariance

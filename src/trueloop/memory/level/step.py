@@ -27,9 +27,7 @@ class PartReading:
 
 @dataclass(frozen=True)
 class Weight:
-    """The share of a part's innovation by which the next correction moves, and the reason for a change of that
-    share.
-    """
+    """The share of a part's innovation by which the next correction moves, and the reason for its change."""
 
     value: float
     before: float | None

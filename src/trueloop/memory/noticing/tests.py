@@ -38,9 +38,7 @@ class White:
 
 
 def level_and_shape(white: White, contact_angle_rad: Array) -> tuple[Array, float, float]:
-    """Returns (dX, dZ), mm, the shortest that explains the level; probabilities of level and of shape, 1 where
-    unseen.
-    """
+    """Returns (dX, dZ), mm, the shortest for that level; probabilities of level and of shape, 1 where unseen."""
     directions = white.seen(np.column_stack([np.sin(contact_angle_rad), np.cos(contact_angle_rad)]))
     u, sizes, v = np.linalg.svd(directions, full_matrices=False)
     seen = sizes > SAME_DIRECTION * sizes[0]

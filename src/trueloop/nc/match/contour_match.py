@@ -72,11 +72,6 @@ class ContourMatch:
         """Returns whether the moves are those of the contour, under G41 or G42, and not of the nose's centre."""
         return self.features[0].moves[0].move.on_contour
 
-    def largest_deviation_mm(self) -> float:
-        """Returns the largest |deviation| over all features, sampled at 65 points each."""
-        shares = np.linspace(0.0, 1.0, 65)
-        return max(float(np.abs(f.deviation_mm(shares * f.feature.length_mm)).max()) for f in self.features)
-
 
 def _along_normal(commanded: LineOrArc, origin: Array, normal: Array) -> Array:
     """Signed distance from `origin` (n, 2) along `normal` to the line or circle of a move: the nearer crossing."""

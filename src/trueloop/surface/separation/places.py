@@ -136,9 +136,7 @@ def splines(places: Places, size: Size) -> ScatteredSplines:
 
 
 def _lines(parameters: Array) -> Array | None:
-    """The parameter of each row of a grid, when its points keep to it and no rows are missing, between or at the ends;
-    None else.
-    """
+    """The parameter of each row of a grid, where its points keep to it and no row is missing; else None."""
     lines = np.clip(np.mean(parameters, axis=1), 0.0, 1.0)
     steps = np.diff(lines)
     stray = np.max(np.abs(parameters - lines[:, None]))

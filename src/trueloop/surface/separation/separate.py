@@ -166,9 +166,7 @@ class Separation:
 
     @cached_property
     def geary_c(self) -> float:
-        """Returns Geary's C of the random part: it looks at differences between neighbours, where Moran's I sees
-        products.
-        """
+        """Returns Geary's C of the random part: of differences between neighbours, where Moran's I takes products."""
         return self.near.geary_c(self.random_mm)
 
     @cached_property

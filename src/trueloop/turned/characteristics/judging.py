@@ -56,9 +56,7 @@ class Covariance:
         return Covariance(self.found, self.stated + more, self.degrees_of_freedom)
 
     def with_measured(self, at: NDArray[np.intp], standard_u_mm: Array) -> "Covariance":
-        """Returns the covariance with errors at some of the places that were measured there: known by themselves, not
-        from the curve.
-        """
+        """Returns the covariance with errors at measured places that are known by themselves, not from the curve."""
         found, stated = self.found.copy(), self.stated.copy()
         for part in (found, stated):
             part[at, :] = part[:, at] = 0.0
@@ -126,9 +124,7 @@ class Places:
 
 
 def of_measured_part(places: Places) -> Covariance:
-    """Returns the covariance of the errors of the part that was touched: the curve's, and the scatter between its
-    touches.
-    """
+    """Returns the covariance of the touched part's errors: the curve's, and the scatter between its touches."""
     found, estimated = _of_curves(places)
     scatter = places.each(lambda curve, s: np.full(len(s), curve.repeatability_mm**2))
     return Covariance(found + np.diag(scatter), estimated, _freedom(places.model))
@@ -184,9 +180,7 @@ def _same_feature(places: Places) -> Array:
 
 
 def _reference_share(places: Places) -> Array:
-    """Returns by how much the errors fall where the touch that the part's z is taken from has material left on,
-    (n,).
-    """
+    """Returns by how much errors fall where the touch that the part's z is taken from has material left on, (n,)."""
     at = places.model.vectors.at_reference
     facing = places.model.vectors.outward_normal[at]
     return places.outward_normal[:, 1] / facing[0, 1] if len(facing) else np.zeros(len(places.feature_index))
@@ -224,9 +218,7 @@ DRAWS: Final = 10_000
 
 
 def judged(asked: Characteristic, sizes: Measurand, error_mm: Array, covariance: Covariance) -> Judgement:
-    """Judges one size by its distribution; of several, the one least likely to be in, and the probability that all
-    are.
-    """
+    """Judges one size by its distribution; of several, the one least likely to be in, and the probability of all."""
     values = sizes.nominal + sizes.gains @ error_mm
     if asked.quantity is Quantity.FORM:
         return _form(asked, _drawn(values, sizes.gains, covariance))
@@ -254,9 +246,7 @@ def _together(asked: Characteristic, worst: Judgement, drawn: Array) -> Judgemen
 
 
 def _form(asked: Characteristic, drawn: Array) -> Judgement:
-    """Judges the range of the residuals of a fitted line or circle: never negative, and so judged by its share
-    alone.
-    """
+    """Judges the range of the residuals of a fitted line or circle: never negative, so judged by its share alone."""
     form = np.ptp(drawn, axis=1)
     upper, value = asked.upper_limit, float(np.mean(form))
     if upper is None:

@@ -41,9 +41,7 @@ def with_nominal(asked: Characteristic, nominal: float | None, profile: Profile)
 def checked(
     asked: Characteristic, lower: float | None, upper: float | None, tolerance: str, profile: Profile
 ) -> Characteristic:
-    """Returns the characteristic with its limits. Raises TOL-ZONE where they hold nothing between them, or not the
-    profile's nominal.
-    """
+    """Returns the characteristic with its limits. Raises TOL-ZONE where they are empty or exclude the nominal."""
     unit, limits = asked.quantity.unit, (lower, upper)
     words = " to ".join("…" if one is None else f"{one:.4f}" for one in limits) + f" {unit}"
     if lower is not None and upper is not None and lower >= upper:
@@ -76,9 +74,7 @@ def usual(feature: Feature) -> Characteristic | None:
 
 
 def edge_of(profile: Profile, index: int) -> Edge:
-    """Returns a feature as general tolerances take it: a convex arc of up to 90 degrees, tangent at both ends, breaks
-    an edge.
-    """
+    """Returns a feature for general tolerances: a convex arc of up to 90°, tangent at both ends, breaks an edge."""
     feature, last = profile.features[index], len(profile.features) - 1
     tangent = 0 < index < last and all(j.kind is JunctionKind.TANGENT for j in profile.junctions[index - 1 : index + 1])
     turns = feature.sweep_rad if isinstance(feature, Arc) else 0.0

@@ -21,9 +21,7 @@ STEP_MM: Final = 0.01
 
 @runtime_checkable
 class Displacement(Protocol):
-    """A displacement added to positions; a frozen dataclass, so that it can be stored with the path that it
-    displaces.
-    """
+    """A displacement added to positions; a frozen dataclass, stored with the path that it displaces."""
 
     def displacement_mm(self, at_mm: Array) -> Array:
         """Positions (n, 2) in (x as a radius, z), mm, to what is added to them, (n, 2)."""
@@ -65,9 +63,7 @@ class DisplacedFeature(ShiftedFeature):
         return ShiftedFeature(self.feature, self.shift, self.nose_radius_mm)
 
     def off_nominal_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Returns the deviation of the contour along the nominal normal, to first order, (...): for display and
-        judgement.
-        """
+        """Returns the deviation of the contour along the nominal normal, to first order, (...), for display."""
         s = np.asarray(arc_length_mm, dtype=np.float64)
         normal = self.feature.outward_normal(s)
         moved = _of(self.displacement, self.feature.point_mm(s) + self.nose_radius_mm * normal)
@@ -105,9 +101,7 @@ def displaced_pieces(pieces: Sequence[CentrePiece], displacement: Displacement) 
 def magnitude(
     shifted: ShiftedFeature, own: Shift, displacement: Displacement, arc_length_mm: Array
 ) -> tuple[Array, Array]:
-    """Returns the size of a displacement added to a shift of the feature's own, and of its change along the feature,
-    (n,) each.
-    """
+    """Returns the size of a displacement added to the feature's own shift, and of its change along it, (n,) each."""
     plain, s = shifted.undisplaced, arc_length_mm
     normal = plain.feature.outward_normal(s)
     vector = _of(displacement, plain.centre_mm(s)) + own.value_mm(s)[:, None] * normal

@@ -102,9 +102,7 @@ def _per_rad_mm(feature: Feature, curve: ErrorCurve, arc_length_mm: Array) -> Ar
 
 
 def _fade(profile: Profile, index: int, curve: ErrorCurve, feature: Feature) -> Shift:
-    """Returns a factor from 0 to 1: within `REACHES` times the way of the contact at the ends that join
-    tangentially.
-    """
+    """Returns a factor from 0 to 1: within `REACHES` times the way of the contact at tangential ends."""
     tangent = [False, *(junction.kind is JunctionKind.TANGENT for junction in profile.junctions), False]
     ends = np.array([0.0, feature.length_mm])
     reach = REACHES * _per_rad_mm(feature, curve, ends) * tangent[index : index + 2]

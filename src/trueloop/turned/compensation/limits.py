@@ -83,9 +83,7 @@ def check_nose(pieces: Sequence[CentrePiece]) -> None:
 
 
 def _radius_left_mm(piece: CentrePiece) -> float:
-    """Returns the least radius where a feature is concave, less its displacement out of the material there; else
-    infinite.
-    """
+    """Returns the least radius of a concave feature, less its displacement out of the material; else infinite."""
     feature = piece.shifted.feature
     s = np.linspace(0.0, feature.length_mm, SAMPLES)
     curvature = feature.curvature_per_mm(s)

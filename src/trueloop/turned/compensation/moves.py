@@ -76,9 +76,7 @@ class SampledPath:
 
 
 def between(move: Move, start_mm: Point, end_mm: Point) -> Move:
-    """Returns the move with other ends; an arc keeps its radius and its side, its centre follows. For small
-    displacements.
-    """
+    """Returns the move with other ends; an arc keeps radius and side, its centre follows. For small displacements."""
     if move.centre_mm is None:
         return Move(start_mm, end_mm)
     start, end = np.asarray(start_mm), np.asarray(end_mm)

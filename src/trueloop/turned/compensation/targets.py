@@ -106,9 +106,7 @@ def replaced_arcs(
     touches_mm: Sequence[Array],
     fitting: Fitting,
 ) -> tuple[Replacement, ...]:
-    """Returns new moves for every cut that is an arc in the program. `touches_mm[i]`: arc lengths of feature i's
-    touches.
-    """
+    """Returns new moves for the cuts that are arcs in the program. `touches_mm[i]`: of feature i's touches."""
     return tuple(
         Replacement(cut.move, _fitted(cuts, k, corrected, touches_mm[cut.feature], fitting))
         for k, cut in enumerate(cuts)
@@ -156,9 +154,7 @@ def _off_chord_mm(piece: CentrePiece, start_mm: float, end_mm: float) -> float:
 
 
 def ends_of(cuts: Sequence[Cut], k: int, pieces: Sequence[CentrePiece]) -> CutEnds:
-    """Returns the places where cut k begins and ends on some pieces: at a junction where these go over to the
-    neighbour.
-    """
+    """Returns where cut k begins and ends on some pieces: at a junction where they pass to the neighbour."""
     cut, (before, after) = cuts[k], neighbours(cuts, k)
     return CutEnds(_place(cut.feature, cut.start_mm, before, pieces), _place(cut.feature, cut.end_mm, after, pieces))
 
@@ -177,9 +173,7 @@ def _follows(cuts: Sequence[Cut], k: int) -> bool:
 
 
 def _place(feature: int, at_mm: float, neighbour: int | None, pieces: Sequence[CentrePiece]) -> float:
-    """Returns the arc length of a cut's end: where it goes over to the neighbour, or inside its feature, or at a free
-    end.
-    """
+    """Returns the arc length of a cut's end: where the neighbour begins, or inside its feature, or at a free end."""
     piece = pieces[feature]
     if neighbour == feature:
         return at_mm

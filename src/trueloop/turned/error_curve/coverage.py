@@ -12,9 +12,7 @@ COVERAGE: Final = 0.95
 
 
 def coverage_factor(degrees_of_freedom: int | None = None) -> float:
-    """Returns k of an expanded uncertainty: so many standard uncertainties, known from so many spare touches, hold 95
-    %.
-    """
+    """Returns k of an expanded uncertainty: so many standard uncertainties, by the spare touches, hold 95 %."""
     return student_t_factor(COVERAGE, degrees_of_freedom)
 
 
@@ -36,9 +34,7 @@ def student_t_factor(coverage: float, degrees_of_freedom: int | None) -> float:
 
 
 def _root(probability: Callable[[float], float], density: Callable[[float], float], coverage: float) -> float:
-    """Solves by Newton's iteration from zero: the probability of |x| ≤ k is concave in k, so that it never
-    overshoots.
-    """
+    """Solves by Newton's iteration from zero: the probability of |x| ≤ k is concave in k: it never overshoots."""
     k = 0.0
     for _ in range(200):
         step = (coverage - probability(k)) / density(k)

@@ -118,9 +118,7 @@ def _free(through: SplineFit) -> Array:
 
 
 def _spread(fit: ChainFit, near: _Solved | None, vectors: ErrorVectors, lengths_mm: Sequence[float]) -> Spread:
-    """Returns the spread of one chain; `near` None: its touches lie far apart, or its curve does not go through
-    them.
-    """
+    """Returns the spread of one chain; `near` None: touches lie far apart, or its curve does not go through them."""
     residual, probe = fit.scattered_mm, _probe_mm2(fit, vectors)
     if near is None:
         return far_apart(fit.spare, float(np.sum(residual**2)), probe)

@@ -52,9 +52,7 @@ def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Arra
 
 
 def _conditions(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Array]) -> EndConditions:
-    """Returns the ends' values and slopes as they follow the reference: those of the neighbours, zero where
-    prescribed.
-    """
+    """Returns the ends' values and slopes by the reference: those of the neighbours, zero where prescribed."""
     numbers, given = [], fit.fit.conditions.numbers
     for source, value, slope in zip(fit.sources, given[::2], given[1::2], strict=True):
         numbers += [_number(source, value, fits, found, slope=False), _number(source, slope, fits, found, slope=True)]

@@ -33,13 +33,8 @@ class Tangency:
     standard_u_rad: float
 
     @property
-    def predicted_um_per_mm(self) -> float:
-        """Returns the tangency error in the unit of the trade: µm of height a mm of length."""
-        return self.predicted_rad * UM_PER_MM
-
-    @property
     def standard_u_um_per_mm(self) -> float:
-        """Returns its standard uncertainty in that unit."""
+        """Returns the standard uncertainty in the unit of the trade: µm of height a mm of length."""
         return self.standard_u_rad * UM_PER_MM
 
 
@@ -86,9 +81,7 @@ def _between(free: FittedChains, before: int) -> tuple[float, float]:
 
 
 def _tied(free: FittedChains, taker: int, giver: int, giver_at_end: bool) -> float:
-    """Returns the covariance of the slopes at a junction where chain `taker` has its value from chain `giver`; 0
-    otherwise.
-    """
+    """Returns the covariance of the slopes at a junction where chain `taker` takes its value from `giver`; else 0."""
     fit = free.fits[taker]
     source = fit.sources[0 if giver_at_end else 1].neighbour
     if source is None or source.chain != giver:

@@ -89,9 +89,7 @@ def _reference_scatter_mm(
 
 
 def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) -> float:
-    """Returns the scatter of a chain; where it has no touch, the other touches' uncertainty stands in, unless it is
-    stated.
-    """
+    """Returns the scatter of a chain; without a touch, the other touches' uncertainty, unless it is stated."""
     if fit.scatter_mm is not None:
         return fit.scatter_mm
     u = vectors.standard_u_mm[fit.touches] if len(fit.touches) else vectors.standard_u_mm

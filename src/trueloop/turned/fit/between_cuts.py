@@ -41,9 +41,7 @@ class BetweenCuts:
 
     @property
     def common_difference_mm(self) -> float:
-        """Returns the standard uncertainty along the normal of the displacement of the next cut as a whole against the
-        one touched.
-        """
+        """Returns the standard uncertainty along the normal of the next cut's displacement against the one touched."""
         return math.sqrt(2.0) * self.common_mm
 
     @property

@@ -60,9 +60,7 @@ def chains_of(profile: Profile) -> tuple[Chain, ...]:
 
 
 def tangent_neighbours(profile: Profile, chains: tuple[Chain, ...], index: int) -> tuple[End | None, End | None]:
-    """Returns the ends of the chains before and after that `chains[index]` is tangent to: None at corners and profile
-    ends.
-    """
+    """Returns the ends of the chains before and after that `chains[index]` is tangent to: None at corners and ends."""
     first, last = chains[index].features[0], chains[index].features[-1]
     tangent_before = first > 0 and profile.junctions[first - 1].kind == JunctionKind.TANGENT
     tangent_after = last < len(profile.junctions) and profile.junctions[last].kind == JunctionKind.TANGENT

@@ -39,9 +39,7 @@ def chain_conditions(
 
 
 def conditions_covariance(fit: ChainFit, splines: Mapping[int, Spline]) -> Array:
-    """Returns the covariance of the prescribed numbers, in their order; those that the user prescribed count as
-    exact.
-    """
+    """Returns the covariance of the prescribed numbers, in their order; the user's count as exact."""
     c = fit.fit.conditions
     if not c.count:
         return np.zeros((0, 0))

@@ -62,9 +62,7 @@ def _samples(profile: Profile, chain: Chain, nose: NoseModel) -> tuple[Array, Ar
 
 
 def _knots(profile: Profile, chain: Chain, nose: NoseModel, s: Array) -> tuple[float, ...]:
-    """Returns where along the chain the contact angle passes a knot of w, within the samples and clear of the
-    joints.
-    """
+    """Returns where along the chain the contact angle passes a knot of w, within samples and clear of joints."""
     found: list[float] = []
     for i, start in zip(chain.features, chain.starts_mm, strict=True):
         feature = profile.features[i]

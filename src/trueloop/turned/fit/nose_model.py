@@ -116,9 +116,7 @@ class NosePrediction:
         return self.model.w_mm(angle) + offset_terms(angle) @ self.offsets_mm
 
     def root_of_covariance_mm(self, angle_rad: ArrayLike) -> Array:
-        """Returns F with F·Fᵀ the covariance of the expected errors, (n, m): from w and from the scatter of the
-        touches.
-        """
+        """Returns F with F·Fᵀ the covariance of the expected errors, (n, m): from w and the touches' scatter."""
         angle = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
         terms = offset_terms(angle)
         rows = self.model.basis(angle) - terms @ self._from_w

@@ -175,9 +175,7 @@ class Spline:
         return begins, np.where(used, in_unit_steps / (ends - begins)[:, None] ** np.arange(4), 0.0)
 
     def kink_form(self, knot_mm: float) -> LinearForm:
-        """Returns the slope after a knot less the slope before it. The outer functions on either side have no slope
-        there.
-        """
+        """Returns the slope after a knot less the slope before it. The outer functions have no slope there."""
         n = len(self.coefficients_mm)
         row = np.zeros(n)
         for side, sign in (
@@ -189,17 +187,13 @@ class Spline:
         return LinearForm(np.array([first]), row[None, first : first + 4])
 
     def _carried(self, lower_mm: float, upper_mm: float | None) -> tuple[float, float]:
-        """Returns the part of a stretch on which the polynomial itself holds: a point where the touches support none of
-        it.
-        """
+        """Returns the part of a stretch on which the polynomial itself holds: a point where touches support none."""
         low, high = self.supported_mm or (0.0, self.length_mm)
         upper_mm = self.length_mm if upper_mm is None else upper_mm
         return min(max(lower_mm, low), high), max(min(upper_mm, high), low)
 
     def _bend_per_mm(self, at_mm: float) -> float:
-        """Returns the second derivative within the supported range, its standard uncertainty added (root of
-        squares).
-        """
+        """Returns the second derivative within the supported range, standard uncertainty added (root of squares)."""
         low, high = self.supported_mm or (0.0, self.length_mm)
         knots = np.abs(self.interior_knots_mm - at_mm)
         step = min(1e-3 * self.length_mm, 0.5 * float(np.min(knots[knots > 0.0], initial=high - low)))
@@ -241,9 +235,7 @@ class SplineFit:
         return len(self.residual_mm) - (len(self.spline.coefficients_mm) - self.conditions.count)
 
     def scaled(self, variance_mm2: float, covariance_of_conditions: Array | None = None) -> Spline:
-        """Returns the spline with its covariance: σ²C + SFSᵀ, F the covariance of the prescribed numbers (None:
-        exact).
-        """
+        """Returns the spline with its covariance: σ²C + SFSᵀ, F the covariance of prescribed numbers (None: exact)."""
         band = variance_mm2 * self.spline.covariance_band_mm2
         response = self.spline.prescribed_mm
         if covariance_of_conditions is not None:

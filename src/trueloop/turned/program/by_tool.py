@@ -104,9 +104,7 @@ class ByTool:
 
     @property
     def beyond_words(self) -> str:
-        """Describes how much of the correction the offset is, and the most that the contour would take out beyond
-        it.
-        """
+        """Describes what share of the correction the offset is, and the most that the contour would add."""
         x, z = self.at_mm
         return wording(
             "The offset takes out {share} % of the correction; beyond it the contour would take out up to {beyond}, on "

@@ -31,9 +31,7 @@ def of_subroutine(program: Program, cycle: ContourCycle) -> list[Edit]:
 
 
 def of_name(program: Program, cycle: ContourCycle) -> list[Edit]:
-    """Copies the subprogram behind itself, or the section before itself, under another name, and puts that into the
-    cycle.
-    """
+    """Copies the subprogram behind itself, or the section before itself, under a name that the cycle then calls."""
     given = re.search(r'"([^"]*)"', cycle.word.text)
     if given is None or cycle.block.skipped:
         raise refusal(program, cycle.block, "this cycle, a block with a slash or one that computes its contour's name,")

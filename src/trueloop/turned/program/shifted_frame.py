@@ -87,9 +87,7 @@ def _both_set(program: Program, path: ToolPath, first: int, cut: int) -> int:
 
 
 def _begin(program: Program, path: ToolPath, first: int) -> tuple[int, int]:
-    """Returns the first move of the compensation in force, and the block that switches it on; without any, move and
-    block.
-    """
+    """Returns the first move of the compensation in force, and the block that switches it on; else move and block."""
     compensation, block = path.compensation, path.block
     while first > 0 and compensation[first] != OFF and compensation[first - 1] != OFF:
         first -= 1
@@ -100,9 +98,7 @@ def _begin(program: Program, path: ToolPath, first: int) -> tuple[int, int]:
 
 
 def _end(program: Program, path: ToolPath, last: int) -> tuple[int, int]:
-    """Returns the last move of the compensation in force, and the block that switches it off; without any, move and
-    block.
-    """
+    """Returns the last move of the compensation in force, and the block that switches it off; else move and block."""
     compensation, block = path.compensation, path.block
     if compensation[last] == OFF:
         return last, int(block[last])

@@ -81,9 +81,7 @@ class WearOffset:
 
     @classmethod
     def of(cls, kept: ToolOffset, x_is: Literal["radius", "diameter"]) -> "WearOffset":
-        """Returns the offset of a record, with X as a control counts it that may be another; its own words stay with
-        its own.
-        """
+        """Returns the offset of a record, with X as a control counts it that may be another, and its own words."""
         unit_mm = MM_PER_INCH if kept.unit == "inch" else 1.0
         is_diameter, blocks = x_is == "diameter", kept.blocks if x_is == kept.x_is else ()
         x, z = kept.x_radius_mm / unit_mm * (2 if is_diameter else 1), kept.z_mm / unit_mm

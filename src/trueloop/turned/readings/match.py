@@ -128,9 +128,7 @@ def _by_name(profile: Profile, reading: Reading, index: int) -> Outcome:
 
 
 def _named_length(profile: Profile, reading: Reading, index: int) -> Outcome:
-    """Matches a length of a named face: from the other that is named, else from the one face, or zero, whose distance
-    fits.
-    """
+    """Matches a length of a named face: from the other named, else the one face, or zero, whose distance fits."""
     other = feature_named(profile, reading.other) if reading.other else None
     if reading.other and other is None:
         return Left(reading, f"{reading.other!r}, from which it counts, is no feature of the part")

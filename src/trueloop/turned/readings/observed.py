@@ -91,9 +91,7 @@ def _together(group: Sequence[tuple[MatchedReading, float]], spread: dict[str, f
 
 
 def seen_by(profile: Profile, one: Repeated, datum: int | None) -> Seen:
-    """Returns the functional of readings of one characteristic; `datum` is the face that lengths from the part's zero
-    count from.
-    """
+    """Returns the functional of readings of one characteristic; `datum` is the face that is the part's zero."""
     index, reading = one.first.feature_index, one.first.reading
     feature, name = profile.features[index], reading.characteristic
     if reading.quantity is Quantity.LENGTH:

@@ -51,9 +51,7 @@ def angle_deg(feature: Feature) -> float | None:
 
 
 def candidates(profile: Profile, reading: Reading) -> list[Candidate]:
-    """Returns the features that a reading's size fits, the nearest first; none for quantities that are no size of a
-    profile.
-    """
+    """Returns the features that a reading's size fits, the nearest first; none for other quantities."""
     size, within = size_of(reading), within_of(reading)
     found: Iterator[Candidate]
     if reading.quantity is Quantity.ANGLE:
@@ -80,9 +78,7 @@ def size_of(reading: Reading) -> float:
 
 
 def differs_from(profile: Profile, index: int, reading: Reading) -> float | None:
-    """Returns by how much a size differs from that of one feature; None where the feature has no such size of its
-    own.
-    """
+    """Returns by how much a size differs from that of one feature; None where the feature has no such size."""
     feature, size = profile.features[index], size_of(reading)
     if reading.quantity is Quantity.ANGLE:
         angle = angle_deg(feature)

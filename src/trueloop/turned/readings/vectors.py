@@ -150,9 +150,7 @@ def _notes(
 
 
 def nominal_words(vectors: ErrorVectors) -> tuple[str, ...]:
-    """Returns a remark where every reading is exactly nominal: gauges do not measure so, a sheet that is filled in
-    does.
-    """
+    """Returns a remark where every reading is exactly nominal: a sheet that was filled in, not measured."""
     read = [one.value_mm for one in vectors.seen if one.standard_u_mm > 0.0]
     if len(read) < FEW_NOMINAL or any(abs(value) > NOMINAL_MM for value in read):
         return ()

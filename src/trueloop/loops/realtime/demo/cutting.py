@@ -70,9 +70,7 @@ class MeasuredPart:
 
 
 def nose_positions(lathe: WarmLathe, drives: Drives, warm: WarmUp, set_mm: Array) -> Array:
-    """Returns the positions of the nose's centre, (n, 2), part coordinates; `set_mm` is what setting the tool took
-    out.
-    """
+    """Returns the positions of the nose's centre, (n, 2), part coordinates; `set_mm`: taken out by setting the tool."""
     tool = -np.array(TOOL_OFFSET_MM)
     at = lathe.tool_mm(drives.position_mm, tool, warm.at(drives.time_s))
     return np.asarray(at - [0.0, WORK_ZERO_Z_MM] - set_mm)

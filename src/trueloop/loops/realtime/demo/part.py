@@ -52,9 +52,7 @@ def demo_profile() -> Profile:
 
 
 def demo_program(profile: Profile, dwell_s: float = 10.0) -> DemoProgram:
-    """Returns the program of both cuts at one feed; between them the tool goes round the part and waits while the
-    machine grows.
-    """
+    """Returns the program of both cuts at one feed; between them the tool rounds the part and waits while it grows."""
     centre = nose_centre_path(profile, NOSE_RADIUS_MM).features
     inwards = [feature.reversed() for feature in reversed(centre[CHUCK_SIDE:])]
     outwards = list(centre[:CHUCK_SIDE])

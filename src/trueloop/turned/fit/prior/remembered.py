@@ -51,9 +51,7 @@ class Remembered:
 
 
 def angles_along(profile: Profile, index: int) -> tuple[Array, Array]:
-    """Returns arc lengths along a feature, its ends among them, at most a step of contact angle apart; and these
-    angles.
-    """
+    """Returns arc lengths along a feature, its ends among them, a step of contact angle apart at most; these angles."""
     feature = profile.features[index]
     turn = feature.length_mm * abs(float(feature.curvature_per_mm(0.0)))
     s = np.linspace(0.0, feature.length_mm, max(math.ceil(turn / GRID_RAD - 1e-9), 8) + 1)
