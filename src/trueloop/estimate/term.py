@@ -1,7 +1,7 @@
 """A term of the error, and the catalogue of all terms with the priors of their sizes."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -75,7 +75,3 @@ class Catalogue:
     def logarithms(self, sizes: Sizes) -> Array:
         """Returns the logarithms of sizes, the reverse of `sizes`, (k,)."""
         return np.log([sizes[name] for name in self.priors])
-
-    def with_terms(self, terms: tuple[Term, ...], priors: Mapping[str, Prior]) -> "Catalogue":
-        """Returns the catalogue with further terms, and the priors of the sizes that these use."""
-        return replace(self, terms=(*self.terms, *terms), priors={**self.priors, **priors})
