@@ -87,7 +87,7 @@ def _now() -> datetime:
 def _planned(store: Store, number: int) -> str:
     """An order; what is left of the one before is rejected, so that the machine is free."""
     serials = tuple(f"{number}-{k}" for k in range(PARTS))
-    plan = ask.PlanOrder("shaft", "", "lathe", serials, BLOCKS, "", Conditions(None, None))
+    plan = ask.PlanOrder("shaft", "", "lathe", serials, BLOCKS, "", Conditions(None, None), new_machine=True)
     for before in find(store, Run)[-1:]:
         for part in _order(store, before.value.order).parts:
             if part.next is not None and not part.rejected:

@@ -10,15 +10,16 @@ from scripts import reference
 ROOT: Final = Path(__file__).parents[2]
 INDEX: Final = ROOT / "docs" / "index.md"
 GROUP: Final = re.compile(r"^## (.+)$")
-ENTRY: Final = re.compile(r"^- \[(.+?)\]\(([^)]+\.md)\)")
+ENTRY: Final = re.compile(r"^- \[(.+?)\]\(([^)]+\.md)\)(?:: (.+))?")
 
 
 @dataclass(frozen=True)
 class Page:
-    """A Markdown file and the name by which lists call it."""
+    """A Markdown file, the name by which lists call it, and what they say it is about."""
 
     source: Path
     title: str
+    about: str = ""
 
     @property
     def address(self) -> str:
@@ -46,7 +47,7 @@ def groups(index: str | None = None) -> tuple[Group, ...]:
         if heading := GROUP.match(line):
             found.append((heading[1], []))
         elif entry := ENTRY.match(line):
-            found[-1][1].append(Page((INDEX.parent / entry[2]).resolve(), entry[1]))
+            found[-1][1].append(Page((INDEX.parent / entry[2]).resolve(), entry[1], entry[3] or ""))
     return tuple(Group(title, tuple(pages)) for title, pages in found)
 
 

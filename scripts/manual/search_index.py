@@ -16,10 +16,12 @@ class Entry:
     heading: str
     address: str
     text: list[str]
+    names: Sequence[str] = ()
 
     def as_list(self) -> list[str]:
-        """As it is written: page, heading, address, text."""
-        return [self.page, self.heading, self.address, " ".join(" ".join(self.text).split())]
+        """Returns page, heading, address and text, and of a page the words that people search for it by."""
+        row = [self.page, self.heading, self.address, " ".join(" ".join(self.text).split())]
+        return [*row, "|".join(self.names)] if self.names else row
 
 
 def entries(title: str, address: str, tokens: Sequence[Token]) -> Iterator[Entry]:

@@ -23,6 +23,26 @@ TELLING = (
 """Pages that hold all that a page can hold: lists, code, tables, pictures, what a search found."""
 
 
+SOUGHT = """
+thermal=machine, ball bar=machine, ballbar=machine, laser=machine, squareness=machine, Umkehrspiel=machine,
+Wärmegang=machine, offset=offsets, wear=offsets, wear offset=offsets, Verschleiß=offsets,
+Werkzeugverschleiß=offsets, Werkzeugkorrektur=offsets, diameter=signs, Durchmesser=signs, Vorzeichen=signs,
+inch=signs, Zoll=signs, diameter or radius=signs, unit=signs, micrometer=first-part,
+Bügelmessschraube=first-part, getting started=first-part, install=installing, pip=installing,
+Windows=installing, probe=probing, Messtaster=probing, probe calibration=probing, CMM=cmm-tutorial,
+Koordinatenmessmaschine=cmm-tutorial, QIF=measurements, uncertainty=bands, Messunsicherheit=bands,
+confidence interval=bands, tolerance=tolerances, Toleranz=tolerances, guard band=tolerances, Cpk=monitor,
+Regelkarte=monitor, certificate=monitor, SPC=monitor, set-up=setups, setup=setups, Gegenspindel=setups,
+Einstechen=several-tools, Fanuc=dialects, Heidenhain=dialects, Steuerung=dialects, FOCAS=links, RS-232=links,
+backup=db, Datensicherung=db, Echtzeit=realtime, real time=realtime, temperature=realtime-signals,
+MQTT=realtime-signals, HAL=realtime-component, cause=causes, Rattern=causes, Ursache=causes,
+free-form surface=surface, Freiformfläche=surface, scan=surface-tutorial, password=service, Anmeldung=service,
+order=factory, Jupyter=notebook-tutorial, exit code=cli, error code=errors, Fehlermeldung=errors, undo=never,
+accuracy=judged, Schneidenradius=job-file
+"""
+"""Words of the shop, English and German, each with the page whose first line answers."""
+
+
 @pytest.fixture(scope="module")
 def shown(manual: Path) -> Iterator[Browsing]:
     with served_manual(manual) as address, browsing(address) as found:
@@ -78,6 +98,16 @@ def test_the_search_finds(shown: Browsing, words: str, page: str, holds: str) ->
         found.first.locator("a").click()
         window.page.locator("main h1").wait_for()
         assert window.complaints == []
+
+
+def test_the_words_of_the_shop_lead_to_the_page_that_answers(shown: Browsing) -> None:
+    pairs = [one.strip().split("=") for one in SOUGHT.replace("\n", " ").split(",") if one.strip()]
+    assert len(pairs) > 60
+    with shown.window() as window:
+        go(window, "search.html")
+        first = """words => { show(words); return document.querySelector("#found a")?.getAttribute("href") ?? ""; }"""
+        led = [(words, window.page.evaluate(first, words).split("#")[0].removesuffix(".html")) for words, _ in pairs]
+        assert led == [tuple(pair) for pair in pairs]
 
 
 def test_words_that_are_nowhere_are_not_found(shown: Browsing) -> None:

@@ -89,7 +89,7 @@ def shop(store: Store, provider: IdentityProvider) -> Shop:
 
 
 def test_a_linked_person_signs_in_and_nothing_of_it_is_left(shop: Shop) -> None:
-    assert shop.service.caller().get("session/ways").json() == {"oidc": "Single sign-on"}
+    assert shop.service.caller().get("session/ways").json() == {"oidc": "Single sign-on", "accounts": True}
     caller, answer = shop.signed_in()
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
     assert caller.get("me").json()["name"] == "operator" and shop.provider.refusals == []
@@ -239,7 +239,7 @@ def test_a_provider_that_refuses_or_is_another_is_named(shop: Shop) -> None:
 
 def test_without_a_provider_there_is_no_such_way(store: Store) -> None:
     caller = started(store).caller()
-    assert caller.get("session/ways").json() == {"oidc": None}
+    assert caller.get("session/ways").json() == {"oidc": None, "accounts": True}
     assert problem(caller.get("session/oidc")) == "SRV-UNKNOWN"
 
 

@@ -48,6 +48,7 @@ def order(ana: Caller, **changes: Any) -> dict[str, Any]:
         "part_type": "MODBAS2, 3.52 in, virtual lathe",
         "revision": "",
         "machine": "lathe",
+        "new_machine": True,
         "serials": ["1"],
         "blocks": [{"kind": one, "program_sha256": sha.get(one, ""), "corrected": one == "finish"} for one in kinds],
         "job_toml": JOB,

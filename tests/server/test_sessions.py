@@ -3,10 +3,13 @@
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from fastapi.testclient import TestClient
 from sqlalchemy import select
 
-from tests.support.service import ORIGIN, PASSWORD, Running, problem, started
+from tests.support.service import ORIGIN, PASSWORD, Caller, Running, problem, started
 from trueloop.errors import Code, TrueloopError
+from trueloop.server.app import create_app
+from trueloop.server.identity.accounts import accounts
 from trueloop.server.settings import Settings
 from trueloop.storage.factory_tables import ACCOUNT, SESSION
 from trueloop.storage.store import Store
@@ -273,3 +276,24 @@ def test_the_pages_come_from_here_alone(service: Running) -> None:
     assert "script-src 'self';" in policy and "frame-ancestors 'none'" in policy and "unsafe" not in policy
     assert ORIGIN not in policy
     assert service.caller().get("/orders").headers["content-security-policy"] != policy  # a nonce is used once
+
+
+def test_the_first_account_needs_the_secret_that_was_printed_and_is_made_once(store: Store) -> None:
+    app = create_app(store, Settings(workers=0))
+    client = Caller(TestClient(app, base_url=ORIGIN, raise_server_exceptions=False))
+    assert client.get("session/ways").json()["accounts"] is False
+    secret = app.state.first.fragment.removeprefix("#first=")
+    otto = {"name": "otto", "password": PASSWORD}
+    another = create_app(store, Settings(workers=0)).state.first.fragment.removeprefix("#first=")
+    assert len({"", secret, another}) == 3
+    for wrong in ("", another, secret[:-1], f"{secret}ä"):
+        assert problem(client.post("session/first", {"secret": wrong, **otto})) == "SRV-ACCOUNT"
+    assert accounts(store) == []
+    elsewhere = {"Origin": "http://evil.example"}
+    assert problem(client.post("session/first", {"secret": secret, **otto}, headers=elsewhere)) == "SRV-ORIGIN"
+    made = client.post("session/first", {"secret": secret, "language": "de", **otto})
+    assert made.status_code == 200 and (made.json()["role"], made.json()["language"]) == ("admin", "de")
+    assert client.get("me").json()["name"] == "otto"
+    again = client.post("session/first", {"secret": secret, "name": "eve", "password": PASSWORD})
+    assert problem(again) == "SRV-ACCOUNT" and [one.name for one in accounts(store)] == ["otto"]
+    assert client.get("session/ways").json()["accounts"] is True and app.state.first.fragment == ""

@@ -54,6 +54,7 @@ def planned(ana: Caller, sha: dict[str, str]) -> dict[str, Any]:
         "part_type": "MODBAS2, 3.52 in",
         "revision": "",
         "machine": "lathe",
+        "new_machine": True,
         "serials": [SERIAL],
         "blocks": blocks,
         "job_toml": (MODBAS2 / "job.toml").read_text(encoding="utf-8"),

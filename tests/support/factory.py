@@ -29,7 +29,9 @@ BLOCKS = (
     Block(BlockKind.REMOVE),
     Block(BlockKind.RELEASE),
 )
-PLAN = ask.PlanOrder("shaft", "B", "lathe", ("a", "b"), BLOCKS, "[part]", Conditions(1800.0, 86_400.0, None))
+PLAN = ask.PlanOrder(
+    "shaft", "B", "lathe", ("a", "b"), BLOCKS, "[part]", Conditions(1800.0, 86_400.0, None), new_machine=True
+)
 ENGINEER, OPERATOR = By("ana", Role.ENGINEER), By("otto", Role.OPERATOR)
 VIEWER, CELL = By("vera", Role.VIEWER), By("cell", Role.CELL, "lathe")
 SERVICE = By("service", Role.SERVICE)

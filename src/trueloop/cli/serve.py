@@ -1,6 +1,9 @@
 """`trueloop serve`: the factory as a service, over HTTP."""
 
 import os
+import sys
+import threading
+import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -44,6 +47,13 @@ class Where:
 
         port = self.port if self.port is not None else 8443 if self.tls_cert else 8080
         return Listening(self.host, port, self.tls_cert, self.tls_key, self._proxies())
+
+    def seen_by_browsers(self, at: str) -> str:
+        """Returns the address of the first page; `at`: where the service listens."""
+        if not self.name:
+            return at
+        port = "" if self.forwarded_allow_ips else f":{at.rstrip('/').rpartition(':')[2]}"
+        return f"{at.partition(':')[0]}://{self.name[0]}{port}/"
 
     def _proxies(self) -> tuple[str, ...]:
         """Raises a usage error for what is no address: anybody could then name himself."""
@@ -118,13 +128,19 @@ Links = Annotated[
 
 
 @guarded
-def serve(where: Where, sign_on: SignOn, links: Links = None, db: Db = None) -> None:
-    """Serve the store's pages and interface, until Ctrl-C or SIGTERM."""
+def serve(
+    where: Where,
+    sign_on: SignOn,
+    links: Links = None,
+    db: Db = None,
+    no_browser: Annotated[bool, option("Print the address and open no browser.", "--no-browser")] = False,
+) -> None:
+    """Serve the store's pages and interface, until Ctrl-C or SIGTERM; a folder without a store gets one."""
     from trueloop.server.settings import require_packages
 
     require_packages()
-    from trueloop.jobs.store.opened import opened
-    from trueloop.server.identity.accounts import accounts
+    from trueloop.jobs.store.opened import made, opened
+    from trueloop.jobs.store.where import BESIDE
     from trueloop.server.run import require_safe
     from trueloop.server.run import serve as run
 
@@ -135,16 +151,20 @@ def serve(where: Where, sign_on: SignOn, links: Links = None, db: Db = None) -> 
         from trueloop.formats.links_toml import read_links
 
         read_links(links)  # what is wrong with it is said now, and again where it is changed
+    if db is None and not Path(BESIDE).exists():
+        made(BESIDE).close()
+        typer.echo(f"made the store {BESIDE}", err=True)
     store = opened(db, held_open=HELD_OPEN)
-    if not accounts(store):
-        typer.echo("note: there is no account yet: trueloop user add NAME --role admin", err=True)
-    run(
-        store,
-        _settings(where, listening.tls, links),
-        listening,
-        lambda at: typer.echo(f"serving {store.where} at {at}"),
-        oidc,
-    )
+
+    def ready(at: str, first: str) -> None:
+        typer.echo(f"serving {store.where} at {at}")
+        link = where.seen_by_browsers(at) + first
+        if first:
+            typer.echo(f"no account yet: make the first one, an administrator, at {link}")
+        if not no_browser and sys.stdout.isatty():
+            threading.Thread(target=webbrowser.open, args=(link,), daemon=True).start()
+
+    run(store, _settings(where, listening.tls, links), listening, ready, oidc)
     store.close()
 
 

@@ -17,7 +17,7 @@ from trueloop.factory.decisions import people, plan, records, runs
 from trueloop.factory.decisions.plan import PlanFacts
 from trueloop.factory.decisions.records import ProgramFacts, ProposalFacts
 from trueloop.factory.known import OrderNow
-from trueloop.factory.load import Known, last_word, next_of, order_of, program_text, runs_of, silence_of
+from trueloop.factory.load import Known, last_word, machine_names, next_of, order_of, program_text, runs_of, silence_of
 from trueloop.factory.roles import By, Role, require_machine, require_role
 from trueloop.factory.write import note_done, write
 from trueloop.loops.post_process.series import SeriesOptions
@@ -109,7 +109,8 @@ def _plan(known: Known, request: ask.PlanOrder, _: Any) -> PlanFacts:
     )
     number = (known.connection.scalar(select(func.max(ORDER_STATE.c.number))) or 0) + 1
     machine = machines[-1] if machines else None
-    return PlanFacts(part_type, machine, frozenset(ordered), frozenset(released), number)
+    names = machine_names(known)
+    return PlanFacts(part_type, machine, frozenset(ordered), frozenset(released), number, names)
 
 
 def _program(known: Known, request: ask.ReleaseProgram | ask.RecordTransfer, _: Any) -> ProgramFacts:

@@ -12,6 +12,7 @@ from sqlalchemy import Connection, select
 from trueloop.domain.codec import Codec
 from trueloop.domain.factory import BlockKind, PartState, Run, RunFact, StepState, WorkOrder
 from trueloop.domain.record import Correction, ProgramText
+from trueloop.domain.tool import Machine
 from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
 from trueloop.factory.decisions.plan import NextFacts, candidate
 from trueloop.factory.decisions.runs import RunKnown, RunsFacts, SilenceFacts
@@ -19,6 +20,7 @@ from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
 from trueloop.storage.factory_tables import (
     ALARM,
     ALARM_ACKNOWLEDGED,
+    API_KEY,
     CALIBRATION,
     MACHINE_HEARD,
     ORDER_STATE,
@@ -176,6 +178,13 @@ def machine_facts(known: Known, machine: str, part_type: str) -> MachineFacts:
         *(machine, _time(known.connection.scalar(at)), _time(known.connection.scalar(warm))),
         *(str(said.get("corrector") or "off"), tuple(known.connection.scalars(blocking.order_by(ALARM.c.id)))),
     )
+
+
+def machine_names(known: Known) -> frozenset[str]:
+    """Returns the names of all machines that the store knows: kept, heard, or with a cell's key that has not ended."""
+    keys = select(API_KEY.c.machine).where(API_KEY.c.scope == "cell", API_KEY.c.ended_at.is_(None))
+    told = (name for query in (select(MACHINE_HEARD.c.machine), keys) for name in known.connection.scalars(query))
+    return frozenset((*(one.name for one in known.values(Machine)), *told))
 
 
 def last_word(connection: Connection, order: str, part: int, step: int) -> datetime | None:

@@ -20,7 +20,10 @@ def _unchanged(text: bytes, key: str) -> bytes:
 
 @dataclass(frozen=True)
 class PlanOrder:
-    """An order for parts of a type, one part a serial number, all by one route."""
+    """An order for parts of a type, one part a serial number, all by one route.
+
+    `new_machine`: the machine may be one that the store does not know.
+    """
 
     part_type: str
     revision: str
@@ -31,6 +34,7 @@ class PlanOrder:
     conditions: Conditions = field(default_factory=Conditions)
     probe_toml: str = ""
     probe_control: str = "linuxcnc"
+    new_machine: bool = False
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ CELL: Final = Access(key="cell")
 
 ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("POST", "/session"): Access(open=True, once=False),
+    ("POST", "/session/first"): Access(open=True, once=False),
     ("DELETE", "/session"): READ,
     ("GET", "/session/ways"): Access(open=True),
     ("GET", "/session/oidc"): Access(open=True),

@@ -27,6 +27,7 @@ from trueloop.server.apart.reading import PROCESSES, answered
 from trueloop.server.gates import Figures, Gates
 from trueloop.server.guarded import Service
 from trueloop.server.heap import start_giving_back
+from trueloop.server.identity.accounts import FirstAccount
 from trueloop.server.identity.attempts import Attempts
 from trueloop.server.identity.oidc import SignIns
 from trueloop.server.identity.provider import Oidc
@@ -192,6 +193,7 @@ def create_app(
     app.state.service = Service(store, settings, clock, secrets.token_bytes(32), Attempts(seconds))
     app.state.figures, app.state.stopping, app.state.traces = figures, stopping, Traces()
     app.state.studies = Studies()
+    app.state.first = FirstAccount(store)
     app.state.sign_ins = None if oidc is None else SignIns(oidc)
     problems.install(app)
     for one in ROUTERS:

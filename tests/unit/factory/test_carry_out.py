@@ -20,12 +20,13 @@ from tests.support.factory import (
     corrected,
     touches_of,
 )
-from trueloop.domain.factory import BlockKind, Conditions, FactKind, PartState, Run, RunFact, StepState
+from trueloop.domain.factory import BlockKind, Conditions, FactKind, PartState, Run, RunFact, StepState, WorkOrder
 from trueloop.domain.record import ProgramText
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.roles import By, Role
+from trueloop.server.identity.keys import NewKey, add_key
 from trueloop.storage.store import Store, find, keep
 
 
@@ -336,3 +337,13 @@ def test_events_and_tasks_come_with_their_cause(shop: Shop) -> None:
 
 def test_nothing_is_done_for_a_machine_without_orders(store: Store) -> None:
     assert carry_out(store, ask.NextBlock("lathe"), CELL, Shop(store).now).answer is None
+
+
+def test_a_machine_that_the_store_does_not_know_is_refused_unless_it_is_stated_to_be_new(shop: Shop) -> None:
+    mistyped = replace(PLAN, serials=("d",), machine="lahte", new_machine=False)
+    refusal = refused(Code.FAC_PLAN, lambda: shop.do(mistyped))
+    assert "'lahte'" in refusal.message and "'lathe'" in refusal.hint
+    assert len(find(shop.store, WorkOrder)) == 1
+    add_key(shop.store, NewKey("mill", "cell of mill", 30), "ana", shop.now)
+    for known in (replace(mistyped, machine="mill"), replace(mistyped, serials=("e",), new_machine=True)):
+        assert carry_out(shop.store, known, ENGINEER, shop.now).orders[0].order.machine.name == known.machine

@@ -103,7 +103,9 @@ def modbas2(store: Store, job_toml: str) -> Shop:
     shop = Shop(store)
     for one in sha.values():
         shop.do(ask.ReleaseProgram(one, "ran in"))
-    plan = ask.PlanOrder("MODBAS2, 3.52 in", "", "lathe", ("2511.161",), blocks, job_toml, Conditions(None, None))
+    plan = ask.PlanOrder(
+        "MODBAS2, 3.52 in", "", "lathe", ("2511.161",), blocks, job_toml, Conditions(None, None), new_machine=True
+    )
     shop.order = carry_out(store, plan, ENGINEER, shop.now).orders[0].order.id
     offer = None
     for _ in range(2):

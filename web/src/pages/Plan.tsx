@@ -2,7 +2,7 @@ import { Button, Checkbox, NativeSelect, Textarea, TextInput } from "@mantine/co
 import { useState, type FormEvent } from "react";
 import { useLocation } from "wouter";
 
-import { useChange, usePages } from "../api/asking";
+import { useChange, usePages, useShown } from "../api/asking";
 import type { Shape } from "../api/client";
 import { hash } from "../show/format";
 import { Act, Head, Refused, Section, useWhyNot } from "../show/parts";
@@ -20,6 +20,8 @@ const FIRST: Block[] = (["semifinish", "probe", "correct", "finish", "remove", "
 }));
 
 const EMPTY = { part_type: "", revision: "", machine: "", serials: "", job_toml: "", probe_toml: "" };
+/** The choice of a machine that the store does not know yet. */
+const NEW = "\0";
 
 /** A new order. Whether it can be made the service judges; what it refuses is shown. */
 export default function Plan() {
@@ -28,15 +30,20 @@ export default function Plan() {
   const [, go] = useLocation();
   const [fields, setFields] = useState(EMPTY);
   const [blocks, setBlocks] = useState(FIRST);
+  const [chosen, setChosen] = useState("");
+  const machines = useShown<{ items: Shape<"MachineNow">[] }>("machines").data?.items ?? [];
   const planning = useChange<Shape<"OrderView">>();
 
   function submit(event: FormEvent) {
     event.preventDefault();
     const serials = fields.serials.split("\n").map((one) => one.trim()).filter(Boolean);
     planning.mutate(
-      { path: "orders", body: { ...fields, serials, blocks } },
+      { path: "orders", body: { ...fields, ...named(), serials, blocks } },
       { onSuccess: (made) => go(`/orders/${encodeURIComponent(made.row.id)}`) },
     );
+  }
+  function named() {
+    return chosen === NEW ? { new_machine: true } : { machine: chosen };
   }
   function field(name: keyof typeof fields) {
     const set = (event: { currentTarget: { value: string } }) => {
@@ -54,7 +61,18 @@ export default function Plan() {
             <div className="two">
               <TextInput label={text("head.part_type")} required {...field("part_type")} />
               <TextInput label={text("order.revision")} {...field("revision")} />
-              <TextInput label={text("head.machine")} required {...field("machine")} />
+              <NativeSelect
+                label={text("head.machine")}
+                required
+                value={chosen}
+                onChange={(event) => setChosen(event.currentTarget.value)}
+                data={[
+                  { value: "", label: text("order.machine.choose") },
+                  ...machines.map(({ name }) => ({ value: name, label: name })),
+                  { value: NEW, label: text("order.machine.new") },
+                ]}
+              />
+              {chosen === NEW && <TextInput label={text("order.machine.name")} required {...field("machine")} />}
             </div>
             <Textarea label={text("order.serials")} rows={4} required {...field("serials")} />
             <Textarea label={text("order.job")} rows={4} {...field("job_toml")} />

@@ -4,6 +4,7 @@ import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from datetime import datetime
+from difflib import get_close_matches
 from hashlib import sha256
 from itertools import pairwise
 from typing import Final
@@ -110,7 +111,8 @@ _RANK: Final = {kind: k for k, kind in enumerate(BlockKind)}
 class PlanFacts:
     """What the store knows of what is ordered: `ordered` are serial numbers with an order, `released` programs' hashes.
 
-    `part_type` and `machine` are as they are kept already; None: not kept. `number` is that of the order to come.
+    `part_type` and `machine` are as they are kept already; None: not kept. `machines`: names of all machines that the
+    store knows, also by a key or because they were heard. `number` is that of the order to come.
     """
 
     part_type: PartType | None
@@ -118,12 +120,15 @@ class PlanFacts:
     ordered: frozenset[str]
     released: frozenset[str]
     number: int
+    machines: frozenset[str] = frozenset()
 
 
 def plan_order(facts: PlanFacts, request: PlanOrder, by: By, now: datetime) -> Changes:
     """Plans the order; its parts get their rows as it is kept. Raises FAC-PLAN, FAC-ORDERED, FAC-RELEASE."""
     for wrong in (*_wrong_parts(request), *_wrong_route(request)):
         raise Code.FAC_PLAN.refusal(f"the order cannot be made: {wrong}", hint="change the order's route or parts")
+    if request.machine not in facts.machines and not request.new_machine:
+        raise _unknown_machine(request.machine, facts.machines)
     for serial in request.serials:
         if serial in facts.ordered:
             raise Code.FAC_ORDERED.refusal(
@@ -155,6 +160,14 @@ def order_now(order: WorkOrder, number: int, rows: tuple[int, ...] = ()) -> Orde
         for row, s in zip(numbered, order.serials, strict=True)
     )
     return OrderNow(order, number, parts)
+
+
+def _unknown_machine(name: str, machines: frozenset[str]) -> TrueloopError:
+    near = get_close_matches(name, sorted(machines), 1, 0.6)
+    return Code.FAC_PLAN.refusal(
+        f"the order cannot be made: the store knows {len(machines)} machines, and {name!r} is not one of them",
+        hint=f"choose {near[0]!r}, if that was meant" if near else "choose one of them, or state that it is a new one",
+    )
 
 
 def not_released(program: str) -> TrueloopError:

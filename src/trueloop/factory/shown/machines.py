@@ -9,9 +9,9 @@ from sqlalchemy import ColumnElement, Select, func, insert, select, update
 
 from trueloop.domain.factory import BlockKind, StepState
 from trueloop.domain.model_version import ModelDecision, ModelVersion
-from trueloop.domain.tool import Edge, Machine, Setting
+from trueloop.domain.tool import Edge, Setting
 from trueloop.factory.known import unknown
-from trueloop.factory.load import Known
+from trueloop.factory.load import Known, machine_names
 from trueloop.factory.roles import By, require_machine
 from trueloop.factory.shown.records import known_of, time, transfer_view
 from trueloop.factory.views.orders import MachineNow
@@ -53,10 +53,8 @@ def machines_now(store: Store, now: datetime) -> tuple[MachineNow, ...]:
 def all_machines(known: Known, now: datetime) -> tuple[MachineNow, ...]:
     """Returns all machines, within a transaction."""
     said = {one.machine: one for one in known.rows(select(MACHINE_HEARD))}
-    keys = select(API_KEY.c.machine).where(API_KEY.c.scope == "cell", API_KEY.c.ended_at.is_(None))
-    named = {one.name for one in known.values(Machine)} | set(said) | set(known.connection.scalars(keys))
     doing = _doing(known)
-    return tuple(_now(name, said.get(name), doing.get(name), now) for name in sorted(named))
+    return tuple(_now(name, said.get(name), doing.get(name), now) for name in sorted(machine_names(known)))
 
 
 def part_on(known: Known, machine: str) -> int | None:

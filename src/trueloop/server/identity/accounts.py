@@ -1,6 +1,7 @@
 """Accounts: made, found and changed. A change of role, password or state ends the account's sessions."""
 
 import re
+import secrets
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Final
@@ -61,13 +62,39 @@ def subject_of(issuer: str, subject: str) -> str:
     return f"{issuer} {subject}"
 
 
-def add_account(store: Store, new: NewAccount, now: datetime, by: str = "") -> AccountRow:
-    """Raises SRV-ACCOUNT for a name that is none or taken, or a role that is none, SRV-PASSWORD."""
+class FirstAccount:
+    """The right to make the first account of a store, for whoever reads what the service prints as it starts.
+
+    Its secret has 256 bits and lasts for one run of the service, as long as the store has no account.
+    """
+
+    def __init__(self, store: Store) -> None:
+        self._store, self._secret = store, secrets.token_urlsafe(32)
+
+    @property
+    def fragment(self) -> str:
+        """Returns the end of the link, which browsers send nowhere; empty where there is an account already."""
+        return "" if accounts(self._store) else f"#first={self._secret}"
+
+    def add(self, secret: str, new: NewAccount, now: datetime) -> AccountRow:
+        """Makes the account. Raises SRV-ACCOUNT for another secret and where there is an account, SRV-PASSWORD."""
+        if not secrets.compare_digest(secret.encode(), self._secret.encode()):
+            raise _refused(new.name, "the link is of an earlier start of the service", "open the link printed last")
+        return add_account(self._store, new, now, first=True)
+
+
+def add_account(store: Store, new: NewAccount, now: datetime, by: str = "", *, first: bool = False) -> AccountRow:
+    """Makes an account; `first`: only where there are none.
+
+    Raises SRV-ACCOUNT for a name that is not allowed or is taken, or an unknown role, SRV-PASSWORD.
+    """
     if not _NAME.fullmatch(new.name):
         raise _refused(new.name, "it is no name", "1 to 64 letters, digits and . _ @ -, a letter or digit first")
     _require(new.name, new.role, new.language)
     argon2id = hashed(new.password, new.name) if new.password is not None else ""
     with store.writing() as connection:
+        if first and connection.execute(select(ACCOUNT.c.id).limit(1)).first() is not None:
+            raise _refused(new.name, "the service has its first account already", "sign in, or ask an administrator")
         if _found(connection, new.name) is not None:
             raise _refused(new.name, "it is there already", "take another name, or change the account")
         connection.execute(

@@ -29,7 +29,8 @@ Text = Annotated[str, Field(max_length=2000)]
 class Order:
     """Parts of one type, by one route; `job_toml`: the job by which corrections are computed.
 
-    `probe_toml`: the probe that the job names; gauging runs then write the log of `probe_control`.
+    `probe_toml`: the probe that the job names; gauging runs then write the log of `probe_control`. `new_machine`: the
+    machine may be one that the store does not know.
     """
 
     part_type: str
@@ -41,6 +42,7 @@ class Order:
     conditions: Conditions = field(default_factory=Conditions)
     probe_toml: str = ""
     probe_control: Literal["linuxcnc", "fanuc", "haas", "renishaw", "siemens", "ge2000t"] = "linuxcnc"
+    new_machine: bool = False
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ async def plan(given: Order, here: Here, who: By, response: Response) -> OrderVi
 def _planned(given: Order, here: Service, who: Who, response: Response) -> OrderView:
     wanted = ask.PlanOrder(
         *(given.part_type, given.revision, given.machine, given.serials, given.blocks, given.job_toml),
-        *(given.conditions, given.probe_toml, given.probe_control),
+        *(given.conditions, given.probe_toml, given.probe_control, given.new_machine),
     )
     done = carry_out(here.store, wanted, factory_by(who), here.clock())
     return _shown(here, done.orders[0].order.id, response)

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass, replace
 from datetime import datetime
+from typing import Any
 
 from fastapi import Request, Response
+from sqlalchemy import Row
 from starlette.concurrency import run_in_threadpool
 
 from trueloop.domain.option import Language, LengthUnit
@@ -22,6 +24,16 @@ class SignIn:
 
     name: str
     password: str
+
+
+@dataclass(frozen=True)
+class First:
+    """The first account, an administrator; `secret`: from the link that the service printed as it started."""
+
+    secret: str
+    name: str
+    password: str
+    language: Language = "en"
 
 
 @dataclass(frozen=True)
@@ -62,6 +74,22 @@ def sign_in(given: SignIn, here: Here, request: Request, response: Response) -> 
     address = request.client.host if request.client else ""
     with here.attempts.attempt(given.name, address):
         account = sessions.account_by_password(here.store, given.name, given.password)
+    return _begun(here, account, request, response)
+
+
+@routes.post("/session/first")
+def make_first_account(given: First, here: Here, request: Request, response: Response) -> Me:
+    """Makes the first account of a new store, and begins its session."""
+    first: accounts.FirstAccount = request.app.state.first
+    first.add(
+        given.secret, accounts.NewAccount(given.name, "admin", given.password, language=given.language), here.clock()
+    )
+    account = sessions.account_by_password(here.store, given.name, given.password)
+    return _begun(here, account, request, response)
+
+
+def _begun(here: Service, account: Row[Any], request: Request, response: Response) -> Me:
+    address = request.client.host if request.client else ""
     begun = sessions.begin(here.store, here.settings, account, address, here.clock())
     old = request.cookies.get(here.settings.cookie)
     if old:

@@ -12,6 +12,7 @@ from trueloop.errors import TrueloopError
 from trueloop.server import problems
 from trueloop.server.guarded import Here, Service, router
 from trueloop.server.identity import linked, sessions
+from trueloop.server.identity.accounts import FirstAccount
 from trueloop.server.identity.oidc import LONGEST, SignIns
 from trueloop.server.routes.session import set_cookie
 
@@ -21,16 +22,18 @@ CALLBACK = "/api/v1/session/oidc/callback"
 
 @dataclass(frozen=True)
 class Ways:
-    """How one can sign in besides name and password: what the provider is called; None: in no other way."""
+    """How people sign in. `oidc`: the name of the identity provider, if any; `accounts`: whether there are any yet."""
 
     oidc: str | None
+    accounts: bool
 
 
 @routes.get("/ways")
 def ways(request: Request) -> Ways:
-    """How one can sign in."""
+    """How people can sign in."""
     found: SignIns | None = request.app.state.sign_ins
-    return Ways(None if found is None else found.oidc.label)
+    first: FirstAccount = request.app.state.first
+    return Ways(None if found is None else found.oidc.label, not first.fragment)
 
 
 @routes.get("/oidc", status_code=302, response_class=RedirectResponse)
