@@ -133,3 +133,19 @@ def test_other_readings_of_every_rth_point_do_not_give_the_published_residuals()
 
     assert np.max(np.abs(left(2) - published)) < 0.05
     assert min(float(np.max(np.abs(left(first) - published))) for first in (0, 1, 3)) > 1.0
+
+
+def test_bands_of_untouched_features_hold_on_metal() -> None:
+    """Every second part, one feature after the other left out: 23.8 µm RMS by the nose's form and a spread alone."""
+    off, u = list[Array](), list[Array]()
+    for part in (one for family in ("MODBAS2", "PIECS11") for one in nist_parts(family)[::2]):
+        vectors = semifinish(part)
+        for feature in np.unique(vectors.feature_index).tolist():
+            left_out = (vectors.feature_index == feature) & ~vectors.at_reference
+            curve = fit_profile(part.profile, vectors.chosen(np.flatnonzero(~left_out))).curves[feature]
+            s = vectors.arc_length_mm[left_out]
+            off.append(UM_PER_MM * (vectors.error_mm[left_out] - curve.value_mm(s)))
+            u.append(UM_PER_MM * curve.standard_deviation_mm(s))
+    inside = np.abs(np.concatenate(off)) <= 1.96 * np.hypot(np.concatenate(u), 1.0)
+    assert 0.9 <= np.mean(inside) <= 0.99
+    assert rms(np.concatenate(off)) < 20.0

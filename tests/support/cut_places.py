@@ -25,7 +25,13 @@ def places(
     angle, z, along, groups = np.broadcast_arrays(contact_angle_rad, z_mm, share, group)
     angle, z, along, groups = (np.atleast_1d(column) for column in (angle, z, along, groups))
     labels = {"edge": edge, "setting": "setting", "part_type": part_type, "part": part}
-    numbers = {"age": float(part), "order": float(part), "finish": float(finish), "taken_off_mm": 0.0}
+    numbers = {
+        "age": float(part),
+        "order": float(part),
+        "finish": float(finish),
+        "taken_off_mm": 0.0,
+        "radius_mm": 20.0,
+    }
     columns = {name: np.full(len(angle), value) for name, value in {**labels, **numbers}.items()}
     return Places({**columns, "contact_angle_rad": angle, "z_mm": z, "share": along, "group": groups})
 

@@ -2,14 +2,15 @@
 
 Columns of a place: `edge`, `setting` (of the tool: a mounting or touch-off), `part_type`, `part`, `group` (labels; a
 group of features that meet tangentially), `age` (of the edge, in parts: the clock of wear), `order` (of the part, in
-parts), `contact_angle_rad` (of the outward normal from +z to +x), `z_mm` (from the middle of the part), `share` (along
-the group, 0 to 1), `finish` (1 of the finish cut, 0 of the cut before), `taken_off_mm` (what a correction was commanded
-to take off; 0 where an error is asked for that nothing had been taken off from).
+parts), `contact_angle_rad` (of the outward normal from +z to +x), `radius_mm` (from the axis of the spindle), `z_mm`
+(from the middle of the part), `share` (along the group, 0 to 1), `finish` (1 of the finish cut, 0 of the cut before),
+`taken_off_mm` (what a correction was commanded to take off; 0 where an error is asked for that nothing had been taken
+off from).
 
 The two cuts of one part share nose, setting, clamping, form; what the finish cut does otherwise is terms of its own, so
-that inspections of finished parts teach it. Medians are from turning in general (`source`); none was fitted to the
-tables of NISTIR 6811. That short waves are terms of their own (`short`, `short_part`, `finish_short`), and that one
-feature of a part may be off (`TAIL`), was chosen with these in sight.
+that inspections of finished parts teach it. Medians are from turning in general (`source`). With the tables of NISTIR
+6811 in sight were chosen: short waves as terms of their own (`short`, `short_part`, `finish_short`), that one feature
+may be off by much (`TAIL`), that a cut differs near the axis (`axis`), and the size of `group`.
 """
 
 from collections.abc import Callable
@@ -27,7 +28,10 @@ _SETTING: Final = "a touch-off or a presetter places an edge within some hundred
 _CLAMPING: Final = "a part clamped again, a turret indexed, minutes of heat: ISO 230-2 and 13041-8, 2 µm in all"
 _NOSE: Final = "a worn nose departs from its circle by some micrometres to tens of them"
 _STRAIGHT: Final = "deflection and tailstock: some micrometres over 100 mm; from part to part a third"
-_GROUP: Final = "speed, chip thickness and stiffness differ from feature to feature: some micrometres"
+_AXIS: Final = "at the axis the cutting speed is zero: within some millimetres material is pressed away, not cut"
+_GROUP: Final = (
+    "speed, chip thickness and stiffness differ from feature to feature: by some micrometres, seldom by tens"
+)
 _CUTS: Final = "cuts of different depth differ by some micrometres, from part to part by less"
 _GAIN: Final = "a control makes what a program says; a diameter entered as a radius makes twice that"
 _SCATTER: Final = "surface and ball of some tenths of a micrometre to some micrometres in place"
@@ -46,9 +50,10 @@ PRIORS: Final = {
     "short_length": Prior(0.1, 0.5, _NOSE),
     "taper": Prior(4.0e-5, 0.7, _STRAIGHT),
     "taper_part": Prior(1.5e-5, 0.7, _STRAIGHT),
+    "axis": Prior(0.010, 1.0, _AXIS),
     "along": Prior(0.006, 1.0, _STRAIGHT),
     "along_length": Prior(0.35, 0.5, _STRAIGHT),
-    "group": Prior(0.004, 0.7, _GROUP),
+    "group": Prior(0.008, 0.7, _GROUP),
     "group_part": Prior(0.0015, 0.7, _GROUP),
     "tilt_part": Prior(0.002, 0.7, _GROUP),
     "finish_level": Prior(0.003, 0.7, _CUTS),
@@ -64,6 +69,9 @@ PRIORS: Final = {
     "finish_repeatability": Prior(0.001, 0.3, _SCATTER),
 }
 """Standard deviations in mm, of a taper in mm per mm; lengths in rad, of `along_length` as a share of the group."""
+
+NEAR_AXIS_MM: Final = (2.0, 4.0)
+"""Standard deviations of the bells over which what differs at the axis fades away."""
 
 TAIL: Final = 3.0
 """Degrees of freedom of what one feature of one part is off by: a chip or a burr under a face, a feature recut."""
@@ -105,8 +113,9 @@ def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi) -> Cat
         Term("short form of the part", ("part",), of_angle_short, waves(short, "short_part", "short_length")),
         Term("taper", ("part_type",), _taper, _flat("taper")),
         Term("taper of the part", ("part",), _taper, _flat("taper_part")),
+        Term("near the axis", ("part_type",), _near_axis, _flat("axis", len(NEAR_AXIS_MM))),
         Term("form along", ("part_type", "group"), of_share, waves(along, "along", "along_length")),
-        Term("group", ("part_type", "group"), _constant, _flat("group")),
+        Term("group", ("part_type", "group"), _constant, _flat("group"), tail=TAIL),
         Term("group of the part", ("part", "group"), _constant, _flat("group_part"), tail=TAIL),
         Term("tilt of the part", ("part", "group"), _tilt, _flat("tilt_part"), tail=TAIL),
         Term("gain", ("edge",), _taken_off, _flat("gain")),
@@ -148,6 +157,11 @@ def _normal(places: Places) -> Array:
 def _taper(places: Places) -> Array:
     """Returns the effect of a radius that grows with z."""
     return np.asarray((places.number("z_mm") * np.sin(places.number("contact_angle_rad")))[:, None])
+
+
+def _near_axis(places: Places) -> Array:
+    """Returns bells about the axis, (n, 2): what is turned is level there."""
+    return np.asarray(np.exp(-0.5 * (places.number("radius_mm")[:, None] / np.array(NEAR_AXIS_MM)) ** 2))
 
 
 def _tilt(places: Places) -> Array:

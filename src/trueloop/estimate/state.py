@@ -108,7 +108,7 @@ class State:
         `terms`: only these have a part in it, as a share of the whole. `repeatability`: with what one cut scatters from
         place to place; never with `terms`.
         """
-        state = self.at(places)
+        state = self.expecting(places)
         rows = state.design(places, terms)
         if functional is not None:
             rows = functional @ rows
@@ -145,6 +145,14 @@ class State:
         covariance[np.diag_indices(count)] += np.concatenate([moved, *variances])
         mean = np.concatenate([self.mean, np.zeros(count - old)])
         return replace(self, mean=mean, covariance=covariance, blocks=blocks, clocks=clocks)
+
+    def expecting(self, places: Places) -> "State":
+        """Returns the state with the coefficients of places that it is asked for: those with heavy tails of which
+        nothing was measured have the variance of Student's distribution, ν/(ν − 2) times the square of its scale.
+        """
+        state = self.at(places)
+        unseen = state._heavy_since(self)
+        return state._scaled([at for at, _ in unseen], np.array([tail / (tail - 2.0) for _, tail in unseen]))
 
     def design(self, places: Places, terms: Collection[str] | None = None) -> Array:
         """Returns the matrix by which the errors at places follow the coefficients, (N, m). The state has to know all

@@ -1,6 +1,7 @@
 """A bad touch is found, left out and named; clean touches keep their weight; what cannot be decided is called so."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from trueloop.turned.error_curve.uncertainty import finish
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.fit_chains import Known, fit_chains, fit_touched
 from trueloop.turned.fit.options import FitOptions
+from trueloop.turned.fit.prior.part_state import part_state
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 FAMILIES = families()
@@ -137,7 +139,8 @@ def test_chains_fitted_once_serve_as_those_fitted_anew_to_every_choice_of_touche
     touches = draw(FAMILIES[name], rng).touches
     for _ in range(12):
         some = touches.chosen(np.flatnonzero(rng.random(len(touches.point)) < rng.choice([0.2, 0.9])))
-        whole = finish(fit_chains(profile, some, options, None)[0], some)
+        state = partial(part_state, profile, some, fitted=False)
+        whole = finish(fit_chains(profile, some, options, None, state)[0], some)
         found = finish(fit_touched(profile, some, options, None, known)[0], some)
         assert sorted(found.fits) == [i for i, fit in whole.fits.items() if len(fit.touches)]
         assert found.degrees_of_freedom == whole.degrees_of_freedom

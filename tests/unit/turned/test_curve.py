@@ -57,19 +57,17 @@ def test_band_and_prediction_are_built_on_the_standard_uncertainty() -> None:
     s = np.linspace(0.0, DOME.length_mm, 5)
     u = DOME.standard_deviation_mm(s)
     np.testing.assert_allclose(DOME.half_band_mm(s, 0.9), student_t_factor(0.9, MODEL.degrees_of_freedom) * u)
-    np.testing.assert_allclose(DOME.prediction_standard_deviation_mm(s), np.hypot(u, MODEL.scatter_mm))
+    np.testing.assert_allclose(DOME.budget(s).standard_u_mm, np.hypot(u, MODEL.scatter_mm))
 
 
 def test_a_stated_repeatability_takes_the_place_of_the_scatter() -> None:
     options = FitOptions(knot_every=4, repeatability_mm=0.5)
     curve = fit_profile(PROFILE, MODEL.vectors, options).curves[-1]
-    np.testing.assert_allclose(
-        curve.prediction_standard_deviation_mm(1.0), np.hypot(curve.standard_deviation_mm(1.0), 0.5)
-    )
+    np.testing.assert_allclose(curve.budget(1.0).standard_u_mm, np.hypot(curve.standard_deviation_mm(1.0), 0.5))
 
 
 def test_what_differs_from_cut_to_cut_comes_in_with_the_cut_that_was_touched_and_with_the_next() -> None:
     options = replace(OPTIONS, between_cuts=BetweenCuts(0.3, 0.4, "stated"))
     curve = fit_profile(PROFILE, MODEL.vectors, options).curves[-1]
     expected = np.sqrt(curve.standard_deviation_mm(1.0) ** 2 + curve.scatter_mm**2 + 2 * (0.3**2 + 0.4**2))
-    np.testing.assert_allclose(curve.prediction_standard_deviation_mm(1.0), expected)
+    np.testing.assert_allclose(curve.budget(1.0).standard_u_mm, expected)

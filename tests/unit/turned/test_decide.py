@@ -124,7 +124,7 @@ def test_touches_that_have_all_in_common_know_an_offset_no_better_than_one() -> 
     normals = np.tile([1.0, 0.0], (4, 1))
     pairs = np.repeat(np.repeat(np.eye(2), 2, axis=0), 2, axis=1)
     alone = decide(np.zeros(4), normals, 1.0, math.inf, 1e-4, 1.0)
-    common = decide(np.zeros(4), normals, 1.0, math.inf, 1e-4, 1.0, correlation=pairs)
+    common = decide(np.zeros(4), normals, 1.0, math.inf, 1e-4, 1.0, correlated=(np.arange(4), pairs))
     assert alone.variance(normals) == pytest.approx(np.full(4, 0.25))
     assert common.variance(normals) == pytest.approx(np.full(4, 0.5))
     assert common.leverage(normals) == pytest.approx(np.full(4, 0.25))

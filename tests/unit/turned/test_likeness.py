@@ -58,6 +58,15 @@ def test_touches_far_apart_have_nothing_in_common() -> None:
         for a, b in zip(asked.curves, stated.curves, strict=True):
             np.testing.assert_array_equal(a.standard_deviation_mm([0.0, 3.0]), b.standard_deviation_mm([0.0, 3.0]))
             assert a.repeatability_mm == b.repeatability_mm
+        assert asked.correlation.shape == (0, 0)
+
+
+def test_only_touches_that_lie_close_have_a_correlation() -> None:
+    """Those of the middle one of three lines: the matrix of a long scan does not fill memory."""
+    wide = checked_profile(polyline([(40.0, -40.0), (40.0, 0.0), (8.0, 0.0), (8.0, 32.0)]))
+    model = fit_profile(wide, touched(wide, [3, 30, 3], noise(SIGMA_MM)), FitOptions(alike_over_mm=1.0))
+    assert model.correlated is not None and model.correlation.shape == (30, 30)
+    np.testing.assert_array_equal(model.vectors.feature_index[model.correlated], 1)
 
 
 def test_no_correction_changes() -> None:

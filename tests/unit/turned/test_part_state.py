@@ -56,7 +56,7 @@ def test_one_diameter_tells_another(error_um: float) -> None:
     """Two cylinders that no tangent joins share setting and nose: most of the error, by its sign, with its doubt."""
     mean, u = said(STEPS, vectors_of(STEPS, at(STEPS, "wide", 15.0, error_um)), "thin", 40.0)
     assert 0.6 < mean / error_um < 1.0
-    assert 4.0 < u < 16.0
+    assert 4.0 < u < 20.0
 
 
 def test_two_diameters_show_a_taper_and_less_is_known_beyond_them() -> None:

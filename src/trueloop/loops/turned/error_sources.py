@@ -52,6 +52,7 @@ TERMS: Final = {
         "short form of the part",
         "taper",
         "taper of the part",
+        "near the axis",
         "form along",
         "group",
         "group of the part",
@@ -176,7 +177,7 @@ def _of_feature(known: _Known, model: ProfileErrorModel, machine: MachineShare |
     every = np.concatenate([at, along])
     places, functional = known.places(np.full(len(every), index, dtype=np.intp), every, True)
     mean = np.concatenate([np.full(len(at), 1.0 / len(at)), np.zeros(ALONG)]) @ functional
-    state = known.state.at(places)
+    state = known.state.expecting(places)
     shares = [_share(state, places, (mean, functional[len(at) :]), source) for source in TERMS]
     normal = np.array([model.profile.features[index].outward_normal(float(s)) for s in at])
     differs = float(known.between.variance_mm2(normal, np.full((1, len(at)), 1.0 / len(at)))[0])
@@ -209,7 +210,7 @@ def _measuring(known: _Known, model: ProfileErrorModel, rows: NDArray[np.intp]) 
     """Returns the measured errors less those of the measured cut as the state has them."""
     vectors = model.vectors
     places, functional = known.places(vectors.feature_index[rows], vectors.arc_length_mm[rows], False)
-    state = known.state.at(places)
+    state = known.state.expecting(places)
     off = vectors.error_mm[rows] - state.predict(places, functional, repeatability=False).mean_mm
     scatter = state.sizes["repeatability"] ** 2
     u = math.sqrt(float(np.sum(vectors.standard_u_mm[rows] ** 2 + scatter))) / len(rows)

@@ -90,7 +90,7 @@ class OfPart:
     def errors(self, index: NDArray[np.intp], along: Array) -> Errors:
         """Returns them at places (n,) of the edge's profile."""
         places, functional = in_frame(self.state.profile, self.state.vectors, index, along)
-        whole = self.state.updated.state.at(places)
+        whole = self.state.updated.state.expecting(places)
         rows, scatter = functional @ whole.design(places), _scatter(whole, places, len(index))
         return Errors(whole.covariance, rows, rows, scatter, scatter)
 
@@ -138,7 +138,7 @@ class OfHistory:
         after = replace(self.part, order=self.part.order + later)
         measured, shown = places_of(self.part, self.age, at, self.finished)
         following, left = places_of(after, self.age + later, at, True)
-        state = self.state.at(measured).at(following)
+        state = self.state.expecting(measured).expecting(following)
         rows = [
             design if functional is None else functional @ design
             for design, functional in ((state.design(measured), shown), (state.design(following), left))

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.domain.option import check_scatter
@@ -258,7 +259,7 @@ def _earlier(inputs: Inputs, model: ProfileErrorModel, memory: FromMemory) -> tu
 def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by: str, cut: CutWith) -> Decision:
     vectors = model.vectors.chosen(np.flatnonzero(model.weight))
     floor_mm = float(np.max(vectors.standard_u_mm))
-    error_mm, outward_normal, correlation = _decided_on(model)
+    error_mm, outward_normal, correlated = _decided_on(model)
     contour = _along(matched.in_force, vectors) if matched.in_force else None
     return decide(
         error_mm,
@@ -269,7 +270,7 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
         options.weight,
         by,
         any(curve.from_memory for curve in model.curves),
-        correlation,
+        correlated,
         cut.offset_mm,
         contour,
         common_u_mm=options.between_cuts.common_difference_mm,
@@ -277,9 +278,9 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
     )
 
 
-def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array, Array]:
-    """Process errors (n,), normals (n, 2) and correlation (n, n) of touches with weight, and of places along arcs that
-    memory corrects.
+def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array, tuple[NDArray[np.intp], Array]]:
+    """Process errors (n,) and normals (n, 2) of touches with weight, and of places along arcs that memory corrects; the
+    positions and the correlation of touches that have some.
 
     Three touches of an arc that earlier parts tell say little of whether an offset is enough; its curve does.
     """
@@ -292,9 +293,10 @@ def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array, Array]:
         s, _ = angles_along(model.profile, i)
         errors.append(model.curves[i].value_mm(s[2::5]))
         normals.append(model.profile.features[i].outward_normal(s[2::5]))
-    correlation = np.eye(sum(map(len, errors)))
-    correlation[: len(used), : len(used)] = model.correlation[np.ix_(used, used)]
-    return np.concatenate(errors), np.concatenate(normals), correlation
+    close = np.arange(len(model.weight)) if model.correlated is None else model.correlated
+    kept = np.isin(close, used)
+    correlated = np.searchsorted(used, close[kept]), model.correlation[np.ix_(kept, kept)]
+    return np.concatenate(errors), np.concatenate(normals), correlated
 
 
 def _along(shifts: Sequence[Shift], vectors: ErrorVectors) -> Array:

@@ -127,6 +127,7 @@ def _columns(part: MadePart, age: float, errors: CutErrors, finish: bool, taken_
     own = {
         "group": np.array(errors.feature if errors.group is None else errors.group, dtype=object),
         "contact_angle_rad": errors.contact_angle_rad,
+        "radius_mm": np.full(n, np.inf),  # a history holds none: the waves over the contact angle follow the axis too
         "z_mm": np.zeros(n) if errors.z_mm is None else errors.z_mm,
         "share": np.full(n, 0.5) if errors.share is None else errors.share,
         "taken_off_mm": np.zeros(n) if taken_off_mm is None else taken_off_mm,

@@ -51,8 +51,7 @@ class Decision:
     The offsets of the axes are changes, against what was in force when the errors were measured; `in_force_mm` (x as a
     radius, z) is that as an offset. `by` is what the user asked for, "contour" or "offset", or "auto": what the test
     says. `unit_covariance` (2, 2) is that of the two offsets per unit variance of a touch; zero on an axis no touch
-    faces. `common_covariance` (2, 2) is the same with what touches that lie close have in common; None: nothing, or
-    they were not asked.
+    faces. `common_covariance` (2, 2) is the same with what touches that lie close have in common; None: nothing.
     """
 
     x: AxisDecision
@@ -113,7 +112,7 @@ def decide(
     weight: float,
     by: str = "auto",
     from_memory: bool = False,
-    correlation: Array | None = None,
+    correlated: tuple[NDArray[np.intp], Array] | None = None,
     in_force_mm: tuple[float, float] = (0.0, 0.0),
     contour_in_force_mm: Array | None = None,
     *,
@@ -125,9 +124,10 @@ def decide(
     What it leaves up to half of the control's step `resolution_mm` no contour could be written nearer to.
     `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
     degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`;
-    `from_memory`: some of the places were not touched, their errors are from earlier parts. `correlation` (n, n): of
-    the touches' scatter; None: they have nothing in common. `in_force_mm` is the offset (x as a radius, z) in
-    force, `contour_in_force_mm` (n,) what a contour in force moved the places by, of which the best offset counts.
+    `from_memory`: some of the places were not touched, their errors are from earlier parts. `correlated`: positions
+    (k,) of touches and the correlation (k, k) of their scatter; all others are independent. `in_force_mm` is the offset
+    (x as a radius, z) in force, `contour_in_force_mm` (n,) what a contour in force moved the places by, of which the
+    best offset counts.
     `common_u_mm` (standard) is what moves the next cut as a whole. `known`: all errors are expected values of the next
     cut, which do not scatter as touches do, and the contour carries the correction in any case: then an offset is
     enough where it leaves no more than the control can resolve. U of an offset holds that, what the touches scatter
@@ -136,8 +136,7 @@ def decide(
     informs = np.abs(outward_normal) > FACES_AXIS
     faces = np.any(informs, axis=0)
     inverse = np.linalg.pinv(np.where(faces, outward_normal, 0.0), rcond=1e-9)
-    same = np.eye(len(process_error_mm)) if correlation is None else correlation
-    variance = np.diag(inverse @ same @ inverse.T)
+    variance = np.diag(_scattered(inverse, correlated))
     determined = np.sqrt(np.diag(inverse @ inverse.T)) <= DETERMINED
     if not np.all(determined):
         inverse = np.linalg.pinv(np.where(determined & faces, outward_normal, 0.0), rcond=1e-9)
@@ -156,10 +155,18 @@ def decide(
         else _undetermined(axis, float(u_mm[axis]))
         for axis in range(2)
     )
-    common = None if correlation is None else inverse @ correlation @ inverse.T
     moved = np.zeros(2) if contour_in_force_mm is None else inverse @ contour_in_force_mm
     before = (in_force_mm[0] + float(moved[0]), in_force_mm[1] + float(moved[1]))
-    return Decision(x, z, inverse @ inverse.T, by, common, before)
+    return Decision(x, z, inverse @ inverse.T, by, _scattered(inverse, correlated), before)
+
+
+def _scattered(inverse: Array, correlated: tuple[NDArray[np.intp], Array] | None) -> Array:
+    """Returns the covariance of both offsets per unit variance of a touch, (2, 2)."""
+    total = inverse @ inverse.T
+    if correlated is not None:
+        own = inverse[:, correlated[0]]
+        total = total + own @ (correlated[1] - np.eye(len(own.T))) @ own.T
+    return np.asarray(total)
 
 
 def _decide_axis(

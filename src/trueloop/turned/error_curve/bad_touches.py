@@ -13,6 +13,7 @@ uncertainty s and ν degrees of freedom, the odds of "touch k is bad" against "n
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -24,7 +25,7 @@ from trueloop.turned.error_curve.coverage import student_t_factor
 from trueloop.turned.error_curve.uncertainty import FittedChains, finish
 from trueloop.turned.fit.fit_chains import Known, fit_chains, fit_touched
 from trueloop.turned.fit.options import FitOptions
-from trueloop.turned.fit.prior.untouched import BETWEEN_FEATURES_MM
+from trueloop.turned.fit.prior.part_state import part_state
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
@@ -34,6 +35,10 @@ BAD_SHARE: Final = 0.01
 
 BAD_SPREAD_MM: Final = 0.030
 """Standard deviation of a bad touch's own error: chips and slips are tens of micrometres."""
+
+BETWEEN_FEATURES_MM: Final = 0.016
+"""How far the cones of [6811 Tables 8, 10] deviate from what the same nose did on the domes, RMS over the ten parts (11
+to 17 µm on nine, 30 µm on one whose taper looks falsified): the spread between features."""
 
 FALSE_ALARMS: Final = 0.003
 """Share of clean parts in which the test, shared among all touches, may name one. The shape of an arc's curve is chosen
@@ -149,7 +154,8 @@ class _Search:
         part = self.vectors.chosen(kept)
         fits = fit_touched(self.profile, part, self.options, None, self.known)[0]
         if feature is not None and not any(feature in fit.chain.features for fit in fits.values()):
-            fits = fit_chains(self.profile, part, self.options, None, self.known)[0]
+            state = partial(part_state, self.profile, part, fitted=False)
+            fits = fit_chains(self.profile, part, self.options, None, state, self.known)[0]
         return finish(fits, part)
 
 

@@ -87,20 +87,12 @@ class ErrorCurve:
             np.sqrt(self.spline.variance(self.spline.value_form(*stretch))), self.spline.drawn_out_u_mm(stretch[0])
         )
 
-    def slope_standard_deviation(self, arc_length_mm: ArrayLike) -> Array:
-        """Returns the standard uncertainty of the slope, mm per mm, (n,)."""
-        return np.sqrt(self.spline.variance(self.spline.slope_form(*self._stretch(arc_length_mm))))
-
-    def prediction_standard_deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Returns the standard uncertainty of the next cut's error about the curve, (n,).
-
-        Variance of the curve, of the process along the cut, and of what differs between the two cuts: as known or
-        assumed. A change of tool, of feed or of the depth of cut is not in it.
-        """
-        return self.budget(arc_length_mm).standard_u_mm
-
     def budget(self, arc_length_mm: ArrayLike) -> Budget:
-        """Returns the standard uncertainty of the next cut's error cause by cause."""
+        """Returns the standard uncertainty of the next cut's error about the curve cause by cause.
+
+        The curve, the process along the cut, and what differs between the two cuts, as known or assumed. A change of
+        tool, of feed or of the depth of cut is not in it.
+        """
         return self.budget_of(self.standard_deviation_mm(arc_length_mm), arc_length_mm)
 
     def budget_of(self, curve_u_mm: Array, arc_length_mm: ArrayLike) -> Budget:

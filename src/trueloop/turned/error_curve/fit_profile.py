@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from trueloop.arrays import Array, by_content
 from trueloop.errors import TrueloopError
@@ -22,6 +24,7 @@ from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, nose_on_part
 from trueloop.turned.fit.fit_chains import fit_chains
 from trueloop.turned.fit.nose_model import NoseModel
 from trueloop.turned.fit.options import BadTouches, FitOptions
+from trueloop.turned.fit.prior.part_state import part_state
 from trueloop.turned.fit.prior.remembered import Remembered
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -41,10 +44,10 @@ class ProfileErrorModel:
     left) and `leave_one_out_mm` (error − what the other touches say there; NaN where they say nothing) by touch. RMS
     values are over the touches with weight, NaN for features without one they could be taken from. `weight` is 1, and 0
     for touches left out as bad, whose `leave_one_out_mm` is their residual; `suspects` name those that the others
-    contradict (`bad_touches`). `scatter_mm` is the largest standard deviation
-    of a touch about its curve, known with `degrees_of_freedom` spare touches. `correlation` (n, n) is that of the
-    touches' scatter, its diagonal above 1 where touches that lie close show less of it. `notes` explain every decision;
-    `choices` compares own curve and nose model where a nose model was given.
+    contradict (`bad_touches`). `scatter_mm` is the largest standard deviation of a touch about its curve, known with
+    `degrees_of_freedom` spare touches. `correlation` (k, k) is that of the scatter of touches that lie close, at the
+    positions `correlated` (k,), its diagonal above 1 where they show less of it; all others are independent. `notes`
+    explain every decision; `choices` compares own curve and nose model where a nose model was given.
     """
 
     profile: Profile
@@ -64,6 +67,8 @@ class ProfileErrorModel:
     correlation: Array
     notes: tuple[str, ...]
     choices: tuple[ModelChoice, ...]
+    correlated: NDArray[np.intp] | None = None
+    """None of a model that was stored before there was this: all touches."""
 
     def as_told(self, error_mm: Array) -> Array:
         """Errors at the touches, (n,), with those of the next cut, had nothing been corrected, where earlier parts tell
@@ -97,8 +102,8 @@ def fit_profile(
 ) -> ProfileErrorModel:
     """Fits straight lines on lines, constrained cubic splines on arcs, joined at the junctions [6517 §2–4, 6811 §3].
 
-    Features without a touch follow their tangent neighbours, else what the same contact angle did elsewhere (module
-    `untouched`); one touch gives a constant. Curves are fitted with equal weights: the scatter of the cut (about 1 µm)
+    Features without a touch have what all touches and readings together show (module `prior.from_state`); one touch
+    gives a constant. Curves are fitted with equal weights: the scatter of the cut (about 1 µm)
     hides the differences of the touches' own uncertainty. With a nose model from other parts, each arc gets whichever
     of the two predicts its touches better, left out one at a time. Arcs of which earlier parts of the edge tell enough
     have their curves from there (module `remembered`), with these touches among what is known. Touches that are bad
@@ -112,15 +117,17 @@ def fit_profile(
     kept = np.setdiff1d(np.arange(len(vectors.point)), [one.position for one in suspects if one.left_out])
     good = vectors if len(kept) == len(vectors.point) else vectors.chosen(kept)
     on_part, unused = _nose(profile, good, nose)
-    fits, choices = fit_chains(profile, good, options, on_part, remembered=remembered)
+    state = cache(partial(part_state, profile, good))
+    fits, choices = fit_chains(profile, good, options, on_part, state, remembered=remembered)
     fitted = with_likeness(finish(fits, good), good, options.alike_over_mm)
     free = fitted
     if options.junctions == TangentPolicy.PATH:
         with_kinks = replace(options, junctions=TangentPolicy.PART)
-        free = finish(fit_chains(profile, good, with_kinks, on_part, remembered=remembered)[0], good)
+        free = finish(fit_chains(profile, good, with_kinks, on_part, state, remembered=remembered)[0], good)
     curves = tuple(_curves(profile, good, fitted, options))
     drawn_out = [note for i, curve in enumerate(curves) if len(vectors.of_feature(i)) for note in _drawn_out(curve)]
     residual, left_out = _by_touch(vectors, curves, kept, fitted)
+    close = [i for i in fitted.touches_mm2 if fitted.scatter_mm[i] > 0.0]
     groups = [kept[good.of_feature(i)] for i in range(len(profile.features))]
     return ProfileErrorModel(
         profile=profile,
@@ -137,9 +144,10 @@ def fit_profile(
         tangency=tangencies(profile, free, options.junctions),
         scatter_mm=max(fitted.scatter_mm.values()),
         degrees_of_freedom=fitted.degrees_of_freedom,
-        correlation=_correlation(len(vectors.point), kept, fitted),
+        correlation=block_diag(np.zeros((0, 0)), *(fitted.touches_mm2[i] / fitted.scatter_mm[i] ** 2 for i in close)),
         notes=(*unused, *(note for fit in fitted.fits.values() for note in fit.notes), *drawn_out),
         choices=choices,
+        correlated=np.concatenate([np.zeros(0, dtype=np.intp), *(kept[fitted.fits[i].touches] for i in close)]),
     )
 
 
@@ -221,17 +229,6 @@ def _by_touch(
         residual[kept[fit.touches]] = fit.residual_mm
         left_out[kept[fit.touches]] = fit.leave_one_out_mm
     return residual, left_out
-
-
-def _correlation(touches: int, kept: NDArray[np.intp], fitted: FittedChains) -> Array:
-    """Returns the correlation of the touches' scatter, per unit variance about their curve, (n, n)."""
-    found = np.zeros((touches, touches))
-    found[np.diag_indices(touches)] = 1.0
-    for i, covariance_mm2 in fitted.touches_mm2.items():
-        rows = kept[fitted.fits[i].touches]
-        if fitted.scatter_mm[i] > 0.0:
-            found[np.ix_(rows, rows)] = covariance_mm2 / fitted.scatter_mm[i] ** 2
-    return found
 
 
 def _rms_of_known(values: Array) -> float:

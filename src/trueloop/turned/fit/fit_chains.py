@@ -1,13 +1,12 @@
 """All chains of a profile, in the order in which they prescribe to each other.
 
-Touched lines come first; touched arcs take their end values (and slopes, under the policy PATH) from them; lines
-without a touch follow the arcs they are tangent to; what is left is expected from the other features
-(`untouched_fit`). Where gauges were read, all chains without a touch have their curves from the readings
-(`gauged_fit`). Arcs that earlier parts of the edge tell have their curves from there (`remembered_fit`), in the place
-of all these.
+Touched lines come first; touched arcs take their end values (and slopes, under the policy PATH) from them; chains
+without a touch have what all touches and readings together show (`prior.from_state`), through the values of touched
+tangent neighbours. Chains that earlier parts of the edge show have their curves from there (`prior.remembered_fit`), in
+the place of all these.
 """
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -21,11 +20,10 @@ from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, choose
 from trueloop.turned.fit.conditions import chain_conditions
 from trueloop.turned.fit.line_fit import fit_lines
 from trueloop.turned.fit.options import FitOptions
-from trueloop.turned.fit.prior.gauged_fit import fit_gauged, is_supported
-from trueloop.turned.fit.prior.part_state import part_state
+from trueloop.turned.fit.prior.from_state import fit_from_state
+from trueloop.turned.fit.prior.part_state import PartState
 from trueloop.turned.fit.prior.remembered import Remembered
 from trueloop.turned.fit.prior.remembered_fit import fit_remembered
-from trueloop.turned.fit.prior.untouched_fit import fit_untouched
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -38,37 +36,29 @@ def fit_chains(
     vectors: ErrorVectors,
     options: FitOptions,
     nose: NoseOnPart | None,
+    state: Callable[[], PartState],
     known: Known | None = None,
     remembered: Remembered | None = None,
 ) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
-    """Fits of every chain by its index, in the profile's order, and the choices between own curve and nose model."""
-    chains = chains_of(profile)
-    fits, choices = fit_touched(profile, vectors, options, nose, known, remembered)
-    if vectors.seen:
-        return _with_gauged(profile, vectors, options, fits), choices
-    for i in sorted(set(range(len(chains))) - set(fits), key=lambda i: chains[i].curved):
-        conditions, sources = chain_conditions(profile, chains, i, fits, options)
-        own = fit_untouched(profile, chains[i], vectors, conditions, sources, fits)
-        fits[i] = _recalled(profile, vectors, own, options, remembered) or own
-    return {i: fits[i] for i in range(len(chains))}, choices
+    """Fits of every chain by its index, in the profile's order, and the choices between own curve and nose model.
 
-
-def _with_gauged(
-    profile: Profile, vectors: ErrorVectors, options: FitOptions, touched: dict[int, ChainFit]
-) -> dict[int, ChainFit]:
-    """Returns the fits of all chains: those without a touch take values from touched neighbours alone, else from
-    readings.
+    `state` makes that of the part: called where some chain has no touch, or readings were taken.
     """
-    chains, state = chains_of(profile), part_state(profile, vectors)
+    chains = chains_of(profile)
+    touched, choices = fit_touched(profile, vectors, options, nose, known, remembered)
     fits, tangent = dict(touched), replace(options, junctions=TangentPolicy.PATH)
-    for i in sorted(set(range(len(chains))) - set(touched), key=lambda i: chains[i].curved):
+    rest = sorted(set(range(len(chains))) - set(touched), key=lambda i: chains[i].curved)
+    for i in rest:
         of_touched = chain_conditions(profile, chains, i, touched, options)
         ends = chain_conditions(profile, chains, i, fits, tangent)[0] if chains[i].curved else of_touched[0]
-        supported = is_supported(profile, chains[i], vectors, state)
         bends = not set(_names(profile, chains[i])).intersection(options.straight)
-        fits[i] = fit_gauged(profile, chains[i], vectors, state, ends, of_touched, supported, bends)
-    fits[0] = replace(fits[0], notes=(*fits[0].notes, *state.contradicted()))
-    return {i: fits[i] for i in range(len(chains))}
+        own = fit_from_state(profile, chains[i], state(), ends, of_touched, fits, bends)
+        conditions, sources = chain_conditions(profile, chains, i, fits, options)
+        beside = replace(own, fit=replace(own.fit, conditions=conditions), sources=sources)
+        fits[i] = _recalled(profile, vectors, beside, options, remembered) or own
+    if vectors.seen:
+        fits[0] = replace(fits[0], notes=(*fits[0].notes, *state().contradicted()))
+    return {i: fits[i] for i in range(len(chains))}, choices
 
 
 def fit_touched(

@@ -18,8 +18,8 @@ from trueloop.turned.fit.chain_fit import ChainFit, touches_of
 from trueloop.turned.fit.knots import Knots, fit_determined, joint_repeats
 from trueloop.turned.fit.next_cut import NextCut
 from trueloop.turned.fit.nose_curve import carried
+from trueloop.turned.fit.prior.from_state import name_of, root_of
 from trueloop.turned.fit.prior.remembered import Remembered, angles_along
-from trueloop.turned.fit.prior.untouched_fit import name_of, root_of
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um, wording
