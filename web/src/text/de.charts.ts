@@ -72,7 +72,7 @@ export const charts: Record<keyof typeof english, string> = {
   "machine.calibrations.none": "Noch wurde keine Kalibrierung gemeldet.",
   "machine.calibrated": "Der Taster wurde jetzt kalibriert",
   "machine.corrector": "Korrektor, live",
-  "machine.corrector.none": "Niemand sagt, was der Korrektor tut: neben der Maschine trueloop realtime watch --cell starten.",
+  "machine.corrector.none": "Der Zustand des Korrektors ist unbekannt: neben der Maschine trueloop realtime watch --cell starten.",
   "machine.correction": "{axis}: Korrektur",
   "machine.command": "Sollwert",
   "machine.signals": "Signale",

@@ -11,7 +11,7 @@ export const de: Record<Key, string> = {
   "more": "Mehr zeigen",
   "skip": "Zum Inhalt",
   "age.ago": "vor {age}",
-  "age.never": "nie gehört",
+  "age.never": "unbekannt",
   "contact.live": "live {at}",
   "contact.lost": "seit {age} kein Kontakt; Werte von {at}",
   "problem.provider": "Der Identitätsanbieter hat Sie nicht angemeldet.",
@@ -231,8 +231,8 @@ export const de: Record<Key, string> = {
   "state.running": "läuft",
   "state.done": "fertig",
 
-  "verdict.in": "gut",
-  "verdict.out": "außerhalb",
+  "verdict.in": "in den Grenzen",
+  "verdict.out": "außerhalb der Grenzen",
   "key.left": "+ rot: Werkstoff stehen geblieben",
   "key.taken": "− blau: zu viel abgetragen",
 

@@ -70,7 +70,7 @@ export const charts = {
   "machine.calibrations.none": "No calibration was told yet.",
   "machine.calibrated": "The probe was calibrated now",
   "machine.corrector": "Corrector, live",
-  "machine.corrector.none": "Nothing tells what the corrector does: run trueloop realtime watch --cell beside the machine.",
+  "machine.corrector.none": "The state of the corrector is unknown: run trueloop realtime watch --cell beside the machine.",
   "machine.correction": "{axis}: correction",
   "machine.command": "command",
   "machine.signals": "signals",

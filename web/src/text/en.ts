@@ -10,7 +10,7 @@ export const en = {
   "more": "Show more",
   "skip": "To the content",
   "age.ago": "{age} ago",
-  "age.never": "never heard of",
+  "age.never": "unknown",
   "contact.live": "live {at}",
   "contact.lost": "no contact for {age}; values of {at}",
   "problem.provider": "The identity provider did not sign you in.",
@@ -75,7 +75,7 @@ export const en = {
   "made.rejected": "rejected",
   "made.cpk": "{count, plural, one {# part} other {# parts}}, {low} … {high} (95 %)",
   "made.cpk.few": "{count, plural, one {# part} other {# parts}}; it needs {needed}",
-  "made.cpk.equal": "{count, plural, one {# part} other {# parts}}, all equal: nothing to say",
+  "made.cpk.equal": "{count, plural, one {# part} other {# parts}}, all equal: no capability",
 
   "action.decide": "decide",
   "action.review": "review",
@@ -230,8 +230,8 @@ export const en = {
   "state.running": "running",
   "state.done": "done",
 
-  "verdict.in": "in",
-  "verdict.out": "out",
+  "verdict.in": "within limits",
+  "verdict.out": "out of limits",
   "key.left": "+ red: material left on",
   "key.taken": "− blue: too much taken",
 

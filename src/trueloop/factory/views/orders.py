@@ -26,7 +26,7 @@ class Waiting:
 
 @dataclass(frozen=True)
 class MachineNow:
-    """What a machine does, as last heard at `at`; None: never heard of. `stale`: longer ago than its limit."""
+    """What a machine does, as last heard at `at`; None: unknown. `stale`: longer ago than its limit."""
 
     name: str
     at: datetime | None
