@@ -2,11 +2,13 @@
 
 from decimal import Decimal
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.nc.edit.changes import verify_written
 from trueloop.nc.edit.edit import (
     Edit,
     apply_edits,
@@ -268,3 +270,24 @@ def test_who_writes_u_on_a_lathe_is_not_told_to_write_g90_which_cuts() -> None:
         displace_word(program, word, -0.0072989204, CoordinateState(inch=False, diameter=True))
     assert refused.value.message == "U10. is an increment: moving it by -0.007299 mm would move all that follows"
     assert refused.value.hint == "program the contour by positions: X in place of U"
+
+
+WRITTEN = "G21 G90 G17\nG1 X10. F100.\nG2 I5.\nG1 X0.\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("X10.", "X10.001", "line 2 of the written program ends 1.00 µm from"),
+        ("I5.", "I5.002", "line 3 of the written program ends 2.00 µm from"),
+        ("G1 X0.", "G0 X0.", "line 4 of the written program makes another move"),
+        ("G1 X0.", "G1 X0. F90.", "line 4 of the written program has another feed"),
+    ],
+)
+def test_a_move_that_is_written_otherwise_is_named(old: str, new: str, what: str) -> None:
+    before, after = (read_program(text.encode(), "fanuc-mill").run() for text in (WRITTEN, WRITTEN.replace(old, new)))
+    moves, every = np.arange(len(before)), np.full((len(before), 3), True)
+    verify_written(before, before, (moves, moves), before.end_mm, every, allowed_mm=1e-9)
+    with pytest.raises(TrueloopError, match=what) as refused:
+        verify_written(before, after, (moves, moves), before.end_mm, every, allowed_mm=0.5e-3)
+    assert refused.value.code is Code.CMP_READ_BACK

@@ -34,7 +34,7 @@ def test_the_read_back_of_an_inch_program_allows_two_steps_of_an_inch_program(mo
 
     monkeypatch.setattr(surface_program, "apply_edits", written_wrongly)
     inch = read_program(b"G20 G90 G94 G17\nG0 X0.1 Y0.4000 Z0.2\nG1 Z0 F4.\nX0.7\nG0 Z0.2\nM30\n", "fanuc-mill")
-    with pytest.raises(TrueloopError, match=r"a move of the written program ends 25\.40 µm from") as told:
+    with pytest.raises(TrueloopError, match=r"of the written program ends 25\.40 µm from") as told:
         corrected_program(inch, FLAT, FLAT, BALL, "0123456789abcdef")
     assert told.value.code is Code.CMP_READ_BACK
 

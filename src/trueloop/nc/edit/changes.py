@@ -2,10 +2,15 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.domain.record import ChangedWord
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit.edit import Edit
 from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import Motion, ToolPath
+from trueloop.units import UM_PER_MM
 
 
 def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:
@@ -23,3 +28,36 @@ def not_as_intended(message: str) -> TrueloopError:
     return Code.CMP_READ_BACK.refusal(
         message, hint="nothing was written; please report the program, this should not happen"
     )
+
+
+def verify_written(
+    before: ToolPath,
+    after: ToolPath,
+    moves: tuple[Integers, Integers],
+    wanted_mm: Array,
+    checked: Flags,
+    *,
+    allowed_mm: float,
+) -> None:
+    """Refuses a written program, run again as `after`, of which a move is not the source's (`before`) or ends elsewhere
+    than intended.
+
+    `moves`: those of the source and of the written program that stand for each other, (n,) each. `wanted_mm` (n, 3):
+    where they are to end, compared along the axes that `checked` (n, 3) has. The centres of arcs stay.
+    """
+    old, new = moves
+    off = np.where(checked, np.abs(after.end_mm[new] - wanted_mm), 0.0).max(axis=1, initial=0.0)
+    arcs = np.flatnonzero(before.motion[old] == Motion.ARC)
+    centres = np.abs(after.centre_mm[new[arcs]] - before.centre_mm[old[arcs]]).max(axis=1, initial=0.0)
+    off[arcs] = np.maximum(off[arcs], centres)
+    others = before.motion[old] != after.motion[new]
+    fed = ~np.isclose(before.feed[old], after.feed[new], rtol=0.0, atol=0.0, equal_nan=True)
+    for wrong, what in (
+        (others, "makes another move than the source"),
+        (~(off <= allowed_mm), "ends {off:.2f} µm from where it was to end"),
+        (fed, "has another feed than the source"),
+    ):
+        if np.any(wrong):
+            worst = int(np.argmax(np.where(wrong, np.nan_to_num(off, nan=np.inf), -1.0)))
+            text = what.format(off=float(off[worst]) * UM_PER_MM)
+            raise not_as_intended(f"the move of line {after.line[new[worst]]} of the written program {text}")

@@ -18,7 +18,7 @@ from trueloop.arrays import Array, Flags, Integers
 from trueloop.domain.record import ChangedWord, check_uncorrected, marks_of_record
 from trueloop.errors import Code
 from trueloop.geometry.surface import Surface, closest
-from trueloop.nc.edit.changes import changes, not_as_intended
+from trueloop.nc.edit.changes import changes, not_as_intended, verify_written
 from trueloop.nc.edit.edit import (
     Edit,
     apply_edits,
@@ -329,7 +329,7 @@ def _read_back(
     """The written program run again: every move must end where it was to end, at the feed it had."""
     new = sum(map(len, between.values()))
     allowed = ROUNDING_STEPS * program.dialect.step_mm(bool(np.any(path.inch)))
-    if len(again) != len(path) + new or np.any(again.motion[at] != path.motion):
+    if len(again) != len(path) + new:
         raise not_as_intended(f"the written program has {len(again)} moves instead of {len(path) + new}")
     for move, points in between.items():
         found = again.end_mm[at[move] - len(points) : at[move]]
@@ -339,10 +339,4 @@ def _read_back(
     left_alone = (_held_end(path, move, held) for move in range(len(path)))
     wanted = np.array([ends.get(move, end) for move, end in enumerate(left_alone)]).reshape(-1, 3)
     checked = (path.word >= 0) | np.isin(np.arange(len(path)), list(ends))[:, None]
-    off = float(np.max(np.abs(again.end_mm[at] - wanted)[checked], initial=0.0))
-    if off > allowed:
-        raise not_as_intended(f"a move of the written program ends {off * UM_PER_MM:.2f} µm from where it was to end")
-    if not np.array_equal(again.feed[at], path.feed, equal_nan=True):
-        raise not_as_intended(
-            f"the written program changes the feed of {np.count_nonzero(again.feed[at] != path.feed)} moves"
-        )
+    verify_written(path, again, (np.arange(len(path)), at), wanted, checked, allowed_mm=allowed)

@@ -12,7 +12,7 @@ from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, Finding, Place
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
-from trueloop.nc.edit.changes import not_as_intended
+from trueloop.nc.edit.changes import not_as_intended, verify_written
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.contour import CentrePiece, reaches_mm
@@ -151,25 +151,15 @@ def check_rest(
     `images` are the written moves of each of the source; `twins` the moves that blocks of the contour make again, each
     with the move of the contour that it repeats: what is written for both has to be the same.
     """
-    for old, image in enumerate(images):
-        if old in moves:
-            continue
+    rest = [old for old in range(len(images)) if old not in moves]
+    for old in rest:
         if (twin := twins.get(old)) is not None:
-            _require_alike(after, image, images[twin])
-            continue
-        (new,) = image
-        moved = np.abs(before.end_mm[old] - after.end_mm[new])
-        inherited = np.asarray(before.word[old]) < 0
-        stands = before.end_mm[old] == before.start_mm[old]  # an increment of nothing (G28 U0) says nothing
-        if before.motion[old] != after.motion[new] or np.any(moved[~inherited & ~stands] > SAME_MM):
-            raise not_as_intended(
-                f"line {after.line[new]} ends {float(np.max(moved)) * UM_PER_MM:.2f} µm from where the source ended"
-            )
-        off = float(np.max(np.abs(before.centre_mm[old] - after.centre_mm[new]), initial=0.0))
-        if before.motion[old] == Motion.ARC and off > SAME_MM:
-            raise not_as_intended(
-                f"the arc of line {after.line[new]} has its centre {off * UM_PER_MM:.2f} µm off the source's"
-            )
+            _require_alike(after, images[old], images[twin])
+    kept = np.array([old for old in rest if old not in twins], dtype=np.intp)
+    written = np.array([images[old].start for old in kept], dtype=np.intp)
+    named = np.asarray(before.word[kept]) >= 0
+    stands = before.end_mm[kept] == before.start_mm[kept]  # an increment of nothing (G28 U0) says nothing
+    verify_written(before, after, (kept, written), before.end_mm[kept], named & ~stands, allowed_mm=SAME_MM)
 
 
 def _require_alike(path: ToolPath, moves: range, others: range) -> None:
