@@ -69,13 +69,21 @@ def test_a_return_by_increments_ends_at_the_same_place(tmp_path: Path, back: lis
     assert body(tmp_path, "\n".join([*cut, *back, "M30"]) + "\n", "fanuc-lathe")[5:-1] == written
 
 
+LOOP = (
+    "G21 G50 X200. Z300.\n#1=0\nWHILE [#1 LT 2] DO1\nG00 X40. Z2.\nG01 Z-30. F0.2\nG00 X44.\n{}#1=#1+1\nEND1\n{}M30\n"
+)
+
+
+def test_a_return_behind_a_loop_stays(tmp_path: Path) -> None:
+    """Blocks behind the loop run once, after all others."""
+    written = body(tmp_path, LOOP.format("", "G00 U156.\nZ300.\n"), "fanuc-lathe")
+    assert written[3:6] == ["G00 X40.200 Z1.750", "G01 Z-30.250 F0.2", "G00 X44.200"]
+    assert written[-3:] == ["G00 U155.800", "Z300.", "M30"]
+
+
 def test_a_return_within_a_loop_is_refused(tmp_path: Path) -> None:
     """Blocks that run again do not show which one is the last: the next part would begin beside this one's place."""
-    source = (
-        "G21 G50 X200. Z300.\n#1=0\nWHILE [#1 LT 2] DO1\nG00 X40. Z2.\nG01 Z-30. F0.2\nG00 X44.\nX200. Z300.\n"
-        "#1=#1+1\nEND1\nM30\n"
-    )
-    error = refused(mapped, tmp_path, source, SHIFT, "fanuc-lathe")
+    error = refused(mapped, tmp_path, LOOP.format("X200. Z300.\n", ""), SHIFT, "fanuc-lathe")
     assert (error.code, error.place.line) == (Code.NC_MAP, 7)
     assert "0.25000 mm off the place at which it sets its coordinates" in error.message
 
@@ -119,6 +127,21 @@ def test_an_osp_file_begins_with_its_name_and_its_arcs_keep_their_radius(tmp_pat
     grown = similarity_field(scale=1.005)
     written = mapped(tmp_path, source, grown, "okuma-lathe", options)[0].splitlines()
     assert "G03 X44.220 Z-2.010 L2.010" in written
+
+
+CALLED = "OMAIN\nG90 G95 G00 X40 Z2\nCALL OSUB\nG00 X50\nCALL O7\nM02\nOSUB\nG01 Z-30 F0.2\nRTS\nO7\nG01 X60\nRTS\n"
+
+
+def test_programs_that_an_osp_calls_by_name_are_run_and_displaced(tmp_path: Path) -> None:
+    """A program ends with RTS. What stands behind the name, and a program that is not in the file, is not followed."""
+    options = MapOptions(limit_mm=np.inf, slope=np.inf, unit="mm")
+    path = read_program(CALLED.encode(), "okuma-lathe", unit="mm").run()
+    assert path.end_mm[:, [0, 2]].tolist() == [[20.0, 2.0], [20.0, -30.0], [25.0, -30.0], [30.0, -30.0]]
+    moved = ["G90 G95 G00 X40.200 Z1.750", "CALL OSUB", "G00 X50.200", "CALL O7", "M02", "OSUB", "G01 Z-30.250 F0.2"]
+    assert body(tmp_path, CALLED, "okuma-lathe", options) == ["OMAIN", *moved, "RTS", "O7", "G01 X60.200", "RTS"]
+    for other in ("CALL OSUB Q2", "CALL OSUB D=5", "CALL OGONE"):
+        error = refused(mapped, tmp_path, CALLED.replace("CALL OSUB", other), SHIFT, "okuma-lathe", options)
+        assert (error.code, error.place.line) == (Code.NC_OPAQUE, 3)
 
 
 @pytest.mark.corpus

@@ -75,6 +75,10 @@ pub(crate) fn ways(
     let registers = registers(program, roles);
     let Some(sections) = sections(program, path, &registers, is_set) else {
         let place = known.place.or_else(|| first_place(program, path, &registers));
+        if let Some(place) = place.filter(|place| last && path.end.last().is_some_and(|end| is_at(end, place))) {
+            let named = place.map(|at| !at.is_nan());
+            keep_way(program, path, roles, &mut ways, run_in_order(path)..path.len(), (named, Some(place)));
+        }
         *known = Register { place, named: None, has_cut: true, cut_before: true };
         return ways;
     };
@@ -123,6 +127,17 @@ fn registers(program: &Program, roles: &HashMap<usize, Role>) -> Vec<usize> {
     let mut registers: Vec<usize> = roles.keys().copied().filter(sets).collect();
     registers.sort_unstable();
     registers
+}
+
+/// The first of the moves at the end of a path whose blocks are the main program's and come behind all that ran before.
+fn run_in_order(path: &ToolPath) -> usize {
+    let mut latest: Vec<usize> = (0..path.len()).map(|index| main_block(path, index)).collect();
+    (1..latest.len()).for_each(|index| latest[index] = latest[index].max(latest[index - 1]));
+    let in_order = |index: &usize| {
+        let before = index.checked_sub(1).map(|before| latest[before]);
+        path.call[*index] < 0 && before < Some(path.block[*index] as usize)
+    };
+    (0..path.len()).rev().take_while(in_order).last().unwrap_or(path.len())
 }
 
 /// What the first setting of the register called the place of the tool, in a program whose blocks run in any order.

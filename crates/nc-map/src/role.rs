@@ -61,7 +61,9 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
                 | G::Removal(_)
                 | G::DiameterByWord,
             ) => Role::Data,
-            Some(G::OpaqueCycle | G::DefineCycle(None) | G::OpaqueMotion | G::OpaqueBlock) => Role::Cycle,
+            Some(G::OpaqueCycle | G::DefineCycle(None) | G::OpaqueMotion | G::OpaqueBlock | G::CallNamed) => {
+                Role::Cycle
+            }
             _ => continue,
         };
         let block = program.block_at(word.start as usize);

@@ -1,8 +1,8 @@
 //! What controls make of the same words: rules and codes of each, from `controls.tsv`, which names the evidence.
 
 use crate::dialect::G;
-use crate::modal::{FeedMode, Motion, SpindleMode};
-use crate::pass::Pass;
+use crate::modes::modal::{FeedMode, Motion, SpindleMode};
+use crate::turning::pass::Pass;
 
 include!(concat!(env!("OUT_DIR"), "/controls.rs"));
 

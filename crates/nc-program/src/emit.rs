@@ -1,12 +1,12 @@
 //! Moves are added to the path, and blocks that were executed noted for whoever writes the program anew: all that a block
 //! does besides moving depends on them.
 
-use crate::arc::Circle;
-use crate::contouring::Turn;
 use crate::finding;
-use crate::modal::{FeedMode, Modal, Plane};
+use crate::modes::modal::{FeedMode, Modal, Plane};
 use crate::path::{Arc, MoveKind, INHERITED};
 use crate::run::Runner;
+use crate::shapes::arc::Circle;
+use crate::shapes::contouring::Turn;
 
 impl Runner<'_> {
     /// A straight move.

@@ -3,12 +3,12 @@
 use std::cell::OnceCell;
 use std::f64::consts::SQRT_2;
 
-use crate::asked::lengths;
 use crate::dialect::{Dialect, FlowStyle};
 use crate::finding::{self, Finding, Severity};
-use crate::labels::{called, Labels};
+use crate::order::labels::{called, Labels};
 use crate::path::{Arc, ToolPath};
-use crate::program::{Program, Word, WordKind};
+use crate::reading::program::{Program, Word, WordKind};
+use crate::values::asked::lengths;
 
 /// Unknown words and codes, words twice in a block, numbers oddly written. At most `finding::MOST`.
 pub fn lint(program: &Program) -> Vec<Finding> {

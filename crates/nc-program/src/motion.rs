@@ -2,16 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use crate::arc::{self, Circle, Point};
+use crate::compensation::offset::minus;
 use crate::controls::MachineIncrements;
-use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::dialect::{FlowStyle, G};
 use crate::finding;
-use crate::modal::{Compensation, FeedMode, Motion};
-use crate::offset::minus;
+use crate::modes::modal::{Compensation, FeedMode, Motion};
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
-use crate::request::Request;
 use crate::run::{Runner, AXES};
+use crate::shapes::arc::{self, Circle, Point};
+use crate::shapes::curve::{POLAR_ANGLE, POLAR_RADIUS};
 
 /// Offsets of the arc centre, in order of axis index.
 const CENTRES: [u8; 3] = *b"IJK";

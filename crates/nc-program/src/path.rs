@@ -1,10 +1,10 @@
 //! The tool path: moves with their geometry and where each comes from.
 
+use crate::drilling::hole::Drilled;
+use crate::drilling::hole_places::Placed;
 use crate::emit::Executed;
-use crate::hole::Drilled;
-use crate::hole_places::Placed;
-use crate::modal::Modal;
-use crate::program::Program;
+use crate::modes::modal::Modal;
+use crate::reading::program::Program;
 
 /// What a move is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

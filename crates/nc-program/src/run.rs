@@ -2,21 +2,21 @@
 
 use std::cell::OnceCell;
 
-use crate::compensate::compensated;
+use crate::compensation::compensate::compensated;
 use crate::dialect::FlowStyle;
 use crate::finding::{self, Finding, Severity};
-use crate::flow::Table;
-use crate::labels::Labels;
-use crate::letters::Letters;
 use crate::lint::require_sound;
-use crate::modal::Modal;
-use crate::parameters::Key;
+use crate::modes::modal::Modal;
+use crate::modes::request::Request;
+use crate::modes::state::State;
+use crate::modes::tool::Tool;
+use crate::order::flow::Table;
+use crate::order::labels::Labels;
+use crate::order::visit::Visit;
 use crate::path::ToolPath;
-use crate::program::{Block, Program};
-use crate::request::Request;
-use crate::state::State;
-use crate::tool::Tool;
-use crate::visit::Visit;
+use crate::reading::letters::Letters;
+use crate::reading::program::{Block, Program};
+use crate::values::parameters::Key;
 
 /// Axis letters, in order of index.
 pub(crate) const AXES: [u8; 3] = *b"XYZ";

@@ -1,16 +1,16 @@
 //! A run in parts: a program too large to be held is read some lines at a time, and the state goes on from part to part.
 
-use crate::contouring::{CORNERS, EVERY_ROUND};
 use crate::dialect::{FlowStyle, G, M};
 use crate::finding::Finding;
-use crate::flow::Table;
-use crate::letters::Letters;
 use crate::lint::require_sound;
-use crate::modal::Motion;
+use crate::modes::modal::Motion;
+use crate::modes::state::State;
+use crate::order::flow::Table;
 use crate::path::ToolPath;
-use crate::program::{Program, Word, WordKind};
+use crate::reading::letters::Letters;
+use crate::reading::program::{Program, Word, WordKind};
 use crate::run::{Options, Runner};
-use crate::state::State;
+use crate::shapes::contouring::{CORNERS, EVERY_ROUND};
 
 /// A run in parts. Only of programs of which no block [`jumps`]: a part knows nothing of the others' blocks.
 #[derive(Debug)]
@@ -72,7 +72,7 @@ fn word_jumps(program: &Program, word: &Word) -> bool {
         (WordKind::Number, b'L') => dialect.flow == FlowStyle::Structured,
         // An arc that leaves as the move before arrives, or goes about a pole: either may be of another part.
         (WordKind::Name, _) => match program.code(word) {
-            Some(G::Motion(Motion::Tangent)) => true,
+            Some(G::Motion(Motion::Tangent) | G::CallNamed) => true,
             // The heights of its holes are said where it is defined.
             Some(G::HoleCycle(_) | G::Pattern(_) | G::ModalCycle | G::DefineCycle(Some(_))) => true,
             Some(G::Pole(_)) => dialect.about_pole,

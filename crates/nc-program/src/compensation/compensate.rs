@@ -7,13 +7,13 @@
 //! tool leaves from where it stands. Compensation acts in the plane of arcs, G17 or G18; along the third axis, and
 //! where nothing is compensated, the path is the programmed one.
 
-use crate::arc::{self, Point};
+use crate::compensation::offset::{dot, minus, plus, Planar};
 use crate::finding::{self, Finding, Severity};
-use crate::modal::{Compensation, Modal};
-use crate::offset::{dot, minus, plus, Planar};
+use crate::modes::modal::{Compensation, Modal};
+use crate::modes::tool::{Cutter, Tool};
 use crate::path::{Arc, Caller, ToolPath, INHERITED};
-use crate::program::Program;
-use crate::tool::{Cutter, Tool};
+use crate::reading::program::Program;
+use crate::shapes::arc::{self, Point};
 
 /// Turns below this (rad) are no corner to LinuxCNC, and by no more may an arc become longer than programmed.
 pub(crate) const NO_CORNER: f64 = 0.05;

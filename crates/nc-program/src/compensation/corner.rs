@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use crate::arc::{self, Point};
-use crate::compensate::{Active, Compensator, NO_CORNER};
+use crate::compensation::compensate::{Active, Compensator, NO_CORNER};
+use crate::compensation::offset::{cross, dot, meeting, minus, unit, Piece, Planar};
 use crate::finding;
-use crate::offset::{cross, dot, meeting, minus, unit, Piece, Planar};
 use crate::path::MoveKind;
+use crate::shapes::arc::{self, Point};
 
 impl Compensator<'_> {
     /// A move under compensation after the first one.

@@ -1,11 +1,11 @@
 //! Compensation begins and ends: the moves onto the contour and off it.
 
-use crate::arc::Point;
-use crate::compensate::{Active, Compensator, Way};
+use crate::compensation::compensate::{Active, Compensator, Way};
+use crate::compensation::offset::{minus, plus, unit, Planar};
 use crate::finding;
-use crate::modal::{Compensation, Modal, Plane};
-use crate::offset::{minus, plus, unit, Planar};
-use crate::tool;
+use crate::modes::modal::{Compensation, Modal, Plane};
+use crate::modes::tool;
+use crate::shapes::arc::Point;
 
 impl Compensator<'_> {
     /// Starts or ends compensation where the state of the next move says so.

@@ -1,8 +1,8 @@
 //! Moves in the plane in which compensation acts, and where the paths of a tool's centre along two neighbouring pieces
 //! meet.
 
-use crate::arc::Point;
 use crate::path::Arc;
+use crate::shapes::arc::Point;
 
 /// The path of the centre along one piece.
 #[derive(Clone, Copy, Debug)]

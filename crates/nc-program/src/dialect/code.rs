@@ -1,14 +1,14 @@
 //! What G and M codes mean. The runner knows these meanings, no control's numbers.
 
-use crate::curve::PoleFrom;
-use crate::drill::Drill;
-use crate::hole_places::Pattern;
-use crate::lap::Lap;
-use crate::modal::{Compensation, FeedMode, Motion, Plane, SpindleMode};
-use crate::pass::Pass;
-use crate::profile_cycle::Profile;
-use crate::removal::Removal;
-use crate::rough::Rough;
+use crate::drilling::drill::Drill;
+use crate::drilling::hole_places::Pattern;
+use crate::modes::modal::{Compensation, FeedMode, Motion, Plane, SpindleMode};
+use crate::shapes::curve::PoleFrom;
+use crate::turning::lap::Lap;
+use crate::turning::pass::Pass;
+use crate::turning::profile_cycle::Profile;
+use crate::turning::removal::Removal;
+use crate::turning::rough::Rough;
 
 /// What a G code means.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -167,6 +167,8 @@ pub enum G {
     Preset,
     /// A place of the machine counted from a point of its builder's.
     BuilderCoordinates,
+    /// Runs the program of this file whose name stands behind it: CALL of OSP.
+    CallNamed,
     /// Without influence on the path.
     Inert,
 }

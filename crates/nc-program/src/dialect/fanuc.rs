@@ -8,10 +8,10 @@ use super::{
     ToolOffset, G, M, PLAIN,
 };
 use crate::controls;
-use crate::drill::Drill;
-use crate::modal::{FeedMode, Modal, Motion, Plane};
-use crate::pass::Pass;
-use crate::rough::Rough;
+use crate::drilling::drill::Drill;
+use crate::modes::modal::{FeedMode, Modal, Motion, Plane};
+use crate::turning::pass::Pass;
+use crate::turning::rough::Rough;
 
 /// Turning, code system A: X, Z absolute, U, W increments, G98/G99 feed a minute and a revolution.
 pub const FANUC_LATHE: Dialect = Dialect {
@@ -66,7 +66,7 @@ const CONTOUR_CONTROL: G = G::Setting(b'Q', &[0.0, 1.0, 2.0, 3.0]);
 const HIGH_PRECISION: G = G::Setting(b'P', &[0.0, 10000.0]);
 
 /// Codes that turning and milling share.
-pub(super) fn common(tenths: u16) -> Option<G> {
+pub(crate) fn common(tenths: u16) -> Option<G> {
     Some(match tenths {
         310 => G::Motion(Motion::Probe),
         40 => G::Dwell,
@@ -114,7 +114,7 @@ fn lathe(tenths: u16) -> Option<G> {
     })
 }
 
-pub(super) fn lathe_a(tenths: u16) -> Option<G> {
+pub(crate) fn lathe_a(tenths: u16) -> Option<G> {
     Some(match tenths {
         330 => return None,
         500 => G::SetRegister,
@@ -140,7 +140,7 @@ fn lathe_b(tenths: u16) -> Option<G> {
     })
 }
 
-pub(super) fn mill(tenths: u16) -> Option<G> {
+pub(crate) fn mill(tenths: u16) -> Option<G> {
     Some(match tenths {
         330 => G::Motion(Motion::Thread),
         430 => G::ToolTableOffset(true),
@@ -166,7 +166,7 @@ pub(super) fn mill(tenths: u16) -> Option<G> {
 }
 
 /// Most M codes are the machine builder's: none of them moves an axis of the path.
-pub(super) fn m_code(number: u16) -> Option<M> {
+pub(crate) fn m_code(number: u16) -> Option<M> {
     match number {
         2 | 30 => Some(M::End),
         6 => Some(M::ChangeTool),

@@ -5,7 +5,7 @@
 
 use super::{common_classes, usual, Class, Dialect, Letters, Naming, Parameters, G, M, PLAIN};
 use crate::controls;
-use crate::modal::{Modal, Plane};
+use crate::modes::modal::{Modal, Plane};
 
 /// The dialect.
 pub const GE2000T: Dialect = Dialect {

@@ -3,8 +3,8 @@
 use super::fanuc::{lathe_a, m_code, mill, FANUC_LATHE, FANUC_MILL};
 use super::{Dialect, G, M};
 use crate::controls;
-use crate::drill::Drill;
-use crate::modal::Modal;
+use crate::drilling::drill::Drill;
+use crate::modes::modal::Modal;
 
 /// Fanuc's settings of speed and smoothing, which Haas has no codes for; G05 is a spindle's.
 fn only_fanuc(tenths: u16) -> bool {

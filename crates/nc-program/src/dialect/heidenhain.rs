@@ -9,9 +9,9 @@ use super::{
     ToolOffset, G, M, PLAIN,
 };
 use crate::controls;
-use crate::drill::Drill;
-use crate::flow::Flow;
-use crate::modal::{Compensation, FeedMode, Motion, Plane};
+use crate::drilling::drill::Drill;
+use crate::modes::modal::{Compensation, FeedMode, Motion, Plane};
+use crate::order::flow::Flow;
 
 /// The dialect.
 pub const HEIDENHAIN: Dialect = Dialect {

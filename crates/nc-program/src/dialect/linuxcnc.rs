@@ -5,11 +5,11 @@ use super::{
     PLAIN,
 };
 use crate::controls;
-use crate::drill::Drill;
-use crate::level_cuts::Pockets;
-use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane};
-use crate::profile_cycle::Profile;
-use crate::spline::Spline;
+use crate::drilling::drill::Drill;
+use crate::modes::modal::{Compensation, FeedMode, Modal, Motion, Plane};
+use crate::shapes::spline::Spline;
+use crate::turning::level_cuts::Pockets;
+use crate::turning::profile_cycle::Profile;
 
 /// The dialect.
 pub const LINUXCNC: Dialect = Dialect {

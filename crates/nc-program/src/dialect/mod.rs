@@ -11,11 +11,11 @@ mod okuma;
 mod siemens;
 
 pub use crate::controls::Rules;
-pub use crate::curve::PoleFrom;
-pub use crate::letters::Letters;
-pub(crate) use crate::names::{Name, Names};
+pub use crate::reading::letters::Letters;
+pub(crate) use crate::reading::names::{Name, Names};
+pub use crate::shapes::curve::PoleFrom;
 
-use crate::modal::{Compensation, FeedMode, Modal, Motion, SpindleMode};
+use crate::modes::modal::{Compensation, FeedMode, Modal, Motion, SpindleMode};
 
 pub(crate) use class::common_classes;
 pub use class::{Blanks, Class};

@@ -7,9 +7,9 @@ use super::{
     common_classes, usual, Class, Dialect, Functions, Letters, Name, Names, Naming, Parameters, ToolOffset, G, M, PLAIN,
 };
 use crate::controls;
-use crate::lap::Lap;
-use crate::modal::{FeedMode, Modal, Plane};
-use crate::rough::Rough;
+use crate::modes::modal::{FeedMode, Modal, Plane};
+use crate::turning::lap::Lap;
+use crate::turning::rough::Rough;
 
 /// The dialect.
 pub const OKUMA_LATHE: Dialect = Dialect {
@@ -69,7 +69,7 @@ const UNFOLLOWED: Name = Name::Text(G::OpaqueMode);
 
 const NAMES: Names = Names::of(&[
     ("$", Name::Text(G::OpaqueBlock)),
-    ("CALL", Name::Text(G::OpaqueBlock)),
+    ("CALL", Name::Text(G::CallNamed)),
     ("CLEAR", DRAWING),
     ("DEF", DRAWING),
     ("DRAW", DRAWING),
@@ -83,7 +83,7 @@ const NAMES: Names = Names::of(&[
     ("OG", Name::Address(b'u')),
     ("PT", DRAWING),
     ("QA", Name::Inert),
-    ("RTS", UNFOLLOWED),
+    ("RTS", Name::Function(M::Return)),
     ("SB", Name::Inert),
     ("TG", Name::Address(b'T')),
     ("TLID", Name::Inert),

@@ -10,11 +10,11 @@ use super::{
     ToolOffset, G, M, PLAIN,
 };
 use crate::controls;
-use crate::drill::Drill;
-use crate::flow::Flow;
-use crate::hole_places::Pattern;
-use crate::modal::{FeedMode, Modal, Motion, Plane, SpindleMode};
-use crate::removal::Removal;
+use crate::drilling::drill::Drill;
+use crate::drilling::hole_places::Pattern;
+use crate::modes::modal::{FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::order::flow::Flow;
+use crate::turning::removal::Removal;
 
 /// The dialect.
 pub const SIEMENS: Dialect = Dialect {

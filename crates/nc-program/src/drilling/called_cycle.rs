@@ -3,16 +3,16 @@
 //!
 //! Their heights are arguments and Q parameters, not words of the block that drills: a path holds where each is written.
 
-use crate::cycle_arguments::{numbers, Argument};
 use crate::dialect::{Name, G};
-use crate::drill::Drill;
+use crate::drilling::cycle_arguments::{numbers, Argument};
+use crate::drilling::drill::Drill;
+use crate::drilling::hole::{Drilled, Said};
 use crate::finding;
-use crate::hole::{Drilled, Said};
-use crate::names;
-use crate::parameters::Key;
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
-use crate::request::Request;
+use crate::reading::names;
 use crate::run::Runner;
+use crate::values::parameters::Key;
 
 /// A hole that a cycle drills wherever it is called. Heights in mm.
 #[derive(Clone, Copy, Debug)]

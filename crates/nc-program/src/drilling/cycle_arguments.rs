@@ -1,6 +1,6 @@
 //! The arguments of a cycle, in brackets behind its name: `CYCLE95("PART",2,0.1,,0,R5)`.
 
-use crate::names;
+use crate::reading::names;
 use crate::run::Runner;
 
 /// More than this are no cycle's.

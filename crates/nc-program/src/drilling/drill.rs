@@ -1,10 +1,10 @@
 //! Drilling cycles taken apart: to the hole, to the plane R, down, and out again.
 
 use crate::dialect::FlowStyle;
+use crate::drilling::hole::{Drilled, Hole};
 use crate::finding::{self, Severity};
-use crate::hole::{Drilled, Hole};
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
-use crate::request::Request;
 use crate::run::{Runner, AXES};
 
 /// How far above the last depth the tool goes back down at rapid after a peck: LinuxCNC's, mm.

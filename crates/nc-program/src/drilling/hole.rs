@@ -1,6 +1,6 @@
 //! A hole of a drilling cycle: what stays in force from one to the next, and what a path tells of each.
 
-use crate::drill::Drill;
+use crate::drilling::drill::Drill;
 
 /// Values that stay from hole to hole.
 #[derive(Clone, Copy, Debug)]

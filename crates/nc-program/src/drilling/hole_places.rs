@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use crate::cycle_arguments::numbers;
-use crate::modal::Motion;
+use crate::drilling::cycle_arguments::numbers;
+use crate::modes::modal::Motion;
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
-use crate::request::Request;
 use crate::run::{Runner, AXES};
 
 /// More places of a pattern than this are a slip.

@@ -1,20 +1,20 @@
 //! Codes: what a block changes of the modal state, and what it does besides.
 
 use crate::dialect::{FlowStyle, PoleFrom, ToolOffset, G};
-use crate::drill::Drill;
+use crate::drilling::drill::Drill;
+use crate::drilling::hole::Hole;
+use crate::drilling::hole_places::Pattern;
 use crate::finding::{self, Severity};
-use crate::hole::Hole;
-use crate::hole_places::Pattern;
-use crate::lap::Lap;
-use crate::modal::{Compensation, FeedMode, FeedUnit, Motion, Plane};
-use crate::parameters::Key;
-use crate::profile_cycle::Profile;
-use crate::removal::Removal;
-use crate::request::{Jump, Request};
-use crate::rough::Rough;
+use crate::modes::modal::{Compensation, FeedMode, FeedUnit, Motion, Plane};
+use crate::modes::request::{Jump, Request};
+use crate::modes::tool::{Called, NONE_CALLED};
 use crate::run::Runner;
-use crate::spline::Spline;
-use crate::tool::{Called, NONE_CALLED};
+use crate::shapes::spline::Spline;
+use crate::turning::lap::Lap;
+use crate::turning::profile_cycle::Profile;
+use crate::turning::removal::Removal;
+use crate::turning::rough::Rough;
+use crate::values::parameters::Key;
 
 /// What a block does besides setting modes.
 #[derive(Clone, Copy, PartialEq)]

@@ -2,9 +2,9 @@
 
 use crate::dialect::{FlowStyle, G};
 use crate::finding::{self, Severity};
-use crate::modal::Motion;
-use crate::program::Word;
-use crate::request::Request;
+use crate::modes::modal::Motion;
+use crate::modes::request::Request;
+use crate::reading::program::Word;
 use crate::run::Runner;
 
 /// Functions that say of a whole value what it counts from.
@@ -92,7 +92,7 @@ fn stray_reference(value: &[u8]) -> Option<usize> {
         let fits = rest.get(..name.len()).is_some_and(|text| text.eq_ignore_ascii_case(name));
         fits && rest[name.len()..].trim_ascii_start().first() == Some(&b'(')
     };
-    let starts = |at: usize| at == 0 || !crate::names::is_name(value[at - 1]) && value[at - 1] != b'$';
+    let starts = |at: usize| at == 0 || !crate::reading::names::is_name(value[at - 1]) && value[at - 1] != b'$';
     let found: Vec<_> =
         (0..value.len()).filter(|at| starts(*at) && REFERENCES.iter().any(|name| named(*at, name))).collect();
     let text = value.contains(&b'"');

@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 
 use crate::finding::{self, Severity};
-use crate::number;
+use crate::modes::request::Request;
+use crate::modes::rotary::Rotary;
 use crate::path::Origin;
-use crate::request::Request;
-use crate::rotary::Rotary;
+use crate::reading::number;
 use crate::run::{Runner, AXES};
 
 /// Number of G54.1 P1 less 1: no other work offset is as high.

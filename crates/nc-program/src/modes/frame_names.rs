@@ -1,7 +1,7 @@
 //! Frames of Sinumerik by name: variables that move what follows when a value is given to them.
 
 use crate::finding;
-use crate::program::Word;
+use crate::reading::program::Word;
 use crate::run::Runner;
 
 /// Functions whose value is a frame.

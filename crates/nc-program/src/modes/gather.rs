@@ -1,15 +1,15 @@
 //! Gathering: the words of a block become values by letter and codes.
 
-use crate::codes::action_of;
 use crate::dialect::{Dialect, FlowStyle, Name, G, M};
-use crate::expression::{self, is_vacant, Fault, Values};
 use crate::finding::{self, Severity};
-use crate::home::MACHINE_AXIS;
-use crate::parameters::Key;
-use crate::program::{Word, WordKind};
-use crate::request::{Jump, Request};
+use crate::modes::codes::action_of;
+use crate::modes::home::MACHINE_AXIS;
+use crate::modes::request::{Jump, Request};
+use crate::reading::program::{Word, WordKind};
 use crate::run::Runner;
-use crate::scope::{has_value, Scope};
+use crate::values::expression::{self, is_vacant, Fault, Values};
+use crate::values::parameters::Key;
+use crate::values::scope::{has_value, Scope};
 
 /// The coordinate of the surface, of Klartext's drilling cycles.
 const SURFACE: Key<'static> = Key::Number(203);
@@ -123,6 +123,7 @@ impl Runner<'_> {
     /// A word of the dialect's list of names.
     fn gather_name(&mut self, name: usize, index: usize, request: &mut Request) {
         match self.program.dialect().names.get(name) {
+            Some(Name::Text(G::CallNamed)) => request.jump = Jump::Named(index),
             Some(Name::Code(code) | Name::Text(code)) => self.add_code(code, index, request),
             Some(Name::Function(function)) => self.apply_function(function, request),
             _ => {}

@@ -1,10 +1,10 @@
 //! Returns to stored machine positions.
 
-use crate::cycle_arguments::numbers;
+use crate::drilling::cycle_arguments::numbers;
 use crate::finding;
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
-use crate::program::Word;
-use crate::request::Request;
+use crate::reading::program::Word;
 use crate::run::{Runner, AXES};
 
 /// A linear axis by the machine's name of it: `X1`.

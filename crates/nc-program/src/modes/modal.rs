@@ -1,7 +1,7 @@
 //! Modal state: what stays in force from block to block.
 
-use crate::spline::Spline;
-use crate::tool::{Called, NONE_CALLED};
+use crate::modes::tool::{Called, NONE_CALLED};
+use crate::shapes::spline::Spline;
 
 /// Motion in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! What one block asks for: its values by letter and its codes.
 
 use crate::dialect::G;
-use crate::letters::Letters;
-use crate::parameters::Key;
+use crate::reading::letters::Letters;
+use crate::values::parameters::Key;
 
 /// Most G codes that a block may carry.
 const CODES: usize = 16;

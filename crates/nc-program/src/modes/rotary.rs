@@ -1,11 +1,11 @@
 //! Where rotary axes stand: the path is without them, and what is displaced along X, Y, Z has to know that they do not
 //! turn the work or the tool.
 
-use crate::codes::Action;
 use crate::dialect::{FlowStyle, G};
-use crate::letters::Letters;
-use crate::program::{Program, WordKind};
-use crate::request::Request;
+use crate::modes::codes::Action;
+use crate::modes::request::Request;
+use crate::reading::letters::Letters;
+use crate::reading::program::{Program, WordKind};
 use crate::run::Runner;
 
 /// Rotary axes; the last stands for all that Sinumerik calls by a letter and a number.

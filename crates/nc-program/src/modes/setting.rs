@@ -2,7 +2,7 @@
 //! Old ones reach further: those are not followed.
 
 use crate::finding;
-use crate::request::Request;
+use crate::modes::request::Request;
 use crate::run::Runner;
 
 /// Axes that a setting may name, with zeros: `G05.1 Q2 X0 Y0 Z0`. With another value who knows what it does.

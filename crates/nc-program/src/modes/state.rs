@@ -1,21 +1,21 @@
 //! What a run knows between two blocks, and takes along from one part of a program to the next.
 
-use crate::called_cycle::{CalledHole, Defined};
-use crate::contouring::Contouring;
 use crate::dialect::ToolOffset;
-use crate::frame::Frame;
-use crate::hole::Hole;
-use crate::macro_call::ModalMacro;
-use crate::modal::{Modal, Motion, Plane};
-use crate::parameters::{Key, Store};
-use crate::pass::Passes;
-use crate::program::Program;
-use crate::rotary::{rotary_letters, Rotary};
-use crate::rough_cycle::RoughData;
+use crate::drilling::called_cycle::{CalledHole, Defined};
+use crate::drilling::hole::Hole;
+use crate::modes::frame::Frame;
+use crate::modes::modal::{Modal, Motion, Plane};
+use crate::modes::rotary::{rotary_letters, Rotary};
+use crate::modes::unit::Unit;
+use crate::order::macro_call::ModalMacro;
+use crate::reading::program::Program;
 use crate::run::Options;
-use crate::spline::SplineData;
-use crate::thread_cycle::ThreadData;
-use crate::unit::Unit;
+use crate::shapes::contouring::Contouring;
+use crate::shapes::spline::SplineData;
+use crate::turning::pass::Passes;
+use crate::turning::rough_cycle::RoughData;
+use crate::turning::thread_cycle::ThreadData;
+use crate::values::parameters::{Key, Store};
 
 /// The state of the control; and what was met or said already.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! Tools as compensation needs them: radius, and on a lathe which way the tip lies from the nose's centre.
 
 use crate::dialect::Dialect;
-use crate::modal::{Modal, Plane};
+use crate::modes::modal::{Modal, Plane};
 
 /// A tool that the user tells of.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,10 +1,10 @@
 //! Offsets of tools: what the control's table adds to positions, as far as it is told.
 
 use crate::dialect::{ToolOffset, M};
-use crate::modal::Plane;
-use crate::request::Request;
+use crate::modes::modal::Plane;
+use crate::modes::request::Request;
+use crate::modes::tool::{called, Tool};
 use crate::run::Runner;
-use crate::tool::{called, Tool};
 
 /// In the place of a tool offset's number where the block gives the offset itself.
 const GIVEN: i32 = -1;

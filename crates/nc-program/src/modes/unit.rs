@@ -1,10 +1,10 @@
 //! The unit of lengths: what the program states, what it was run with, and which length comes first.
 
-use crate::codes::Action;
 use crate::dialect::{Dialect, FlowStyle, G};
 use crate::finding;
-use crate::modal::FeedMode;
-use crate::request::Request;
+use crate::modes::codes::Action;
+use crate::modes::modal::FeedMode;
+use crate::modes::request::Request;
 use crate::run::Runner;
 
 /// Words that are lengths in blocks that set a frame or go to a place of the machine.

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use crate::dialect::FlowStyle;
 use crate::finding::{self, Finding, Severity};
-use crate::macros::MacroTable;
-use crate::program::{Program, Word, WordKind};
-use crate::structured;
+use crate::order::macros::MacroTable;
+use crate::order::structured;
+use crate::reading::program::{Program, Word, WordKind};
 
 /// What an O-word line does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

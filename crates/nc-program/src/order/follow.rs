@@ -1,9 +1,9 @@
 //! Following flow control: which block comes next.
 
 use crate::finding;
-use crate::flow::{skip_blank, Flow, Statement};
-use crate::parameters::Key;
+use crate::order::flow::{skip_blank, Flow, Statement};
 use crate::run::Runner;
+use crate::values::parameters::Key;
 
 /// Subroutines may call one another this deep.
 const DEPTH: usize = 64;

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use crate::dialect::{FlowStyle, G};
-use crate::names;
-use crate::program::{Program, Word, WordKind};
+use crate::reading::names;
+use crate::reading::program::{Program, Word, WordKind};
 
 /// Where each number stands.
 #[derive(Debug, Default)]
@@ -125,9 +125,13 @@ impl Labels {
     }
 }
 
-/// The name at the head of a program: `%_N_SHAFT_MPF`, `%MPF 100`.
+/// The name at the head of a program: `%_N_SHAFT_MPF`, `%MPF 100`, `OSHAFT` of an OSP.
 pub(crate) fn program_name(program: &Program, block: usize) -> Option<String> {
     let found = program.blocks().get(block)?;
+    if program.dialect().rules.sequence_names {
+        let first = program.words_of(block).first().filter(|word| word.letter == b'O');
+        return first.map(|word| lower(program.text(word)));
+    }
     if !found.tape_mark || program.dialect().flow != FlowStyle::Structured {
         return None;
     }
@@ -144,9 +148,12 @@ pub(crate) fn lower(text: &[u8]) -> String {
     text.iter().map(|byte| char::from(byte.to_ascii_lowercase())).collect()
 }
 
-/// The name of the program that a word calls.
+/// The name of the program that a word calls; of an OSP with all that stands behind it.
 pub(crate) fn called(program: &Program, word: &Word) -> String {
     let text = program.text(word);
+    if word.kind == WordKind::Name {
+        return lower(text.get("CALL".len()..).unwrap_or(&[]).trim_ascii());
+    }
     lower(text.get(..names::skip(text, 0, names::is_name)).unwrap_or(&[]))
 }
 

@@ -1,11 +1,11 @@
 //! Macros called with arguments (G65), which become local parameters, or after each move (G66, until G67), which nest as
 //! Mitsubishi's M700V manual has it (page 308).
 
-use crate::expression::is_vacant;
 use crate::finding;
-use crate::request::Request;
+use crate::modes::request::Request;
+use crate::order::visit::{times, Visit};
 use crate::run::Runner;
-use crate::visit::{times, Visit};
+use crate::values::expression::is_vacant;
 
 /// Letters in order of the parameter that each becomes, from #1; a space where there is none.
 const LETTERS: &[u8; 26] = b"ABCIJKDEF H M   QRSTUVWXYZ";

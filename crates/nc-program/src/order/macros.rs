@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::finding::{self, Finding, Severity};
-use crate::program::{Program, WordKind};
+use crate::reading::program::{Program, WordKind};
 use crate::run::Runner;
 
 /// Keywords, and whether a bracket (or else a digit, a bracket or a parameter) follows.

@@ -1,8 +1,8 @@
 //! Flow control of Klartext: sections called or repeated by their label, jumps where two values compare.
 
 use crate::finding;
-use crate::flow::{Flow, Statement};
-use crate::names;
+use crate::order::flow::{Flow, Statement};
+use crate::reading::names;
 use crate::run::Runner;
 
 /// How two values may compare.

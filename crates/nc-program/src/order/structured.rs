@@ -1,13 +1,13 @@
 //! Flow control of Sinumerik: IF, WHILE, FOR, LOOP, REPEAT without labels, jumps to labels, programs called by name.
 
 use crate::finding::{self, Severity};
-use crate::flow::{Flow, Statement};
-use crate::labels::{called, Direction};
-use crate::names::{self, Name};
-use crate::parameters::Key;
-use crate::program::{Program, Word};
-use crate::request::Request;
+use crate::modes::request::Request;
+use crate::order::flow::{Flow, Statement};
+use crate::order::labels::{called, Direction};
+use crate::reading::names::{self, Name};
+use crate::reading::program::{Program, Word};
 use crate::run::Runner;
+use crate::values::parameters::Key;
 
 /// The jumps, and which way each looks.
 const JUMPS: [(&[u8], Direction); 4] = [

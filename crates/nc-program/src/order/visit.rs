@@ -2,13 +2,13 @@
 
 use crate::dialect::FlowStyle;
 use crate::finding;
-use crate::labels::{label, program_name, Labels};
-use crate::modal::Modal;
-use crate::names::is_name;
+use crate::modes::modal::Modal;
+use crate::modes::request::{Jump, Request};
+use crate::order::labels::{label, program_name, Labels};
 use crate::path::{MoveKind, INHERITED};
-use crate::request::{Jump, Request};
-use crate::rough::Rough;
+use crate::reading::names::is_name;
 use crate::run::Runner;
+use crate::turning::rough::Rough;
 
 /// Calls may nest this deep.
 const DEPTH: usize = 64;

@@ -1,13 +1,13 @@
 //! The lexer: lays blocks and words over the bytes in one pass. Every byte belongs to a word or to what lies between.
 
-use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::dialect::{Blanks, Class, Dialect, FlowStyle};
-use crate::flow::skip_blank;
-use crate::macros;
-use crate::names;
-use crate::number;
-use crate::program::{Block, Word, WordKind};
-use crate::scan::Scanner;
+use crate::order::flow::skip_blank;
+use crate::order::macros;
+use crate::reading::names;
+use crate::reading::number;
+use crate::reading::program::{Block, Word, WordKind};
+use crate::reading::scan::Scanner;
+use crate::shapes::curve::{POLAR_ANGLE, POLAR_RADIUS};
 
 /// What a comma may stand before: angle, chamfer, rounding. Any other letter would be a coordinate that is lost.
 const CORNERS: [u8; 3] = *b"acr";

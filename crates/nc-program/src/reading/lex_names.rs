@@ -1,10 +1,10 @@
 //! Words of more than a letter, as the lexer meets them: names of the dialect's list, variables, labels, calls.
 
 use crate::dialect::{FlowStyle, Naming, G};
-use crate::lex::Lexer;
-use crate::names::{self, Name};
-use crate::number;
-use crate::program::WordKind;
+use crate::reading::lex::Lexer;
+use crate::reading::names::{self, Name};
+use crate::reading::number;
+use crate::reading::program::WordKind;
 
 impl Lexer<'_> {
     /// A word of more than a letter, or a letter with an equals sign; false where there is none.
@@ -33,8 +33,8 @@ impl Lexer<'_> {
                 Some(end) => self.push(start, end, 0, WordKind::Call, f64::NAN),
                 None => self.unknown(start),
             },
-            _ if letter == b'N' && self.dialect.rules.sequence_names => {
-                self.push(start, end, b'N', WordKind::Label, f64::NAN)
+            _ if matches!(letter, b'N' | b'O') && self.dialect.rules.sequence_names => {
+                self.push(start, end, letter, WordKind::Label, f64::NAN)
             }
             _ => return false,
         }

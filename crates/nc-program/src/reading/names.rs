@@ -1,7 +1,7 @@
 //! Words of more than a letter, `CR=5`, `DIAMON`, `CALL LBL 3`: found in the dialect's list.
 
 use crate::dialect::{Dialect, FlowStyle, G, M};
-use crate::flow::Flow;
+use crate::order::flow::Flow;
 
 /// What a word of more than a letter means.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use bytes::Bytes;
 
 use crate::dialect::{Class, Dialect, Name, G, M};
-use crate::lex;
-use crate::names;
+use crate::reading::lex;
+use crate::reading::names;
 
 /// What a word is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

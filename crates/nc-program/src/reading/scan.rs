@@ -1,8 +1,8 @@
 //! Where a value ends: found without computing it, and never beyond its line.
 
 use crate::dialect::{Class, Dialect, FlowStyle, Functions, Naming};
-use crate::expression;
-use crate::number;
+use crate::reading::number;
+use crate::values::expression;
 
 /// Names of parameters are no longer than this.
 pub(crate) const NAME_LENGTH: usize = 256;

@@ -1,7 +1,7 @@
 //! Statements in parentheses: `(UPD, tool, TOV(axis), value)` updates a tool's offset [NISTIR 6811, Appendix A].
 
-use crate::number;
-use crate::program::{Program, WordKind};
+use crate::reading::number;
+use crate::reading::program::{Program, WordKind};
 
 /// A tool offset update.
 #[derive(Clone, Copy, Debug, PartialEq)]

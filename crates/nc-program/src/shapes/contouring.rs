@@ -1,14 +1,14 @@
 //! Contours drawn with less than every point: corners between two moves, and a point where two lines meet.
 
-use crate::arc::Point;
+use crate::compensation::offset::{meeting, Piece};
 use crate::dialect::FlowStyle;
 use crate::finding;
-use crate::modal::Motion;
-use crate::offset::{meeting, Piece};
+use crate::modes::modal::Motion;
+use crate::modes::request::Request;
 use crate::path::{Arc, MoveKind, INHERITED};
-use crate::request::Request;
-use crate::rounding::{cut, Corner, Cut, Way};
 use crate::run::Runner;
+use crate::shapes::arc::Point;
+use crate::shapes::rounding::{cut, Corner, Cut, Way};
 
 /// Addresses of a rounding, of a chamfer's leg and of its length.
 pub(crate) const CORNERS: [u8; 3] = [ROUND, LEG, FACE];
@@ -184,7 +184,7 @@ impl Runner<'_> {
         let feed = asked.feed.or(leads_away.then_some(self.state.modal.feed));
         let state = match (feed, before) {
             (Some(feed), Some((modal, origin))) => {
-                self.path.state_index(&crate::modal::Modal { feed, ..modal }, origin)
+                self.path.state_index(&crate::modes::modal::Modal { feed, ..modal }, origin)
             }
             _ => state,
         };

@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use crate::arc::{self, Circle, Point};
+use crate::compensation::offset::{meeting, Piece};
 use crate::dialect::FlowStyle;
 use crate::finding;
-use crate::modal::{Motion, Plane};
-use crate::offset::{meeting, Piece};
+use crate::modes::modal::{Motion, Plane};
+use crate::modes::request::Request;
 use crate::path::MoveKind;
-use crate::request::Request;
 use crate::run::{Runner, AXES};
+use crate::shapes::arc::{self, Circle, Point};
 
 /// Addresses of a pole's radius and angle, of an arc's angle, of a line's, and of the point that an arc goes through.
 pub(crate) const POLAR_RADIUS: u8 = b'p';

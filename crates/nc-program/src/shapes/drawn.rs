@@ -1,10 +1,10 @@
 //! A contour between two blocks, drawn to look at: its moves are made, and then the run is where it was.
 
-use crate::arc::Point;
-use crate::modal::Plane;
+use crate::modes::modal::Plane;
+use crate::modes::request::Request;
 use crate::path::{Arc, MoveKind, ToolPath};
-use crate::request::Request;
 use crate::run::Runner;
+use crate::shapes::arc::Point;
 
 /// The moves of a contour: how the tool comes to it, and its cuts.
 #[derive(Debug)]

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use crate::arc::{self, Point};
-use crate::offset::{cross, dot, meeting, minus, plus, Piece};
+use crate::compensation::offset::{cross, dot, meeting, minus, plus, Piece};
+use crate::shapes::arc::{self, Point};
 
 /// Turns below this (rad) are no corner, and shares of a move beyond its ends by no more are at them.
 const NOTHING: f64 = 1e-9;

@@ -1,11 +1,11 @@
 //! Splines of LinuxCNC (G5, G5.1, G5.2): rational B-splines, as the chords that its interpreter hands on for each.
 
-use crate::arc::Point;
 use crate::finding;
-use crate::modal::Plane;
+use crate::modes::modal::Plane;
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
-use crate::request::Request;
 use crate::run::{Runner, AXES};
+use crate::shapes::arc::Point;
 
 /// Chords for each control point.
 const CHORDS: usize = 15;

@@ -3,9 +3,9 @@
 //! It goes in steps of at most half the smallest piece, so that pieces which vanish are noticed: they are dropped, gaps
 //! are closed by arcs about the old corner, and neighbours are ended where they meet.
 
-use crate::arc::Point;
-use crate::offset::{cross, minus};
-use crate::segment::{joint, Segment, Turn, GAP, SMALL};
+use crate::compensation::offset::{cross, minus};
+use crate::shapes::arc::Point;
+use crate::turning::segment::{joint, Segment, Turn, GAP, SMALL};
 
 /// More steps, or pieces, than this are a contour that vanishes.
 const MOST: usize = 10_000;

@@ -1,11 +1,11 @@
 //! Grooving cycles of lathes (G74 along Z, G75 along X) taken apart into moves, in the plane of (deep, across).
 
-use crate::arc::Point;
-use crate::drill::PECK_CLEARANCE;
+use crate::drilling::drill::PECK_CLEARANCE;
 use crate::finding;
+use crate::modes::request::Request;
 use crate::path::MoveKind;
-use crate::request::Request;
 use crate::run::Runner;
+use crate::shapes::arc::Point;
 
 /// More pecks in all grooves than this are a slip.
 const MOST: f64 = 10_000.0;

@@ -2,14 +2,14 @@
 //! block (`G85 NLAP1 …`, `G87 NLAP1`). In the program's course a definition is passed over.
 
 use crate::dialect::G;
-use crate::drawn::Contour;
 use crate::finding::{self, Severity};
-use crate::modal::{Compensation, Modal};
+use crate::modes::modal::{Compensation, Modal};
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
-use crate::program::{Word, WordKind};
-use crate::request::Request;
-use crate::rough::{Rough, MOST};
+use crate::reading::program::{Word, WordKind};
 use crate::run::Runner;
+use crate::shapes::drawn::Contour;
+use crate::turning::rough::{Rough, MOST};
 
 /// What a code of it does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

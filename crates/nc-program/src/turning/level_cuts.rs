@@ -1,9 +1,9 @@
 //! Roughing of LinuxCNC (G71, G72) taken apart: cuts at level after level, then along the contour, pocket after pocket.
 
-use crate::arc::Point;
-use crate::offset::minus;
+use crate::compensation::offset::minus;
 use crate::path::MoveKind;
-use crate::segment::{length, Segment, Turn, NEAR, SMALL};
+use crate::shapes::arc::Point;
+use crate::turning::segment::{length, Segment, Turn, NEAR, SMALL};
 
 /// Which pockets are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

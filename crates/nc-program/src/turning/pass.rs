@@ -2,8 +2,8 @@
 //! of the GE 2000T, of several passes.
 
 use crate::finding;
+use crate::modes::request::Request;
 use crate::path::{MoveKind, Turned, INHERITED};
-use crate::request::Request;
 use crate::run::{Runner, AXES};
 
 /// What a simple cycle cuts.

@@ -1,13 +1,13 @@
 //! The contour of LinuxCNC's turning cycles: the lines of an O-word subroutine, read but not run.
 
-use crate::arc::{with_radius, Point};
+use crate::compensation::offset::plus;
 use crate::dialect::G;
-use crate::modal::Motion;
-use crate::offset::plus;
+use crate::modes::modal::Motion;
+use crate::modes::request::Request;
 use crate::path::INHERITED;
-use crate::request::Request;
 use crate::run::Runner;
-use crate::segment::{Segment, Turn};
+use crate::shapes::arc::{with_radius, Point};
+use crate::turning::segment::{Segment, Turn};
 
 /// More segments than this are a slip.
 const MOST: usize = 10_000;

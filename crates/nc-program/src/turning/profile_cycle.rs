@@ -1,15 +1,15 @@
 //! Turning cycles of LinuxCNC on a contour that Q names (G70, G71, G72 and their variants).
 
-use crate::arc::{about, Circle, Point};
-use crate::beside::beside;
 use crate::finding;
-use crate::level_cuts::{level_cuts, Pockets, Step};
-use crate::modal::{Compensation, Motion, Plane};
+use crate::modes::modal::{Compensation, Motion, Plane};
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
-use crate::profile_contour::Drawn;
-use crate::request::Request;
 use crate::run::Runner;
-use crate::segment::{cut_corners, Segment, Turn};
+use crate::shapes::arc::{about, Circle, Point};
+use crate::turning::beside::beside;
+use crate::turning::level_cuts::{level_cuts, Pockets, Step};
+use crate::turning::profile_contour::Drawn;
+use crate::turning::segment::{cut_corners, Segment, Turn};
 
 /// What such a cycle does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

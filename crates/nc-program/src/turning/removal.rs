@@ -3,17 +3,17 @@
 //! A contour is a subprogram of the file, or the blocks between two labels. Finishing runs its blocks, each move under its
 //! own line and with the nose kept off, which the cycle switches on by itself.
 
-use crate::cycle_arguments::{numbers, Argument};
 use crate::dialect::{Name, G, M};
-use crate::drawn::Contour;
+use crate::drilling::cycle_arguments::{numbers, Argument};
 use crate::finding;
-use crate::labels::{called, lower, program_name, Direction};
-use crate::modal::{Compensation, Motion};
+use crate::modes::modal::{Compensation, Motion};
+use crate::modes::request::Request;
+use crate::order::labels::{called, lower, program_name, Direction};
 use crate::path::{MoveKind, INHERITED};
-use crate::program::{Word, WordKind};
-use crate::removal_cuts::Stock;
-use crate::request::Request;
+use crate::reading::program::{Word, WordKind};
 use crate::run::Runner;
+use crate::shapes::drawn::Contour;
+use crate::turning::removal_cuts::Stock;
 
 /// What such a cycle does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,12 +3,12 @@
 //! Coordinates are (along, deep) as in `rough`: from the contour's outermost point, and from where it begins. A contour
 //! that goes down again (relief cuts) is not followed.
 
-use crate::arc::Point;
-use crate::drawn::{planar, Contour};
 use crate::path::MoveKind;
-use crate::removal::Side;
-use crate::rough::{come_out, Piece, Step, MOST, SAME};
-use crate::rough_contour::{pieces, Own};
+use crate::shapes::arc::Point;
+use crate::shapes::drawn::{planar, Contour};
+use crate::turning::removal::Side;
+use crate::turning::rough::{come_out, Piece, Step, MOST, SAME};
+use crate::turning::rough_contour::{pieces, Own};
 
 /// What the words say of it; lengths without sign, mm, on the radius.
 pub(crate) struct Stock {

@@ -4,9 +4,9 @@
 //! start. G71 cuts along Z and goes deep in X, G72 the other way round. A contour that begins at its deepest point and
 //! comes out as it runs along is type I of the control's manuals; `rough_pockets` has their type II.
 
-use crate::arc::Point;
-use crate::offset::minus;
+use crate::compensation::offset::minus;
 use crate::path::MoveKind;
+use crate::shapes::arc::Point;
 
 /// How a cycle roughs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::arc::Point;
-use crate::drawn::{planar, Contour, Cut};
-use crate::offset::minus;
-use crate::rough::{Piece, SAME};
+use crate::compensation::offset::minus;
+use crate::shapes::arc::Point;
+use crate::shapes::drawn::{planar, Contour, Cut};
+use crate::turning::rough::{Piece, SAME};
 
 /// Directions less than this apart are one, rad.
 const SAME_DIRECTION: f64 = 1e-9;
@@ -89,8 +89,8 @@ fn stops(from: [f64; 3], cut: &Cut) -> Vec<[f64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::stops;
-    use crate::drawn::Cut;
     use crate::path::Arc;
+    use crate::shapes::drawn::Cut;
 
     /// About z = 10, x = 20 with radius 5, from the highest x to the highest z and on.
     fn ends(sweep: f64, end: [f64; 3]) -> Vec<[f64; 3]> {

@@ -1,15 +1,15 @@
 //! Roughing cycles of Fanuc and Haas lathes (G71 to G73): what their words say, and their moves.
 
-use crate::arc::{about, Circle, Point};
-use crate::drawn::{planar, Contour};
+use crate::compensation::offset::minus;
 use crate::finding;
-use crate::modal::{Compensation, Modal};
-use crate::offset::minus;
+use crate::modes::modal::{Compensation, Modal};
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
-use crate::request::Request;
-use crate::rough::{Piece, Rough, Roughing, MOST};
-use crate::rough_contour::{pieces, Own};
 use crate::run::Runner;
+use crate::shapes::arc::{about, Circle, Point};
+use crate::shapes::drawn::{planar, Contour};
+use crate::turning::rough::{Piece, Rough, Roughing, MOST};
+use crate::turning::rough_contour::{pieces, Own};
 
 /// How far the tool is lifted after a cut where the program does not say it, mm.
 const ESCAPE: f64 = 1.27;

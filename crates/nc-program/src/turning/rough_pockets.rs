@@ -4,10 +4,10 @@
 //! is cut before the tool goes on to the next. It goes down along the wall where a cut begins, and up along the one where
 //! it ends, to the level before.
 
-use crate::arc::Point;
-use crate::offset::minus;
+use crate::compensation::offset::minus;
 use crate::path::MoveKind;
-use crate::rough::{Piece, Roughing, Step, MOST, SAME, SLACK};
+use crate::shapes::arc::Point;
+use crate::turning::rough::{Piece, Roughing, Step, MOST, SAME, SLACK};
 
 /// A straight cut.
 #[derive(Clone, Copy)]

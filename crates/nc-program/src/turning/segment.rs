@@ -3,8 +3,8 @@
 //! A point is (along, up), in program units, and the contour runs towards lower `along`. Bounds are those of LinuxCNC's
 //! interpreter, whose moves these cycles are held to; they are in program units there too.
 
-use crate::arc::Point;
-use crate::offset::{cross, minus, plus};
+use crate::compensation::offset::{cross, minus, plus};
+use crate::shapes::arc::Point;
 
 /// Points nearer than this are one.
 pub(crate) const NEAR: f64 = 1e-6;

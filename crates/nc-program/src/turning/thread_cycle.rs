@@ -2,10 +2,10 @@
 
 use crate::dialect::FlowStyle;
 use crate::finding;
+use crate::modes::request::Request;
 use crate::path::MoveKind;
-use crate::request::Request;
 use crate::run::Runner;
-use crate::thread::{depths, Slopes, Thread, MOST};
+use crate::turning::thread::{depths, Slopes, Thread, MOST};
 
 /// Lengths of Fanuc's G76 that take no decimal point count such steps: inch and mm.
 const STEP: [f64; 2] = [1e-4, 1e-3];

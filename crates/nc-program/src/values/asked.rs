@@ -4,12 +4,12 @@
 use crate::controls::Parameter;
 use crate::dialect::{FlowStyle, G};
 use crate::finding::{self, Severity};
-use crate::letters::Letters;
-use crate::modal::{FeedMode, Motion};
-use crate::parameters::Key;
-use crate::request::Request;
-use crate::rough::Rough;
+use crate::modes::modal::{FeedMode, Motion};
+use crate::modes::request::Request;
+use crate::reading::letters::Letters;
 use crate::run::Runner;
+use crate::turning::rough::Rough;
+use crate::values::parameters::Key;
 
 /// Letters of lengths, whose numbers may count steps where they have no decimal point.
 const LENGTHS: &[u8] = b"IJKRUVWXYZ";

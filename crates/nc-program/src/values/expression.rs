@@ -1,10 +1,10 @@
 //! Expressions, computed straight from the bytes: brackets, parameters, and for RS-274 its functions and operators.
 
 use crate::dialect::{Blanks, Dialect, Functions, Naming};
-use crate::functions::{function, macro_function, Operator, ARITHMETIC, KLARTEXT, MACRO, RS274, SIEMENS};
-use crate::names;
-use crate::number;
-use crate::parameters::{read_number, Key};
+use crate::reading::names;
+use crate::reading::number;
+use crate::values::functions::{function, macro_function, Operator, ARITHMETIC, KLARTEXT, MACRO, RS274, SIEMENS};
+use crate::values::parameters::{read_number, Key};
 
 /// Brackets and parameters of parameters may nest this deep.
 const DEPTH: u32 = 64;

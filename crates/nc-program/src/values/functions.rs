@@ -1,6 +1,6 @@
 //! Operators and functions of expressions.
 
-use crate::expression::counted;
+use crate::values::expression::counted;
 
 /// An operator and how strongly it binds.
 #[derive(Clone, Copy)]

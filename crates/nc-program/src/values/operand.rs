@@ -1,11 +1,11 @@
 //! Operands that are names: variables, constants and functions with any number of arguments.
 
 use crate::dialect::Functions;
-use crate::expression::{Fault, Reader};
-use crate::functions;
-use crate::names::{name_end, skip};
-use crate::parameters::{read_number, Key};
-use crate::scan::NAME_LENGTH;
+use crate::reading::names::{name_end, skip};
+use crate::reading::scan::NAME_LENGTH;
+use crate::values::expression::{Fault, Reader};
+use crate::values::functions;
+use crate::values::parameters::{read_number, Key};
 
 impl<'a> Reader<'a> {
     /// What a name stands for.

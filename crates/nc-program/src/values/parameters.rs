@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use std::fmt;
 
 use crate::dialect::{Dialect, Naming};
-use crate::names;
-use crate::number;
+use crate::reading::names;
+use crate::reading::number;
 
 /// Numbered parameters beyond this are refused: a program asks for no more on any control.
 const LAST_NUMBER: u32 = 100_000;

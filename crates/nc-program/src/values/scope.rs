@@ -1,9 +1,9 @@
 //! What parameters read as while a program runs: the program's own values, then those the control keeps.
 
-use crate::expression::{Values, VACANT};
-use crate::frame::Frame;
-use crate::modal::Modal;
-use crate::parameters::{Key, Store, LAST_MACRO_LOCAL};
+use crate::modes::frame::Frame;
+use crate::modes::modal::Modal;
+use crate::values::expression::{Values, VACANT};
+use crate::values::parameters::{Key, Store, LAST_MACRO_LOCAL};
 
 /// The highest number of a parameter that LinuxCNC has.
 const LAST_OF_LINUXCNC: u32 = 5601;

@@ -3,11 +3,11 @@
 use std::collections::HashSet;
 
 use crate::dialect::Naming;
-use crate::expression::{self, Values};
-use crate::names;
-use crate::parameters::{read_number, Key};
-use crate::program::{Program, WordKind};
-use crate::scan::NAME_LENGTH;
+use crate::reading::names;
+use crate::reading::program::{Program, WordKind};
+use crate::reading::scan::NAME_LENGTH;
+use crate::values::expression::{self, Values};
+use crate::values::parameters::{read_number, Key};
 
 /// Every parameter that some expression reads, with the byte of its first use; those of a computed number left out.
 pub fn parameters_used(program: &Program) -> Vec<(Key<'static>, usize)> {
