@@ -154,7 +154,7 @@ def identity_provider(key: Key, at_s: float) -> Iterator[IdentityProvider]:
 
     with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
         provider = IdentityProvider(f"http://127.0.0.1:{server.server_port}", key, at_s)
-        threading.Thread(target=server.serve_forever, daemon=True).start()
+        threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()
         try:
             yield provider
         finally:

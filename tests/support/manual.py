@@ -12,7 +12,7 @@ from trueloop.server import manual
 def served_manual(folder: Path) -> Iterator[str]:
     """Its address."""
     with manual.listening(folder, 0) as server:
-        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
         thread.start()
         try:
             yield manual.address(server, "")

@@ -58,12 +58,12 @@ HINT: Final = "take the file as trueloop wrote it; one of a later version is rea
 
 _AS_IT_IS: Final = frozenset({str, int, float, bool, type(None)})
 Plain: TypeAlias = Any
-"""What `json` reads and writes: None, bool, int, float, str, list, dict with keys of str."""
+"""Values that `json` reads and writes: None, bool, int, float, str, list, dict with keys of str."""
 
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Codec:
     """The registry: the types that a document may hold, by the name that stands for each in JSON."""
 
@@ -203,7 +203,9 @@ def _array(inner: dict[str, Plain]) -> NDArray[Any]:
     values = [one if isinstance(one, int | float) else _number(one) for one in inner["values"]]
     if kind.kind != "f" and not all(type(one) is (bool if kind.kind == "b" else int) for one in values):
         raise ValueError(f"an element that is no {inner['of']}")
-    return np.array(values, dtype=kind).reshape([int(n) for n in inner["shape"]])
+    array = np.array(values, dtype=kind).reshape([int(n) for n in inner["shape"]])
+    array.setflags(write=False)  # a decoded value may be given to several readers
+    return array
 
 
 def _bytes(inner: dict[str, Plain]) -> bytes:

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from functools import cache
+from functools import cache, lru_cache
 from operator import itemgetter
 from typing import Any, Final
 
@@ -39,6 +39,9 @@ def shown(place: str) -> str:
 
 AT_ONCE = 500
 """Rows read before their inspections' values are."""
+RECENT: Final = 64
+SHORT: Final = 500_000
+"""The latest documents of at most so many characters are kept decoded: one command reads the same again and again."""
 
 
 @dataclass(frozen=True)
@@ -99,11 +102,19 @@ def kept(row: Result[Any], value: Any) -> Kept[Any]:
 
 def decoded(codec: Codec, kind: Kind, row: Result[Any], values: tuple[Any, ...] = ()) -> Any:
     """Decodes the value of a row. Raises VAL-FORM for what the codec does not know."""
-    if kind.aside == "payload":
-        whole = json.loads(row.document) | {"payload": json.loads(row.payload)}
-        return codec.value(whole, kind.type)
-    value: Any = codec.from_json(row.document, kind.type)
+    texts = (row.document, row.payload) if kind.aside == "payload" else (row.document,)
+    read = _recent if sum(map(len, texts)) <= SHORT else _read
+    value = read(codec, kind.type, *texts)
     return replace(value, values=values) if values else value
+
+
+def _read(codec: Codec, kind: type, document: str, payload: str | None = None) -> Any:
+    if payload is None:
+        return codec.from_json(document, kind)
+    return codec.value(json.loads(document) | {"payload": json.loads(payload)}, kind)
+
+
+_recent = lru_cache(RECENT)(_read)
 
 
 def values_of(connection: Connection, inspections: list[int]) -> dict[int, tuple[Any, ...]]:

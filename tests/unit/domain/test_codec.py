@@ -192,3 +192,9 @@ def test_a_value_compared_by_content_is_unlike_what_is_of_another_type() -> None
     block = Block(1, np.zeros((2, 4)))
     assert block == Block(1, np.zeros((2, 4)))
     assert all(block != other for other in (None, 1, "", (1, np.zeros((2, 4))), np.zeros(2)))
+
+
+def test_an_array_that_was_read_cannot_be_changed_in_place() -> None:
+    read = CODEC.from_json(CODEC.to_json(Inner(np.eye(2))), Inner)
+    with pytest.raises(ValueError, match="read-only"):
+        read.values_mm[0, 0] = 5.0

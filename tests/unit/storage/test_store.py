@@ -21,6 +21,7 @@ from trueloop.domain.record import Correction, Record
 from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.domain.values import CODEC
 from trueloop.errors import Code, TrueloopError
+from trueloop.storage import reading
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find, keep, open_store
@@ -77,6 +78,15 @@ def test_every_kind_is_found_by_what_it_is_found_by(store: Store) -> None:
     assert [one.value for one in find(store, EdgeEvent, event="worn")] == [event]
     assert [one.by for one in find(store, Cut)] == ["ana"]
     assert find(store, Cut, serial="18") == []
+
+
+def test_a_document_that_is_not_long_is_decoded_once(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    keep(store, [cut()])
+    first, again = (find(store, Cut)[0].value for _ in range(2))
+    assert first is again
+    monkeypatch.setattr(reading, "SHORT", 0)
+    apart = find(store, Cut)[0].value
+    assert apart == first and apart is not first
 
 
 def test_what_a_value_names_is_kept_with_it_once(store: Store) -> None:
