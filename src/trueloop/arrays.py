@@ -41,7 +41,7 @@ def same_content(one: object, other: object) -> bool:
 
 
 def _inside(value: object) -> Mapping[Any, object] | None:
-    """What a value is made of: its fields that count, its elements; None for what is a whole."""
+    """Returns the parts of a value: its compared fields, its elements; None for a value without parts."""
     if is_dataclass(value):
         return {field.name: getattr(value, field.name) for field in fields(value) if field.compare}
     if isinstance(value, tuple | list):

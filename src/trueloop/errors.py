@@ -11,7 +11,7 @@ from enum import StrEnum
 from pathlib import Path
 
 Values = Mapping[str, float | str | Sequence[float] | Sequence[str]]
-"""What an error is about, by name with the unit as suffix: `{"size_um": 160.2, "limit_um": 150.0}`.
+"""The values of an error, by name with the unit as suffix: `{"size_um": 160.2, "limit_um": 150.0}`.
 
 Plain numbers and texts, or lists of them: JSON takes them as they are. x is a radius, a code's names are always the
 same (`Code.values`), and every number stands in the message, rounded there.
@@ -638,7 +638,7 @@ class TrueloopError(Exception):
         return _remade, (self.code, self.message, self.hint, self.place, self.override, self.values)
 
     def in_file(self, file: str, line: int | None = None) -> "TrueloopError":
-        """The same error with the file named: numerics know nothing of files, their callers do."""
+        """Returns the error with the file named: numerics know nothing of files, their callers do."""
         place = replace(self.place, file=self.place.file or file, line=self.place.line or line)
         return _remade(self.code, self.message, self.hint, place, self.override, self.values)
 
@@ -687,7 +687,7 @@ class Finding:
         return TrueloopError(self.code, self.message, hint=self.hint, place=self.place, values=self.values)
 
     def in_file(self, file: str | None) -> "Finding":
-        """The same with the file named, where it names none."""
+        """Returns the place with the file named, where it names none."""
         return replace(self, place=replace(self.place, file=self.place.file or file))
 
     def __str__(self) -> str:

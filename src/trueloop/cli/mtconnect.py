@@ -1,4 +1,4 @@
-"""`trueloop mtconnect`: what LinuxCNC does told to agents, and what agents hold read."""
+"""`trueloop mtconnect`: reports LinuxCNC's state to agents, and reads what agents hold."""
 
 import csv
 import io
@@ -21,7 +21,7 @@ app = Group("MTConnect: an adapter beside LinuxCNC, and a reader of agents.")
 
 @dataclass(frozen=True, kw_only=True)
 class Of:
-    """What is told of which machine."""
+    """The items reported, by machine."""
 
     device: Annotated[str, option("The machine's name in the device model.")] = "linuxcnc"
     axes: Annotated[str, option("Letters of its axes.")] = "XZ"

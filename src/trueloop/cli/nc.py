@@ -569,7 +569,7 @@ def _print_obstacles(file: Path, found: "Sequence[TrueloopError]", *, as_json: b
 
 
 def print_mapped(file: Path, out: Path, done: "Mapped") -> None:
-    """What was done to a program, for people; what was not run is a warning on stderr."""
+    """Prints the changes to a program; blocks that were not run are a warning on stderr."""
     x, y, z = (UM_PER_MM * value for value in done.largest_mm)
     typer.echo(f"largest displacement X {x:.1f} Y {y:.1f} Z {z:.1f} µm over {done.moves} moves")
     typer.echo(f"unit at the start: {done.unit['unit']}, stated by {done.unit['stated_by']}")

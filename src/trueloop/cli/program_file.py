@@ -1,4 +1,4 @@
-"""What every command on a program file takes, and reading that file."""
+"""Options of every command on a program file, and reading that file."""
 
 import re
 from collections.abc import Sequence
@@ -186,7 +186,7 @@ def offsets_of(texts: Sequence[str] | None) -> dict[int, tuple[float, float, flo
 
 
 def tables_of(file: Path | None) -> "OffsetTables":
-    """What an offsets file says, if there is one. Raises NC-FILE."""
+    """Reads the offsets file, where one is given. Raises NC-FILE."""
     from trueloop.formats.tables.offsets_toml import OffsetTables, read_offsets
 
     return OffsetTables() if file is None else read_offsets(file)

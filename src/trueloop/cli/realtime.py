@@ -80,7 +80,7 @@ def demo(
 
 
 def judged_lines(found: "Judged") -> tuple[str, ...]:
-    """What a judge says, for people."""
+    """Prints a judge's result as text."""
     return (
         f"{int(found.judged.sum())} periods judged: {found.rms_nm:.4f} nm RMS left, {found.worst_nm:.4f} nm at most, "
         f"of {found.uncorrected_um:.1f} µm RMS",

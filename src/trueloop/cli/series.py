@@ -25,7 +25,7 @@ NONE = "none"
 
 @dataclass(frozen=True, kw_only=True)
 class Said:
-    """What the files do not say."""
+    """Facts that the files do not state."""
 
     part_type: Annotated[
         str | None, option("Name of the part type.  [default: what the file says]", "--type", "-t")

@@ -1,1 +1,1 @@
-"""What is special to a control: probing programs and what they write, and LinuxCNC run for real."""
+"""Code for single controls: probing programs and their logs, and LinuxCNC run for real."""

@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 
 
 class Quantity(StrEnum):
-    """What a characteristic is the size of."""
+    """The quantity of a characteristic."""
 
     DIAMETER = "diameter"
     RADIUS = "radius"

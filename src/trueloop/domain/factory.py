@@ -1,4 +1,4 @@
-"""What a shop does with parts: orders and their routes, runs on machines, and the facts known of each run."""
+"""The work of a shop: orders and their routes, runs on machines, and the facts known of each run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -43,7 +43,7 @@ class StepState(StrEnum):
 
 
 class FactKind(StrEnum):
-    """What a witness says of a run."""
+    """A witness's report of a run."""
 
     SENT = "sent"
     VERIFIED = "verified"
@@ -55,7 +55,7 @@ class FactKind(StrEnum):
 
 
 class BlockKind(StrEnum):
-    """What one step does with a part [4773 §2.2]."""
+    """The work of one step on a part [4773 §2.2]."""
 
     ROUGH = "rough"
     SEMIFINISH = "semifinish"
@@ -199,7 +199,7 @@ class Run:
 
 @dataclass(frozen=True)
 class RunFact:
-    """What a witness (the program itself, the cell client, a person) says of a run, and when it happened."""
+    """A fact of a run by a witness (the program itself, the cell client, a person), and its time."""
 
     run: str
     what: FactKind

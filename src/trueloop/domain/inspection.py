@@ -75,7 +75,7 @@ Values: TypeAlias = tuple[Touch | Reading | CmmPoint, ...]
 
 @dataclass(frozen=True)
 class Inspection:
-    """What was measured on one part in one run of a device.
+    """Values measured on one part in one run of a device.
 
     `sha256` is that of the file it was read from: a file that holds several parts or runs gives several inspections.
     `count` says how many `values` were measured: they are left out where the file holds too many to repeat, and then

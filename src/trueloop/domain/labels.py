@@ -32,7 +32,7 @@ STAGES: Final = {"R": Stage.ROUGH, "S": Stage.SEMIFINISH, "F": Stage.FINISH}
 
 
 class Operation(StrEnum):
-    """What a program does with the part: its value is the letter in the label."""
+    """The purpose of a program: its value is the letter in the label."""
 
     MACHINING = "M"
     PROBING = "D"  # dimensional probing, along one axis

@@ -1,4 +1,4 @@
-"""What happens to parts and edges between the files: cuts, what inspections belong to them, and events of an edge.
+"""Events of parts and edges between the files: cuts, the inspections that belong to them, and events of an edge.
 
 The links between them are stated, never derived from numbers in labels: "finished = semi-finished + 1" fails on NIST's
 own parts [6811 §4.3].
@@ -120,7 +120,7 @@ class Quarantine:
 
 
 class EdgeEventKind(StrEnum):
-    """What may happen to an edge."""
+    """The kinds of events of an edge."""
 
     MOUNTED = "mounted"  # a new insert or corner: nothing learned of its form holds any more
     TURNED = "turned"  # the insert indexed: another corner cuts, which is another edge

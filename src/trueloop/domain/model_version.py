@@ -36,7 +36,7 @@ class ModelVersion:
 
 @dataclass(frozen=True)
 class ModelDecision:
-    """What was decided of an offered version, once: by whom, why and when. `model` is its hash."""
+    """The decision on an offered version, made once: by whom, why and when. `model` is its hash."""
 
     model: str
     verdict: Literal["accepted", "rejected"]

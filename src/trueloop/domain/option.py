@@ -119,7 +119,7 @@ class PageOptions:
 
 @dataclass(frozen=True)
 class Limits:
-    """What is accepted. Sizes and scatter in mm along the normal, slopes in mm per mm of arc, age in hours.
+    """Limits of what is accepted. Sizes and scatter in mm along the normal, slopes in mm per mm of arc, age in hours.
 
     >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
     >>> strict = trueloop.Options(limits=trueloop.Limits(correction_mm=0.02))

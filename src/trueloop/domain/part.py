@@ -12,7 +12,7 @@ from typing import Final, Literal
 
 @dataclass(frozen=True)
 class PartType:
-    """What all parts made to one drawing have in common: its name or number, its revision, the material.
+    """The type of all parts made to one drawing: its name or number, its revision, the material.
 
     `drawing` is the drawing's number where that is not the name. Empty text: not stated.
     """

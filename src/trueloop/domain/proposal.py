@@ -18,7 +18,7 @@ ExpandedU = tuple[float | None, float | None]
 
 @dataclass(frozen=True)
 class TableRow:
-    """What a row of a control's tool table held when it was read: its numbers as they stand in the file.
+    """A row of a control's tool table as it was read: its numbers as they stand in the file.
 
     `x`, `z` are in the table's `unit`, x a radius or a diameter as the table counts it; None: not in the table.
     """
@@ -41,7 +41,7 @@ class HeldTool:
 
 @dataclass(frozen=True)
 class ToolOffset:
-    """What is added to one tool's offset, mm, x as a radius, rounded to the control's step.
+    """The change of one tool's offset, mm, x as a radius, rounded to the control's step.
 
     A tool stands at machine = program + work offset + tool offset: by what is added to its offset, the tool moves.
     `makes_the_correction`: the offset is the correction; else the contour is, and the offset takes its place only by
@@ -66,7 +66,7 @@ class ToolOffset:
 
 
 class ProposalClass(StrEnum):
-    """What a proposal changes."""
+    """The kinds of change that a proposal makes."""
 
     TOOL_OFFSET = "tool offset"  # where the next part's cut lies
     MEMORY = "memory"  # from which part on the parts of a series are learned from
@@ -75,7 +75,7 @@ class ProposalClass(StrEnum):
 
 @dataclass(frozen=True)
 class Effect:
-    """What a proposal is predicted to do to one characteristic of the next part.
+    """The predicted effect of a proposal on one characteristic of the next part.
 
     Errors are actual less nominal size: of a shaft positive where material is left on, a diameter's twice the radial
     one. `error_before_mm` is expected without the proposal, `error_after_mm` with it, both ± `standard_u_mm` (one
@@ -135,7 +135,7 @@ class Proposal:
 
 @dataclass(frozen=True)
 class ProposalDecision:
-    """What was decided of a proposal, once: by whom, why and when.
+    """The decision on a proposal, made once: by whom, why and when.
 
     `automatic`: its class was switched to automatic, and nobody was asked. `overrides` are the refusals that were
     overridden, by their codes.

@@ -112,7 +112,7 @@ MARKED: Final = re.compile(rb"\s+".join(MARK.encode().split()), re.IGNORECASE)
 
 
 class Product(StrEnum):
-    """What a correction is a correction of."""
+    """The product that a correction is of."""
 
     TURNED = "turned"  # the contour of a turned part, by its touches
     SURFACE = "surface"  # a free-form surface, by measured parts

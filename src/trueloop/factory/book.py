@@ -1,4 +1,4 @@
-"""What a store holds of the series of a part type, recomputed from records: parts in order, proposals, decisions."""
+"""The series of a part type in a store, recomputed from records: parts in order, proposals, decisions."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -127,7 +127,7 @@ def inspected_again(inspection: Inspection, times: int) -> Finding:
 
 @dataclass(frozen=True)
 class _Records:
-    """What the store holds of a part type: `cuts` are finish cuts by serial number, `stated` by inspection."""
+    """The stored facts of a part type: `cuts` are finish cuts by serial number, `stated` by inspection."""
 
     inspections: tuple[Kept[Inspection], ...]
     cuts: Mapping[str, Cut]

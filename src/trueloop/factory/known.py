@@ -1,4 +1,4 @@
-"""What is known of an order, its parts and steps as a decision finds them, and as it leaves them."""
+"""An order, its parts and steps as known before a decision, and after it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -148,7 +148,7 @@ class NewTask:
 
 @dataclass(frozen=True)
 class Offer:
-    """What a machine is to do next. `program` is the text as sent; `mode`: press-cycle-start or armed.
+    """The next task of a machine. `program` is the text as sent; `mode`: press-cycle-start or armed.
 
     `checks` says what was found in order before it was offered.
     """

@@ -45,7 +45,7 @@ NEEDED: Final[Mapping[type, Role]] = {
     ask.SetTool: Role.OPERATOR,
 }
 ALSO_CELL: Final = (ask.Calibrated, ask.Arm, ask.RaiseAlarm)
-"""What the cell of a machine may ask besides what only cells may: about its own machine."""
+"""Requests that a cell may make about its own machine, beside those of cells alone."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ def _address(text: str) -> str:
 
 
 class TemperaturesTable(Table):
-    """Temperatures that are told to the service."""
+    """Temperatures that are sent to the service."""
 
     every_s: Positive = 60.0
     """How often they are read."""
@@ -31,7 +31,7 @@ class TemperaturesTable(Table):
 
 
 class CellTable(Table):
-    """What the cell is, and to whom it speaks."""
+    """The cell and its service."""
 
     machine: Text
     """The machine's name in the store."""
@@ -42,7 +42,7 @@ class CellTable(Table):
     certificates: str = ""
     """A PEM file of the authority that vouches for the service; left out, the system's are asked."""
     journal: Text = "cell.journal"
-    """What the cell has done and has to tell. Never delete it while a run is in hand."""
+    """The cell's facts, and those still to be sent. Never delete it while a run is in hand."""
 
 
 class LinuxcncTable(Table):
@@ -55,7 +55,7 @@ class LinuxcncTable(Table):
     settled_s: Positive = 1.0
     """A control that stands still for so long has ended its program."""
     start_s: Positive = 10.0
-    """A run that was told to start, and was not seen to, is unknown after this."""
+    """A run that was sent to start, and was not seen to, is unknown after this."""
     away_s: Positive = 30.0
     """So long a LinuxCNC that has gone in mid-run is waited for."""
 

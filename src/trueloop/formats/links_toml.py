@@ -29,7 +29,7 @@ def _increment(step: float) -> float:
 
 
 class LinkTable(Table):
-    """What holds for every link."""
+    """Keys of every link."""
 
     passes: tuple[Literal["capitals", "blanks", "line ends"], ...] = ()
     """What this control changes in a program that it stores; any other difference refuses the transfer."""
@@ -98,7 +98,7 @@ class FocasTable(LinkTable):
     increment: Annotated[float, AfterValidator(_increment)] | None = None
     """What the control counts offsets in, in `table_unit`; offsets are neither read nor written without it."""
     tool_table: Literal["OFFSETS"] = "OFFSETS"
-    """What its offsets are called among its programs."""
+    """The name of its offsets among its programs."""
 
 
 class SerialTable(LinkTable):
@@ -119,7 +119,7 @@ class SerialTable(LinkTable):
     code: Literal["ascii", "iso", "eia"] = "ascii"
     """iso (even) and eia (odd) have a parity of their own: `data_bits` and `parity` are then not looked at."""
     line_end: Literal["lf", "cr-lf", "lf-cr-cr"] = "cr-lf"
-    """What ends a line on the wire."""
+    """The end of a line on the wire."""
     after_xoff: Annotated[int, Field(ge=1, le=4096, strict=True)] = 10
     """Characters that the control still takes after it said XOFF."""
     silence_s: Positive = 60.0

@@ -107,7 +107,7 @@ def _folder_made(folder: Path, needed: int | None = None) -> Iterator[None]:
 
 @contextmanager
 def _refusing(folder: Path, needed: int | None = None) -> Iterator[None]:
-    """What the system refuses, in words."""
+    """Describes the refusal of the operating system."""
     try:
         yield
     except OSError as error:

@@ -144,7 +144,7 @@ Replace: TypeAlias = bool | bytes
 
 @dataclass(frozen=True)
 class Sent:
-    """What was done: hashes of what was sent and of what the control holds now, and where the program before it is.
+    """The result: hashes of what was sent and of what the control holds now, and where the program before it is.
 
     `written`: whether anything was; False where the control had this program already. `kept`: None where the control
     had no program of that name.

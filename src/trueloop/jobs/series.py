@@ -66,7 +66,7 @@ class Adding:
 
 @dataclass(frozen=True)
 class Added:
-    """What came of one file. `parts` are serial numbers: those kept now, and those that were there before."""
+    """The result of one file. `parts` are serial numbers: those kept now, and those that were there before."""
 
     path: Path
     part_type: str

@@ -1,4 +1,4 @@
-"""What was changed in a program, line by line: the source's lines crossed out, the corrected ones below them."""
+"""The changes in a program, line by line: the source's lines crossed out, the corrected ones below them."""
 
 import re
 from collections.abc import Iterator, Sequence

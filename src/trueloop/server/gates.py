@@ -1,4 +1,4 @@
-"""What stands before all addresses (plain ASGI): the host's name, sizes and times of bodies, headers, log, counts.
+"""Checks before all addresses (plain ASGI): the host's name, sizes and times of bodies, headers, log, counts.
 
 Requests that take a few milliseconds of one processor take turns, two at a time.
 

@@ -1,4 +1,4 @@
-"""What every address goes through before its own few lines: who asks, whether he may, from where, and once only."""
+"""Checks of every request before its address: the caller, his rights, his origin, and once only."""
 
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field, replace
@@ -30,7 +30,7 @@ LOOKING_ON: Final = "looking-on"
 
 @dataclass(frozen=True)
 class Service:
-    """What an address works with: kept in the app's state."""
+    """The objects that an address works with, in the app's state."""
 
     store: Store
     settings: Settings

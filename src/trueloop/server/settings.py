@@ -94,7 +94,7 @@ NEEDED: Final = {
     "uvicorn": "uvicorn",
     "zxcvbn": "zxcvbn",
 }
-"""What is imported, by the name of its package."""
+"""The imported module, by the name of its package."""
 
 
 def require_packages() -> None:

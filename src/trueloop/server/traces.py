@@ -1,4 +1,4 @@
-"""What correctors do, as `trueloop realtime watch` tells it: the last minutes of each machine, in memory alone.
+"""The traces of correctors from `trueloop realtime watch`: the last minutes of each machine, in memory alone.
 
 Nothing is decided by it, and the record is beside the machine. Of several services on one database each shows what it
 was told itself.
@@ -44,7 +44,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Trace:
-    """What came of one record, oldest first; `record` names it, so that a new one begins a new picture."""
+    """The data of one record, oldest first; `record` names it, so that a new one begins a new picture."""
 
     record: Name
     axes: Annotated[str, Field(pattern="^[a-z]{1,9}$")]
@@ -54,7 +54,7 @@ class Trace:
 
 @dataclass
 class Traces:
-    """The last stretches of every machine; each with the number under which it is told."""
+    """The last stretches of every machine; each with its number."""
 
     _lock: Lock = field(default_factory=Lock)
     _told: dict[str, deque[tuple[int, bytes]]] = field(default_factory=dict)

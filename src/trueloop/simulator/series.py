@@ -226,7 +226,7 @@ def _read(shop: Shop, error_mm: Array) -> Array:
 
 
 def _moved(event: Event, shop: Shop, rng: np.random.Generator) -> Array:
-    """What an event adds to a cut, (K, n)."""
+    """The addition of an event to a cut, (K, n)."""
     k, angle = np.arange(shop.parts)[:, None], shop.angle_rad
     if event.what is What.EDGE:
         return np.asarray((k >= event.part) * other_form(angle, rng, event.size_mm))

@@ -1,4 +1,4 @@
-"""What a user may choose about the correction of a surface."""
+"""The user's options for the correction of a surface."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -39,7 +39,7 @@ ANGLES_MINUTES: Final = {
 
 @dataclass(frozen=True)
 class Edge:
-    """What goes by more than the size: the shorter side of an angle, and whether a radius breaks an edge."""
+    """Classes that depend on more than the size: the shorter side of an angle, and whether a radius breaks an edge."""
 
     side_mm: float
     broken: bool = False

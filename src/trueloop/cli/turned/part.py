@@ -51,7 +51,7 @@ def draw(svg: str, picture: Path, source: Path) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """What the table is called and where it goes."""
+    """The table's name and folder."""
 
     name: Annotated[str | None, option("What the part is called.  [default: the file's name]")] = None
     output: Annotated[Path | None, option("File for the table.  [default: print it]", "--output", "-o")] = None

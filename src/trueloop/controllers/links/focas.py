@@ -35,7 +35,7 @@ ANSWERS: Final = {
     12: "another mode has to be chosen at the control", 13: "refused now", 14: "data server error",
     15: "an alarm is on", 16: "it is stopped", 17: "protected data",
 }  # fmt: skip
-"""What EW codes mean, in short."""
+"""Meanings of EW codes, in short."""
 
 
 def load(path: Path) -> ctypes.CDLL:
@@ -236,7 +236,7 @@ def _write(control: Connection, key: tuple[int, int], count: int) -> None:
 
 
 def _counts(text: bytes, increment: Decimal, unit: Unit) -> dict[tuple[int, int], int]:
-    """What the control counts, by number and kind of offset."""
+    """The control's offsets, by number and kind."""
     table = tool_table_of(Path("OFFSETS"), text, unit)
     return {key: count for row in table.rows for key, count in _row_counts(row, increment)}
 
@@ -335,7 +335,7 @@ def busy(control: Connection) -> Busy:
 
 
 TABLE: Final = "OFFSETS"
-"""What the control's offsets are called among its programs."""
+"""The name of the control's offsets among its programs."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ _SKIPPED: Final[Mapping[WireCode, bytes]] = {
     "odd": b"\x00\x80\x7f\x91\x92\x13\x94\r",
     "eia": b"\x00\x7f\x11\x12\x14",
 }
-"""What carries nothing: leader, rubbed-out characters, device controls, carriage returns."""
+"""Bytes without content: leader, rubbed-out characters, device controls, carriage returns."""
 
 
 def encoded(text: bytes, code: WireCode, line_end: bytes = b"\r\n") -> bytes:

@@ -1,4 +1,4 @@
-"""What every link to a control can do, and which names of programs it takes."""
+"""The operations of every link to a control, and the program names that it takes."""
 
 import re
 from dataclasses import dataclass

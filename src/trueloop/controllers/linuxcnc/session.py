@@ -35,7 +35,7 @@ Progress = Callable[[int, float, float], None]
 
 @dataclass(frozen=True)
 class ProbedPart:
-    """What the probe meets: the surface (n, 2) and the probe's own errors; mm and rad."""
+    """The probed part: its surface (n, 2) and the probe's own errors; mm and rad."""
 
     surface_mm: Array
     ball_radius_mm: float

@@ -1,4 +1,4 @@
-"""What an agent holds, read over HTTP without a gap: `/probe`, `/current`, then `/sample` from number to number.
+"""Reads an agent over HTTP without a gap: `/probe`, `/current`, then `/sample` from number to number.
 
 An agent that was started anew numbers from the beginning, and one that is asked too late no longer has what was missed:
 both are told, and reading goes on with what is current.

@@ -1,4 +1,4 @@
-"""What the adapter says, and the device model that tells an agent so: one list makes both."""
+"""The adapter's data items, and the device model that describes them to an agent, from one list."""
 
 import re
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What is wrong with a series of parts: probabilities of causes from errors at all points of all parts [4773 §4]."""
+"""Causes of a series' errors: probabilities of causes from errors at all points of all parts [4773 §4]."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

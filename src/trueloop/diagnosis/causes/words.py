@@ -13,7 +13,7 @@ from trueloop.diagnosis.causes.weighing import Size
 from trueloop.wording import Um, Wording, wording
 
 OPEN, SETTLED = 0.02, 0.98
-"""Causes between these probabilities are told apart by a further measurement."""
+"""Causes between these probabilities are separated by a further measurement."""
 
 
 @dataclass(frozen=True)

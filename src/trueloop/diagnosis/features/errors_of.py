@@ -133,7 +133,7 @@ def roundness_of(form: Form, name: str) -> tuple[FeatureError, ...]:
 
 
 def errors_of(points: SeenPoints, places: Mapping[str, FeaturePlace]) -> tuple[FeatureError, ...]:
-    """What the points determine, feature by feature in the order of `places`, then lengths between faces.
+    """The errors that the points determine, feature by feature in the order of `places`, then lengths between faces.
 
     Of the least-squares line through the errors e of a shaft or a cone (an arc: their mean):
 

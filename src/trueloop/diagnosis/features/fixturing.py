@@ -102,7 +102,7 @@ FALSE_ALARMS: Final = 0.01
 """Of all three tests together, of a fixturing that holds: a third each."""
 EACH: Final = FALSE_ALARMS / 3.0
 FEWEST: Final = 5
-"""Repeats below which a step cannot be told from a drift."""
+"""Repeats below which a step cannot be distinguished from a drift."""
 
 
 class Instability(StrEnum):
@@ -157,7 +157,7 @@ class Fixturing:
 
 
 def fixturing(values_mm: Array, standard_u_mm: float, limit_mm: float | None = None) -> Fixturing:
-    """What repeats (n,) in order of time show; `standard_u_mm` is what one reading is expected to repeat to.
+    """Analyses repeats (n,) in order of time; `standard_u_mm` is what one reading is expected to repeat to.
 
     Significant at 1 % of false alarms, all three together (a third each, Bonferroni; of the n − 1 places of a step
     too), while readings of a fixturing that holds are normal, independent and repeat to `standard_u_mm`: the spread by

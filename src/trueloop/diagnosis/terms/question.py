@@ -103,7 +103,7 @@ def taken_out(set_up: SetUps, rows: Array, values: Array, scatter: Array) -> Tak
 
 Hypothesis = tuple[Suspect, ...]
 NOISE_MM: Final = 0.001
-"""What residuals scatter by, to begin with: the prior of their variance is worth two of them."""
+"""The initial scatter of residuals: the prior of their variance is worth two of them."""
 AT_ONCE: Final = 64
 """Hypotheses that are worked out at once: a matter of memory alone."""
 

@@ -1,4 +1,4 @@
-"""What may be wrong: an axis error or the nominal size, everywhere alike or following a temperature, time or travel.
+"""Suspected errors: an axis error or the nominal size, everywhere alike or following a temperature, time or travel.
 
 [4773 Table 1] has an error follow the temperature of its own element; its other correlations "that should be tracked"
 are here another element's temperature or any other signal, the order of the parts (time), the way of travel (lost
@@ -89,7 +89,7 @@ class Suspect:
 
     @property
     def parts(self) -> tuple["Suspect", ...]:
-        """What it is made of: one that is steady, one that follows."""
+        """Its two parts: a steady one, and one that follows."""
         alone = (Suspect(self.error, "", True, self.degree),) if self.steady else ()
         return (*alone, Suspect(self.error, self.follows, False, min(self.degree, LINE))) if self.follows else alone
 

@@ -1,4 +1,4 @@
-"""What has to be in order before a program runs, and before a finish cut above all: `checks_of`."""
+"""Checks before a program runs, above all before a finish cut: `checks_of`."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ AHEAD: Final = timedelta(seconds=60)
 
 @dataclass(frozen=True)
 class MachineFacts:
-    """What was heard of a machine; None: nothing. `alarms` are the numbers of open ones that block it."""
+    """The last report of a machine; None: none came. `alarms` are the numbers of open ones that block it."""
 
     name: str
     calibrated_at: datetime | None = None

@@ -1,4 +1,4 @@
-"""What follows from facts and touches of runs: `record_facts`, `record_touches`, `record_temperatures`."""
+"""Consequences of facts and touches of runs: `record_facts`, `record_touches`, `record_temperatures`."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -160,7 +160,7 @@ def _known(facts: RunsFacts, key: str, by: By) -> RunKnown:
 
 
 def _after(order: OrderNow, known: RunKnown, new: list[RunFact]) -> Changes:
-    """What a run's facts, all of them, make of its step and part."""
+    """Derives the state of step and part from all facts of a run."""
     part, run = order.part(known.row), known.run
     step = part.steps[run.step]
     if part.rejected or (step.run == run.key and step.state is StepState.RECORDED):

@@ -1,1 +1,1 @@
-"""What the service answers, filled from the store: few queries each, lists by cursor, nothing written."""
+"""The service's answers, filled from the store: few queries each, lists by cursor, nothing written."""

@@ -1,4 +1,4 @@
-"""What people and cells are shown: the shapes of the service's answers, filled from the store.
+"""The shapes of the service's answers to people and cells, filled from the store.
 
 Times are ISO 8601 with zone; lengths are mm, errors µm, positive where material is left on. A field that is None is not
 known, and is shown so.

@@ -26,7 +26,7 @@ class Waiting:
 
 @dataclass(frozen=True)
 class MachineNow:
-    """What a machine does, as last heard at `at`; None: unknown. `stale`: longer ago than its limit."""
+    """The state of a machine as last reported at `at`; None: unknown. `stale`: longer ago than its limit."""
 
     name: str
     at: datetime | None
@@ -142,7 +142,7 @@ class OrderView:
 
 @dataclass(frozen=True)
 class CorrectedFrom:
-    """What a corrected program was made from: by which correction, from which program, for which part."""
+    """The origin of a corrected program: its correction, the source program, the part."""
 
     correction: str
     name: str

@@ -9,7 +9,7 @@ from trueloop.factory.views.orders import MachineNow, TransferView
 
 @dataclass(frozen=True)
 class CalibrationView:
-    """A calibration of a machine's probe: `values` are what was found, as it was told."""
+    """A calibration of a machine's probe: `values` are the results as reported."""
 
     at: datetime
     who: str
@@ -18,7 +18,7 @@ class CalibrationView:
 
 @dataclass(frozen=True)
 class TemperatureView:
-    """What a sensor said, oldest first, °C; the latest hours, no more than a picture shows."""
+    """A sensor's values, oldest first, °C; the latest hours, no more than a picture shows."""
 
     signal: str
     at: tuple[datetime, ...]

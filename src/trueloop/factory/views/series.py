@@ -120,7 +120,7 @@ class NextPart:
 
 @dataclass(frozen=True)
 class ToolEvent:
-    """What happened to an edge; `values` as they were stated, by name with their unit."""
+    """An event of an edge; `values` as they were stated, by name with their unit."""
 
     at: datetime
     kind: str
@@ -150,7 +150,7 @@ class ToolMemory:
 
 @dataclass(frozen=True)
 class EffectView:
-    """What a proposal does to one characteristic of the next part."""
+    """The effect of a proposal on one characteristic of the next part."""
 
     characteristic: str
     size_change_um: float

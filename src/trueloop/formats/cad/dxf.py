@@ -186,7 +186,7 @@ def _halved(one: Candidate, path: Path) -> Iterator[Feature]:
 
 
 def _about(one: Candidate, read: DxfSheet, zero: Zero) -> Iterator[str]:
-    """What was decided for this contour, in words."""
+    """The decisions for this contour, in words."""
     axis, half = one.view.axis, one.view.halves[0]
     at = f"{'y' if axis.vertical else 'x'} = 0 of the drawing" if zero == "drawing" else f"the {zero.replace('-', ' ')}"
     if axis.vertical or axis.at_mm or zero != "drawing":
@@ -209,7 +209,7 @@ def _about(one: Candidate, read: DxfSheet, zero: Zero) -> Iterator[str]:
 
 @contextmanager
 def _refusing_damage(path: Path) -> Iterator[None]:
-    """What ezdxf raises over a damaged file, while it is opened or as its entities are asked, in words."""
+    """Describes an exception of ezdxf over a damaged file, when it is opened or its entities are read."""
     from ezdxf.lldxf.const import DXFError
 
     damage = (

@@ -130,7 +130,7 @@ class _Pmi:
         return tuple(dict.fromkeys(found))
 
     def _reached(self, usage: Record) -> Iterator[int]:
-        """What a usage identifies, through sets of it."""
+        """Returns the items that a usage identifies, through sets of them."""
         for number in usage.refs():
             record = self.records.of.get(number)
             if record is not None:

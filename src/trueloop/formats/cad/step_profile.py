@@ -206,7 +206,7 @@ def _read(body: Body, path: Path, turned_round: bool) -> _Part:
 
 
 def _tolerances(solids: Solids, part: _Part, features: Sequence[Feature], path: Path) -> Proposals:
-    """What the tolerances in the file limit of the features."""
+    """Returns the features' characteristics that tolerances in the file limit."""
     text = path.read_text(encoding="latin-1") if solids.reader is not None else ""
     if not HAS_TOLERANCES.search(text):
         return Proposals()

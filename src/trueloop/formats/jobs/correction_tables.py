@@ -23,7 +23,7 @@ from trueloop.turned.touches.touches import Gauging
 
 @with_options("gauging", Gauging)
 class GaugingTable(Table):
-    """What was measured: touches of a probe, readings of gauges or measuring machines, or both.
+    """The measurements: touches of a probe, readings of gauges or measuring machines, or both.
 
     Ranges of repeated probing are those of [6811 §4.1]: 1.5 µm on diameters, 0.5 µm on faces.
     """

@@ -77,7 +77,7 @@ class MachineTable(Table):
     """Which machine, and which axis carries which."""
 
     name: str
-    """What the machine is called."""
+    """The machine's name."""
     serial: str = ""
     """Its serial number: a model of another one is refused where it is asked for."""
     structure: str

@@ -12,7 +12,7 @@ from trueloop.geometry.profile import Profile
 
 @dataclass(frozen=True)
 class NewJob:
-    """What a new job says. Paths are as they shall stand in it: relative to the job.
+    """The content of a new job. Paths are as they shall stand in it: relative to the job.
 
     `profile` is spelled out where there is no `drawing`, whose format `drawing_key` names ("dxf" or "step"); `chosen`
     are keys that say what of it is meant, and `asked` is what it asks for.

@@ -111,7 +111,7 @@ class CharacteristicTable(Table):
     """One size that the drawing asks for, to be judged before and after the correction."""
 
     name: str
-    """What it is called, once in a job."""
+    """Its name, once in a job."""
     quantity: Literal["diameter", "length", "angle", "radius", "form"]
     """`"diameter"` (whatever `part.x_is` is), `"length"` (between two faces, or of one from z = 0), `"angle"` (of a
     cone, to the axis), `"radius"` (of an arc) or `"form"` (straightness; of a curve its profile
@@ -148,11 +148,11 @@ class PartTable(Table):
     """The nominal profile: given here, or read from a DXF drawing or a solid, or taken from the finish program."""
 
     name: str
-    """What the part is called in the report: its name or number."""
+    """The part's name or number, for the report."""
     revision: str = ""
     """Revision of the drawing. This key and the next three are for the report and the record."""
     material: str = ""
-    """What it is made of."""
+    """Its material."""
     drawing: str = ""
     """Number of its drawing, where that is not its name."""
     serial: str = ""

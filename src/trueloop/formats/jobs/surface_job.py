@@ -104,7 +104,7 @@ class SurfaceJobFile(Table):
     """A whole job file of a surface."""
 
     name: str
-    """What the surface is called."""
+    """The surface's name."""
     surface: SurfaceTable
     gauging: SurfaceGaugingTable
     model: ModelTable = ModelTable()

@@ -37,7 +37,7 @@ class ToolTable(Table):
     path where the job has one tool; of several it is the centre.
     """
     name: str = ""
-    """What the tool or its holder is called. This key and the next three are for the report and the record."""
+    """The name of the tool or its holder. This key and the next three are for the report and the record."""
     insert: str = ""
     """The insert: its designation, or the number on it."""
     corner: str = ""
@@ -186,7 +186,7 @@ class SetupTable(Table):
     """One of several set-ups in which the part is turned: a table [[setups]] each, with its program and its tools."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=40)]
-    """What it is called, in file names too: letters, digits, `-` and `_`."""
+    """Its name, in file names too: letters, digits, `-` and `_`."""
     zero_at_z_mm: Annotated[Finite | None, In("mm")] = None
     """z of the part's frame at which this program's Z is 0: its datum. Without it the job is refused."""
     flipped: bool = False

@@ -31,7 +31,7 @@ class NoseTable(Table):
 
 
 class ProcessTable(Table):
-    """What does not repeat, and by how much the tool is set wrongly (x on the radius)."""
+    """The errors that do not repeat, and by how much the tool is set wrongly (x on the radius)."""
 
     along_um: NotNegative = 0.0
     """Standard deviation of what varies along the cut."""

@@ -17,7 +17,7 @@ Side = Annotated[int, Field(ge=8, le=200, strict=True)]
 
 
 class MilledProcessTable(Table):
-    """What repeats, by how much parts differ in the middle and at the edges, and what a single touch scatters."""
+    """The errors that repeat, by how much parts differ in the middle and at the edges, and the scatter of a touch."""
 
     pattern_um: NotNegative = 8.0
     """Size of what repeats on every part."""
@@ -30,7 +30,7 @@ class MilledProcessTable(Table):
     most_um: NotNegative | None = None
     """By how much at the edges; left out, as published."""
     noise_um: NotNegative | None = None
-    """What a single touch scatters; left out, as published."""
+    """The scatter of a single touch; left out, as published."""
 
 
 class WearTable(Table):

@@ -1,4 +1,4 @@
-"""What `trueloop realtime signals` reads: sources, and which signal of the image is found where in them."""
+"""The file of `trueloop realtime signals`: sources, and the place of each signal of the image in them."""
 
 from pathlib import Path
 from typing import Annotated, Final, Literal

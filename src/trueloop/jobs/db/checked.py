@@ -1,4 +1,4 @@
-"""What is odd in a store: damage, links to nothing, labels against links, order, clock."""
+"""Findings in a store: damage, links to nothing, labels against links, order, clock."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -142,7 +142,7 @@ def _no_such(row: str, what: str, identity: Identity) -> Finding:
 
 @dataclass(frozen=True)
 class Checked:
-    """What a check found, and how many rows it read."""
+    """The findings of a check, and how many rows it read."""
 
     rows: int
     findings: tuple[Finding, ...]

@@ -114,7 +114,7 @@ def _row(kind: Kind, kept: Kept[Any], superseded: bool) -> Row:
 
 
 def _more(value: object) -> dict[str, str]:
-    """What a person asks of a row besides what it is found by."""
+    """Columns of a row that a person reads beside those it is searched by."""
     if isinstance(value, Inspection):
         at = value.measured_at
         said = {"measured_at": "" if at is None else f"{at:%Y-%m-%d %H:%M}", "device": value.device}

@@ -1,1 +1,1 @@
-"""What commands `trueloop diagnose` do: records of a store to diagnoses."""
+"""The work of `trueloop diagnose`: records of a store to diagnoses."""

@@ -1,4 +1,4 @@
-"""What a store holds of the parts of a type, as a diagnosis needs it: who saw which part, and its cut."""
+"""The stored parts of a type for a diagnosis: the devices that measured each, and its cut."""
 
 import difflib
 from collections.abc import Iterator, Mapping, Sequence

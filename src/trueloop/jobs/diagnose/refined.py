@@ -43,7 +43,7 @@ class Refining:
 
 @dataclass(frozen=True)
 class RefinedModel:
-    """What came of it: the diagnosis with the refinement, and the files."""
+    """The result: the diagnosis with the refinement, and the files."""
 
     shape: MachineDiagnosisShape
     files: tuple[str, ...]

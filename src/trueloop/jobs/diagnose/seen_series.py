@@ -178,7 +178,7 @@ def _temperatures(seen: Collection[Inspection]) -> Mapping[str, float]:
 
 
 def _clocks(records: Records, part: Part, accept: Collection[str]) -> list[Finding]:
-    """What was measured before it was cut, or cut before its tool was set."""
+    """Parts measured before they were cut, or cut before their tool was set."""
     cut = records.cuts.get(part.identity)
     if cut is None or cut.at is None:
         return []

@@ -1,1 +1,1 @@
-"""What the factory's workers do."""
+"""The work of the factory's workers."""

@@ -1,4 +1,4 @@
-"""What was handed over becomes facts of the store: a program, or what was measured of a part of an order."""
+"""Uploads become facts of the store: a program, or measurements of a part of an order."""
 
 from dataclasses import dataclass
 from datetime import datetime

@@ -38,7 +38,7 @@ def job_folder(order: WorkOrder, programs: Mapping[str, bytes], touches: bytes |
 
 
 def _read_log(job: Path, control: str) -> None:
-    """What the control logged, in the place of the touches, becomes these. Raises PRB errors."""
+    """Converts the control's log to touches and puts these in its place. Raises PRB errors."""
     probing = read_probing(job)
     log = job.parent / tomllib.loads(job.read_text(encoding="utf-8"))["gauging"]["touches"]
     log.write_text(touches_to_csv(read_logged_touches(probing, log, control).touches), encoding="utf-8")

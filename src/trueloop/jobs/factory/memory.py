@@ -1,4 +1,4 @@
-"""What a tool's edge remembers, as it is shown: worked out from its parts, never kept."""
+"""The memory of a tool's edge, as it is shown: computed from its parts, never kept."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -164,7 +164,7 @@ CODEC: Final[Codec] = STORED.with_more(
     *(Handed, Asked, Inspected, UploadView, views.ProgramRead, views.MeasurementRead, views.InspectionRead),
     *(views.ValueRead, views.DrawingRead, views.Remarked),
 )
-"""What goes to a process that reads files, and comes back from it."""
+"""Questions to a process that reads files, and its answers."""
 
 
 def _unit(program: Program, given: Unit | None) -> Unit | None:

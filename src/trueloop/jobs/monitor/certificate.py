@@ -105,7 +105,7 @@ def _seen(store: Store, inspections: Sequence[Inspection], cuts: Sequence[Cut]) 
 def _in_force(
     store: Store, part: Part, cut: Cut | None, inspections: Sequence[Inspection]
 ) -> tuple[tuple[InForce, ...], tuple[str, ...]]:
-    """What was in force when the part was cut, and what is not known of that."""
+    """The correction in force when the part was cut, and what is unknown about it."""
     found, missing = list[InForce](), list[str]()
     if cut is None:
         missing.append(wording("no finish cut is kept: program, tool and correction are not known"))

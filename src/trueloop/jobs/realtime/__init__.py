@@ -1,1 +1,1 @@
-"""What `trueloop realtime` does with files."""
+"""The files of `trueloop realtime`."""

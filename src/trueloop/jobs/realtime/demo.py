@@ -56,7 +56,7 @@ Say = Callable[[str], None]
 @by_content
 @dataclass(frozen=True)
 class Demo:
-    """What came of it: parts by name, what the judge says of the run with the corrector, what is left by cause."""
+    """The result: parts by name, the judge's figures of the run with the corrector, errors left by cause."""
 
     parts: dict[str, MeasuredPart]
     judged: Judged

@@ -1,4 +1,4 @@
-"""The live page over HTTP, for a browser on the same computer: the page, and what it is told as server-sent events."""
+"""The live page over HTTP, for a browser on the same computer: the page, and its data as server-sent events."""
 
 import json
 import threading
@@ -11,7 +11,7 @@ from typing import Any, Final
 from trueloop.errors import Code
 
 KEPT: Final = 600
-"""What a browser that comes later is told first: a minute."""
+"""History that a browser gets first: a minute."""
 WAIT_S: Final = 1.0
 LOCAL: Final = "127.0.0.1"
 

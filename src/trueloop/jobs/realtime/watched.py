@@ -116,7 +116,7 @@ class Order:
 
 @dataclass
 class Seen:
-    """What is kept of a run for its page, in bounded room."""
+    """The data of a run for its page, in bounded room."""
 
     drawn: Envelope
     happened: list[Event] = field(default_factory=list)
@@ -143,7 +143,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of it. `ended`: why the record ends."""
+    """The result. `ended`: why the record ends."""
 
     files: tuple[Path, ...]
     page: Path

@@ -25,7 +25,7 @@ NO_IMAGE: Final = "IMAGE.rtec"
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the lines are for. `serial`: of this machine; `job`: whose program and tool are to run with the image."""
+    """The purpose of the lines. `serial`: of this machine; `job`: whose program and tool are to run with the image."""
 
     image: Path | None = None
     serial: str | None = None

@@ -1,4 +1,4 @@
-"""What contradicts the store: files and records of another part, another stage, or a time that cannot be."""
+"""Contradictions to the store: files and records of another part, another stage, or a time that cannot be."""
 
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime

@@ -13,7 +13,7 @@ from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 
 NUMBER: Final = re.compile(r"\d+(\.\d+)?")
-"""What a serial number begins with, where it is one."""
+"""The beginning of a serial number."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What cut a job's measured part: stated in the job, known to its store, or asked for."""
+"""The correction that cut a job's measured part: stated in the job, known to its store, or asked for."""
 
 import re
 from collections.abc import Iterator, Sequence

@@ -94,7 +94,7 @@ FEWEST, MOST = 3, 20
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a new job is made from. `measured`: "gauge" for readings of diameters and lengths, "points" for touches."""
+    """The sources of a new job. `measured`: "gauge" for readings of diameters and lengths, "points" for touches."""
 
     program: Path
     nose_radius_mm: float
@@ -115,7 +115,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Made:
-    """What was written: the job first, then the file to be filled in, with `places` rows; and the part's features."""
+    """The written files: the job first, then the file to be filled in, with `places` rows; and the part's features."""
 
     files: tuple[Path, ...]
     places: int

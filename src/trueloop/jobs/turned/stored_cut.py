@@ -1,4 +1,4 @@
-"""What a store knows of how a measured part was cut."""
+"""Facts in a store of how a measured part was cut."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -71,7 +71,7 @@ class Comparison:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What was noticed in the parts of both."""
+        """The remarks on the parts of both."""
         return tuple(finding for group in (self.before, self.after) for part in group.kept for finding in part.findings)
 
 

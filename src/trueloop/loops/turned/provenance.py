@@ -1,4 +1,4 @@
-"""What a correction was made from and by what, as its record keeps it; and what it is in all, and how much of it was in
+"""The sources and tools of a correction, as its record keeps them; and its size in all, and how much of it was in
 force when the measured part was cut.
 """
 

@@ -1,4 +1,4 @@
-"""What one edge of a set-up is corrected from: its own contour in the frame of its program, what was measured of it,
+"""The inputs of one edge of a set-up: its own contour in the frame of its program, what was measured of it,
 and nothing of the others.
 
 Fits, offsets, nose models and bands of two edges share nothing but the frame of the part. An error along the normal is

@@ -190,7 +190,7 @@ def _up_to_axis(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
 
 
 def _name(move: FeedMove) -> str:
-    """What the move is called in a message about its geometry: a cycle has several moves in one line."""
+    """Names the move in a message about its geometry: a cycle has several moves in one line."""
     return f"line {move.line}, move {move.index}"
 
 

@@ -36,7 +36,7 @@ class TermSetShape(Shape):
 
 
 class ResidualShape(Shape):
-    """What the model left at one gauging point of one part."""
+    """The model's residual at one gauging point of one part."""
 
     part: str
     """Its serial number or number."""
@@ -61,7 +61,7 @@ class LeftOutShape(Shape):
     """What both models leave of parts, or of part types, that the refined one has not seen."""
 
     of: Literal["parts", "part types"]
-    """What was left out."""
+    """The part or type that was left out."""
     groups: int
     """How often some were left out."""
     points: int
@@ -109,7 +109,7 @@ class RefinementShape(Shape):
     parts: int
     """From how many parts."""
     left_out: list[LeftOutShape]
-    """What it was judged on."""
+    """The parts that it was judged on."""
     better: bool
     """It leaves less, beyond the uncertainty, and no more of part types left out."""
     changes: list[ChangeShape]
@@ -134,7 +134,7 @@ class MachineDiagnosisShape(Shape):
     sets: list[TermSetShape]
     """What is found, each of them; none: nothing wrong is likelier than not."""
     scatter_um: float
-    """What single points scatter by."""
+    """The scatter of single points."""
     by_error: dict[str, float]
     """Probability of each axis error that it is wrong, likeliest first."""
     residuals: list[ResidualShape]
@@ -148,7 +148,7 @@ class MachineDiagnosisShape(Shape):
     refinement: RefinementShape | None
     """Null: none was made."""
     findings: list[FindingShape]
-    """What is odd."""
+    """The findings."""
 
 
 def refinement_shape(refined: Refined, version: Version) -> RefinementShape:

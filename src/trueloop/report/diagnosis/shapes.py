@@ -101,7 +101,7 @@ class CandidateShape(Shape):
     probability: float
     """That it acts."""
     size_um: float | None
-    """What it does, if it acts."""
+    """Its effect, if it acts."""
     standard_u_um: float | None
     """Of that."""
     supports: list[Words]
@@ -109,7 +109,7 @@ class CandidateShape(Shape):
     contradicts: list[Words]
     """Evidence against it."""
     remedy: Words
-    """What to do."""
+    """The remedy."""
     section: str
     """Where the source says it."""
     decided_by: Words
@@ -213,7 +213,7 @@ class PartDiagnosisShape(Shape):
     points: list[PointShape]
     """Where both devices measured the same points."""
     findings: list[FindingShape]
-    """What is odd."""
+    """The findings."""
 
 
 class PointMeansShape(Shape):
@@ -251,7 +251,7 @@ class SeriesDiagnosisShape(Shape):
     parts: list[SeenPartShape]
     """As they were cut."""
     findings: list[FindingShape]
-    """What is odd."""
+    """The findings."""
 
 
 class JudgedShape(Shape):
@@ -269,13 +269,13 @@ class FixturingShape(Shape):
     """Repeats at one point right after fixturing."""
 
     name: str
-    """What was fixed: the part, the tool probe, the part probe, or as named."""
+    """The fixed object: the part, the tool probe, the part probe, or as named."""
     values_um: list[float]
     """As read, less their mean."""
     standard_u_um: float
     """Of one reading."""
     limit_um: float | None
-    """What they may vary by."""
+    """The variation allowed."""
     spread: JudgedShape
     """From one to the next."""
     drift: JudgedShape
@@ -296,4 +296,4 @@ class FixtureDiagnosisShape(Shape):
     fixturings: list[FixturingShape]
     """One for each."""
     findings: list[FindingShape]
-    """What is odd."""
+    """The findings."""

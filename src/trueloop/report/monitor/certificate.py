@@ -53,7 +53,7 @@ class CertifiedShape(Shape):
     missing: list[SkipValidation[str]]
     """What is not known, and forbids to certify it."""
     remarks: list[SkipValidation[str]]
-    """What the reader has to know."""
+    """Remarks for the reader."""
 
 
 class InForceShape(Shape):

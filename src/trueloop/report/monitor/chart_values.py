@@ -60,7 +60,7 @@ class SegmentShape(Shape):
 
 
 class AlarmShape(Shape):
-    """What one chart found at one part."""
+    """A signal of one chart at one part."""
 
     serial: str
     """The part at which the pattern is complete."""
@@ -180,7 +180,7 @@ class ChartsShape(Shape):
     characteristics: list[CharacteristicChartShape]
     """Each with values enough."""
     findings: list[FindingShape]
-    """What is odd about the parts."""
+    """The findings about the parts."""
 
 
 NAMED: Final = 0.05

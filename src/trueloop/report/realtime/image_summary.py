@@ -1,4 +1,4 @@
-"""What an image holds, in lines for people and as JSON."""
+"""The content of an image, as text and as JSON."""
 
 from collections.abc import Iterator
 

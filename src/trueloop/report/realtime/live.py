@@ -1,4 +1,4 @@
-"""The page that shows a run while it goes on, and what it is told ten times a second."""
+"""The page that shows a run while it goes on, and its data ten times a second."""
 
 import json
 import math
@@ -78,7 +78,7 @@ def _key() -> str:
 
 
 def _panels(axes: str, signals: Sequence[str]) -> str:
-    """What the script draws, in JSON that cannot end the element it stands in."""
+    """The data that the script draws, in JSON that cannot end the element it stands in."""
     panels: list[dict[str, Any]] = [
         {"title": "command (mm)", "lines": [[f"command_{axis}_mm", AXIS_COLOURS[axis]] for axis in axes]}
     ]

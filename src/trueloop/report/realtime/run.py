@@ -1,4 +1,4 @@
-"""What a page of a run shows. All of it but the title may be missing.
+"""The content of a page of a run. All of it but the title may be missing.
 
 A recorded run over time, one panel below the other: commands, correction by cause for each axis, signals, faults.
 

@@ -108,7 +108,7 @@ def series_figure(one: CharacteristicSeriesShape, say: Texts = ENGLISH) -> Figur
 
 
 def _seen(parts: Sequence[PartShape]) -> list[float]:
-    """What the axis has to hold: marks, and bands as far as those of parts after the first go."""
+    """The range of the axis: marks, and bands as far as those of parts after the first go."""
     marks = [value for one in parts for value in (one.before_um, one.after_um)]
     bands = [
         value

@@ -24,9 +24,9 @@ class PartShape(Shape):
     after_um: float
     """Error with correction: of a replay what would have been left, else as measured."""
     correction_um: float
-    """What was, or would have been, taken off the size."""
+    """The correction of the size, applied or computed."""
     expected_um: float | None
-    """What was expected of `after_um`, from earlier parts alone."""
+    """The prediction of `after_um` from earlier parts alone."""
     band_um: float | None
     """Half width of the 95 % band about it."""
     inside: bool | None
@@ -44,7 +44,7 @@ class PartShape(Shape):
 
 
 class NextShape(Shape):
-    """What is proposed for the next part."""
+    """The proposal for the next part."""
 
     size_change_um: float
     """To be added to the size."""
@@ -64,7 +64,7 @@ class CapabilityShape(Shape):
     ppk: float
     """Least distance of the mean to a limit over three standard deviations."""
     lower: float
-    """What it is at least, with 95 %."""
+    """Its lower bound, with 95 %."""
     parts: int
     """How many parts it is from."""
 
@@ -114,7 +114,7 @@ class FindingShape(Shape):
     message: str
     """In words."""
     hint: str
-    """What to do."""
+    """The action."""
 
 
 class SeriesShape(Shape):
@@ -129,7 +129,7 @@ class SeriesShape(Shape):
     characteristics: list[CharacteristicSeriesShape]
     """One for each."""
     findings: list[FindingShape]
-    """What is odd."""
+    """The findings."""
 
 
 def status_shape(

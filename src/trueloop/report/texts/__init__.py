@@ -1,1 +1,1 @@
-"""What pages say, in the reader's language and unit."""
+"""Texts of pages, in the reader's language and unit."""

@@ -1,4 +1,4 @@
-"""What pages say: in English as in the code, in German as in `german.toml`; numbers in the reader's unit."""
+"""Texts of pages: in English as in the code, in German as in `german.toml`; numbers in the reader's unit."""
 
 import tomllib
 from collections.abc import Mapping

@@ -181,7 +181,7 @@ def _blocks(correction: Correction) -> str:
 
 
 def _legend(correction: Correction, say: Texts) -> str:
-    """What the table's columns and signs mean."""
+    """Explains the table's columns and signs."""
     columns = say(
         "Before: measured after the semi-finish cut. After: <b>predicted</b>, not measured, with U "
         "(<a href='#uncertainty'>what it holds</a>). Left out: each touch predicted from all others; what a place "
@@ -195,7 +195,7 @@ def _legend(correction: Correction, say: Texts) -> str:
 
 
 def _expanded(correction: Correction, say: Texts) -> str:
-    """What ± and U are."""
+    """Explains ± and U."""
     spare = correction.model.degrees_of_freedom
     known = (
         say("Student’s distribution for {n} spare touches", n=spare)

@@ -31,7 +31,7 @@ class CharacteristicShape(Shape):
     """One size that the drawing asks for, judged."""
 
     name: str
-    """What the job calls it."""
+    """Its name in the job."""
     quantity: str
     """diameter, radius, length, angle, runout, position, form or other."""
     feature: str
@@ -93,9 +93,9 @@ class FeatureShape(Shape):
     left_out_rms_um: float | None
     """Each touch predicted from all others, root mean square."""
     expected: str
-    """What to expect, in words."""
+    """The prediction, in words."""
     standard_u_um: dict[str, float]
-    """What makes up the uncertainty, by cause."""
+    """The uncertainty's components, by cause."""
     sources: list[SourceShape]
     """Where its error comes from."""
 
@@ -166,11 +166,11 @@ class OffsetShape(Shape):
     blocks: list[str]
     """Blocks that add it, in the control's words."""
     leaves: list[LeftShape]
-    """What it would leave."""
+    """The errors that it would leave."""
 
 
 class ToolShape(Shape):
-    """What one tool gets."""
+    """The offset of one tool."""
 
     tool: int
     """Number of its offset."""
@@ -222,7 +222,7 @@ class ByToolShape(Shape):
     share: float
     """Of the correction's size that the offset takes out."""
     beyond: BeyondShape
-    """What it leaves."""
+    """The errors that it leaves."""
     features: list[MovedShape]
     """From the chuck end to the free end."""
 
@@ -246,7 +246,7 @@ class SuspectShape(Shape):
     error_um: float
     """Its error."""
     expected_um: float
-    """What the others predict there."""
+    """The error that the others predict there."""
     standard_u_um: float
     """Standard uncertainty of a good touch about that."""
     probability_bad: float
@@ -288,7 +288,7 @@ class JunctionShape(Shape):
     displacement_z_um: float
     """The same along z."""
     note: str
-    """What was done, in words."""
+    """The correction, in words."""
 
 
 class LineShape(Shape):
@@ -338,7 +338,7 @@ class MemoryTouchShape(Shape):
 
 
 class MemoryShape(Shape):
-    """What earlier parts of the edge said of the arcs."""
+    """The arcs' errors by earlier parts of the edge."""
 
     edge: str
     """The edge."""
@@ -405,7 +405,7 @@ class CorrectionShape(Shape):
     cut_with: CutWithShape | None
     """What cut the finished part that was measured; null: the part was measured before its finish cut."""
     headline: str
-    """What to expect, in words."""
+    """The prediction, in words."""
     characteristics: list[CharacteristicShape]
     """What the drawing asks for, in or out."""
     features: list[FeatureShape]
@@ -425,7 +425,7 @@ class CorrectionShape(Shape):
     suspect_touches: list[SuspectShape]
     """Touches that others contradict."""
     notes: list[str]
-    """What to know before the program is run."""
+    """Remarks to read before the program is run."""
     model_notes: list[str]
     """How the error curves came about."""
     scatter_um: float
@@ -445,4 +445,4 @@ class CorrectionShape(Shape):
     options: dict[str, object]
     """How it was corrected; lengths in mm."""
     memory: MemoryShape | None
-    """What earlier parts of the edge said; null without any."""
+    """The memory of earlier parts of the edge; null without any."""

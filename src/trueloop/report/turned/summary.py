@@ -131,13 +131,13 @@ class Header(Shape):
     revision: str
     """Revision of the drawing."""
     material: str
-    """What the part is made of."""
+    """The part's material."""
     serial: str
     """Serial number of the piece that was measured."""
     operator: str
     """Who measured."""
     device: str
-    """What measured: probe, gauge or measuring machine."""
+    """The device: probe, gauge or measuring machine."""
     machine: str
     """The machine tool."""
     machine_serial: str
@@ -169,7 +169,7 @@ class Header(Shape):
     record_id: str
     """Id of the correction's record, which stands in the corrected program too."""
     trueloop_version: str
-    """What made it."""
+    """The software that made it."""
 
 
 def header(record: Record) -> Header:

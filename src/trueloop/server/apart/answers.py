@@ -1,4 +1,4 @@
-"""What goes between the service and a process that reads files: JSON documents, a line each."""
+"""Messages between the service and a process that reads files: JSON documents, a line each."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -23,7 +23,7 @@ routes = router("/cell")
 
 @dataclass(frozen=True)
 class OfferView:
-    """What to do next: `program` is the text as sent, in base64."""
+    """The next task: `program` is the text as sent, in base64."""
 
     run: Run
     block: Block
@@ -34,7 +34,7 @@ class OfferView:
 
 @dataclass(frozen=True)
 class Fact:
-    """What a witness says of a run, and when it happened."""
+    """A fact of a run by a witness, and its time."""
 
     run: str
     what: FactKind
@@ -96,7 +96,7 @@ class Heartbeat:
 
 @routes.post("/next")
 def next_block(here: Here, who: By) -> OfferView | None:
-    """What the machine may run now; asked again, the same under the same key. Null: nothing."""
+    """The task that the machine may run now, again under the same key on a repeated request. Null: none."""
     offer = carry_out(here.store, ask.NextBlock(who.machine, witnessed), of(who), here.clock()).answer
     if offer is None:
         return None
@@ -106,7 +106,7 @@ def next_block(here: Here, who: By) -> OfferView | None:
 
 @routes.post("/facts")
 def facts(given: Facts, here: Here, who: By) -> KnownRuns:
-    """What happened, as often as it is told."""
+    """Records facts of runs; a repeated fact changes nothing."""
     told = tuple(RunFact(one.run, one.what, one.at, one.witness, one.values) for one in given.facts)
     done = carry_out(here.store, ask.RecordFacts(told), of(who), here.clock())
     return KnownRuns(tuple(done.answer))
@@ -114,7 +114,7 @@ def facts(given: Facts, here: Here, who: By) -> KnownRuns:
 
 @routes.post("/touches")
 def touches(given: Touches, here: Here, who: By) -> Kept:
-    """What a gauging run measured."""
+    """Records the touches of a gauging run."""
     try:
         content = b64decode(given.file, validate=True)
     except (Error, ValueError):
@@ -125,14 +125,14 @@ def touches(given: Touches, here: Here, who: By) -> Kept:
 
 @routes.post("/temperatures", status_code=204, response_class=Response)
 def temperatures(given: Temperatures, here: Here, who: By) -> None:
-    """What its sensors say."""
+    """Records values of its sensors."""
     wanted = ask.RecordTemperatures(who.machine, given.signals, given.at, given.run)
     carry_out(here.store, wanted, of(who), here.clock())
 
 
 @routes.post("/heartbeat", status_code=204, response_class=Response)
 def heartbeat(given: Heartbeat, here: Here, who: By) -> None:
-    """What the machine does, every two seconds."""
+    """Records the machine's state, every two seconds."""
     said: dict[str, Any] = {
         "state": given.state,
         "program": given.program,

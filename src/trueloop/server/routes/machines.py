@@ -26,7 +26,7 @@ def list_machines(here: Here) -> Page[MachineNow]:
 
 @routes.get("/machines/{name:path}/trace", response_class=StreamingResponse)
 def trace(name: str, here: Here, who: By, request: Request) -> StreamingResponse:
-    """What its cell says, as it says it (server-sent events)."""
+    """The reports of its cell as they come (server-sent events)."""
     require_known(here.store, name, here.clock())
 
     def read(after: int) -> tuple[int, list[bytes]]:
@@ -44,7 +44,7 @@ def corrector(
     request: Request,
     last_event_id: Annotated[int | None, Header(ge=0, le=_LARGEST)] = None,
 ) -> StreamingResponse:
-    """What its corrector does, as `trueloop realtime watch` tells it (server-sent events)."""
+    """The state of its corrector, from `trueloop realtime watch` (server-sent events)."""
     require_known(here.store, name, here.clock())
     state = request.app.state
 

@@ -1,4 +1,4 @@
-"""What is shown: read out of the store by `factory/shown`, each list with its place signed."""
+"""Views read from the store by `factory/shown`, each list with its place signed."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -79,7 +79,7 @@ def signed(here: Service, of: str, cursor: str | None, read: Callable[[str | Non
 
 @routes.get("/today")
 def show_today(here: Here) -> Today:
-    """What waits for whom, what machines do, what was made."""
+    """Open tasks by person, the machines' states, the finished parts."""
     return today(here.store, here.clock())
 
 
@@ -153,7 +153,7 @@ def list_tools(here: Here) -> Page[ToolRow]:
 
 @routes.get("/tools/{id}/memory")
 def show_memory(id: RowPath, here: Here, say: Say) -> ToolMemory:
-    """What an edge remembers."""
+    """The memory of an edge."""
     return tool_memory(here.store, id, say)
 
 
@@ -271,5 +271,5 @@ def show_task(id: RowPath, here: Here) -> TaskView:
 
 @routes.get("/event-log")
 def event_log(here: Here, limit: Limit = 50, cursor: Cursor = None) -> Page[EventView]:
-    """What happened, the latest first."""
+    """The events, the latest first."""
     return signed(here, "event-log", cursor, lambda place: records.event_rows(here.store, limit=limit, cursor=place))

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 def worked_out(request: Request, here: Service, asked: object, work_out: Callable[[], T]) -> T:
-    """What was worked out as of the newest facts, now or before."""
+    """Returns the result for the newest facts, computed now or before."""
     found: T = request.app.state.studies.of(here.store, asked, work_out)
     return found
 
@@ -63,7 +63,7 @@ def diagnose_series(part_type: str, here: Here, request: Request, say: Say) -> S
 def diagnose_part(
     serial: str, here: Here, request: Request, say: Say, part_type: str | None = None
 ) -> PartDiagnosisShape:
-    """What is wrong with one part."""
+    """The diagnosis of one part."""
     asked = ("part", serial, part_type)
     shape = worked_out(request, here, asked, lambda: diagnosed.part(here.store, serial, Asked(part_type)))
     return said(shape, say)

@@ -73,7 +73,7 @@ async def upload(request: Request, name: Name, here: Here, who: By) -> UploadVie
 
 @routes.post("/uploads/{sha}/read")
 async def read(sha: str, given: ReadAs, here: Here, who: By) -> UploadView:
-    """The same file, read in another way."""
+    """Reads the file again in another way."""
     asked = Asked(given.kind, given.dialect, given.unit, given.order, given.mapping_toml)
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
     return await read_apart(here, found, asked, upload_view)

@@ -1,4 +1,4 @@
-"""What cannot be right about points measured on a surface: unit, side, place, and points that say the same twice."""
+"""Checks of points measured on a surface: unit, side, place, and points that say the same twice."""
 
 from collections.abc import Iterator
 from typing import Final

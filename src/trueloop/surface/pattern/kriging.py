@@ -67,7 +67,7 @@ class Process:
 
 @dataclass(frozen=True, eq=False)
 class Kriging:
-    """What values measured at places (n, 2) in mm tell of the process elsewhere."""
+    """The process elsewhere, given values measured at places (n, 2) in mm."""
 
     process: Process
     at_mm: Array

@@ -181,7 +181,7 @@ def _mean_part(parts: Sequence[Separation]) -> list[Separation]:
 
 
 def _missed_mm(parts: Sequence[Separation]) -> float:
-    """What residuals have alike: the mean square of their mean, less what their scatter gives it."""
+    """Returns the residuals' common part: the mean square of their mean, less what their scatter gives it."""
     if not _comparable(parts):
         return 0.0
     residuals = np.stack([part.random_mm for part in parts])

@@ -1,4 +1,4 @@
-"""What a cell does next: `decide`, of what its journal says, what its control does, and what its program has logged."""
+"""The next action of a cell: `decide`, by its journal, its control's state, and its program's log."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -79,7 +79,7 @@ def seen(log: str, key: str) -> Seen:
 
 
 class Do(StrEnum):
-    """What to do; after each the world is looked at anew."""
+    """Actions; after each, journal and control are read again."""
 
     ASK = "ask"  # the service, for the next block or for how this one stands
     SEND = "send"  # write the program and read it back
@@ -113,7 +113,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Patience:
-    """`settled_s`: a control that stands still for so long has ended; `start_s`: one told to start, and has not."""
+    """`settled_s`: a control that stands still for so long has ended; `start_s`: a start that was sent has failed."""
 
     settled_s: float = 1.0
     start_s: float = 10.0

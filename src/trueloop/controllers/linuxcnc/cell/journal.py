@@ -1,4 +1,4 @@
-"""What a cell knows, on disk before it acts on it: one line a fact, with a checksum, never changed."""
+"""A cell's facts, on disk before it acts on them: one line a fact, with a checksum, never changed."""
 
 import fcntl
 import json

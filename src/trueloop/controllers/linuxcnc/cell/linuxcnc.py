@@ -51,9 +51,9 @@ class Task:
 
 
 EMPTY: Final = "nothing.ngc"
-"""What is loaded in place of a program that shall not be started again: LinuxCNC cannot load nothing."""
+"""Loaded in place of a program that shall not be started again: LinuxCNC cannot unload."""
 TAKEN_S: Final = 5.0
-"""How long LinuxCNC may take to do as it is told."""
+"""How long LinuxCNC may take to follow a command."""
 _POLL_S: Final = 0.01
 _LOG_TAIL: Final = 1 << 18
 """Bytes of the log that are read: far more than one run writes."""

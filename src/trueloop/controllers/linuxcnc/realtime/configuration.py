@@ -35,7 +35,7 @@ class HalLine:
 
 @dataclass(frozen=True)
 class Configuration:
-    """What LinuxCNC is started with."""
+    """The files that LinuxCNC is started with."""
 
     ini: Path
     entries: tuple[Entry, ...]

@@ -1,4 +1,4 @@
-"""What of a configuration the corrector needs to know, and what it cannot be put into."""
+"""The facts of a configuration that the corrector needs, and configurations that it does not fit."""
 
 import re
 from collections.abc import Mapping

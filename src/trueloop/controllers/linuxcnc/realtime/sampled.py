@@ -1,4 +1,4 @@
-"""What is recorded of every servo period: the pins that HAL's `sampler` takes, and the lines that wire them to it.
+"""The record of every servo period: the pins that HAL's `sampler` takes, and the lines that wire them to it.
 
 A stream of LinuxCNC gives no number to a record that found no room, so every stream begins with the corrector's own
 count of periods: records of several streams are joined by it, and lost ones are seen.

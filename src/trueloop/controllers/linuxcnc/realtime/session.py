@@ -29,7 +29,7 @@ from trueloop.controllers.linuxcnc.session import Progress, answer, configuratio
 from trueloop.errors import Code
 
 WIRE: Final = "net x-drive rtec.out-0 => rtec.drive-fb-0\nnet z-drive rtec.out-2 => rtec.drive-fb-2\n"
-"""Drives that stand where they are told."""
+"""Drives without following error."""
 
 QUIET: Final = "setp rtec.watchdog 1e6\nsetp rtec.stale 1e6\n"
 """No heartbeat is waited for: signals are what a step sets."""
@@ -64,7 +64,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class Driven:
-    """What came of a session: rows (n, columns), values that steps asked for, what LinuxCNC said, its log."""
+    """The result of a session: rows (n, columns), values that steps asked for, what LinuxCNC said, its log."""
 
     columns: tuple[str, ...]
     samples: Array

@@ -77,10 +77,10 @@ class VariableTable(Table):
 
 
 class LogTable(Table):
-    """What the numbers of a log of positions are."""
+    """The meaning of the numbers in a log of positions."""
 
     columns: tuple[Literal["x", "y", "z", "-"], ...] = ()
-    """What each number of a line without letters is; `"-"`: it is not read."""
+    """The meaning of each number in a line without letters; `"-"`: it is not read."""
     x_is: XIs | None = None
     """Whether an X is a `"radius"` or a `"diameter"`."""
     lines: tuple[Count, Count] | None = None
@@ -102,13 +102,13 @@ class Meaning(Table):
     unit: Unit | None = None
     """Unit of the file's lengths; left out, `--unit` says it."""
     part: str = ""
-    """What the part is called."""
+    """The part's name."""
     serial: str = ""
     """Its serial number."""
     variables: dict[str, VariableTable] = Field(default_factory=dict)
     """Tables `[variables.500]`, one a variable: its number, or its name as in `"_OVR[4]"`."""
     log: LogTable | None = None
-    """What the numbers of a log are."""
+    """The meaning of the numbers in a log."""
     features: dict[str, str] = Field(default_factory=dict)
     """The part's names of features by those in the file, `"DIA 7" = "journal"`, `"LENGTH 2" = "shoulder from end"`."""
 

@@ -43,7 +43,7 @@ AXES: Final[dict[str, Literal["x", "y", "z"]]] = {"X": "x", "Y": "y", "Z": "z"}
 
 @dataclass
 class _Component:
-    """What is found of one part, while its lines are read."""
+    """The values of one part, while its lines are read."""
 
     number: str
     readings: list[Reading] = field(default_factory=list)

@@ -296,5 +296,5 @@ def _half(table: VariableTable) -> float:
 
 
 def _called(name: str, table: VariableTable) -> str:
-    """What a characteristic is called: by its feature, else by its variable."""
+    """Returns the name of a characteristic: by its feature, else by its variable."""
     return f"{table.feature} {table.quantity}" if table.feature else key_of(name)

@@ -33,7 +33,7 @@ def dfq_of(inspections: Sequence[Inspection]) -> bytes:
 
 
 def _group(inspection: Inspection) -> tuple[PartType, str, str]:
-    """What Q-DAS states once for all pieces of a part."""
+    """The data that Q-DAS states once for all pieces of a part."""
     return inspection.part.part_type, inspection.device, inspection.operator
 
 

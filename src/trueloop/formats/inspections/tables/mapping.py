@@ -1,4 +1,4 @@
-"""What the columns of a table mean, as a TOML file that is proposed, shown, and kept beside the job."""
+"""The meanings of a table's columns, as a TOML file that is proposed, shown, and kept beside the job."""
 
 import difflib
 import json

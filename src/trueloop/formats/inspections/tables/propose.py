@@ -33,7 +33,7 @@ PARTS: Final = frozenset(name for name, (role, _) in KNOWN.items() if role is Ro
 """Headings that, with a number after them, are those of repeated readings, or of parts."""
 LABELLED: Final = (Role.NOMINAL, *LIMITS, Role.UNIT)
 Given = Map[str, Sequence[str]]
-"""What a user says of columns: headings by role, or by `parts`, `repeats`, `characteristics`, `ignored`."""
+"""The user's statements about columns: headings by role, or by `parts`, `repeats`, `characteristics`, `ignored`."""
 
 
 def propose(grid: Grid, given: Given | None = None) -> Mapping:
@@ -82,7 +82,7 @@ class _Table:
         return Columns.model_validate(content)
 
     def cells(self, column: int) -> list[str]:
-        """What stands under a heading."""
+        """The content under a heading."""
         return [row[column] for row in self.rows if column < len(row) and not is_empty(row[column])]
 
     def is_number(self, column: int) -> bool:

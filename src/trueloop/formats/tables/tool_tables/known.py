@@ -185,7 +185,7 @@ def new_table(table: ToolTable, offset: ToolOffset, record_id: str) -> NewTable:
 
 
 def _measured(offset: ToolOffset) -> str:
-    """What was measured, as the mark names it."""
+    """The measured quantity, as the mark names it."""
     return f"of {offset.measured_sha256[:16]}" if offset.measured_sha256 else ""
 
 

@@ -41,7 +41,7 @@ class Number:
 
 @dataclass(frozen=True)
 class ToolRow:
-    """What a table holds of one tool, or of one edge of it: its geometry, or the wear that is added to that.
+    """A table's entry of one tool, or of one edge of it: its geometry, or the wear that is added to that.
 
     `x`, `z` are offsets along the axes and `nose` the nose, as the table counts them; None: the table does not say, or
     has no place for it. `tip` is the orientation of the tip by the control's own numbers. `others` are further numbers,

@@ -92,7 +92,7 @@ def feature_names(profile: Profile, touches: ErrorVectors, inward_mm: Array, mm_
 
 @dataclass(frozen=True)
 class Box:
-    """What a text covers, in mm of the axes."""
+    """The area of a text, in mm of the axes."""
 
     left: float
     right: float

@@ -29,7 +29,7 @@ OPENER: Final = urllib.request.build_opener(urllib.request.ProxyHandler({}))
 
 @dataclass(frozen=True)
 class Observation:
-    """What an agent says of one data item. `kind` is the element's name: the type, for a condition its level."""
+    """An agent's report of one data item. `kind` is the element's name: the type, for a condition its level."""
 
     text: str
     stamp: str

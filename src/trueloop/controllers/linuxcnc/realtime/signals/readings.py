@@ -16,7 +16,7 @@ NEVER_S = 1e6
 
 
 class Reading(NamedTuple):
-    """What a sensor said, in the unit of the model, and when it was read, s of the monotonic clock."""
+    """A sensor's value, in the unit of the model, and the time of reading, s of the monotonic clock."""
 
     value: float
     time_s: float
@@ -41,7 +41,7 @@ class Intake(Protocol):
 
 
 class Feed(Protocol):
-    """What reads one source: a port, a broker, a folder."""
+    """The reader of one source: a port, a broker, a folder."""
 
     def __call__(self, intake: Intake, stop: threading.Event) -> None:
         """Reads until `stop` is set; looks at it at least once a second.

@@ -1,4 +1,4 @@
-"""What a configuration, an image and a model make together: who reads which signal, and what follows from it."""
+"""Configuration, image and model combined: the reader of each signal, and its consequences."""
 
 import math
 import time
@@ -91,7 +91,7 @@ def _celsius(fahrenheit: float) -> float:
 
 
 def _sensors(file: Located[SignalsFile], wanted: tuple[Signal, ...], lags: tuple[Lag, ...]) -> tuple[str, ...]:
-    """What has to be read: the image's signals, and what its lags are of. Each has to have a source, and no other."""
+    """The signals to read: the image's, and those of its lags. Each has to have a source, and no other."""
     computed = {lag.name: lag for lag in lags}
     needed = tuple(dict.fromkeys([*(s.name for s in wanted if s.name not in computed), *(lag.of for lag in lags)]))
     for name in file.model.signals:
@@ -162,7 +162,7 @@ def _rules(file: Located[SignalsFile], speed: float) -> LagRules:
 
 
 def _feeds(file: Located[SignalsFile], kinds: Mapping[str, str], played: Replayed) -> dict[str, Feed]:
-    """What reads each source that is used."""
+    """Makes the reader of each source that is used."""
     model, folder = file.model, file.path.parent
     by_source: dict[tuple[str, str], dict[str, SignalTable]] = {}
     for name, kind in kinds.items():
