@@ -32,7 +32,16 @@ def test_the_version_imports_no_command() -> None:
 def test_a_job_without_a_store_loads_no_store(tmp_path: Path) -> None:
     found = loaded("compensate", str(EXAMPLES / "modbas2" / "job.toml"), "-o", str(tmp_path / "made"))
     assert "trueloop.jobs.turned.compensate" in found
-    assert not [name for name in found if name.startswith("trueloop.storage")]
+    assert not [name for name in found if name.startswith("trueloop.storage")] and len(found) < 330
+
+
+def test_a_file_of_measurements_without_a_job_loads_none_of_jobs_and_machines(tmp_path: Path) -> None:
+    file = tmp_path / "readings.csv"
+    file.write_text("feature,z_mm,diameter_mm\nshaft,-10,20.012\n")
+    found = loaded("measure", "read", str(file))
+    others = ("trueloop.jobs.turned", "trueloop.loops", "trueloop.machine", "trueloop.storage", "trueloop.surface")
+    assert "trueloop.jobs.measure.measured" in found and not [name for name in found if name.startswith(others)]
+    assert len(found) < 140
 
 
 @pytest.mark.parametrize(("command", "own"), [("tool", "trueloop.cli.tool"), ("explain", "trueloop.cli.help")])

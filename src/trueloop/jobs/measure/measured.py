@@ -17,8 +17,6 @@ from trueloop.formats.inspections.shared.text import feature_names
 from trueloop.formats.measurements.touches_csv import readings_to_csv, touches_to_csv
 from trueloop.formats.outputs import Named, write_all
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.readings import require_features
 from trueloop.report.measured import FileOnPart, OnPart
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import Axis, MatchedReading
@@ -48,6 +46,8 @@ class PartOfJob:
 
 def read_part_of_job(path: Path) -> PartOfJob:
     """Reads the part of a job, whose touches need not exist yet. Raises JOB, GEO and NC errors."""
+    from trueloop.jobs.turned.job_files import JobFiles
+
     files = JobFiles.of(path)
     return PartOfJob(files.job.part.name, files.profile(), files.sources.files)
 
@@ -62,6 +62,8 @@ def read_measured(
     inspections = _chosen(file, chosen or Chosen())
     if part is None:
         return FileOnPart(file, tuple(OnPart(run, one) for run, one in inspections))
+    from trueloop.jobs.turned.readings import require_features
+
     require_features(stated.mapping, names, part.profile)
     found = tuple(_on_part(part.profile, file, run, one, names, axis) for run, one in inspections)
     return FileOnPart(file, found, part.name, part.profile.names)
