@@ -105,7 +105,7 @@ def read(
     log: Annotated[Path | None, option("Temperatures to a log as `machine` commands read them, a new file.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Read what an agent holds: what is current, then what comes, without a gap or with it told."""
+    """Read an agent: its current values, then each new one; gaps are reported."""
     from trueloop.controllers.mtconnect.agent import for_seconds
     from trueloop.controllers.mtconnect.agent import read as observations
 

@@ -76,7 +76,7 @@ def apart(edge: Edge, groove_corner: str | None) -> Edge:
 
 
 def require_touches_since(setting: Setting, measured_at: datetime | None) -> None:
-    """Raises EDG-SETTING for touches taken before the tool was set: they do not tell where its tip lies now."""
+    """Raises EDG-SETTING for touches taken before the tool was set: its tip lies elsewhere now."""
     if measured_at is not None and setting.set_at is not None and measured_at < setting.set_at:
         raise Code.EDG_SETTING.refusal(
             f"{tool_name(setting.edge)} was set at {time(setting.set_at)}, after the touches of {time(measured_at)}",

@@ -1,4 +1,4 @@
-"""The service run by uvicorn until it is told to stop: where it listens, TLS, and an end that comes.
+"""The service run by uvicorn until it is stopped: where it listens, TLS, and an end that comes.
 
 Connections that are open at once: bounded over all and by address, and none is held open by sending nothing.
 

@@ -1,1 +1,1 @@
-"""MTConnect: an adapter that tells agents what LinuxCNC does, and a reader of what agents hold."""
+"""MTConnect: an adapter that reports LinuxCNC's state to agents, and a reader of agents."""

@@ -142,7 +142,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Item:
-    """A data item as the device model has it; without one, as far as its observations tell."""
+    """A data item as the device model has it; without one, by its observations."""
 
     id: str
     name: str = ""

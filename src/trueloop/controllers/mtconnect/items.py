@@ -61,7 +61,7 @@ _NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,63}")
 
 @dataclass(frozen=True)
 class Machine:
-    """What is told of a machine. `temperatures` (°C), `corrections` (mm, by axis) and `part_count` are HAL pins."""
+    """The items of a machine. `temperatures` (°C), `corrections` (mm, by axis) and `part_count` are HAL pins."""
 
     device: str = "linuxcnc"
     axes: str = "XZ"

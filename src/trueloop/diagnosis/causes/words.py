@@ -79,7 +79,7 @@ def against(way: Way, seen: Shown | None, size: Size, series: SeenSeries) -> tup
 
 
 def decide(candidates: Sequence[Candidate], series: SeenSeries) -> tuple[str, ...]:
-    """Measurements that would tell apart what is left; () where nothing is."""
+    """Measurements that would separate the causes left; () without any."""
     left = [one for one in candidates if OPEN < one.probability < SETTLED]
     if not left:
         return ()

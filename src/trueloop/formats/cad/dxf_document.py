@@ -52,7 +52,7 @@ class Document:
 
 
 class _UnusualError(ValueError):
-    """The file is not laid out so that plain entities could be told from the rest."""
+    """The file is not laid out so that plain entities could be separated from the rest."""
 
 
 class _Shape(NamedTuple):

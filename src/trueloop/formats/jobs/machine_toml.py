@@ -90,7 +90,7 @@ class AxisTable(Table):
     travel_mm: Range | None = None
     """Lowest and highest position."""
     travel_deg: Range | None = None
-    """The same of a rotary axis."""
+    """Lowest and highest position of a rotary axis."""
     offset_mm: Vector = ZERO
     """From the frame that carries the axis to its own, at position 0."""
 

@@ -38,7 +38,7 @@ class ProgramTable(Table):
     unit: Literal["mm", "inch"] = "mm"
     """How the program writes coordinates, and what the log holds: `"mm"` or `"inch"`."""
     x_is: Literal["radius", "diameter"] = "diameter"
-    """The same of X: `"radius"` or `"diameter"`."""
+    """How X counts: `"radius"` or `"diameter"`."""
     probe_feed_mm_per_min: Positive = 60.0
     """A control latches once a servo period: at 60 mm/min that is a micrometre."""
     position_feed_mm_per_min: Positive = 2000.0
@@ -81,9 +81,9 @@ class ProbeTable(Table):
     on: str = ""
     """Lines in the control's code before the first touch, several in one text. `renishaw`: in place of `G65 P9832`."""
     off: str = ""
-    """The same after the way back. `renishaw`: in place of `G65 P9833`."""
+    """Lines after the way back. `renishaw`: in place of `G65 P9833`."""
     orient: str = ""
-    """The same behind the spindle's stop, to hold it in one direction (`M19`)."""
+    """Lines behind the spindle's stop, to hold it in one direction (`M19`)."""
 
 
 class CalibrationTable(Table):

@@ -26,7 +26,7 @@ class ToolTable(Table):
     nose_radius_mm: NotNegative | None = None
     """Nose radius; 0 is a pointed tool."""
     nose_radius_in: NotNegative | None = None
-    """The same in inches."""
+    """The nose radius in inches."""
     number: Annotated[int, Field(ge=0, le=1_000_000, strict=True)] | None = None
     """Number of its offset at the control; left out, that of the finish pass' T word (12 of `T0312`), or 1 where there
     is none.

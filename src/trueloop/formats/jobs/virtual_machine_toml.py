@@ -42,7 +42,7 @@ class ProcessTable(Table):
     tool_offset_x_um: Finite = 0.0
     """By how much the tool is set wrongly, on the radius."""
     tool_offset_z_um: Finite = 0.0
-    """The same along z."""
+    """By how much the tool is set wrongly along z."""
 
 
 class TransferTable(Table):

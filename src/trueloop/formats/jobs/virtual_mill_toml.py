@@ -46,7 +46,7 @@ class GridTable(Table):
     rows: Side = 25
     """Places that the measuring machine touches along u."""
     columns: Side = 25
-    """The same along v."""
+    """Places that the measuring machine touches along v."""
 
 
 class VirtualMillFile(Table):

@@ -29,9 +29,9 @@ class WorkTable(Table):
     x_radius_mm: Finite = 0.0
     """Where its zero is in machine coordinates, a radius."""
     y_mm: Finite = 0.0
-    """The same along Y."""
+    """Where its zero is along Y."""
     z_mm: Finite = 0.0
-    """The same along Z."""
+    """Where its zero is along Z."""
 
 
 class ToolTable(Table):
@@ -50,7 +50,7 @@ class ToolTable(Table):
     x_radius_mm: Finite | None = None
     """Offset of a lathe's tool along X, a radius."""
     z_mm: Finite | None = None
-    """The same along Z."""
+    """Offset along Z."""
     wear_x_radius_mm: Finite | None = None
     """Wear along X, a radius."""
     wear_z_mm: Finite | None = None

@@ -201,7 +201,7 @@ def _record(
     seconds: float | None,
     stopped: Callable[[], bool],
 ) -> str:
-    """Until something ends it; says what. `takers` are told as it goes on."""
+    """Runs until something ends it, and returns the reason. `takers` get the data as it goes on."""
     began = heard = time.monotonic()
     while True:
         samples = watched.periods(WAIT_S)

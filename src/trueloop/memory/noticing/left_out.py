@@ -19,7 +19,7 @@ SHARE: Final = 0.15
 0.7 % of parts have three or more among twenty, and 0.06 % four.
 """
 FOR_TWO, FOR_ONE = 6, 3
-"""The least numbers of touches to leave out two and one: fewer do not tell which of them is wrong."""
+"""The least numbers of touches to leave out two and one: fewer do not decide which of them is wrong."""
 
 
 def left_out_deviations(error: Array, covariance: Array) -> Array:

@@ -23,7 +23,7 @@ class SuspectShape(Shape):
 
 
 class TermSetShape(Shape):
-    """Axis errors that the data cannot tell apart, of which the model has one wrong."""
+    """Axis errors that the data cannot separate, of which the model has one wrong."""
 
     errors: list[SuspectShape]
     """Likeliest first."""
@@ -69,7 +69,7 @@ class LeftOutShape(Shape):
     before_um: float
     """Root mean square of ERROR_MTG,RESID with the model in force."""
     after_um: float
-    """The same with the refined one."""
+    """That of the refined model."""
     better_um: float
     """By how much it is less."""
     standard_u_um: float

@@ -113,7 +113,7 @@ class CandidateShape(Shape):
     section: str
     """Where the source says it."""
     decided_by: Words
-    """Which measurement would tell it from others."""
+    """The measurement that would separate it from others."""
 
 
 class HypothesisShape(Shape):
@@ -135,7 +135,7 @@ class CausesShape(Shape):
     hypotheses: list[HypothesisShape]
     """Likeliest first."""
     decide: list[Words]
-    """Measurements that would tell apart what is left."""
+    """Measurements that would separate the causes left."""
     gain: float
     """How often the recorded corrections arrived: 1, or what the parts show instead."""
 
@@ -196,7 +196,7 @@ class FrameShape(Shape):
     rms_before_um: float
     """CMM less machine along the normals."""
     rms_after_um: float
-    """The same without the difference of the frames."""
+    """The error without the difference of the frames."""
 
 
 class PartDiagnosisShape(Shape):
@@ -207,7 +207,7 @@ class PartDiagnosisShape(Shape):
     part: SeenPartShape
     """Its errors."""
     causes: CausesShape | None
-    """Null: one part does not tell."""
+    """Null: one part does not show it."""
     frame: FrameShape | None
     """Null: none was looked for."""
     points: list[PointShape]
@@ -232,7 +232,7 @@ class PointMeansShape(Shape):
     machine_um: dict[str, float]
     """Its error on each part, by serial number, as the machine's probe saw it: + where material is left on."""
     cmm_um: dict[str, float]
-    """The same as the CMM or a gauge saw it."""
+    """The error as measured by the CMM or a gauge."""
 
 
 class SeriesDiagnosisShape(Shape):

@@ -255,7 +255,7 @@ def _curves(correction: Correction, say: Texts) -> str:
 
 
 def _has_curve(correction: Correction, index: int) -> bool:
-    """One touch makes a constant: no picture tells more of it than its number."""
+    """One touch makes a constant: a picture would add nothing to its number."""
     return len(correction.touches.of_feature(index)) > 1
 
 

@@ -124,7 +124,7 @@ class TouchShape(Shape):
     predicted_after_um: float
     """Predicted after the corrected cut."""
     leave_one_out_um: float | None
-    """The same with the touch left out of the fit."""
+    """Predicted after the corrected cut, with the touch left out of the fit."""
     predicted_standard_u_um: float
     """Standard uncertainty of the prediction."""
     weight: float
@@ -162,7 +162,7 @@ class OffsetShape(Shape):
     z_expanded_u: float | None
     """That of `z`."""
     words: str
-    """The same in words."""
+    """The offset in words."""
     blocks: list[str]
     """Blocks that add it, in the control's words."""
     leaves: list[LeftShape]
@@ -286,7 +286,7 @@ class JunctionShape(Shape):
     displacement_x_um: float
     """Where both curves meet, seen from the nominal junction."""
     displacement_z_um: float
-    """The same along z."""
+    """Where both curves meet, along z."""
     note: str
     """The correction, in words."""
 
@@ -370,7 +370,7 @@ class CutWithShape(Shape):
     """What cut the part that was measured. Offsets: how far the tool stood off the path of the program that ran."""
 
     words: str
-    """The same in words."""
+    """The cut in words."""
     ran: str
     """corrected, offsets, wear or as-programmed: which program ran, or that the offset was entered at the control."""
     correction: str
@@ -384,7 +384,7 @@ class CutWithShape(Shape):
     wear_x_um: float
     """Of it what stands in the control's wear table and stays in force; a radius."""
     wear_z_um: float
-    """The same along Z."""
+    """Its part in the control's wear table, along Z."""
 
 
 class CorrectionShape(Shape):

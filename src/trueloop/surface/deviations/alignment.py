@@ -22,7 +22,7 @@ SETUP_MM: Final = 0.2
 BETTER: Final = 3.0
 """A motion as large as the set-up's must stand out of the form by three standard deviations."""
 RESOLUTION_MM: Final = 1e-5
-"""Points are written with no more digits: what they tell of a motion is never finer."""
+"""Points are written with no more digits: a motion is never known finer."""
 BENDS: Final = 4
 """Highest degree of the surfaces by which the form's size is judged: bends as wide as those a motion makes."""
 PARTS: Final = 0.5
@@ -98,7 +98,7 @@ def form_size(motions: RigidMotions, u: Array, v: Array, error_mm: Array) -> flo
 
 
 def count_told(motions: RigidMotions, form: float, setup_mm: float) -> int:
-    """How many motions the points tell better than the set-up does: those are to be taken out."""
+    """How many motions the points determine better than the set-up: those are to be taken out."""
     return int(np.count_nonzero(BETTER * motions.uncertainty_mm(form) <= setup_mm))
 
 
@@ -142,7 +142,7 @@ def best_fit(
 
 
 def _named(motion: Array, uncertainty_mm: float) -> str:
-    """The motion's largest components, and how well the points tell it."""
+    """The motion's largest components, and how well the points determine it."""
     parts = [MOTIONS[k] for k in range(6) if abs(motion[k]) > PARTS] or [MOTIONS[int(np.argmax(np.abs(motion)))]]
     return f"{' and '.join(parts)} (known to {uncertainty_mm:.2g} mm)"
 

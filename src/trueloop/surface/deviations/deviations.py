@@ -63,7 +63,7 @@ def sampling_advice(surface: Surface, ball_radius_mm: float, step_mm: float | No
 
 
 LEAST_POINTS = 16
-"""Fewer points tell nothing of a surface."""
+"""Fewer points do not determine a surface."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from trueloop.arrays import Array
 from trueloop.surface.separation.spline_surface import SplineSurface
 
 LEAST_OTHERS = 3
-"""Fewer do not tell how much parts differ."""
+"""Fewer do not determine how much parts differ."""
 PLACES = 31
 """Places a side that parts are compared at: closer together than control points, of which a pattern has hardly 25."""
 

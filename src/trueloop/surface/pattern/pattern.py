@@ -25,7 +25,7 @@ from trueloop.surface.separation.spline_surface import Size, SplineSurface
 from trueloop.units import UM_PER_MM
 
 DRIFT_LEAST_PARTS = 5
-"""Fewer do not tell a trend from how parts differ."""
+"""Fewer do not distinguish a trend from how parts differ."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def drift_of(models: Sequence[SplineSurface]) -> Drift | None:
 
 
 LEAST_PARTS: Final = 3
-"""Two parts do not tell which of them is odd, nor how much parts differ."""
+"""Two parts do not show which of them is odd, nor how much parts differ."""
 ABOVE_ZERO: Final = 1 / np.sqrt(2 * np.pi)
 """Mean of max(x, 0) for a standard normal x: what a variance that is none seems to be, in standard deviations."""
 SIDE: Final = 41

@@ -26,7 +26,7 @@ SAMPLES: Final = 33
 
 
 def with_rapids(path: ToolPath, profile: Profile, targets: Displacements, meant: Collection[int]) -> Displacements:
-    """The same with all moves from a rapid up to the one that leads to the next cut as they are to be.
+    """Returns the program with all moves from a rapid up to the one that leads to the next cut as they are to be.
 
     `meant` are the moves whose ends are displaced for themselves: cuts, what leads to them and what lengthens them.
     """

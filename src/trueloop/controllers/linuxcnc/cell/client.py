@@ -146,7 +146,7 @@ class Client:
         return True
 
     def _take(self, offer: Offered) -> bool:
-        """A key runs once: one that is over the service has lost the end of. What is known of it is told again."""
+        """A key runs once: one that is over the service has lost the end of. Its facts are sent again."""
         if offer.key in self.known.over:
             again = [one for one in self.journal.entries if one.values.get("run") == offer.key]
             for one in again:

@@ -60,7 +60,7 @@ _LOG_TAIL: Final = 1 << 18
 
 
 class LinuxCnc:
-    """A running LinuxCNC, and one that is away and comes again. Errors that it tells are left to its own display."""
+    """A running LinuxCNC, and one that is away and comes again. Errors that it reports are left to its own display."""
 
     def __init__(self, ini: Path, programs: Path, module: Any) -> None:
         """`ini`: its configuration; `programs`: a folder for the cell's alone; `module`: LinuxCNC's `linuxcnc`.

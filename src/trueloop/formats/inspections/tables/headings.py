@@ -79,7 +79,7 @@ EITHER_END: Final = """
 upper: max, maximum, upper, oben, high, hi, ob, oberer, obere
 lower: min, minimum, lower, unten, low, lo, un, unterer, untere
 """
-"""Headings of limits or of tolerances: the values tell which."""
+"""Headings of limits or of tolerances: the values decide."""
 IGNORED_NAMES: Final = """
 bemerkung, bemerkungen, comment, comments, dev x, dev y, dev z, dx, dy, dz, err x, err y, err z, grafik, graph,
 index, kommentar, lfd, lfd nr, no, note, notes, notiz, nr, remark, remarks, row, trend, x abw, x dev, y abw, y
@@ -93,7 +93,7 @@ IN_DOUBT: Final = {
     "u tol": {"o tol": Role.LOWER_TOLERANCE, "l tol": Role.UPPER_TOLERANCE},
     "utol": {"otol": Role.LOWER_TOLERANCE, "ltol": Role.UPPER_TOLERANCE},
 }
-"""German `untere` and English `upper` have one initial: the heading of the other end tells."""
+"""German `untere` and English `upper` have one initial: the heading of the other end decides."""
 PARTNERS: Final = {
     "ot": Role.UPPER_TOLERANCE,
     "otol": Role.UPPER_TOLERANCE,

@@ -21,7 +21,7 @@ from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLab
 from trueloop.formats.inspections.tables.roles import LIMITS, NUMBERS, POINT, Role
 
 LOOKED_AT: Final = 200
-"""Rows whose cells tell numbers from texts, and limits from tolerances."""
+"""Rows whose cells separate numbers from texts, and limits from tolerances."""
 REPEATS: Final = frozenset(
     names_in("messung, measurement, reading, repeat, wiederholung, trial, run, lauf, durchgang, ablesung")
 )
