@@ -48,7 +48,6 @@ def test_too_few_parts_of_a_surface_come_together_in_a_store(tmp_path: Path) -> 
     job = next(tmp_path.glob("**/surface.toml"))
     text = job.read_text()
     parts = sorted((job.parent / "parts").glob("*.csv"))[:3]
-    run("db", "init", job.parent / "trueloop.db")
     for part in parts:
         job.write_text(text.replace('"parts/*.csv"', f'"parts/{part.name}"'))
         if part is parts[0]:  # the others are not in the store yet

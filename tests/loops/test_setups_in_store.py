@@ -263,8 +263,8 @@ def test_where_one_set_up_is_refused_nothing_of_any_is_kept(tmp_path: Path, why:
     if why == "too much":
         wrong = [e + 400.0 * (p.feature == "bore") for e, p in zip(errors_um(1), PLACES, strict=True)]
         (tmp_path / "touches.csv").write_text(touches(wrong, None))
-    serial = [] if why == "no serial" else ["--serial", "P1"]
-    said = run("compensate", path, *serial, "-o", tmp_path / "now", status=3)
+    chosen = ["--db", tmp_path / "trueloop.db"] if why == "no serial" else ["--serial", "P1"]
+    said = run("compensate", path, *chosen, "-o", tmp_path / "now", status=3)
     assert {"first": "CMP-TWICE", "second": "CMP-TWICE", "no serial": "STO-PART"}.get(why, "") in said
     assert not (tmp_path / "now").exists()
     assert not find(store(path), Correction) and not find(store(path), Inspection)

@@ -94,7 +94,9 @@ def map_options(reading: Reading, decimals: int, tolerance_um: float, limit_um: 
 Db = Annotated[
     str | None,
     option(
-        "Store to keep it in.  [default: store.db of the job, else trueloop.db beside it]", "--db", metavar="FILE|URL"
+        "Store to keep it in.  [default: store.db of the job, else trueloop.db beside it, which is made]",
+        "--db",
+        metavar="FILE|URL",
     ),
 ]
 NoStore = Annotated[bool, option("Work without a store, whatever the job states.", "--no-store")]

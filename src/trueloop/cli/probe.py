@@ -86,7 +86,7 @@ def read(
 ) -> None:
     """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place.
 
-    With a store the touches are kept as what the semi-finish cut left.
+    The touches of a part with a serial number are kept as what the semi-finish cut left.
     """
     from trueloop.formats.measurements.touches_csv import touches_to_csv
     from trueloop.jobs.measure.keep_measured import Shown, keep_inspections

@@ -269,7 +269,7 @@ def compensate(
     with busy(f"correcting by {len(given.inputs.parts)} parts") as progress:
         done = correct_surface(given, work=run.work(progress))
         model, (contents, notes) = done.correction.model, corrected_files(given, done)
-    kept = keep_surface(given, done, store.keeping(None))
+    kept = keep_surface(together, done, supersede=store.supersede)
     with kept_all_the_same(kept):
         files, notes = run.write(given, contents), [*together.notes, *done.notes, *notes]
     if as_json:
@@ -280,15 +280,16 @@ def compensate(
 
 @app.command()
 def add(job: JobFile, run: Workers, db: Db = None, as_json: AsJson = False) -> None:
-    """Keep the job's parts in a store, and say what is noticed of each new one given those before it."""
-    from trueloop.jobs.store.opened import opened
+    """Keep the job's parts in a store, and say what is noticed of each new one given those before it.
+
+    It is trueloop.db beside the job, which is made, where none is named. From then on its parts count.
+    """
     from trueloop.jobs.surface.kept_parts import add_parts, with_store
     from trueloop.report.surface.summary import added_lines, as_words
 
-    together = with_store(read(job), db)
-    store = together.store or opened(db)
+    together = with_store(read(job), db, "made")
     with busy(f"{len(together.read.inputs.parts)} parts") as progress:
-        added = add_parts(store, together, run.work(progress))
+        added = add_parts(together, run.work(progress))
     if as_json:
         said = {"parts": added.parts, "findings": as_words(added.findings), "notes": list(added.notes)}
         print_json({**said, **kept_as_dict(added.kept)})

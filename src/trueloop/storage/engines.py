@@ -44,7 +44,7 @@ _POSTGRESQL: Final = {
 """By SQLSTATE or its class."""
 _HINTS: Final = {
     Code.STO_BUSY: "wait until the other program is done, then try again; nothing was kept",
-    Code.STO_WRITE: "make room, or see that the file and its folder may be written; nothing was kept",
+    Code.STO_WRITE: "make room, see that it may be written, or name another store by --db; nothing was kept",
     Code.STO_TEXT: "leave control characters out; nothing was kept",
     Code.STO_FILE: "see that it is a store of trueloop, that it can be reached, and `trueloop db check` it",
 }

@@ -41,12 +41,13 @@ WAIT_S = 10.0
 class Store:
     """An open store. `codec` knows the types of the products whose corrections are kept in it.
 
-    `where`: its file or URL, without passwords.
+    `where`: its file or URL, without passwords. `unmade`: it is empty and in memory, until `made` makes its file.
     """
 
     engine: Engine
     codec: Codec
     where: str = ""
+    unmade: bool = False
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
@@ -62,6 +63,10 @@ class Store:
             with connection.begin():
                 yield connection
 
+    def made(self) -> "Store":
+        """Returns the store itself; of one that is not made yet the store in its file. Raises STO errors."""
+        return open_store(self.where, create=True, codec=self.codec) if self.unmade else self
+
     def close(self) -> None:
         """Ends the connections that are held open."""
         self.engine.dispose()
@@ -75,21 +80,24 @@ def open_store(
     read_only: bool = False,
     wait_s: float = WAIT_S,
     held_open: int = 0,
+    unmade: bool = False,
 ) -> Store:
     """Opens the store in a SQLite file, or at the URL of a PostgreSQL database.
 
     `create` makes one in a new file or an empty database. A file of an older schema is migrated, in one transaction;
     a database that others share only with `create`. `wait_s`: how long a call waits for another program that writes;
-    `held_open`: how many connections to a file stay open, for a program with frequent requests.
+    `held_open`: how many connections to a file stay open, for a program with frequent requests; `unmade`: in memory,
+    until `Store.made` makes the file.
     Raises STO-FILE, STO-SCHEMA, STO-BUSY, STO-WRITE, STO-DRIVER.
     """
     url = url_of(where)
     name = url.database if url.get_backend_name() == "sqlite" else ""
-    engine = engine_of(url, wait_s, create=create, read_only=read_only, held_open=held_open)
-    store = Store(engine, codec or values.CODEC.with_more(Correction), name or shown(str(where)))
+    opened = url_of("sqlite://") if unmade else url
+    engine = engine_of(opened, wait_s, create=create, read_only=read_only, held_open=held_open)
+    store = Store(engine, codec or values.CODEC.with_more(Correction), name or shown(str(where)), unmade)
     weakref.finalize(store, engine.dispose)  # commands end without closing it; PostgreSQL's connections are held open
     try:
-        _made_ready(store, create, read_only)
+        _made_ready(store, create or unmade, read_only)
     except BaseException:
         store.close()
         raise

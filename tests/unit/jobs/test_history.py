@@ -13,15 +13,16 @@ from hypothesis import strategies as st
 from tests.support.correction import example_correction, example_inputs
 from tests.support.kept import EDGE, MADE_AT, cut_of, inspected, of_part
 from trueloop.domain.life import Cut, Quarantine
+from trueloop.domain.part import Part, PartType
 from trueloop.domain.tool import Edge
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of, with_history
 from trueloop.jobs.store.order import Dated, cutting_order
-from trueloop.jobs.store.where import place_of_store, store_of
+from trueloop.jobs.store.where import named_store, store_of
 from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.stored import enveloped
-from trueloop.storage.store import Store, keep, open_store
+from trueloop.storage.store import Store, find, keep, open_store
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 SERIALS = ("2511", "2611", "2711")
@@ -181,10 +182,12 @@ def test_parts_without_order_and_time_are_taken_as_they_were_kept_and_doubted() 
 
 
 def test_which_store_is_used(tmp_path: Path) -> None:
-    assert place_of_store(tmp_path, None, None) is None and store_of(tmp_path, None, None) is None
-    assert place_of_store(tmp_path, None, "parts.db") == str(tmp_path / "parts.db")
-    assert place_of_store(tmp_path, None, "postgresql://plant/parts") == "postgresql://plant/parts"
-    open_store(tmp_path / "trueloop.db", create=True)
-    assert place_of_store(tmp_path, None, None) == str(tmp_path / "trueloop.db")
-    assert place_of_store(tmp_path, "other.db", "parts.db") == "other.db"
-    assert store_of(tmp_path, None, None) is not None
+    assert named_store(tmp_path, None, "parts.db") == str(tmp_path / "parts.db")
+    assert named_store(tmp_path, None, "postgresql://plant/parts") == "postgresql://plant/parts"
+    assert named_store(tmp_path, "other.db", "parts.db") == "other.db"
+    assert store_of(tmp_path, None, None) is None and store_of(tmp_path, False, None, "made") is None
+    unmade, beside = store_of(tmp_path, None, None, "made"), tmp_path / "trueloop.db"
+    assert unmade is not None and unmade.where == str(beside) and not beside.exists()
+    keep(unmade.made(), [Part(PartType("SHAFT"), "1")])
+    (found,) = find(open_store(beside), Part)
+    assert found.value.serial == "1" and store_of(tmp_path, None, None, "unused") is None

@@ -26,13 +26,12 @@ TOOL = 'name = "PCLNL"\ninsert = "CNMG"\ncorner = "2"\n'
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Iterator[Path]:
-    """A job beside its store."""
+    """A job in a folder of its own."""
     for file in (EXAMPLES / "piecs11").iterdir():
         shutil.copy(file, tmp_path)
     job = tmp_path / "job.toml"
     text = job.read_text(encoding="utf-8").replace("[tool]\n", f"[tool]\n{TOOL}")
     job.write_text(text.replace("../../out/piecs11", "out"), encoding="utf-8")
-    open_store(tmp_path / "trueloop.db", create=True)
     yield tmp_path
 
 
@@ -51,7 +50,8 @@ def rows(folder: Path) -> dict[str, int]:
 
 def test_what_a_correction_was_made_of_is_kept(folder: Path) -> None:
     said = invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=0)
-    assert "trueloop.db: 1 part, 1 inspection, 1 cut, 1 correction, 4 programs" in said.stdout
+    new = f"kept in the new store {folder / 'trueloop.db'}: 1 part, 1 inspection, 1 cut, 1 correction, 4 programs"
+    assert new in said.stdout
     store = opened(folder)
     (correction,) = (kept.value for kept in find(store, Correction))
     made = compensate(read_job(folder / "job.toml", serial="3511.158").inputs)
@@ -86,13 +86,34 @@ def test_the_same_touches_as_another_part_are_refused_and_nothing_is_written(fol
     assert rows(folder) == before and not (folder / "other").exists()
 
 
-def test_a_part_without_serial_number_is_refused_where_there_is_a_store(folder: Path) -> None:
-    said = invoke("compensate", folder / "job.toml", status=3)
+def test_a_part_without_serial_number_is_kept_nowhere_and_a_named_store_refuses_it(folder: Path) -> None:
+    open_store(folder / "named.db", create=True)
+    said = invoke("compensate", folder / "job.toml", "--db", folder / "named.db", status=3)
     assert "STO-PART" in said.stderr and not (folder / "out").exists()
     former = invoke("compensate", folder / "job.toml", "--db", "none", status=2)
     assert "--no-store" in former.stderr and not (folder / "out").exists()
-    invoke("compensate", folder / "job.toml", "--no-store", status=0)
-    assert (folder / "out" / "corrected.nc").exists() and find(opened(folder), Part) == []
+    without = invoke("compensate", folder / "job.toml", status=0)
+    assert "kept in no store: the part has no serial number" in without.stdout
+    assert (folder / "out" / "corrected.nc").exists() and not (folder / "trueloop.db").exists()
+    invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=0)
+    assert "kept in no store" in invoke("compensate", folder / "job.toml", status=0).stdout  # and refused neither
+    assert len(find(opened(folder), Part)) == 1
+
+
+def test_no_store_is_made_where_none_is_wanted_or_the_correction_is_refused(folder: Path) -> None:
+    said = invoke("compensate", folder / "job.toml", "--serial", "3511.158", "--no-store", status=0)
+    assert "kept in" not in said.stdout
+    job = folder / "job.toml"
+    job.write_text(job.read_text(encoding="utf-8") + "[compensation]\nmax_correction_um = 1.0\n", encoding="utf-8")
+    invoke("compensate", job, "--serial", "3511.158", status=3)
+    assert not (folder / "trueloop.db").exists()
+
+
+def test_a_store_that_cannot_be_made_is_named_before_anything_is_written(folder: Path) -> None:
+    (folder / "trueloop.db").mkdir()
+    said = invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=3)
+    assert "STO-FILE" in said.stderr and "--db" in said.stderr and not (folder / "out").exists()
+    invoke("compensate", folder / "job.toml", "--serial", "3511.158", "--no-store", status=0)
 
 
 def test_json_says_what_was_kept(folder: Path) -> None:

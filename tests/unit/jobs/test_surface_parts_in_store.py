@@ -32,7 +32,7 @@ def model(read: ReadSurface) -> SurfaceModel:
 
 def add(store: Store, *parts: MeasuredPoints) -> Added:
     together, notes = with_kept_parts(store, job(parts))
-    return add_parts(store, Together(together, store, notes))
+    return add_parts(Together(together, store, notes))
 
 
 def test_parts_one_by_one_give_the_pattern_of_all_at_once(store: Store) -> None:

@@ -141,7 +141,8 @@ def _kept(found: "list[FileOnPart]", job: Path, cut: CutShown, store: StoreChoic
     assert shown is not None
     kept = keep_measured(found, job, shown, store.keeping(meant.serial), feature_names(meant.mapping))
     if kept is None:
-        raise typer.BadParameter("there is no store: name one by --db, or make one by `trueloop db init`")
+        why = "--no-store is given" if store.no_store else "there is no store"
+        raise typer.BadParameter(f"{why}: name by --db the one that `trueloop compensate` kept the correction in")
     return kept
 
 

@@ -45,8 +45,8 @@ def compensate(
     """Correct a finish program by the touches taken after the semi-finish cut.
 
     Writes corrected.nc, offsets.nc, table.csv, record.json, report.html and report.json: all, or none when anything is
-    wrong. With a store the part, what was measured, the programs and the correction are kept, and earlier parts of the
-    edge take part.
+    wrong. A part with a serial number is kept in a store, with what was measured, the programs and the correction, and
+    earlier parts of the edge take part: it is trueloop.db beside the job, which is made, where none is named.
 
     A job with tables [[tools]] gets a table, a record and a report for each edge, and part.json; one with tables
     [[setups]] a corrected program for each set-up too.
@@ -79,6 +79,8 @@ def run_job(
     if done.kept is not None:
         typer.echo(done.kept.words)
         print_findings(done.kept.findings)
+    elif keeping.db is not False:
+        typer.echo("kept in no store: the part has no serial number (part.serial of the job, or --serial)")
 
 
 Part = Literal["facetst", "modbas2", "piecs11"]

@@ -48,8 +48,8 @@ class StoreTable(Table):
     """The store that keeps parts, inspections and corrections."""
 
     db: str = ""
-    """Its file, from the job's folder, or its URL (`postgresql://…`); left out, `trueloop.db` beside the job where that
-    exists. `--db` takes its place; `--no-store`: no store.
+    """Its file, from the job's folder, or its URL (`postgresql://…`); left out, `trueloop.db` beside the job, which is
+    made. `--db` takes its place; `--no-store`: no store.
     """
 
 

@@ -39,14 +39,13 @@ class Decomposed:
     new_frame: bool
 
 
-def keep_both(of: Decomposed, part_type: str, serial: str, keeping: Keeping) -> KeptFacts | None:
-    """Keeps the part with both devices' inspections and how its machine stood; None: there is no store.
+def keep_both(of: Decomposed, part_type: str, serial: str, keeping: Keeping) -> KeptFacts:
+    """Keeps the part with both devices' inspections and how its machine stood.
 
     Raises STO-OTHER-PART for a file that is kept as another part's, and what keeping refuses.
     """
-    store = store_of(of.path.parent, keeping.db, None)
-    if store is None:
-        return None
+    store = store_of(of.path.parent, keeping.db, None, "made")
+    assert store is not None  # made where there is none
     part = Part(PartType(part_type), serial)
     on_machine, on_cmm = _inspections(of, part)
     for one in (on_machine, on_cmm):

@@ -33,7 +33,7 @@ from trueloop.jobs.store.of_this_part import (
     require_serial,
     require_size,
 )
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.where import Beside, store_of
 from trueloop.jobs.tools import apart
 from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles
@@ -80,13 +80,14 @@ class _Given:
 def keep_measured(
     found: Sequence[FileOnPart], job: Path, shown: Shown, keeping: Keeping, names: Mapping[str, str] | None = None
 ) -> KeptFacts | None:
-    """Keeps the inspections of files, and which cut they show; None where the job has no store.
+    """Keeps the inspections of files, and which cut they show; None: there is no store that knows the correction.
 
     `names`: the profile's names of features, by those in the files. Raises STO-PART, STO-OTHER-PART, STO-LINK,
     STO-STAGE, STO-CLOCK, STO-UNIT, STO-PROGRAM, and what keeping refuses.
     """
     inspections = [(file.file.path.name, one.inspection) for file in found for one in file.on_part]
-    return keep_inspections(inspections, job, shown, keeping, names or {})
+    beside: Beside = "made" if shown.after == "semifinish" else "used"
+    return _keep(inspections, JobFiles.of(job), shown, keeping, beside, names or {})
 
 
 def keep_inspections(
@@ -94,11 +95,23 @@ def keep_inspections(
     job: Path,
     shown: Shown,
     keeping: Keeping,
-    names: Mapping[str, str] = MappingProxyType({}),
 ) -> KeptFacts | None:
-    """Keeps inspections with the names of their files."""
-    files = JobFiles.of(job).with_serial(keeping.serial)
-    store = store_of(job.parent, keeping.db, files.job.store.db)
+    """Keeps inspections with the names of their files; None: no store is named, and the part has no serial number."""
+    files = JobFiles.of(job)
+    known = keeping.serial or files.job.part.serial or all(one.part.serial for _, one in inspections)
+    return _keep(inspections, files, shown, keeping, "made" if known else "unused", {})
+
+
+def _keep(
+    inspections: Sequence[tuple[str, Inspection]],
+    files: JobFiles,
+    shown: Shown,
+    keeping: Keeping,
+    beside: Beside,
+    names: Mapping[str, str],
+) -> KeptFacts | None:
+    files = files.with_serial(keeping.serial)
+    store = store_of(files.path.parent, keeping.db, files.job.store.db, beside)
     return None if store is None else keep_in(store, inspections, files, shown, keeping, names)
 
 

@@ -40,13 +40,14 @@ LIFTED: Final = ("quarantine lifted", "quarantines lifted")
 class KeptFacts:
     """What a command kept: where, the values as they stand in the store, and what was noticed about them.
 
-    `obtained` compares inspections after a finish cut with what was expected of it.
+    `obtained` compares inspections after a finish cut with what was expected of it. `made`: the store was made by it.
     """
 
     where: str
     kept: tuple[Kept[Any], ...]
     findings: tuple[Finding, ...] = ()
     obtained: "tuple[Obtained, ...]" = ()
+    made: bool = False
 
     @property
     def new(self) -> tuple[Kept[Any], ...]:
@@ -58,7 +59,9 @@ class KeptFacts:
         """Returns one line: what is new, or that nothing is."""
         counts = Counter(_names(one.value) for one in self.new)
         said = [f"{counts[names]} {names[counts[names] > 1]}" for names in (*NAMES.values(), LIFTED) if counts[names]]
-        return f"kept in {self.where}: {', '.join(said)}" if said else f"{self.where}: all of it is kept already"
+        if not said:
+            return f"{self.where}: all of it is kept already"
+        return f"kept in {'the new store ' * self.made}{self.where}: {', '.join(said)}"
 
 
 def _names(value: object) -> tuple[str, str] | None:
@@ -73,12 +76,14 @@ def keep_facts(
     A correction that differs from the stored one only in when and by whom it was made is the stored one. Raises
     STO-DIFFERS, STO-WRITE and STO-BUSY.
     """
-    given = [as_stored(store, one) for one in values]
+    given, made = list(values), store.unmade
+    store = store.made()
+    given = [as_stored(store, one) for one in given]
     rows = [_row_of_other(store, one) if supersede else None for one in given]
     with _naming_override(), store.writing() as connection:
         keeping = Keeping(store.codec, connection, why="--supersede" if supersede else "")
         kept = [keeping.keep(one, row) for one, row in zip(given, rows, strict=True)]
-    return KeptFacts(store.where, tuple(kept), tuple(findings))
+    return KeptFacts(store.where, tuple(kept), tuple(findings), made=made)
 
 
 @contextmanager

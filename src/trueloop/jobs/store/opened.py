@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.store.where import BESIDE, Choice, place_of_store
+from trueloop.jobs.store.where import BESIDE, Choice
 from trueloop.storage.reading import shown
 
 if TYPE_CHECKING:
@@ -22,10 +22,11 @@ def opened(db: Choice, *, read_only: bool = False, held_open: int = 0) -> "Store
 
 
 def _place(db: Choice) -> str:
-    place = place_of_store(Path(), db, None)
-    if place is None:
+    if db:
+        return db
+    if not Path(BESIDE).is_file():
         raise Code.STO_FILE.refusal(f"there is no store '{BESIDE}' in this folder", hint=NO_STORE)
-    return place
+    return BESIDE
 
 
 def migrated(db: str | None) -> tuple[str, str, str]:

@@ -15,9 +15,8 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Finding, TrueloopError, in_file
 from trueloop.geometry.surface import Surface, closest
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
-from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.of_this_part import cuts_of, require_file_of_part
-from trueloop.jobs.store.where import Choice, store_of
+from trueloop.jobs.store.where import Beside, Choice, store_of
 from trueloop.jobs.surface.job import ReadSurface
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, enveloped
 from trueloop.loops.surface.surface import HERE, Work, model_of
@@ -193,15 +192,13 @@ def _of_other_program(serials: Sequence[str], program: str) -> str:
     )
 
 
-def keep_surface(read: ReadSurface, done: RecordedCorrection, keeping: Keeping) -> KeptFacts | None:
+def keep_surface(together: "Together", done: RecordedCorrection, *, supersede: bool) -> KeptFacts | None:
     """Keeps the parts, their inspections, the cuts that these show, the programs and the correction; None: no store.
 
     A part's serial number is its file's name. Raises STO-OTHER-PART and what keeping refuses.
     """
-    store = store_of(read.job.parent, keeping.db, read.store_db)
-    if store is None:
-        return None
-    return keep_facts(store, _facts(store, read, done), supersede=keeping.supersede)
+    store = together.store
+    return None if store is None else keep_facts(store, _facts(store, together.read, done), supersede=supersede)
 
 
 def _facts(store: Store, read: ReadSurface, done: RecordedCorrection) -> Iterator[Any]:
@@ -230,12 +227,12 @@ class Added:
     notes: tuple[str, ...]
 
 
-def with_store(read: "ReadSurface", db: Choice, *, keep_outliers: bool = False) -> Together:
+def with_store(read: "ReadSurface", db: Choice, beside: Beside = "used", *, keep_outliers: bool = False) -> Together:
     """Returns the job with the parts of the store requested, else of the one beside it; unchanged where there is none.
 
     `keep_outliers`: parts that are outlying beyond doubt count for the pattern too. Raises STO and SRF errors.
     """
-    store = store_of(read.job.parent, db, read.store_db)
+    store = store_of(read.job.parent, db, read.store_db, beside)
     if store is None:
         return Together(read, None, ())
 
@@ -244,14 +241,15 @@ def with_store(read: "ReadSurface", db: Choice, *, keep_outliers: bool = False) 
     return Together(replace(together, inputs=replace(together.inputs, leave_out=not keep_outliers)), store, notes)
 
 
-def add_parts(store: "Store", together: Together, work: Work = HERE) -> Added:
+def add_parts(together: Together, work: Work = HERE) -> Added:
     """Keeps the job's own parts and judges those that are new, each given the parts before it. Raises STO, SRF errors.
 
     Nothing is kept of parts that are refused: their points are compared with the surface first.
     """
     from trueloop.loops.surface.over_parts import as_findings, notice_in_order
 
-    inputs = together.read.inputs
+    store, inputs = together.store, together.read.inputs
+    assert store is not None
     with in_file(together.read.job):
         parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
         kept = keep_parts(store, together.read)

@@ -10,8 +10,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
-from trueloop.jobs.store.where import store_of
-from trueloop.jobs.turned.job import ReadJob, read_cuts, read_job
+from trueloop.jobs.store.where import Beside, Choice, store_of
+from trueloop.jobs.turned.job import ReadCuts, ReadJob, read_cuts, read_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.outputs import METRIC, new_tables, outputs_of, outputs_of_part
 from trueloop.jobs.turned.shares import require_edges_named, stored_inputs
@@ -77,11 +77,13 @@ def compensate_part(
     language: Language | None = None,
     unit: LengthUnit | None = None,
     pdf: bool = False,
+    store: Choice = None,
 ) -> CorrectedPart:
     """The corrections of a job by edge, of any number of tools and set-ups, and their files: all of them or none.
 
     As `trueloop compensate`: `output` is the folder, else that which the job names; `language` and `unit` are of the
-    pages, where they are not to be the job's. Raises what reading and correcting refuse, and OUT errors.
+    pages, where they are not to be the job's; `store` is that of the job or the one beside it, which is made; False:
+    none. Raises what reading and correcting refuse, and OUT errors.
 
     >>> part = trueloop.compensate_part(trueloop.example("two-sides/two-sides.toml"), "out")
     >>> [(edge.setup, edge.tool) for edge in part.edges]
@@ -89,7 +91,7 @@ def compensate_part(
     >>> part.edge("T4").correction.wear.words  # of the boring bar; Z as the program of its set-up has it
     'tool 4: wear X −0.0100 (diameter), Z −0.0055 mm (X ± 0.0113, Z ± 0.0096)'
     """
-    done = compensate_and_keep(job, output, Keeping(), language=language, unit=unit, pdf=pdf)
+    done = compensate_and_keep(job, output, Keeping(store), language=language, unit=unit, pdf=pdf)
     edges = tuple(
         CorrectedEdge(edge.tool, edge.features, edge.correction, one.frame.name)
         for one in done.corrected.setups
@@ -105,11 +107,13 @@ def compensate_job(
     language: Language | None = None,
     unit: LengthUnit | None = None,
     pdf: bool = False,
+    store: Choice = None,
 ) -> tuple[Correction, list[Path]]:
     """The correction of a job of one tool and the files written: into `output`, or the folder that the job names; all
     or none.
 
-    `language` and `unit` of the page, where they are not to be the job's; `pdf`: the page as PDF besides.
+    `language` and `unit` of the page, where they are not to be the job's; `pdf`: the page as PDF besides; `store` as
+    for `compensate_part`.
 
     Raises what reading and correcting refuse, and OUT errors.
 
@@ -118,13 +122,13 @@ def compensate_job(
     ['corrected.nc', 'offsets.nc', 'table.csv', 'report.html', 'report.json', 'record.json']
     """
     assert JobFiles.of(Path(job)).tool  # refused where there are several
-    done = compensate_and_keep(job, output, Keeping(), language=language, unit=unit, pdf=pdf)
+    done = compensate_and_keep(job, output, Keeping(store), language=language, unit=unit, pdf=pdf)
     return done.correction, done.files
 
 
 @dataclass(frozen=True)
 class Done:
-    """The corrections of a job, the files written, and what was kept in its store; None: it has none."""
+    """The corrections of a job, the files written, and what was kept in a store; None: nothing was kept."""
 
     corrected: PartCorrection
     files: list[Path]
@@ -147,7 +151,10 @@ def compensate_and_keep(
     pdf: bool = False,
     memory: Use | None = None,
 ) -> Done:
-    """Corrects a job, keeps that in its store, or in the one that `keeping` names, and writes its files.
+    """Corrects a job, keeps that in a store and writes its files.
+
+    The store is the one that `keeping` names, else the job's, else the one beside the job, which is made where there is
+    none. In that the part needs a serial number: without one, nothing is kept.
 
     All is computed before anything is kept, and kept before it is written: no program can be run of which the store
     knows nothing. Where writing is refused then, the refusal states that the correction is kept. `memory`: how earlier
@@ -155,8 +162,10 @@ def compensate_and_keep(
     STO, EDG, MEM and OUT errors.
     """
     files = JobFiles.of(Path(job)).with_serial(keeping.serial)
-    store = store_of(files.path.parent, keeping.db, files.job.store.db)
-    corrected = corrected_part(files, store, memory)
+    cuts = read_cuts(files)
+    beside: Beside = "made" if any(one.part.serial for one in cuts.measured.inspections) else "unused"
+    store = store_of(files.path.parent, keeping.db, files.job.store.db, beside)
+    corrected = _corrected(cuts, store, memory)
     folder = Path(output or _from_here(files.output_folder))
     options = files.page_options(language, unit)
     contents = [*new_tables(files, corrected), *outputs_of_part(corrected, options, pdf).items()]
@@ -165,12 +174,13 @@ def compensate_and_keep(
         return Done(corrected, write_all(folder, contents, files.sources.files), kept)
 
 
-def corrected_part(files: JobFiles, store: "Store | None" = None, memory: Use | None = None) -> PartCorrection:
-    """Computes a job's corrections with what a store knows of each edge; nothing is written or kept.
+def corrected_part(files: JobFiles) -> PartCorrection:
+    """Computes a job's corrections; nothing is written or kept. Raises what reading and correcting refuse."""
+    return _corrected(read_cuts(files), None, None)
 
-    Raises what reading and correcting refuse.
-    """
-    cuts = read_cuts(files)
+
+def _corrected(cuts: ReadCuts, store: "Store | None", memory: Use | None) -> PartCorrection:
+    """With what a store knows of each edge."""
     profile, measured = cuts.read.profile, cuts.measured
 
     def known(inputs: Inputs, own: OwnContour | None) -> Inputs:
@@ -182,7 +192,7 @@ def corrected_part(files: JobFiles, store: "Store | None" = None, memory: Use | 
 
 def _kept(store: "Store", files: JobFiles, corrected: PartCorrection, keeping: Keeping) -> "KeptFacts":
     """The share that each edge has of the part, as a part of its own: all of them or none."""
-    from trueloop.jobs.store.keep_correction import keep_corrections  # slow to import, and most jobs have no store
+    from trueloop.jobs.store.keep_correction import keep_corrections  # slow to import, and some jobs have no store
 
     require_edges_named(files, corrected)
     edges = [(one.inputs, one.correction) for one in corrected.edges]
@@ -204,7 +214,8 @@ class Corrected:
 def correct_job(job: FilePath, keeping: Keeping, memory: Use | None = None) -> Corrected:
     """Computes the correction of a job; nothing is kept or written. Raises what reading and correcting refuse."""
     read = read_job(job, serial=keeping.serial)
-    return corrected_of(read, store_of(Path(job).parent, keeping.db, read.store_db), memory)
+    beside: Beside = "used" if any(one.part.serial for one in read.inputs.inspections) else "unused"
+    return corrected_of(read, store_of(Path(job).parent, keeping.db, read.store_db, beside), memory)
 
 
 def corrected_of(read: ReadJob, store: "Store | None", memory: Use | None = None) -> Corrected:
@@ -222,7 +233,7 @@ def with_memory(store: "Store | None", inputs: Inputs, memory: Use | None) -> In
     from trueloop.jobs.store.history import with_history
     from trueloop.jobs.store.keep_correction import part_of
     from trueloop.jobs.tools import with_edge
-    from trueloop.jobs.turned.stored_cut import with_stored_cut  # slow to import, and most jobs have no store
+    from trueloop.jobs.turned.stored_cut import with_stored_cut  # slow to import, and some jobs have no store
 
     return with_history(store, with_edge(store, with_stored_cut(store, inputs, part_of(inputs))))
 
