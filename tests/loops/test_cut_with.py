@@ -7,10 +7,13 @@ from pathlib import Path
 import pytest
 
 from tests.support.cli import run
+from trueloop.domain.life import Cut
 from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.where import Choice
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
+from trueloop.storage.store import find, open_store
 
 PROGRAM = """O1
 G21 G40 G99
@@ -307,3 +310,17 @@ def test_a_part_too_large_by_one_amount_on_all_sides_may_have_its_allowance_on(t
         measured("", alike, slanted)
     assert asked.value.code is Code.CMP_ALLOWANCE
     measured("", (30.0, 30.0, 30.0, 30.0 * 0.7071), slanted)
+
+
+def test_a_finished_part_is_kept_by_both_devices(tmp_path: Path) -> None:
+    """Corrected by what was read beside the machine, then measured again: one cut of one edge, nothing replaced."""
+    db = str(tmp_path / "m.db")
+    run("db", "init", db)
+    correct(tmp_path, 1, FIRST, "contour", 'cut_with = "given"', db=db)
+    rows = [f"{k},{name},{d / 2},{z},49.0" for k, (name, z, d) in enumerate(PLACES)]
+    touched = tmp_path / "touched.csv"
+    touched.write_text("\n".join(["point,feature,nominal_x_mm,nominal_z_mm,error_um", *rows]) + "\n")
+    said = ("--after", "released", "--ran", "as-programmed", "--job", tmp_path / "j1.toml", "--db", db)
+    run("measure", "read", touched, *said)
+    (kept,) = find(open_store(db, codec=store_codec()), Cut)
+    assert kept.value.setting is not None and kept.value.setting.edge.tool.corner_radius_mm == 0.2

@@ -74,7 +74,9 @@ NEAR_AXIS_MM: Final = (2.0, 4.0)
 """Standard deviations of the bells over which what differs at the axis fades away."""
 
 TAIL: Final = 3.0
-"""Degrees of freedom of what one feature of one part is off by: a chip or a burr under a face, a feature recut."""
+"""Degrees of freedom of what one feature of one part is off by: a chip or a burr under a face, a feature recut; and of
+what one finish cut is displaced by: a chip under the tool, an offset entered that nobody stated.
+"""
 
 
 @lru_cache(maxsize=32)
@@ -127,14 +129,14 @@ def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi) -> Cat
             _finish(of_angle_short),
             waves(short, "finish_short", "short_length"),
         ),
-        Term("finish clamping", ("part",), _finish(_normal), _flat("finish_clamping", 2)),
+        Term("finish clamping", ("part",), _finish(_normal), _flat("finish_clamping", 2), tail=TAIL),
         Term(
             "finish form of the part",
             ("part",),
             _finish(of_angle),
             waves(angles, "finish_form", "finish_form_length"),
         ),
-        Term("finish group of the part", ("part", "group"), _finish(_constant), _flat("finish_group"), tail=TAIL),
+        Term("finish group of the part", ("part", "group"), _finish(_constant), _flat("finish_group")),
     )
     return Catalogue(terms, _repeatability_mm2, PRIORS)
 

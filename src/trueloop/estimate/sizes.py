@@ -5,9 +5,11 @@
 with d_j the column by which the values follow coefficient j of variance v_j: one inverse serves all terms.
 """
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 from weakref import WeakKeyDictionary
 
@@ -16,8 +18,8 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.estimate.observed import Observed, together
 from trueloop.estimate.places import Places
-from trueloop.estimate.state import JITTER_MM2, State
-from trueloop.estimate.term import Catalogue, Sizes, Term
+from trueloop.estimate.state import JITTER_MM2, Key, State
+from trueloop.estimate.term import PART, Catalogue, Sizes, Term
 from trueloop.estimate.weights import more_noise
 
 Row: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
@@ -27,6 +29,12 @@ BOUND: Final = 3.5
 
 DIFFERENCE: Final = 1e-5
 """Step of a logarithm by which the dependence of variances on sizes is differenced; the covariance is not."""
+
+FAR: Final = 9.0
+"""Scale of a variance with a heavy tail from which its coefficients are far off: more than five standard deviations."""
+
+AGAIN: Final = 2
+"""Sizes are fitted again so often at most, with what is far off by the sizes before."""
 
 MOST_KNOWN: Final = 64
 _KNOWN: Final = WeakKeyDictionary[Catalogue, dict[bytes, dict[str, float]]]()
@@ -39,8 +47,10 @@ def fitted_sizes(
     """Returns the most probable sizes given observations, each of one part, in the order of the clocks.
 
     Where some of these are gross errors by sizes that were fitted to all values, the sizes are fitted again with these
-    at their weights. Without observations: the priors' medians. The search begins at the most probable of the medians
-    and of `starts`. To the same observations of the same catalogue sizes are fitted once.
+    at their weights. So it is with displacements of a whole part that have heavy tails and are `FAR` off: an entry that
+    nobody stated does not make the size of what all parts scatter by. Without observations: the priors' medians. The
+    search begins at the most probable of the medians and of `starts`. To the same observations of the same catalogue
+    sizes are fitted once.
     """
     if not any(map(len, parts)):
         return catalogue.medians
@@ -64,13 +74,17 @@ def _digest(parts: Sequence[Observed], starts: Sequence[Sizes], rounds: int) -> 
 
 
 def _fitted(catalogue: Catalogue, parts: Sequence[Observed], starts: Sequence[Sizes], rounds: int) -> dict[str, float]:
-    badness, first = Badness(catalogue, parts), [catalogue.medians, *starts]
+    first = [catalogue.medians, *starts]
+    _, far = _outliers(catalogue, catalogue.medians, parts)
+    badness = Badness(catalogue, parts, far=far)
     start = first[0] if len(first) == 1 else min(first, key=lambda one: badness.of(catalogue.logarithms(one))[0])
-    found = _most_probable(badness, catalogue, start, rounds)
-    more = _more_noise(catalogue, found, parts)
-    if not np.any(more):
-        return found
-    return _most_probable(Badness(catalogue, parts, more), catalogue, found, rounds)
+    found, weighed = _most_probable(badness, catalogue, start, rounds), far.keys()
+    for again in range(AGAIN):
+        more, far = _outliers(catalogue, found, parts)
+        if far.keys() == weighed and (again or not np.any(more)):
+            break
+        found, weighed = _most_probable(Badness(catalogue, parts, more, far), catalogue, found, rounds), far.keys()
+    return found
 
 
 def _most_probable(badness: "Badness", catalogue: Catalogue, start: Sizes, rounds: int) -> dict[str, float]:
@@ -145,7 +159,13 @@ class _Scatter:
 class Badness:
     """−log(marginal likelihood × priors) of the logarithms of all sizes, and its gradient."""
 
-    def __init__(self, catalogue: Catalogue, parts: Sequence[Observed], more_mm2: Array | float = 0.0) -> None:
+    def __init__(
+        self,
+        catalogue: Catalogue,
+        parts: Sequence[Observed],
+        more_mm2: Array | float = 0.0,
+        far: Mapping[Key, float] = MappingProxyType({}),
+    ) -> None:
         self._catalogue = catalogue
         observed = together(parts)
         self._values = observed.value_mm
@@ -153,7 +173,7 @@ class Badness:
         self._fixed = observed.instrument_mm2 + np.diag(np.full(len(observed), JITTER_MM2) + more_mm2)
         self._median = catalogue.logarithms(catalogue.medians)
         self._log_sd = np.array([prior.log_sd for prior in catalogue.priors.values()])
-        every = ((term, _blocks(term, observed)) for term in catalogue.terms)
+        every = ((term, _blocks(term, observed, far)) for term in catalogue.terms)
         self._terms = [(term, blocks) for term, blocks in every if blocks]
         self._followed = [self._followed_by(variances) for variances in self._variances()]
 
@@ -220,15 +240,15 @@ def _squared(spread: Callable[[Sizes], Array]) -> Callable[[Sizes], Array]:
     return lambda sizes: spread(sizes) ** 2
 
 
-def _blocks(term: Term, observed: Observed) -> list[_Block]:
+def _blocks(term: Term, observed: Observed, far: Mapping[Key, float]) -> list[_Block]:
     values = term.basis(observed.places)
     times = None
     if term.step is not None:
         which = np.argmax(observed.matrix != 0.0, axis=1)
         times = observed.places.number(term.clock)[which]
     found = []
-    for mine in observed.places.groups(term.scope).values():
-        at, design = mine, values[mine]
+    for label, mine in observed.places.groups(term.scope).items():
+        at, design = mine, math.sqrt(far.get((term.name, *label), 1.0)) * values[mine]
         if observed.functional is not None:
             at, design = np.arange(len(observed)), observed.functional[:, mine] @ design
         some = np.any(design != 0.0, axis=1)
@@ -256,12 +276,17 @@ def _pulled(pull: Array, blocks: Sequence[_Block], walking: bool) -> Array:
     return total
 
 
-def _more_noise(catalogue: Catalogue, sizes: Sizes, parts: Sequence[Observed]) -> Array:
-    """Returns by how much the noise of gross errors is larger, (n,); zero of values that are more probably good."""
-    state, more = State.before(catalogue, sizes), []
+def _outliers(catalogue: Catalogue, sizes: Sizes, parts: Sequence[Observed]) -> tuple[Array, dict[Key, float]]:
+    """Returns by how much the noise of gross errors is larger, (n,), zero of values that are more probably good; and
+    the scales of the variances of displacements of whole parts that are far off: not of single features, by which the
+    bands of features without a touch are known.
+    """
+    whole = {term.name for term in catalogue.terms if term.scope == (PART,)}
+    state, more, far = State.before(catalogue, sizes), list[Array](), dict[Key, float]()
     for one in parts:
         updated = state.given(one)
         gross, noise = np.where(updated.gross > 0.5, updated.gross, 0.0), np.diag(updated.state.noise_mm2(one))
         more.append(more_noise(noise, gross, catalogue))
+        far |= {key: scale for key, scale in updated.scales.items() if scale > FAR and key[0] in whole}
         state = updated.state
-    return np.concatenate(more)
+    return np.concatenate(more), far

@@ -40,7 +40,8 @@ class Updated:
 
     `innovation` is what the values differ by from what was expected of them, with its covariance (noise included).
     `gross` (n,): probability that a value is a gross error. `left_out` of a value: its difference from what all others
-    (with their weights) and everything earlier expect, its standard deviation in `left_out_u_mm`, (n,) each.
+    (with their weights) and everything earlier expect, its standard deviation in `left_out_u_mm`, (n,) each. `scales`:
+    by how much the variances of coefficients with heavy tails are larger, of those that were not observed before.
     """
 
     state: "State"
@@ -48,6 +49,7 @@ class Updated:
     gross: Array
     left_out_mm: Array
     left_out_u_mm: Array
+    scales: Mapping[Key, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,15 +80,17 @@ class State:
         rows = observed.of(state.design(observed.places))
         noise, off = state.noise_mm2(observed), observed.value_mm - rows @ state.mean
         innovation = Normal(off, rows @ state.covariance @ rows.T + noise)
+        scales = dict[Key, float]()
         if robust:
-            where = state._heavy_since(self)
-            heavy = [Heavy(rows[:, at], np.diag(state.covariance)[at], tail) for at, tail in where]
+            where = state._unobserved_heavy()
+            heavy = [Heavy(rows[:, at], np.diag(state.covariance)[at], tail) for _, at, tail in where]
             found = weighted(innovation.covariance_mm2, np.diag(noise), off, self.catalogue, heavy)
-            state = state._scaled([at for at, _ in where], found.scales)
+            state = state._scaled([at for _, at, _ in where], found.scales)
+            scales = dict(zip((key for key, _, _ in where), found.scales.tolist(), strict=True))
         else:
             found = plain(innovation.covariance_mm2, off)
         after = state._after(state.covariance @ rows.T, off, found)
-        return Updated(after, innovation, found.gross, found.left_out_mm, found.left_out_u_mm)
+        return Updated(after, innovation, found.gross, found.left_out_mm, found.left_out_u_mm, scales)
 
     def noise_mm2(self, observed: Observed) -> Array:
         """Returns the covariance of the instrument's errors and the repeatability of the cut in measured values, (n,
@@ -151,7 +155,7 @@ class State:
         nothing was measured have the variance of Student's distribution, ν/(ν − 2) times the square of its scale.
         """
         state = self.at(places)
-        unseen = state._heavy_since(self)
+        unseen = [(at, tail) for key, at, tail in state._unobserved_heavy() if key not in self.blocks]
         return state._scaled([at for at, _ in unseen], np.array([tail / (tail - 2.0) for _, tail in unseen]))
 
     def design(self, places: Places, terms: Collection[str] | None = None) -> Array:
@@ -187,11 +191,17 @@ class State:
                 covariance[at, at] += variance
         return replace(self, covariance=covariance)
 
-    def _heavy_since(self, before: "State") -> list[tuple[slice, float]]:
-        """Coefficients with heavy tails of which nothing was known in an earlier state: where they are, their tails."""
+    def _unobserved_heavy(self) -> list[tuple[Key, slice, float]]:
+        """Coefficients with heavy tails that no value has followed yet, so that they are independent of all others:
+        where they are, their tails. Those of a finish cut come with the cut before, which does not show them.
+        """
         tails = {term.name: term.tail for term in self.catalogue.terms}
-        new = ((where, tails[key[0]]) for key, where in self.blocks.items() if key not in before.blocks)
-        return [(where, tail) for where, tail in new if tail is not None]
+        heavy = ((key, where, tails[key[0]]) for key, where in self.blocks.items())
+        return [
+            (key, where, tail)
+            for key, where, tail in heavy
+            if tail is not None and np.count_nonzero(self.covariance[where]) <= where.stop - where.start
+        ]
 
     def _scaled(self, blocks: Sequence[slice], scales: Array) -> "State":
         """Returns the state with other variances of coefficients that are independent of all others."""

@@ -59,7 +59,8 @@ def test_what_a_correction_was_made_of_is_kept(folder: Path) -> None:
     assert correction.payload.corrected_program == made.corrected_program
     (cut,) = (kept.value for kept in find(store, Cut))
     assert cut.stage is Stage.SEMIFINISH and cut.part.serial == "3511.158"
-    assert cut.setting is not None and cut.setting.edge == Edge(Tool(1, "PCLNL"), "CNMG", "2")
+    assert cut.setting is not None
+    assert cut.setting.edge == Edge(Tool(1, "PCLNL", corner_radius_mm=0.79375), "CNMG", "2")
     (link,) = (kept.value for kept in find(store, InspectionLink))
     (touches,) = (kept.value for kept in find(store, Inspection))
     assert link.cut == cut.identity and link.inspection == touches.identity and touches.count == 26

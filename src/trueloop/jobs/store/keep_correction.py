@@ -99,15 +99,18 @@ def part_of(inputs: Inputs) -> Part:
 
 
 def touched_cut(inputs: Inputs, correction: Correction, part: Part) -> Cut:
-    """Returns the cut whose surface was measured: of a finished part its finish cut, with what was in force."""
-    finished, force = inputs.measured_finished, inputs.in_force.cut_with
+    """Returns the cut whose surface was measured: of a finished part its finish cut, with what was in force.
+
+    The edge is as the record has it, with the radius that the job states.
+    """
+    finished, force, record = inputs.measured_finished, inputs.in_force.cut_with, correction.record
     cutting = inputs.program if finished else inputs.semifinish
     sha256 = "" if cutting is None else sha256_of(cutting.source)
     return Cut(
         part,
         Stage.FINISH if finished else Stage.SEMIFINISH,
-        None if inputs.edge is None else Setting(inputs.edge, inputs.edge_set_at),
-        correction.record.machine,
+        None if record.edge is None else Setting(record.edge, record.edge_set_at),
+        record.machine,
         force.program_sha256 if force.corrected else sha256,
         force.correction,
         offset_entered=force.ran is Ran.WEAR,

@@ -31,6 +31,23 @@ def test_expects_what_the_finish_cut_does_differently() -> None:
     assert not found.own_fit and found.parts == 6 and found.gain == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_one_finish_cut_that_was_displaced_displaces_no_later_prediction(sign: float) -> None:
+    """Somebody entered 20 µm in X for the last part alone: its finish cut lies there, and no touch.
+
+    Were that shared out among all finish cuts, the next part would be expected micrometres off, in a band as wide.
+    """
+    *earlier, last, today = series(4, seed=2)
+    entered_mm = sign * 0.020 * np.sin(ANGLES)
+    assert last.finish is not None and today.uncorrected_mm is not None
+    displaced = replace(last, finish=replace(last.finish, error_mm=last.finish.error_mm + entered_mm))
+    sound, found = expected((*earlier, last, today)), expected((*earlier, displaced, today))
+    assert np.max(np.abs(found.mean_mm - sound.mean_mm)) < 0.0015
+    wider = np.diag(found.covariance_mm2) / np.diag(sound.covariance_mm2)
+    assert float(np.sqrt(np.mean(wider))) < 1.4
+    assert np.sqrt(np.mean((today.uncorrected_mm - found.mean_mm) ** 2)) < 0.003
+
+
 def test_the_first_part_is_corrected_by_its_own_fit() -> None:
     for parts, options in ((series(1), {}), (series(4), {"memory": "off"})):
         found = expected(parts, **options)
