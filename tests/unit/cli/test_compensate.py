@@ -71,8 +71,9 @@ def test_the_summary_has_a_line_a_feature_and_calls_a_prediction_one(output: Pat
     )
     assert any(line.startswith("+ is material left on. Predicted: ") for line in lines)
     assert f"- {correction.decision.x.words}" in lines
-    assert lines[-7] == "Run corrected.nc. Written:"
-    assert lines[-6:] == [f"  {output / name}" for name in FILES]
+    assert lines[-8] == "Run corrected.nc. Written:"
+    assert lines[-7:-1] == [f"  {output / name}" for name in FILES]
+    assert lines[-1].startswith("kept in no store: the part has no serial number")
 
 
 def test_json_says_the_same_to_machines(output: Path, correction: Correction) -> None:
