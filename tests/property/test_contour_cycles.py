@@ -85,7 +85,7 @@ def run(text: str) -> ToolPath:
 
 
 def rounding_decides(text: str) -> bool:
-    """Whether LinuxCNC makes other moves of a contour displaced by D or E where a line along an axis is tilted by 2e-6.
+    """Returns whether a tilt of 2e-6 of a line along an axis changes LinuxCNC's moves of a contour displaced by D or E.
 
     It compares the heights of such a line's ends without a tolerance, and leaves the line out where the last bit of the
     second is lower: whether it is follows from the order of its own arithmetic.

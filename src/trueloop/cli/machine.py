@@ -308,7 +308,7 @@ def _tool(given: str, by_point: "Array | None", name: str) -> "Array | Vector":
 
 
 def _kept(done: "Decomposed", part_type: str, serial: str, db: str | None, *, supersede: bool) -> "KeptFacts | None":
-    """What was kept in the store; None: no part is named."""
+    """Keeps the part in the store, and returns the facts kept; None: no part is named."""
     if not serial:
         return None
     from trueloop.jobs.machine.kept import keep_both

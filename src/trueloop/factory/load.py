@@ -183,8 +183,8 @@ def machine_facts(known: Known, machine: str, part_type: str) -> MachineFacts:
 def machine_names(known: Known) -> frozenset[str]:
     """Returns the names of all machines that the store knows: kept, heard, or with a cell's key that has not ended."""
     keys = select(API_KEY.c.machine).where(API_KEY.c.scope == "cell", API_KEY.c.ended_at.is_(None))
-    told = (name for query in (select(MACHINE_HEARD.c.machine), keys) for name in known.connection.scalars(query))
-    return frozenset((*(one.name for one in known.values(Machine)), *told))
+    named = (name for query in (select(MACHINE_HEARD.c.machine), keys) for name in known.connection.scalars(query))
+    return frozenset((*(one.name for one in known.values(Machine)), *named))
 
 
 def last_word(connection: Connection, order: str, part: int, step: int) -> datetime | None:

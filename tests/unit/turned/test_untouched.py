@@ -68,7 +68,7 @@ def test_one_touched_diameter_shows_a_cone_the_less_the_steeper_it_is(error_um: 
 
 
 def test_larger_errors_than_expected_make_larger_uncertainties() -> None:
-    """Of a cone, beside a touch of 100 µm and of 10 µm: most of it is the tool's setting, which both have in common."""
+    """The uncertainty of a cone beside a touch of 100 µm and of 10 µm: mostly of the setting, which both share."""
     u = [
         fit_profile(shaft(), touched(shaft(), [2, *[0] * 10], lambda p, n, e=e: np.full(2, e)))  # type: ignore[misc]
         .curves[5]

@@ -80,7 +80,7 @@ class _Given:
 def keep_measured(
     found: Sequence[FileOnPart], job: Path, shown: Shown, keeping: Keeping, names: Mapping[str, str] | None = None
 ) -> KeptFacts | None:
-    """Keeps the inspections of files, and which cut they show; None: there is no store that knows the correction.
+    """Keeps the inspections of files, and which cut they show; None: no store knows the correction.
 
     `names`: the profile's names of features, by those in the files. Raises STO-PART, STO-OTHER-PART, STO-LINK,
     STO-STAGE, STO-CLOCK, STO-UNIT, STO-PROGRAM, and what keeping refuses.

@@ -43,7 +43,7 @@ from trueloop.wording import wording
 
 @dataclass(frozen=True)
 class ReadFiles:
-    """What a job names, for any of its tools: program, profile, measurements, in the frame of a set-up."""
+    """The inputs that a job names, for any of its tools: program, profile, measurements, in the frame of a set-up."""
 
     program: Program
     profile: Profile

@@ -55,7 +55,7 @@ class NextShape(Shape):
     probability_before: float | None
     """Of being inside the limits without the proposal; null: no limits."""
     probability_after: float | None
-    """Of being inside the limits with the proposal."""
+    """The probability of being inside the limits with the proposal."""
 
 
 class CapabilityShape(Shape):

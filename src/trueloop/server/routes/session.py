@@ -27,12 +27,10 @@ class SignIn:
 
 
 @dataclass(frozen=True)
-class First:
+class First(SignIn):
     """The first account, an administrator; `secret`: from the link that the service printed as it started."""
 
     secret: str
-    name: str
-    password: str
     language: Language = "en"
 
 

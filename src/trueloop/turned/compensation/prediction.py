@@ -44,7 +44,7 @@ def predict(
     budget: Budget,
     weight: float,
 ) -> Prediction:
-    """Predicts the process error less w times its fit. The semi-finish program's own deviation is no process error."""
+    """Predicts the process error less w times its fit. The semi-finish program's own deviation does not count."""
     return Prediction(
         before_mm=measured_mm,
         after_mm=process_mm - weight * fitted_mm,
