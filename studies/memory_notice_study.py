@@ -15,7 +15,7 @@ from trueloop.arrays import Array, Integers
 from trueloop.domain.life import Stage
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed
-from trueloop.memory.noticing.part import notice_part
+from trueloop.memory.noticing.notice import notice_part
 from trueloop.simulator.series import Event, Series, Shop, What, draw
 
 HISTORIES: Final = 60

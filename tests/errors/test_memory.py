@@ -12,7 +12,7 @@ from trueloop.jobs.store.judged import alarms_of
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.made_part import CutErrors
-from trueloop.memory.noticing.part import notice_part
+from trueloop.memory.noticing.notice import notice_part
 
 HISTORY = series(1)
 UNTOUCHED = replace(series(2)[1], semifinish=CutErrors.none(), finish=None, correction_mm=None)

@@ -48,7 +48,10 @@ class Weighted:
 
 
 def plain(covariance_mm2: Array, off_mm: Array, heavy: int = 0) -> Weighted:
-    """Returns weights for all n values good and all scales 1."""
+    """Returns weights for all n values good and all scales 1.
+
+    With P = V⁻¹ the prediction of value i from all others misses by (P e)_i / P_ii, with the variance 1 / P_ii.
+    """
     factor, inverse = _inverted(covariance_mm2)
     precision = np.diag(inverse)
     left_out = (inverse @ off_mm) / precision

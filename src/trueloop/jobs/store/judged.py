@@ -15,7 +15,7 @@ from trueloop.jobs.user import user_name
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.loops.turned.outcome import Obtained, obtained
 from trueloop.memory.noticing.alarm import Noticed
-from trueloop.memory.noticing.part import notice_part
+from trueloop.memory.noticing.notice import notice_part
 from trueloop.memory.noticing.sentences import of_left_out
 from trueloop.storage.store import Store
 

@@ -24,7 +24,7 @@ from trueloop.memory.edge.refuse import FEW, is_seen
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed
-from trueloop.memory.noticing.part import notice_part
+from trueloop.memory.noticing.notice import notice_part
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.chain import Chain, chains_of
 from trueloop.turned.fit.prior.remembered import Remembered, angles_along

@@ -1,4 +1,4 @@
-"""Predictions of one part from earlier ones: before its touches are used, and after."""
+"""Predictions of one part from earlier ones, before its touches are used and after, and its differences from them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,10 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
+from trueloop.domain.life import Stage
 from trueloop.estimate.observed import Observed
 from trueloop.estimate.state import Normal, State
-from trueloop.memory.edge.state import EDGE, KnownEdge, cut_of, known_edge
+from trueloop.memory.edge.state import EDGE, KnownEdge, cut_of, known_edge, observed
 from trueloop.memory.made_part import CutErrors, MadePart
 
 REMEMBERED: Final = 40
@@ -21,33 +22,22 @@ OF_TYPE: Final = 10
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """A part's t touches and n finish errors E given earlier parts; mm.
+    """The n finish errors E of a part given earlier parts and its t touches; mm.
 
-    `expected_mm` and `covariance_mm2` are of touches and finish errors together, (t + n,), before a touch is known;
-    `mean_mm` (n,) of the finish errors given the touches too. A correction of 1 takes off `gain`, with the standard
-    uncertainty `gain_u`. `gross` (t,): probability that a touch is a gross error.
+    `mean_mm` (n,) is expected, `memory_mm` (n,) without the touches; `covariance_mm2` (t + n, t + n) is that of touches
+    and finish errors together before a touch is known. A correction of 1 takes off `gain`, with the standard
+    uncertainty `gain_u`.
     """
 
-    touched_mm: Array
-    expected_mm: Array
+    touches: int
+    memory_mm: Array
     covariance_mm2: Array
     mean_mm: Array
     gain: float
     gain_u: float
-    gross: Array
     _known: KnownEdge
     _after: State
     _asked: CutErrors
-
-    @property
-    def touches(self) -> int:
-        """Returns the number of touches, T."""
-        return len(self.touched_mm)
-
-    @property
-    def memory_mm(self) -> Array:
-        """Returns the prediction of the finish errors (n,) from earlier parts alone."""
-        return self.expected_mm[self.touches :]
 
     def inspected(self, correction_mm: Array) -> Normal:
         """F + C where a correction C (n,) is commanded: E, and what of C does not arrive; of what F is about then."""
@@ -60,27 +50,63 @@ def predict(history: Sequence[MadePart], part: MadePart, asked: CutErrors) -> Pr
     known = known_edge(history, part, asked)
     places, functional = known.places(asked, True)
     seen = cut_of(part, known.age, part.semifinish, False, None)
-    state = known.state.at(seen.places).at(places)
+    state = known.state.at(seen.places).expecting(places)
     rows = np.vstack([seen.of(state.design(seen.places)), _of(functional, state.design(places))])
     t, n = len(seen), len(asked)
     covariance = rows @ state.covariance @ rows.T
     covariance[:t, :t] += state.noise_mm2(seen)
     covariance[t:, t:] += state.noise_mm2(Observed(places, np.zeros(n), np.zeros(n), functional))
-    updated = state.given(seen) if t else None
-    after = state if updated is None else updated.state
+    # what only the asked places are of is added after the touches: no value has scaled its tails
+    after = (known.state.given(seen).state if t else known.state).expecting(places)
     where = after.blocks["gain", EDGE]
     return Prediction(
-        part.semifinish.error_mm,
-        rows @ state.mean,
+        t,
+        rows[t:] @ state.mean,
         covariance,
         after.predict(places, functional).mean_mm,
         1.0 - float(after.mean[where][0]),
         float(np.sqrt(np.diag(after.covariance)[where][0])),
-        np.zeros(t) if updated is None else updated.gross,
         known,
         after,
         asked,
     )
+
+
+@by_content
+@dataclass(frozen=True)
+class Innovation:
+    """Measured less predicted, at n places of one cut of one part, mm.
+
+    `covariance_mm2` (n, n) is that of `error_mm` (n,) were nothing changed, scatter of the cut and of the measurement
+    included. `stage` SEMIFINISH: touches, given earlier parts; `correction_mm` (n,) is zero. FINISH: E = F + C of the
+    inspection, given earlier parts and own touches; `correction_mm` is C, commanded: an innovation of −1 times it says
+    that it was run twice, +1 times it that it was not run.
+    """
+
+    error_mm: Array
+    covariance_mm2: Array
+    contact_angle_rad: Array
+    correction_mm: Array
+    stage: Stage
+
+
+def innovations(history: Sequence[MadePart], part: MadePart) -> tuple[Innovation, ...]:
+    """Returns the innovations of a part given those before it: its touches, and its finish inspection where there is
+    one with a known C.
+
+    None for a cut without places. What is learned of the actuator's gain is part of the prediction.
+    """
+    known, found = known_edge(latest(history, part.part_type), part), list[Innovation]()
+    state = known.state
+    for cut in observed(part, known.age):
+        updated, rows = state.given(cut), slice(len(cut))
+        angle, taken, finish = (
+            cut.places.number(name)[rows] for name in ("contact_angle_rad", "taken_off_mm", "finish")
+        )
+        shown, stage = updated.innovation, Stage.FINISH if finish[0] else Stage.SEMIFINISH
+        found.append(Innovation(shown.mean_mm, shown.covariance_mm2, angle, taken, stage))
+        state = updated.state
+    return tuple(found)
 
 
 def latest(history: Sequence[MadePart], part_type: str) -> tuple[MadePart, ...]:

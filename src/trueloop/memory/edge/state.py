@@ -61,8 +61,7 @@ def known_edge(history: Sequence[MadePart], part: MadePart, asked: CutErrors | N
         of_part = []
         for cut in one:
             state = state.given(cut).state
-            expected = state.predict(cut.places, cut.functional, repeatability=False)
-            of_part.append(cut.value_mm - expected.mean_mm)
+            of_part.append(cut.value_mm - cut.of(state.design(cut.places)) @ state.mean)
         left.append(tuple(of_part))
         state = state.without_parts()
     return KnownEdge(state, part, float(ages[-1]), tuple(left))

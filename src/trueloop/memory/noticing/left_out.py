@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from trueloop.arrays import Array, Integers
+from trueloop.estimate.weights import plain
 from trueloop.memory.noticing.alarm import LeftOut
 
 CONTRADICTED: Final = 3.0
@@ -22,22 +23,13 @@ FOR_TWO, FOR_ONE = 6, 3
 """The least numbers of touches to leave out two and one: fewer do not decide which of them is wrong."""
 
 
-def left_out_deviations(error: Array, covariance: Array) -> Array:
-    """Returns the number of standard deviations by which each of n errors differs from the prediction of all others,
-    (n,).
-
-    With P = V⁻¹ the prediction of error i from the others misses by (P e)_i / P_ii, with variance 1 / P_ii.
-    """
-    precision = np.linalg.inv(covariance)
-    return np.asarray((precision @ error) / np.sqrt(np.diag(precision)))
-
-
 def kept(error: Array, covariance: Array, points: Sequence[str]) -> tuple[Integers, tuple[LeftOut, ...]]:
     """Indices of the errors that stay, and those left out, the most contradicted first."""
     stay = np.arange(len(error))
     left: list[LeftOut] = []
     while len(left) < _most(len(error)):
-        z = left_out_deviations(error[stay], covariance[np.ix_(stay, stay)])
+        found = plain(covariance[np.ix_(stay, stay)], error[stay])
+        z = found.left_out_mm / found.left_out_u_mm
         worst = int(np.argmax(np.abs(z)))
         if abs(z[worst]) <= _contradicted(len(stay)):
             break

@@ -9,6 +9,9 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.life import Stage
+from trueloop.memory.edge.predict import innovations
+from trueloop.memory.made_part import MadePart
 from trueloop.memory.noticing.alarm import Alarm, Noticed, What
 from trueloop.memory.noticing.left_out import kept
 from trueloop.memory.noticing.sentences import (
@@ -74,6 +77,31 @@ def notice(
         quarantine=any(one.wrong_gain() for one in raised),
         notes=tuple(of_left_out(touch) for touch in left),
     )
+
+
+def notice_part(history: Sequence[MadePart], part: MadePart) -> dict[Stage, Noticed]:
+    """Returns by cut how a part differs from the prediction of earlier parts of the edge, in cutting order.
+
+    Its touches are judged by earlier parts, its finish inspection by these and by its own touches. A cut without places
+    is absent, and so are all of a part before which none was inspected: what is believed beforehand is no reason to
+    call a part changed.
+    """
+    parts = sum(earlier.uncorrected_mm is not None for earlier in history)
+    if not parts:
+        return {}
+    found = {}
+    for one in innovations(history, part):
+        finish = part.finish if one.stage is Stage.FINISH else None
+        found[one.stage] = notice(
+            one.error_mm,
+            one.covariance_mm2,
+            one.contact_angle_rad,
+            parts,
+            None if finish is None else one.correction_mm,
+            None if finish is None else part.from_memory_mm,
+            (part.semifinish if finish is None else finish).point,
+        )
+    return found
 
 
 def wider(parts: int) -> float:

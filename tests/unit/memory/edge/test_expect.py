@@ -7,9 +7,11 @@ import pytest
 
 from tests.unit.memory.edge.parts import ANGLES, series
 from trueloop.errors import Code, TrueloopError
+from trueloop.estimate.catalogue import PRIORS
 from trueloop.memory.edge.expect import expect
-from trueloop.memory.edge.innovation import innovations
 from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.edge.predict import innovations, predict
+from trueloop.memory.edge.state import known_edge, observed
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
 
@@ -82,3 +84,18 @@ def test_innovations_are_those_of_the_cut_that_was_not_corrected() -> None:
     assert changed.error_mm - usual.error_mm == pytest.approx(last.correction_mm, abs=1e-12)
     z = usual.error_mm / np.sqrt(np.diag(usual.covariance_mm2))
     assert 0.3 < np.sqrt(np.mean(z**2)) < 2.0
+
+
+def test_a_feature_without_a_touch_may_be_far_off_on_the_part_in_hand() -> None:
+    """What one feature of one part is off by has Student's distribution with three degrees of freedom: its variance is
+    three times the square of its scale. Without earlier parts all sizes are those believed beforehand, and the band of
+    the untouched face is wider by (3 − 1) × all that a feature has of its own, of the type and of the part.
+    """
+    today = unfinished(series(1)[0])
+    face = CutErrors.asked(np.array([0.0]), "face")
+    wider = predict((), today, face).inspected(np.zeros(1)).covariance_mm2
+    known = known_edge((), today, face)
+    places, functional = known.places(face, True)
+    plain = known.state.given(observed(today, known.age)[0]).state.at(places).predict(places, functional)
+    own_mm2 = 2.0 * sum(PRIORS[name].median ** 2 for name in ("group", "group_part"))  # in the middle no tilt shows
+    assert wider - plain.covariance_mm2 == pytest.approx(np.full((1, 1), own_mm2), rel=1e-6)

@@ -11,8 +11,7 @@ from studies.replay.replay import Predicted, replay
 from tests.unit.memory.edge.parts import ANGLES, errors, made, series
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.memory.edge.advice import enough_touches
-from trueloop.memory.edge.expect import expect
+from trueloop.memory.edge.expect import enough_touches, expect
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.predict import latest, predict
 from trueloop.memory.edge.refuse import is_seen

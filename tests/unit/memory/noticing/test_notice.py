@@ -7,8 +7,9 @@ import pytest
 from scipy import stats
 
 from trueloop.arrays import Array
+from trueloop.estimate.weights import plain
 from trueloop.memory.noticing.alarm import What
-from trueloop.memory.noticing.left_out import kept, left_out_deviations
+from trueloop.memory.noticing.left_out import kept
 from trueloop.memory.noticing.notice import notice
 from trueloop.memory.noticing.tests import White, gain_of, level_and_shape
 
@@ -65,7 +66,8 @@ def test_gain_by_hand() -> None:
 def test_each_touch_is_compared_with_all_others() -> None:
     """By prediction from the others, one touch at a time."""
     error = np.random.default_rng(3).normal(size=20) * 0.003
-    for i, z in enumerate(left_out_deviations(error, V)):
+    found = plain(V, error)
+    for i, z in enumerate(found.left_out_mm / found.left_out_u_mm):
         others = np.delete(np.arange(20), i)
         by_others = V[i, others] @ np.linalg.inv(V[np.ix_(others, others)])
         variance = V[i, i] - by_others @ V[others, i]
