@@ -3,7 +3,7 @@
 import copy
 import os
 import signal
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import settings
+
+from tests.support import postgresql
 
 settings.register_profile("desk", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True, database=None, print_blob=True)
@@ -65,6 +67,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--corpus", type=Path, metavar="DIR", help="folder that holds data/: real programs and measurements"
     )
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[postgresql.Server]:
+    """PostgreSQL, started once by each process of tests: its folder alone takes a second to make."""
+    with postgresql.running() as started:
+        yield started
 
 
 @pytest.fixture(scope="session")

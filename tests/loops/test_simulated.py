@@ -156,16 +156,24 @@ def worn(name: str) -> Trial:
 
 SIGMAS_MM = (0.5 * UM, 1.0 * UM, 3.0 * UM)
 EACH = 30
+TANGENT = ("modbas2", SIGMAS_MM[0])
 BEST_POSSIBLE = np.sqrt(2.0)
 
 
 @pytest.fixture(scope="module")
 def studies() -> dict[tuple[str, float], Study]:
     """90 parts of each family, 30 at every repeatability (`studies/simulator_study.py` makes many more). Their errors
-    are known to follow the nose.
+    are known to follow the nose. Along tangent paths too where they are compared.
     """
     return {
-        (name, sigma): study(worn(name), nist(Repeatability(sigma, 1.0), SAME), EACH, first_seed=1000, workers=1)
+        (name, sigma): study(
+            worn(name),
+            nist(Repeatability(sigma, 1.0), SAME),
+            EACH,
+            first_seed=1000,
+            workers=1,
+            tangent_paths=(name, sigma) == TANGENT,
+        )
         for name in PARTS
         for sigma in SIGMAS_MM
     }
@@ -193,7 +201,7 @@ def test_the_predicted_bands_hold_what_they_promise(studies: dict[tuple[str, flo
 def test_tangent_paths_and_touches_one_by_one_leave_more(studies: dict[tuple[str, float], Study]) -> None:
     """A tangent path at MODBAS2's tangent junction doubles what is left at σ = 0.5 µm; correcting each touch for itself
     leaves more on every part."""
-    fine = studies["modbas2", SIGMAS_MM[0]]
+    fine = studies[TANGENT]
     assert fine.rms_mm("path_mm") > 1.5 * fine.rms_mm("loop_mm")
     for (_, sigma_mm), made in studies.items():
         if sigma_mm > SIGMAS_MM[0]:

@@ -6,17 +6,9 @@ from pathlib import Path
 import pytest
 
 from tests.support.new_stores import new_database, new_file
-from tests.support.postgresql import Server
-from tests.support.postgresql import running as postgresql
 from tests.support.service import Running, started
 from trueloop.jobs.store.codec import store_codec
 from trueloop.storage.store import Store, open_store
-
-
-@pytest.fixture(scope="session")
-def server() -> Iterator[Server]:
-    with postgresql() as running:
-        yield running
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

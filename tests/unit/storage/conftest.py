@@ -6,14 +6,8 @@ from pathlib import Path
 import pytest
 
 from tests.support.new_stores import new_database, new_file
-from tests.support.postgresql import Server, running
+from tests.support.postgresql import Server
 from trueloop.storage.store import Store, open_store
-
-
-@pytest.fixture(scope="session")
-def server() -> Iterator[Server]:
-    with running() as started:
-        yield started
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

@@ -16,6 +16,7 @@ from trueloop.arrays import Array
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
+from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.simulator.nose import CentrePath, path_of_positions
 from trueloop.simulator.presets import Workshop
@@ -33,7 +34,8 @@ class StudyPart:
     """True residuals of one part at its gauging points, (n,), mm, by way of correcting, and what was promised.
 
     `expanded_u_mm` (n,) is the half width of the predicted 95 % band of the loop's own residual about zero,
-    `alike_u_mm` the same without what is assumed to differ between the cuts.
+    `alike_u_mm` the same without what is assumed to differ between the cuts. `path_mm` is empty where no part was cut
+    along tangent paths.
     """
 
     loop_mm: Array
@@ -71,32 +73,38 @@ def study(
     *,
     first_seed: int = 0,
     workers: int = 2,
+    tangent_paths: bool = True,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Study:
-    """Simulates `parts` parts on several processes; `progress` is called with how many are done. Seeds count up."""
+    """Simulates `parts` parts on several processes; `progress` is called with how many are done. Seeds count up.
+
+    Parts cut along `tangent_paths` as well take nearly twice the time.
+    """
     seeds = range(first_seed, first_seed + parts)
     made: list[StudyPart] = []
-    for part in run_batch(partial(study_part, trial, workshop), seeds, workers=workers):
+    for part in run_batch(partial(study_part, trial, workshop, tangent_paths=tangent_paths), seeds, workers=workers):
         made.append(part)
         progress(len(made))
     return Study(tuple(made))
 
 
-def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
-    """Simulates one part, corrected in every way."""
+def study_part(trial: Trial, workshop: Workshop, seed: int, *, tangent_paths: bool = True) -> StudyPart:
+    """Simulates one part, corrected in every way; along tangent paths only if these are wanted."""
     semifinished, touches = semifinish_and_probe(trial, workshop, seed)
     inputs = replace(trial.inputs, touches=touches)
     loop = compensate(inputs, sources=False)
-    tangent = replace(inputs.options, junctions=TangentPolicy.PATH)
-    path = compensate(replace(inputs, options=tangent), sources=False)
     raw = path_of_shifts(inputs.profile, inputs.nose_radius_mm, raw_shifts(inputs.profile, touches))
 
     def finished(paths: Sequence[CentrePath]) -> Array:
         return true_errors_mm(trial, finish_along(workshop, workshop.machine, paths, semifinished, seed))
 
+    def corrected(correction: Correction) -> Array:
+        return true_errors_mm(trial, finish(trial, workshop, correction, semifinished, seed))
+
+    tangent = replace(inputs, options=replace(inputs.options, junctions=TangentPolicy.PATH))
     return StudyPart(
-        loop_mm=true_errors_mm(trial, finish(trial, workshop, loop, semifinished, seed)),
-        path_mm=true_errors_mm(trial, finish(trial, workshop, path, semifinished, seed)),
+        loop_mm=corrected(loop),
+        path_mm=corrected(compensate(tangent, sources=False)) if tangent_paths else np.empty(0),
         raw_mm=finished([raw]),
         uncorrected_mm=finished(trial.finish),
         expanded_u_mm=loop.prediction.expanded_u_mm,
