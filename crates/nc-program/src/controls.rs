@@ -1,8 +1,18 @@
-//! What controls make of the same words: rules and codes of each, from `controls.tsv`, which names the evidence.
+//! What controls make of the same words: rules, codes and names of each, from `codes.tsv` and from `controls.tsv`, which
+//! names the evidence.
 
-use crate::dialect::G;
-use crate::modes::modal::{FeedMode, Motion, SpindleMode};
+use crate::dialect::{Name, Names, PoleFrom, G, M};
+use crate::drilling::drill::Drill;
+use crate::drilling::hole_places::Pattern;
+use crate::modes::modal::{Compensation, FeedMode, Motion, Plane, SpindleMode};
+use crate::order::flow::Flow;
+use crate::shapes::spline::Spline;
+use crate::turning::lap::Lap;
+use crate::turning::level_cuts::Pockets;
 use crate::turning::pass::Pass;
+use crate::turning::profile_cycle::Profile;
+use crate::turning::removal::Removal;
+use crate::turning::rough::Rough;
 
 include!(concat!(env!("OUT_DIR"), "/controls.rs"));
 

@@ -281,13 +281,15 @@ WRITTEN = "G21 G90 G17\nG1 X10. F100.\nG2 I5.\nG1 X0.\n"
         ("X10.", "X10.001", "line 2 of the written program ends 1.00 µm from"),
         ("I5.", "I5.002", "line 3 of the written program ends 2.00 µm from"),
         ("G1 X0.", "G0 X0.", "line 4 of the written program makes another move"),
+        ("G2 I5.", "G3 I5.", "line 3 of the written program turns another way"),
+        ("X10.", "T2 M6 X10.", "line 2 of the written program has another tool"),
         ("G1 X0.", "G1 X0. F90.", "line 4 of the written program has another feed"),
     ],
 )
 def test_a_move_that_is_written_otherwise_is_named(old: str, new: str, what: str) -> None:
     before, after = (read_program(text.encode(), "fanuc-mill").run() for text in (WRITTEN, WRITTEN.replace(old, new)))
-    moves, every = np.arange(len(before)), np.full((len(before), 3), True)
-    verify_written(before, before, (moves, moves), before.end_mm, every, allowed_mm=1e-9)
+    moves = np.arange(len(before))
+    verify_written(before, before, (moves, moves), before.end_mm, allowed_mm=1e-9)
     with pytest.raises(TrueloopError, match=what) as refused:
-        verify_written(before, after, (moves, moves), before.end_mm, every, allowed_mm=0.5e-3)
+        verify_written(before, after, (moves, moves), before.end_mm, allowed_mm=0.5e-3)
     assert refused.value.code is Code.CMP_READ_BACK

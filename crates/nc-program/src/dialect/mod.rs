@@ -2,89 +2,20 @@
 
 mod class;
 mod code;
-mod fanuc;
-mod ge2000t;
-mod haas;
-mod heidenhain;
-mod linuxcnc;
-mod okuma;
-mod siemens;
+mod list;
 
 pub use crate::controls::Rules;
 pub use crate::reading::letters::Letters;
 pub(crate) use crate::reading::names::{Name, Names};
 pub use crate::shapes::curve::PoleFrom;
 
-use crate::modes::modal::{Compensation, FeedMode, Modal, Motion, SpindleMode};
+use crate::modes::modal::Modal;
 
 pub(crate) use class::common_classes;
 pub use class::{Blanks, Class};
 pub use code::{G, M};
-pub use fanuc::{FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL};
-pub use ge2000t::GE2000T;
-pub use haas::{HAAS_LATHE, HAAS_MILL};
-pub use heidenhain::HEIDENHAIN;
-pub use linuxcnc::LINUXCNC;
-pub use okuma::OKUMA_LATHE;
-pub use siemens::SIEMENS;
-
-/// Codes that all controls have.
-fn shared(tenths: u16) -> Option<G> {
-    Some(match tenths {
-        0 => G::Motion(Motion::Rapid),
-        10 => G::Motion(Motion::Line),
-        20 => G::Motion(Motion::Clockwise),
-        30 => G::Motion(Motion::Counterclockwise),
-        400 => G::Compensation(Compensation::Off),
-        410 => G::Compensation(Compensation::Left),
-        420 => G::Compensation(Compensation::Right),
-        960 => G::Spindle(SpindleMode::SurfaceSpeed),
-        970 => G::Spindle(SpindleMode::Revolutions),
-        _ => return None,
-    })
-}
-
-/// Those of positions and feed where G90 does not cut.
-fn modes(tenths: u16) -> Option<G> {
-    Some(match tenths {
-        900 => G::Incremental(false),
-        910 => G::Incremental(true),
-        940 => G::Feed(FeedMode::PerMinute),
-        950 => G::Feed(FeedMode::PerRevolution),
-        _ => return None,
-    })
-}
-
-/// Both.
-fn usual(tenths: u16) -> Option<G> {
-    modes(tenths).or_else(|| shared(tenths))
-}
-
-/// What a dialect is where it says nothing else.
-const PLAIN: Dialect = Dialect {
-    name: "",
-    names: Names::NONE,
-    formulas: false,
-    classes: common_classes(&[]),
-    brackets: (b'[', b']'),
-    parameters: Parameters { mark: 0, named: Naming::None, computed: false, unset_is_zero: false },
-    functions: Functions::None,
-    blanks: Blanks::End,
-    decimal_comma: false,
-    turns: false,
-    line_angle: b"",
-    about_pole: false,
-    flow: FlowStyle::None,
-    increments: None,
-    tool_offset: ToolOffset::Unknown,
-    rules: crate::controls::GE2000T,
-    other_axes: Letters::of(b""),
-    letters: Letters::of(b""),
-    g: |_| None,
-    m: |_| None,
-    initial: Modal::INITIAL,
-    resolution: (1e-4, 1e-3),
-    comment: ("(", ")"),
+pub use list::{
+    FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL, GE2000T, HAAS_LATHE, HAAS_MILL, HEIDENHAIN, LINUXCNC, OKUMA_LATHE, SIEMENS,
 };
 
 /// Every dialect there is.

@@ -24,7 +24,7 @@ from trueloop.loops.turned.in_force import edits_of
 from trueloop.loops.turned.part_on_machine import Zero
 from trueloop.loops.turned.process_intermittent import compensate, zero_in_machine
 from trueloop.loops.turned.share import judged_on_part, own_inputs, shared_words
-from trueloop.nc.edit.changes import not_as_intended
+from trueloop.nc.edit.changes import not_as_intended, verify_written
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.match.cutting_edge import CuttingEdge
@@ -43,7 +43,6 @@ Cut: TypeAlias = tuple[OwnContour | None, Inputs]
 that edge's tool."""
 Known: TypeAlias = Callable[[Inputs, OwnContour | None], Inputs]
 """Adds to the inputs of one edge what is known of it."""
-_Row: TypeAlias = tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -274,33 +273,30 @@ def _mark(inputs: Inputs, corrections: Sequence[Correction], joint_id: str) -> E
 
 def require_sum(before: ToolPath, singles: Sequence[ToolPath], joint: ToolPath) -> None:
     """Refuses a joint path that is not the source's with what each single path changes of it in its place."""
-    source = _rows(before)
-    wanted, done = list[_Row](), 0
-    for first, last, rows in sorted(
-        (one for path in singles for one in _changed(source, _rows(path))), key=lambda c: c[:2]
-    ):
+    stretches, done = list[tuple[ToolPath, int, int]](), 0
+    changed = [(*one, path) for path in singles for one in _changed(before, path)]
+    for first, last, begin, end, path in sorted(changed, key=lambda one: one[:2]):
         if first < done:
             raise not_as_intended(f"two edges' corrections both move the cut of line {before.line[first]}")
-        wanted += [*source[done:first], *rows]
+        stretches += [(before, done, first), (path, begin, end)]
         done = last
-    wanted += source[done:]
-    found = _rows(joint)
-    if len(found) != len(wanted):
-        raise not_as_intended(f"the joint program makes {len(found)} moves; its corrections make {len(wanted)}")
-    for k, (is_now, shall_be) in enumerate(zip(found, wanted, strict=True)):
-        if is_now != shall_be:
-            raise not_as_intended(f"the move of line {joint.line[k]} of the joint program is not its correction's")
+    stretches.append((before, done, len(before)))
+    wanted = sum(end - begin for _, begin, end in stretches)
+    if len(joint) != wanted:
+        raise not_as_intended(f"the joint program makes {len(joint)} moves; its corrections make {wanted}")
+    at = 0
+    for path, begin, end in stretches:
+        moves, at = (np.arange(begin, end), np.arange(at, at + end - begin)), at + end - begin
+        verify_written(path, joint, moves, path.end_mm[begin:end], allowed_mm=10**-DECIMALS)
 
 
-def _changed(source: Sequence[_Row], single: Sequence[_Row]) -> Iterator[tuple[int, int, Sequence[_Row]]]:
-    """Stretches of the source that a single path has otherwise: first move, one after the last, and its own moves."""
-    matcher = SequenceMatcher(None, source, single, autojunk=False)
-    for kind, first, last, begin, end in matcher.get_opcodes():
-        if kind != "equal":
-            yield first, last, single[begin:end]
+def _changed(source: ToolPath, single: ToolPath) -> Iterator[tuple[int, int, int, int]]:
+    """Stretches of the source that a single path has otherwise: first move and one after the last, of either."""
+    matcher = SequenceMatcher(None, _rows(source), _rows(single), autojunk=False)
+    return (opcode[1:] for opcode in matcher.get_opcodes() if opcode[0] != "equal")
 
 
-def _rows(path: ToolPath) -> list[_Row]:
+def _rows(path: ToolPath) -> list[tuple[float, ...]]:
     """Returns the kind and end of each move, to a nanometre: nothing of lines or of calls."""
     values = np.column_stack([path.motion, path.end_mm, np.nan_to_num(path.centre_mm), path.sweep_rad])
     return [tuple(row) for row in np.round(values.astype(np.float64), DECIMALS).tolist()]

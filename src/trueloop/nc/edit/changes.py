@@ -1,6 +1,8 @@
 """Changes of a program as a record lists them, and the refusal of a change that did not come out as intended."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
+from typing import Final
 
 import numpy as np
 
@@ -11,6 +13,9 @@ from trueloop.nc.edit.edit import Edit
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.units import UM_PER_MM
+
+STATES: Final = ("feed", "feed_mode", "compensation", "plane", "tool", "work_offset", "spindle_mode", "spindle_speed")
+"""What is in force in a move, beside where it goes, and stays so in a written program."""
 
 
 def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:
@@ -30,12 +35,24 @@ def not_as_intended(message: str) -> TrueloopError:
     )
 
 
+def otherwise(before: ToolPath, after: ToolPath, moves: tuple[Integers, Integers]) -> Iterator[tuple[Flags, str]]:
+    """Yields in which of the `moves`, (n,) of each path, which stand for each other, the later path is not the earlier
+    one apart from where it goes, (n,), and in which respect: kind, way of turning, feed, tool and the like.
+    """
+    old, new = moves
+    yield before.motion[old] != after.motion[new], "makes another move than the source"
+    yield np.abs(before.sweep_rad[old] - after.sweep_rad[new]) > math.pi, "turns another way than the source"
+    for name in STATES:
+        was, now = getattr(before, name)[old], getattr(after, name)[new]
+        yield ~((was == now) | np.isnan(was) & np.isnan(now)), f"has another {name.replace('_', ' ')} than the source"
+
+
 def verify_written(
     before: ToolPath,
     after: ToolPath,
     moves: tuple[Integers, Integers],
     wanted_mm: Array,
-    checked: Flags,
+    checked: Flags | bool = True,
     *,
     allowed_mm: float,
 ) -> None:
@@ -50,12 +67,9 @@ def verify_written(
     arcs = np.flatnonzero(before.motion[old] == Motion.ARC)
     centres = np.abs(after.centre_mm[new[arcs]] - before.centre_mm[old[arcs]]).max(axis=1, initial=0.0)
     off[arcs] = np.maximum(off[arcs], centres)
-    others = before.motion[old] != after.motion[new]
-    fed = ~np.isclose(before.feed[old], after.feed[new], rtol=0.0, atol=0.0, equal_nan=True)
     for wrong, what in (
-        (others, "makes another move than the source"),
+        *otherwise(before, after, moves),
         (~(off <= allowed_mm), "ends {off:.2f} µm from where it was to end"),
-        (fed, "has another feed than the source"),
     ):
         if np.any(wrong):
             worst = int(np.argmax(np.where(wrong, np.nan_to_num(off, nan=np.inf), -1.0)))

@@ -14,6 +14,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
+from trueloop.nc.edit.changes import otherwise
 from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.shape_words import ANGLES, asks_corner, asks_every_corner, is_made, is_shaped, is_wordless
@@ -28,7 +29,6 @@ from trueloop.units import UM_PER_MM
 
 SLACK_MM = 1e-6
 """Runner and program may differ by this beside rounding."""
-_STATES = ("feed", "feed_mode", "compensation", "plane", "tool", "work_offset", "spindle_mode", "spindle_speed")
 ARC_STEPS = 2.0
 """The steps of the control's resolution that the middle of an arc may move: half a step an axis at either end."""
 
@@ -170,14 +170,12 @@ def require_same_path(program: Program, path: ToolPath, after: WrittenOut) -> No
     unknown = [finding for finding in after.program.findings if finding.code in NOT_UNDERSTOOD]
     if len(unknown) > sum(finding.code in NOT_UNDERSTOOD for finding in program.findings):
         raise _otherwise(program, path, 0, unknown[0].message)
-    if not np.array_equal(path.motion, other.motion):
-        k = int(np.argmin(path.motion[: len(other)] == other.motion[: len(path)])) if len(path) and len(other) else 0
-        raise _otherwise(program, path, min(k, len(path) - 1), "its moves would be others")
-    same_state = [np.array_equal(getattr(path, name), getattr(other, name), equal_nan=True) for name in _STATES]
-    if not all(same_state):
-        name = _STATES[same_state.index(False)]
-        k = int(np.argmax(getattr(path, name) != getattr(other, name)))
-        raise _otherwise(program, path, k, f"its {name.replace('_', ' ')} would be another")
+    every = np.arange(min(len(path), len(other)))
+    for wrong, what in otherwise(path, other, (every, every)):
+        if np.any(wrong):
+            raise _otherwise(program, path, int(np.argmax(wrong)), f"one of its moves {what}")
+    if len(path) != len(other):
+        raise _otherwise(program, path, len(every) - 1, "its moves would be others")
     off, allowed = _off_mm(program, path, other)
     if np.any(off > allowed):
         k = int(np.argmax(off - allowed))
@@ -187,13 +185,11 @@ def require_same_path(program: Program, path: ToolPath, after: WrittenOut) -> No
 def _off_mm(program: Program, path: ToolPath, other: ToolPath) -> tuple[Array, Array]:
     """How far each move's end, and an arc's middle, is off along an axis, and how much of it rounding explains."""
     step_mm = np.array([program.dialect.step_mm(inch) for inch in (False, True)])[path.inch.astype(int)]
-    ends = np.max(np.abs(path.end_mm - other.end_mm), axis=1, initial=0.0)
+    off, allowed = np.max(np.abs(path.end_mm - other.end_mm), axis=1, initial=0.0), step_mm / 2 + SLACK_MM
     arcs = np.flatnonzero(path.motion == Motion.ARC)
     middle = np.full(len(arcs), 0.5)
-    off, allowed = ends, step_mm / 2 + SLACK_MM
     bulge = np.max(np.abs(points_along(path, arcs, middle) - points_along(other, arcs, middle)), axis=1, initial=0.0)
     excess = bulge - ARC_STEPS * step_mm[arcs]
-    off = off.copy()
     off[arcs] = np.where(excess > 0.0, np.maximum(off[arcs], bulge), off[arcs])
     return off, allowed
 
