@@ -1,8 +1,8 @@
 """CALYPSO's tables: characteristics (`…_chr.txt`), and the header of the run (`…_hdr.txt`) that lies beside them.
 
 Cells are separated by tabs, the last row says END. Tolerances are counted from the nominal value and have their sign. A
-natural limit (2 in `natlowertolid`, `natuppertolid`) is none that a part can fail. The tables name no unit. Read in a
-table of a real run; the names of the columns of `_hdr` are those that programs around it use.
+natural limit (2 in `natlowertolid`, `natuppertolid`) is none that a part can fail. Few tables name a unit, in
+a column of it. Read in a table of a real run; the names of the columns of `_hdr` are those that programs around it use.
 """
 
 import re
@@ -16,13 +16,15 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
 from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of, quantity_of, require_order
 from trueloop.formats.inspections.shared.text import beginning, number_in, read_decoded
 from trueloop.formats.inspections.shared.times import moment, order_of
+from trueloop.formats.inspections.tables.roles import LENGTH_MM, unit_named
 from trueloop.units import MM_PER_INCH
 
+UNITS: Final[Mapping[float, Unit]] = {1.0: "mm", MM_PER_INCH: "inch"}
 NEEDED: Final = ("id", "actual", "nominal")
 KIND: Final = re.compile(r"([_-])(chr|hdr|fet)(?=\.\w+$)", re.IGNORECASE)
 SYMBOLS: Final = (
@@ -37,7 +39,7 @@ SYMBOLS: Final = (
 """Quantities by `idsymbol`; `type` has them in the language of the person who measured."""
 USED: Final = frozenset(
     [
-        *(*NEEDED, "planid", "partnb", "type", "idsymbol", "uppertol", "lowertol", "deviation", "featureid"),
+        *(*NEEDED, "planid", "partnb", "type", "idsymbol", "unit", "uppertol", "lowertol", "deviation", "featureid"),
         *("natuppertolid", "natlowertolid", "featureposx", "featureposy", "featureposz"),
     ]
 )
@@ -64,15 +66,21 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
             place=Place(str(path), 1),
             values={"file": path.name},
         )
-    if stated.unit is None:
+    named = {factor for _, row in rows if (factor := LENGTH_MM.get(unit_named(row.get("unit", ""))))}
+    unit = UNITS.get(next(iter(named))) if len(named) == 1 else None
+    overruled = unit is not None and stated.unit not in (None, unit)
+    unit = unit or stated.unit
+    if unit is None:
         raise Code.MSR_UNIT.refusal(
             f"CALYPSO's tables name no unit: is {path.name!r} in mm or inch?",
             hint="state it: --unit mm or --unit inch",
             place=Place(str(path), 1),
             values={"file": path.name},
         )
-    factor = MM_PER_INCH if stated.unit == "inch" else 1.0
+    factor = MM_PER_INCH if unit == "inch" else 1.0
     header, remarks = _header(path)
+    if overruled:
+        remarks.append(Remark(f"its column 'unit' has {unit}: that is read"))
     at, said = _time(header, path)
     readings = [_reading(row, line, path, factor, at) for line, row in rows if row["actual"]]
     deviations = [
@@ -85,7 +93,7 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
         path=path,
         format="CALYPSO",
         encoding=encoding,
-        unit=stated.unit,
+        unit=unit,
         inspections=inspections,
         characteristics=characteristics_of(readings),
         remarks=(*remarks, *said, *stated_deviations(deviations), *filled_in(inspections)),

@@ -105,3 +105,15 @@ def test_a_real_table_is_read_whole(corpus: Path) -> None:
     assert kinds.count(Quantity.DIAMETER) == 7
     assert kinds.count(Quantity.LENGTH) == 11
     assert inspection.part.serial == "10"
+
+
+@pytest.mark.parametrize("stated", [Stated(), Stated("inch")])
+def test_a_column_of_units_overrules_a_unit_that_is_stated(tmp_path: Path, stated: Stated) -> None:
+    path = _write(tmp_path)
+    names, *rows = path.read_text().splitlines()
+    path.write_text(
+        "\n".join([f"{names}\tunit", *(f"{row}\t{'deg' if 'angle' in row else 'mm'}" for row in rows[:-1])])
+    )
+    file = read_measured_file(path, stated)
+    assert file.unit == "mm" and file.inspections[0].readings[0].actual == 25.0132
+    assert bool(file.remarks) == (stated.unit is not None)

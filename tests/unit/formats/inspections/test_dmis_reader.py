@@ -380,9 +380,16 @@ def test_words_beyond_the_fields_that_are_known_are_remarked() -> None:
     assert remarks(file) == [(2, "FA(…)=FEAT/POINT has 1 fields more than are known")]
 
 
+def test_a_zero_behind_the_numbers_of_a_point_costs_neither_its_nominal_nor_its_measured_place() -> None:
+    file = in_mm("F(P)=FEAT/POINT,CART,10.5,0,5,0,0,1,0", "FA(P)=FEAT/POINT,CART,10.503,0.001,5.004,0,0,1,0")
+    assert (only_point(file).nominal_mm, only_point(file).measured_mm) == ((10.5, 0.0, 5.0), (10.503, 0.001, 5.004))
+    assert not remarks(file)
+
+
 @pytest.mark.parametrize(
     "statement",
     [
+        "FA(P)=FEAT/POINT,CART,10,5,3,0,1,0,0",
         "FA(D1)=FEAT/CIRCLE,OUTER,CART,0,0,-30,0,0,1,30,005",
         "FA(P)=FEAT/POINT,CART,10,016,0,000,5,012,0,8,0,0,0,6",
         "TA(D1_DIAM)=TOL/DIAM,0,005,INTOL",

@@ -34,6 +34,20 @@ def _refused(folder: Path, text: str | bytes, code: Code, says: str) -> Trueloop
     return caught.value
 
 
+@pytest.mark.parametrize(("limits", "defined"), [(("9.99", "10.03"), "false"), (("-0.01", "0.03"), "true")])
+def test_a_zone_that_holds_its_nominal_the_other_way_alone_is_read_so(
+    folder: Path, limits: tuple[str, str], defined: str
+) -> None:
+    """10 +0.03 −0.01, by a program that says the contrary of `DefinedAsLimit`."""
+    zone = f"<MaxValue>{limits[1]}</MaxValue><MinValue>{limits[0]}</MinValue><DefinedAsLimit>{defined}</DefinedAsLimit>"
+    found = _read(
+        folder, document(results(measured("3", "10.02")), characteristics=[characteristic(1, tolerance=zone)])
+    )
+    (reading,) = found.inspections[0].readings
+    assert (reading.lower_limit, reading.upper_limit) == pytest.approx((9.99, 10.03), abs=1e-12)
+    assert "limits exclude the nominal value as DefinedAsLimit has them" in found.remarks[0].text
+
+
 @pytest.mark.parametrize("asked", [characteristic(1), characteristic(1, tolerance=ABSOLUTE)])
 def test_limits_are_absolute_whichever_way_they_are_defined(folder: Path, asked: tuple[str, str, str]) -> None:
     """10 +0.03 −0.01, and 9.99 to 10.03."""

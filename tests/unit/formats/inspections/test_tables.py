@@ -319,3 +319,40 @@ def test_workbooks_that_would_fill_the_memory_are_refused_before_they_are_opened
             read_measured_file(path, Stated())
         assert refusal.value.code is Code.MSR_FILE
         assert words in str(refusal.value)
+
+
+LIMITS = "Item,Nominal mm,Upper limit mm,Lower limit mm,Measured mm,Judge\n"
+
+
+@pytest.mark.parametrize(
+    ("rows", "zone"),
+    [
+        ("D1,10,0.03,-0.03,10.012,OK\nD2,5,0.02,-0.02,4.991,OK\n", (9.97, 10.03)),
+        ("D1,10,0.03,,10.012,OK\n", (None, 10.03)),
+        ("D1,10,10.03,9.97,10.012,OK\n", (9.97, 10.03)),
+        ("D1,10,9.98,9.95,9.96,OK\n", (9.95, 9.98)),  # a fit: neither way holds the nominal value
+        ("D1,10,0.05,0.02,10.03,OK\n", (10.02, 10.05)),  # the verdict decides
+    ],
+)
+def test_limits_near_zero_count_from_the_nominal_value(
+    tmp_path: Path, rows: str, zone: tuple[float | None, float]
+) -> None:
+    file = _read(tmp_path, LIMITS + rows)
+    first = _one(file)[0]
+    assert first.upper_limit == pytest.approx(zone[1])
+    assert first.lower_limit == (None if zone[0] is None else pytest.approx(zone[0]))
+    assert not any("verdicts" in remark.text for remark in file.remarks)
+
+
+def test_columns_of_statistics_are_no_parts(tmp_path: Path) -> None:
+    heads = "Item,Nominal mm,Sample 1,Sample 2,XBAR,Pp,Ppk,Samples in tol,Number of Samples"
+    file = _read(tmp_path, f"{heads}\nD1,10,10.01,10.02,10.015,1.2,1.1,2,2\n", unit="mm")
+    assert [inspection.part.serial for inspection in file.inspections] == ["Sample 1", "Sample 2"]
+
+
+def test_a_deviation_beside_nominal_and_measured_points_leaves_them_points(tmp_path: Path) -> None:
+    text = "Point,X nom,Y nom,Z nom,X meas,Y meas,Z meas,Deviation\nP1,10,0,5,10.003,0.001,5.004,0.005\n"
+    (inspection,) = _read(tmp_path, text, unit="mm").inspections
+    assert [(point.nominal_mm, point.measured_mm) for point in inspection.points] == [
+        ((10, 0, 5), (10.003, 0.001, 5.004))
+    ]

@@ -38,6 +38,8 @@ ANGLES: Final = ("cone", "from", "to")
 WORDS: Final = frozenset(("CART", "POL", "INNER", "OUTER", "IN", "OUT", "BND", "UNBND", "ROUND", "FLAT", "OPEN"))
 """Words allowed before the numbers of a feature; anything else there is no number."""
 POINTS: Final = ("POINT", "EDGEPT")
+NOTHING: Final = "0"
+"""Some programs end the statement of a point with it. A decimal comma may make it too, where no number has a point."""
 WITH_AXIS: Final = ("LINE", "CYLNDR", "CONE")
 """Along their direction the place that is stated means nothing."""
 WITH_NORMAL: Final = ("PLANE", "SYMPLN")
@@ -126,6 +128,8 @@ def feature_of(statement: Words, settings: Settings) -> Feature | str | None:
         slots = SLOTS_BOUNDED
     texts = fields[count : count + slots.count]
     behind = [text for text in fields[count + slots.count :] if is_number(text)]
+    if kind in POINTS and behind == [NOTHING] and any("." in text for text in texts):
+        fields, behind = fields[: count + slots.count], []
     if behind:  # which of the numbers is the size is not known
         return f"has {len(behind)} numbers more than a {kind} has, as decimal commas would make: it was left out"
     angular = {begin for name, begin in slots.sizes if name in ANGLES} | (

@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
+import numpy as np
+
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import Vector
 from trueloop.formats.inspections.measured_file import Remark
 from trueloop.formats.inspections.qif.elements import Element, kept_in
 from trueloop.formats.inspections.qif.units import Units
+from trueloop.formats.inspections.shared.quantities import counted_from_nominal
 from trueloop.formats.inspections.shared.text import NUMBER
 
 NAMES: Final = {
@@ -223,6 +226,13 @@ def _limits(
         remarks["limits that do not say whether they are absolute, or are relative to no nominal, are left out"] += 1
         return None, None, ""
     offset = 0.0 if absolute or target is None else target
+    if target is not None:
+        stated = [np.array([np.nan if value is None else value]) for value in (target, lower, upper)]
+        relative = counted_from_nominal(stated[0], stated[1], stated[2], stated=not absolute)
+        if relative == absolute:
+            counted = "counted from the nominal value" if relative else "absolute"
+            remarks[f"limits exclude the nominal value as DefinedAsLimit has them: they are taken as {counted}"] += 1
+            offset = target if relative else 0.0
     return None if lower is None else lower + offset, None if upper is None else upper + offset, ""
 
 

@@ -63,6 +63,23 @@ MOST_OF: Final = 0.9
 """Share of the rows that must agree: a row that was typed wrongly does not change the sign of all others."""
 
 
+def counted_from_nominal(nominal: Array, lower: Array, upper: Array, stated: bool) -> bool:
+    """Returns whether limits (n,), nan where there is none, count from the nominal: as stated, unless no zone fits so.
+
+    A zone fits where it holds its nominal value, which counted from itself is 0, and is nearer to that than to the
+    other. The statement is overruled where zones fit the other way alone, and none fits its own way alone.
+    """
+    with np.errstate(invalid="ignore"):
+        low, high = np.fmin(lower, upper), np.fmax(lower, upper)
+        near_zero = np.fmax(np.abs(low), np.abs(high)) < np.fmin(np.abs(low - nominal), np.abs(high - nominal))
+        near_nominal = np.fmax(np.abs(low - nominal), np.abs(high - nominal)) < np.fmin(np.abs(low), np.abs(high))
+        relative = near_zero & ~(lower > 0) & ~(upper < 0) & ((lower > nominal) | (upper < nominal))
+        absolute = near_nominal & ~(lower > nominal) & ~(upper < nominal) & ((lower > 0) | (upper < 0))
+    if stated:
+        return not np.any(absolute) or bool(np.any(relative))
+    return bool(np.any(relative)) and not np.any(absolute)
+
+
 def deviation_sign(actual: Array, nominal: Array, deviation: Array, rounding: Array | float) -> Deviation | None:
     """Returns the sign convention of deviations from rows that state all three, (n,) each, nan if not; None: unknown.
 

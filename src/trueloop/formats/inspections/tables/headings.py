@@ -69,7 +69,8 @@ device: machine, maschine
 temperature: temperature, temp, temperatur, part temperature, werkstuecktemperatur, temp c, teiletemperatur
 repeat: repeat, repetition, wiederholung, trial, run, lauf, durchgang, reading no, messung nr, measurement no,
     run no
-verdict: verdict, n i o i o, i o n i o, status, pass fail, judgement, judgment, bewertung, io nio, ok nok, urteil,
+verdict: verdict, judge, n i o i o, i o n i o,
+    status, pass fail, judgement, judgment, bewertung, io nio, ok nok, urteil,
     in tol, ok,
     entscheid, go nogo
 outside: exceed, oot, out of tol, out of tolerance, out tol, outtol, ueberschreitung
@@ -145,3 +146,12 @@ ENDS: Final = {
     name: end for end, _, names in (line.partition(":") for line in EITHER_END.split("\n")) for name in names_in(names)
 }
 IGNORED: Final = frozenset(names_in(IGNORED_NAMES))
+SUMMARIES: Final = frozenset(
+    names_in(
+        """mean, average, avg, mittelwert, mittel, x quer, xbar, x bar, min, max, minimum, maximum, range, spannweite,
+        std, stdev, std dev, std deviation, standard deviation, standardabweichung, sigma, varianz, s, r, cp, cpk, cm,
+        cmk, pp, ppk, ucl, lcl, oeg, ueg, sum, summe, median, n, end, total, count, anzahl, samples, sample size,
+        number of samples, no of samples, stichprobenumfang, samples in tol, samples out of tol, parts in tol, yield"""
+    )
+)
+"""Headings of columns of statistics, and texts of the first cell of rows of them."""

@@ -2,23 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
 
 from trueloop.errors import Place
 from trueloop.formats.inspections.tables.grid import Grid, Row, is_empty
 from trueloop.formats.inspections.tables.header import Header, is_unit_row
-from trueloop.formats.inspections.tables.headings import names_in, plain
+from trueloop.formats.inspections.tables.headings import SUMMARIES, plain
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.roles import LENGTHS, Role, unit_in_heading, unit_named, without_unit
-
-SUMMARIES: Final = frozenset(
-    names_in(
-        """mean, average, avg, mittelwert, mittel, x quer, xbar, min, max, minimum, maximum, range, spannweite, std,
-        stdev, std dev, standard deviation, standardabweichung, sigma, s, r, cp, cpk, cm, cmk, pp, ppk, sum, summe,
-        median, n, end, total"""
-    )
-)
-"""Texts of the first cell of a row of statistics."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,16 @@ from trueloop.formats.inspections.tables.header import (
     numbered,
     role_of,
 )
-from trueloop.formats.inspections.tables.headings import ENDS, IGNORED, IN_DOUBT, KNOWN, SIZES, names_in, plain
+from trueloop.formats.inspections.tables.headings import (
+    ENDS,
+    IGNORED,
+    IN_DOUBT,
+    KNOWN,
+    SIZES,
+    SUMMARIES,
+    names_in,
+    plain,
+)
 from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLabels, check
 from trueloop.formats.inspections.tables.roles import LIMITS, NUMBERS, POINT, Role
 
@@ -74,6 +83,8 @@ class _Table:
     def columns(self) -> Columns:
         """One column for each thing, and several where values of one kind stand side by side."""
         chosen = {**self._known(), **{key: names[0] for key, names in self.given.items() if key in set(Role)}}
+        if chosen.keys() >= _POINTS and Role.NOMINAL not in chosen:
+            chosen.pop(Role.DEVIATION, None)  # of points, which have theirs from their own coordinates
         several = {key: tuple(names) for key, names in self.given.items() if key not in set(Role)}
         values = self._several(chosen) if not _has_values(chosen, several) else {}
         taken = {*chosen.values(), *(name for names in (*several.values(), *values.values()) for name in names)}
@@ -140,7 +151,9 @@ class _Table:
         """Columns of numbers without a meaning of their own: of parts, of repeats, or of characteristics."""
         plains = self.header.plain
         free = [
-            k for k in sorted(self.free) if self.header.names[k] not in chosen.values() and plains[k] not in IGNORED
+            k
+            for k in sorted(self.free)
+            if self.header.names[k] not in chosen.values() and plains[k] not in IGNORED | SUMMARIES
         ]
         numbers = [k for k in free if self.is_number(k)]
         names = tuple(self.header.names[k] for k in numbers)

@@ -14,6 +14,7 @@ from trueloop.formats.inspections.shared.quantities import (
     FONT,
     Deviation,
     LowerTolerance,
+    counted_from_nominal,
     deviation_sign,
     is_font,
     limits_refusal,
@@ -170,8 +171,15 @@ def _limits(
     """Absolute limits. A tolerance of form has no lower one."""
     nothing = np.full(len(long), np.nan)
     lower, upper = (numbers.get(role, nothing) for role in (Role.LOWER_LIMIT, Role.UPPER_LIMIT))
+    from_nominal = nominal + lower, nominal + upper
+    gained = _contradicted(actual, lower, upper, good) - _contradicted(actual, *from_nominal, good)
+    near_zero = np.fmax(np.abs(lower), np.abs(upper)) < np.abs(nominal) / 2
+    relative = gained >= 0 and counted_from_nominal(nominal, lower, upper, stated=False)
+    relative |= gained > 0 and bool(np.all(near_zero | np.isnan(np.fmax(lower, upper))))
+    if relative:
+        lower, upper = from_nominal
     low, high = (numbers.get(role, nothing) for role in (Role.LOWER_TOLERANCE, Role.UPPER_TOLERANCE))
-    remarks = []
+    remarks = [Remark("limits are near 0: they are counted from the nominal value")] if relative else []
     sign = mapping.lower_tolerance or lower_tolerance_sign(high, low, actual - nominal, good)
     if sign is None:
         row = int(np.argmax(~np.isnan(low) & (low != 0)))
@@ -196,6 +204,12 @@ def _limits(
         text = f"{np.sum(outside)} tolerance zones exclude the nominal value: {zone_in_words}"
         remarks.append(Remark(text, long.lines[row]))
     return _Limits(lower, upper, sign if Role.LOWER_TOLERANCE in long.texts else None, tuple(remarks))
+
+
+def _contradicted(actual: Array, lower: Array, upper: Array, good: Array) -> int:
+    """Returns how many of the table's own verdicts limits contradict."""
+    inside = ~(actual < lower - SLACK) & ~(actual > upper + SLACK)
+    return int(np.count_nonzero(~np.isnan(good) & (inside != (good > 0))))
 
 
 def _of_tolerance(
