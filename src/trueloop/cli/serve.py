@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from trueloop.cli.shared_options import Db, option
-from trueloop.cli.terminal import guarded
+from trueloop.cli.terminal import busy, guarded
 
 if TYPE_CHECKING:
     from trueloop.server.identity.provider import Oidc
@@ -133,9 +133,12 @@ def serve(
     sign_on: SignOn,
     links: Links = None,
     db: Db = None,
+    demo: Annotated[bool, option("Serve a shop of the examples, in trueloop-demo.db.", "--demo")] = False,
     no_browser: Annotated[bool, option("Print the address and open no browser.", "--no-browser")] = False,
 ) -> None:
     """Serve the store's pages and interface, until Ctrl-C or SIGTERM; a folder without a store gets one."""
+    if demo and db is not None:
+        raise typer.BadParameter("a store of its own is made: leave out --db", param_hint="--demo")
     from trueloop.server.settings import require_packages
 
     require_packages()
@@ -151,7 +154,9 @@ def serve(
         from trueloop.formats.links_toml import read_links
 
         read_links(links)  # what is wrong with it is said now, and again where it is changed
-    if db is None and not Path(BESIDE).exists():
+    if demo:
+        db = _example_shop()
+    elif db is None and not Path(BESIDE).exists():
         made(BESIDE).close()
         typer.echo(f"made the store {BESIDE}", err=True)
     store = opened(db, held_open=HELD_OPEN)
@@ -166,6 +171,17 @@ def serve(
 
     run(store, _settings(where, listening.tls, links), listening, ready, oidc)
     store.close()
+
+
+def _example_shop() -> str:
+    """Returns the store of the examples in the present folder, made where there is none."""
+    from trueloop.jobs.example_shop import FILE, make_example_shop
+
+    if not Path(FILE).exists():
+        with busy("filling the shop with the examples"):
+            make_example_shop(Path(FILE))
+        typer.echo(f"made the store {FILE} of the examples", err=True)
+    return FILE
 
 
 def _settings(where: Where, tls: bool, links: Path | None) -> "Settings":

@@ -4,13 +4,13 @@ import { Route, Switch, useLocation } from "wouter";
 
 import { useText } from "../text/text";
 import { Fault } from "./Fault";
-import { PAGES, ROUTES } from "./routes";
+import { leadsTo, ROUTES, SECTIONS } from "./routes";
 
 /** The page at this address. */
 export function Pages() {
   const text = useText();
   const [place] = useLocation();
-  const named = PAGES.findLast((one) => (one.href === "/" ? place === "/" : place.startsWith(one.href)));
+  const named = SECTIONS.flat().find((page) => leadsTo(page, place));
   const title = named ? text(named.name) : "";
   useEffect(() => {
     document.title = title ? `${title} · trueloop` : "trueloop";

@@ -10,7 +10,7 @@ import { ago, moment } from "../show/format";
 import { useUser } from "../show/roles";
 import { useName, useText } from "../text/text";
 import { useLanguageSet, useUnitSet } from "./choices";
-import { PAGES } from "./routes";
+import { leadsTo, SECTIONS, type Entry } from "./routes";
 
 /** The frame around every page: where one is, who one is, and whether what is seen is live. */
 export function Shell({ children }: { children: ReactNode }) {
@@ -18,6 +18,7 @@ export function Shell({ children }: { children: ReactNode }) {
   const [open, menu] = useDisclosure(false);
   const [place] = useLocation();
   useEffect(() => menu.close(), [place]);
+  const section = SECTIONS.find((pages) => pages.some((page) => leadsTo(page, place)));
   return (
     <AppShell
       header={{ height: 64 }}
@@ -43,22 +44,37 @@ export function Shell({ children }: { children: ReactNode }) {
         <ContactShown />
       </AppShell.Header>
       <AppShell.Navbar p="xs" aria-label={text("frame.pages")} style={{ overflowY: "auto" }}>
-        {PAGES.map(({ href, name }) => (
+        {SECTIONS.map((pages) => (
           <NavLink
-            key={href}
+            key={pages[0].href}
             component={Link}
-            href={href}
-            label={text(name)}
-            active={href === "/" ? place === "/" : place.startsWith(href)}
-            {...(place === href ? { "aria-current": "page" as const } : {})}
+            href={pages[0].href}
+            label={text(pages[0].name)}
+            active={pages === section}
+            {...(place === pages[0].href ? { "aria-current": "page" as const } : {})}
           />
         ))}
         <Mine />
       </AppShell.Navbar>
       <AppShell.Main id="content" tabIndex={-1}>
+        {section && section.length > 1 && <SectionPages pages={section} place={place} />}
         <div className="page">{children}</div>
       </AppShell.Main>
     </AppShell>
+  );
+}
+
+/** The pages of the section, beside each other above the page itself. */
+function SectionPages({ pages, place }: { pages: [Entry, ...Entry[]]; place: string }) {
+  const text = useText();
+  return (
+    <nav className="section" aria-label={text(pages[0].name)}>
+      {pages.map((page) => (
+        <Link key={page.href} href={page.href} aria-current={leadsTo(page, place) ? "page" : undefined}>
+          {text(page.name)}
+        </Link>
+      ))}
+    </nav>
   );
 }
 

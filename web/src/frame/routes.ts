@@ -2,23 +2,41 @@ import { lazy, type ComponentType } from "react";
 
 import type { Key } from "../text/text";
 
-/** The pages of the menu, in its order. */
-export const PAGES: { href: string; name: Key }[] = [
-  { href: "/", name: "page.today" },
-  { href: "/machines", name: "page.machines" },
-  { href: "/orders", name: "page.orders" },
-  { href: "/parts", name: "page.parts" },
-  { href: "/series", name: "page.series" },
-  { href: "/diagnosis", name: "page.diagnosis" },
-  { href: "/tools", name: "page.tools" },
-  { href: "/programs", name: "page.programs" },
-  { href: "/files", name: "page.files" },
-  { href: "/proposals", name: "page.proposals" },
-  { href: "/certificates", name: "page.certificates" },
-  { href: "/alarms", name: "page.alarms" },
-  { href: "/settings", name: "page.settings" },
-  { href: "/wall", name: "page.wall" },
+/** A page with an entry of its own. */
+export type Entry = { href: string; name: Key };
+
+/** The entries of the menu, in its order, each with the pages of its section: the first is the one that it leads to. */
+export const SECTIONS: [Entry, ...Entry[]][] = [
+  [
+    { href: "/", name: "page.today" },
+    { href: "/alarms", name: "page.alarms" },
+    { href: "/wall", name: "page.wall" },
+  ],
+  [
+    { href: "/machines", name: "page.machines" },
+    { href: "/tools", name: "page.tools" },
+  ],
+  [{ href: "/orders", name: "page.orders" }],
+  [
+    { href: "/parts", name: "page.parts" },
+    { href: "/certificates", name: "page.certificates" },
+  ],
+  [
+    { href: "/series", name: "page.series" },
+    { href: "/proposals", name: "page.proposals" },
+    { href: "/diagnosis", name: "page.diagnosis" },
+  ],
+  [
+    { href: "/programs", name: "page.programs" },
+    { href: "/files", name: "page.files" },
+  ],
+  [{ href: "/settings", name: "page.settings" }],
 ];
+
+/** Whether a place of the service belongs to a page of the menu. */
+export function leadsTo(page: Entry, place: string): boolean {
+  return place === page.href || (page.href !== "/" && place.startsWith(`${page.href}/`));
+}
 
 const Today = lazy(() => import("../pages/Today"));
 const Orders = lazy(() => import("../pages/Orders"));
