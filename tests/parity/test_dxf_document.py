@@ -14,7 +14,7 @@ from trueloop import example
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.dxf import read_dxf
 from trueloop.formats.cad.dxf_document import Drawn, drawn, open_document
-from trueloop.formats.cad.dxf_entities import segments_of, unfolded
+from trueloop.formats.cad.dxf_entities import edges_of, unfolded
 
 VERSIONS = ("R12", "R2000", "R2010")
 KINDS = ("line", "arc", "circle", "text", "polyline", "old polyline", "spline", "insert", "paper", "behind", "thick")
@@ -28,13 +28,14 @@ def same(path: Path, scale: float = 1.0) -> None:
     """Kinds, layers and line types are equal, and so are the edges but for the last digit of a cosine."""
     mine, theirs = open_document(path).entities, all_by_ezdxf(path)
     assert [one[:3] for one in mine] == [one[:3] for one in theirs]
-    pair = [list(segments_of(unfolded(each), scale)) for each in (mine, theirs)]
-    for ours, expected in zip(*pair, strict=True):
-        assert ours.layer == expected.layer and type(ours.feature) is type(expected.feature)
-        for a, b in zip(ours.ends, expected.ends, strict=True):
+    edges, by_ezdxf = (edges_of(unfolded(each), scale) for each in (mine, theirs))
+    assert edges.layer.tolist() == by_ezdxf.layer.tolist()
+    for ours, expected in zip(edges.features, by_ezdxf.features, strict=True):
+        assert type(ours) is type(expected)
+        for a, b in ((ours.start_mm, expected.start_mm), (ours.end_mm, expected.end_mm)):
             assert math.dist(a, b) <= 1e-12 * scale * 400
-        assert ours.feature.length_mm == pytest.approx(expected.feature.length_mm, rel=1e-12)
-        assert getattr(ours.feature, "sweep_rad", 0.0) == getattr(expected.feature, "sweep_rad", 0.0)
+        assert ours.length_mm == pytest.approx(expected.length_mm, rel=1e-12)
+        assert getattr(ours, "sweep_rad", 0.0) == getattr(expected, "sweep_rad", 0.0)
 
 
 def mixed(version: str, kinds: list[str], seed: int) -> Drawing:

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from trueloop.arrays import Array
 from trueloop.formats.cad.box_index import TooDenseError, overlapping
-from trueloop.formats.cad.dxf_chain import Segment
-from trueloop.formats.cad.dxf_outline import cut_where_met
+from trueloop.formats.cad.dxf_edges import Edges, cut_where_met
 from trueloop.geometry.feature import Line
 
 
@@ -49,8 +48,8 @@ def test_lines_all_in_one_place_are_refused() -> None:
 
 def test_a_grid_of_lines_is_cut_at_its_crossings() -> None:
     """20 by 20 lines, each across all others: 400 crossings, 21 pieces a line."""
-    across = [Segment(Line("", (float(k), -1.0), (float(k), 20.0)), "0") for k in range(20)]
-    along = [Segment(Line("", (-1.0, float(k)), (20.0, float(k))), "0") for k in range(20)]
-    pieces = cut_where_met([*across, *along], 1e-3)
+    across = [Line("", (float(k), -1.0), (float(k), 20.0)) for k in range(20)]
+    along = [Line("", (-1.0, float(k)), (20.0, float(k))) for k in range(20)]
+    pieces = cut_where_met(Edges.of([*across, *along], ["0"] * 40), 1e-3)
     assert len(pieces) == 40 * 21
-    assert sum(piece.feature.length_mm for piece in pieces) == pytest.approx(40 * 21.0)
+    assert pieces.length_mm.sum() == pytest.approx(40 * 21.0)

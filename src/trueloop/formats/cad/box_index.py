@@ -45,8 +45,8 @@ def overlapping(low: Array, high: Array, other_low: Array, other_high: Array) ->
     pairs = np.concatenate(found) if found else np.zeros((0, 2), dtype=np.int64)
     i, j = pairs.T
     pairs = pairs[np.all((low[i] <= other_high[j]) & (other_low[j] <= high[i]), axis=1)]
-    ascending = np.unique(pairs[:, 0] * len(other_low) + pairs[:, 1])  # of numbers: twenty times as fast as of rows
-    return np.stack(np.divmod(ascending, len(other_low)), axis=1)
+    number = np.sort(pairs[:, 0] * len(other_low) + pairs[:, 1])  # `np.unique` takes eight times as long
+    return np.stack(np.divmod(number[np.diff(number, prepend=-1) > 0], len(other_low)), axis=1)
 
 
 def _levels(low: Array, high: Array, smallest: float) -> NDArray[np.int64]:

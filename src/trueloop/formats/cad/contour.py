@@ -3,15 +3,15 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.spatial import KDTree
 
 from trueloop.formats.cad.axis import WITHIN_MM
-from trueloop.formats.cad.dxf_outline import cut_at
 from trueloop.geometry.curve import Curve
+from trueloop.geometry.curve_building import part_of
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.intersection import intersections
 from trueloop.geometry.profile import Side
@@ -51,17 +51,14 @@ def chained(pieces: Sequence[Piece], body: str, within_mm: float = WITHIN_MM) ->
     """
     if not pieces:
         return []
-    z = [value for piece in pieces for value in _extent(piece.feature, within_mm)]
+    z = [z for piece in pieces for _, z in (piece.feature.start_mm, piece.feature.end_mm)]
+    bent = [piece for piece in pieces if not isinstance(piece.feature, Line)]
+    z += [z for piece in bent for _, z in _poles(piece.feature, within_mm)]
     low, high = min(z), max(z)
-    chains = _chains([part for piece in pieces for part in _at_extremes(piece, low, high, within_mm)], within_mm)
+    if bent:
+        pieces = [part for piece in pieces for part in _at_extremes(piece, low, high, within_mm)]
+    chains = _chains(pieces, within_mm)
     return [found for chain in chains for found in _sides(chain, (low, high), body, within_mm)]
-
-
-def _extent(feature: Feature, within_mm: float) -> tuple[float, float]:
-    """The lowest and the highest z of a feature."""
-    ends = [feature.start_mm[1], feature.end_mm[1]]
-    ends += [z for x, z in _poles(feature, within_mm)]
-    return min(ends), max(ends)
 
 
 def _poles(feature: Feature, within_mm: float) -> Iterator[Point]:
@@ -99,11 +96,13 @@ def _chains(pieces: Sequence[Piece], within_mm: float) -> Iterator[list[Piece]]:
     """Pieces put head to tail, those first that nothing leads to; where several lead on, by the sharpest turn to the
     right, which keeps to the same material.
     """
-    starts = KDTree([piece.feature.start_mm for piece in pieces])
+    starts = np.array([piece.feature.start_mm for piece in pieces])
     ends = np.array([piece.feature.end_mm for piece in pieces])
-    after: list[list[int]] = starts.query_ball_point(ends, 2 * within_mm, return_sorted=True).tolist()
-    led_to = {k for onward in after for k in onward}
-    done = set[int]()
+    near = KDTree(ends).sparse_distance_matrix(KDTree(starts), 2 * within_mm, output_type="ndarray")
+    after: list[list[int]] = [[] for _ in pieces]
+    for end, start in sorted(zip(near["i"].tolist(), near["j"].tolist(), strict=True)):
+        after[end].append(start)
+    led_to, done = set(near["j"].tolist()), set[int]()
     for first in sorted(range(len(pieces)), key=lambda k: k in led_to):
         if first in done:
             continue
@@ -192,12 +191,10 @@ def _joined(pieces: Sequence[Piece], within_mm: float) -> list[Piece]:
 
 def _one(first: Piece, second: Piece, within_mm: float) -> Piece | None:
     a, b, share = first.feature, second.feature, max(first.share, second.share)
+    if isinstance(a, Line) and isinstance(b, Line):
+        return Piece(Line(a.name, a.start_mm, b.end_mm), share, first.layer) if _straight(a, b, within_mm) else None
     if math.dist(a.end_mm, b.start_mm) > 2 * within_mm:
         return None
-    if isinstance(a, Line) and isinstance(b, Line):
-        whole = Line(a.name, a.start_mm, b.end_mm)
-        straight = _aside(whole, a.end_mm) < within_mm and _right(a, b) < 1
-        return replace(first, feature=whole, share=share) if straight else None
     if isinstance(a, Arc) and isinstance(b, Arc):
         apart = math.dist(a.centre_mm, b.centre_mm) + abs(a.radius_mm - b.radius_mm)
         same = apart < within_mm and a.sweep_rad * b.sweep_rad > 0
@@ -206,7 +203,52 @@ def _one(first: Piece, second: Piece, within_mm: float) -> Piece | None:
     return None
 
 
-def _aside(line: Line, point: Point) -> float:
-    """The distance of a point from a line; `Line.locate` is for many points."""
-    (x0, z0), (x1, z1), (x, z) = line.start_mm, line.end_mm, point
-    return abs((x - x0) * (z1 - z0) - (z - z0) * (x1 - x0)) / line.length_mm
+def _straight(a: Line, b: Line, within_mm: float) -> bool:
+    """Whether two lines follow each other in one; by floats: a drawing has many."""
+    (x0, z0), (x1, z1), (x2, z2), (x3, z3) = a.start_mm, a.end_mm, b.start_mm, b.end_mm
+    if math.hypot(x2 - x1, z2 - z1) > 2 * within_mm:
+        return False
+    ax, az, bx, bz, x, z = x1 - x0, z1 - z0, x3 - x2, z3 - z2, x3 - x0, z3 - z0
+    aside = abs(ax * z - az * x) < within_mm * math.hypot(x, z)
+    return aside and math.atan2(ax * bz - az * bx, ax * bx + az * bz) < 1
+
+
+def cut_at(feature: Feature, points: Sequence[Point], within_mm: float) -> list[Feature]:
+    """Returns the feature in pieces, cut at points that lie on it, those at its ends aside."""
+    where = (float(feature.locate(point)[0]) for point in points)
+    inner: list[float] = []
+    for s in sorted(s for s in where if within_mm < s < feature.length_mm - within_mm):
+        if not inner or s - inner[-1] > within_mm:
+            inner.append(s)
+    at = [0.0, *inner, feature.length_mm]
+    return [_part(feature, a, b) for a, b in pairwise(at)] if inner else [feature]
+
+
+def _part(feature: Feature, low: float, high: float) -> Feature:
+    if isinstance(feature, Curve):
+        return part_of(feature, low, high)
+    start, end = (
+        tuple(map(float, feature.point_mm(s))) if 0 < s < feature.length_mm else whole
+        for s, whole in ((low, feature.start_mm), (high, feature.end_mm))
+    )
+    if isinstance(feature, Line):
+        return replace(feature, start_mm=(start[0], start[1]), end_mm=(end[0], end[1]))
+    share = (high - low) / feature.length_mm
+    return Arc(feature.name, (start[0], start[1]), (end[0], end[1]), feature.centre_mm, feature.sweep_rad * share)
+
+
+def alike(a: Feature, b: Feature, within_mm: float) -> bool:
+    """Returns whether two features coincide, in either direction."""
+    middle = math.dist(a.point_mm(a.length_mm / 2), b.point_mm(b.length_mm / 2))
+    same = math.dist(a.start_mm, b.start_mm) + math.dist(a.end_mm, b.end_mm)
+    turned = math.dist(a.start_mm, b.end_mm) + math.dist(a.end_mm, b.start_mm)
+    return middle <= within_mm and min(same, turned) <= 2 * within_mm
+
+
+def middle_mm(feature: Feature) -> Point:
+    """Returns the point half way along; that of a line by floats: a drawing has many."""
+    if isinstance(feature, Line):
+        (x0, z0), (x1, z1) = feature.start_mm, feature.end_mm
+        return (x0 + x1) / 2, (z0 + z1) / 2
+    x, z = feature.point_mm(feature.length_mm / 2)
+    return float(x), float(z)

@@ -16,10 +16,10 @@ import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.box_index import TooDenseError
-from trueloop.formats.cad.dxf_chain import Segment, chains_of
+from trueloop.formats.cad.dxf_chain import chains_of
 from trueloop.formats.cad.dxf_document import Document, open_document
+from trueloop.formats.cad.dxf_edges import Edges
 from trueloop.formats.cad.dxf_entities import CHAIN_WITHIN_MM
-from trueloop.formats.cad.dxf_outline import mapped_feature
 from trueloop.formats.cad.dxf_sheet import Sheet, read_sheet
 from trueloop.formats.cad.dxf_views import Candidate, View
 from trueloop.formats.input_file import FilePath
@@ -68,15 +68,15 @@ class DxfSheet:
         if outline is None or not 1 <= outline <= len(self.contours):
             raise self._choice(outline)
         one = self.contours[outline - 1]
-        features = _halved(one, self.file) if x_is == "diameter" else one.features
+        features = list(_halved(one, self.file)) if x_is == "diameter" else one.features
         up = np.array([0.0, -self._zero_mm(one, zero)])
-        moved = named_by_kind(mapped_feature(feature, np.eye(2), up) if up[1] else feature for feature in features)
-        return DxfProfile(moved, (*self.notes, *_about(one, self, zero)))
+        moved = Edges.of(features, one.layers[:1] * len(features)).mapped(np.eye(2), up).features if up[1] else features
+        return DxfProfile(named_by_kind(moved), (*self.notes, *_about(one, self, zero)))
 
     def _zero_mm(self, one: Candidate, zero: Zero) -> float:
         """Where z of the view is to be 0: at an end of all that is drawn of the part."""
         whole = [each for each in (*self.sheet.candidates, one) if each.view is one.view]
-        z = [end[1] for each in whole for feature in each.features for end in (feature.start_mm, feature.end_mm)]
+        z = [z for each in whole for z in each.box_mm[1:]]
         return {"drawing": 0.0, "free-end": max(z), "chuck-end": min(z)}[zero]
 
     def _choice(self, number: int | None) -> TrueloopError:
@@ -133,7 +133,7 @@ def read_dxf_sheet(
         if side is Side.INSIDE and not _of_side(sheet, side):
             hidden = read_sheet(document, mm_per_unit, layer, hidden=True)
             sheet = hidden if _of_side(hidden, side) else sheet
-        if not any(half.segments for view in sheet.views for half in view.halves):
+        if not any(len(half.edges) for view in sheet.views for half in view.halves):
             raise _nothing(layer, document, path)
     contours = _single_chain(sheet, side, path) or _of_side(sheet, side)
     return DxfSheet(sheet, contours, (unit_note, *sheet.notes), path)
@@ -149,26 +149,29 @@ def _single_chain(sheet: Sheet, side: Side, path: Path) -> tuple[Candidate, ...]
     Raises GEO-GAP, GEO-DXF-CHOICE.
     """
     view = sheet.views[0]
+    edges = view.halves[0].edges
     try:
-        chains = chains_of(view.halves[0].segments, CHAIN_WITHIN_MM, path)
+        chains = chains_of(edges, CHAIN_WITHIN_MM, path)
     except TrueloopError:
         if not sheet.candidates:
             raise
         return ()
     if sheet.candidates and (len(chains) != 1 or len(sheet.views) != 1):
         return ()
-    closed = [chain for chain in chains if max(chain[0].ends[0][0], chain[-1].ends[1][0]) <= CHAIN_WITHIN_MM]
+    features = edges.features
+    ways = [[features[k].reversed() if back else features[k] for k, back in chain] for chain in chains]
+    closed = [way for way in ways if max(way[0].start_mm[0], way[-1].end_mm[0]) <= CHAIN_WITHIN_MM]
     if side is Side.INSIDE and closed:
         return ()
-    return tuple(_drawn(chain, side, view) for chain in chains)
+    layers = [tuple(sorted({edges.layer[k] for k, _ in chain})) for chain in chains]
+    return tuple(_drawn(way, side, of, view) for way, of in zip(ways, layers, strict=True))
 
 
-def _drawn(chain: Sequence[Segment], side: Side, view: View) -> Candidate:
+def _drawn(chain: Sequence[Feature], side: Side, layers: tuple[str, ...], view: View) -> Candidate:
     """A chain in the direction that its side runs in; a chain of faces only, inwards."""
-    forwards = from_chuck(chain[0].feature.start_mm, chain[-1].feature.end_mm, CHAIN_WITHIN_MM)
-    way = chain if forwards is (side is Side.OUTSIDE) else [segment.reversed() for segment in reversed(chain)]
-    layers = tuple(sorted({segment.layer for segment in chain}))
-    return Candidate(side, tuple(segment.feature for segment in way), layers, view)
+    forwards = from_chuck(chain[0].start_mm, chain[-1].end_mm, CHAIN_WITHIN_MM)
+    way = chain if forwards is (side is Side.OUTSIDE) else [feature.reversed() for feature in reversed(chain)]
+    return Candidate(side, tuple(way), layers, view)
 
 
 def _halved(one: Candidate, path: Path) -> Iterator[Feature]:
@@ -200,7 +203,7 @@ def _about(one: Candidate, read: DxfSheet, zero: Zero) -> Iterator[str]:
         yield f"{half.unlike} lines and arcs below the axis are unlike those above: the upper half counts."
     if one.by_lines:
         yield "Nothing is hatched: what is closed off around the axis and open at an end face is taken for the bore."
-    if (beside := len(half.segments) - len(one.features)) > 0 and read.sheet.candidates:
+    if (beside := len(half.edges) - len(one.features)) > 0 and read.sheet.candidates:
         yield f"{beside} lines and arcs beside the contour were left out."
     for k, other in enumerate(read.contours, 1):
         if other is not one:

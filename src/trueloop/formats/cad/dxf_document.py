@@ -13,6 +13,8 @@ from itertools import islice, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+import numpy as np
+
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
 
@@ -112,23 +114,25 @@ def _separated(path: Path) -> tuple[io.StringIO, list[list[Drawn]], set[str]]:
     rest, runs, owners = io.StringIO(), list[list[Drawn]](), set[str]()
     sections, inside, in_run, linked = 0, False, False, False
     with path.open(encoding=info.encoding, errors="surrogateescape") as file:
-        for codes, values, lines in _entities(file):
-            kind = values[0].rstrip("\n") if values and codes[0] == 0 else ""
-            if inside and not linked and kind in PLAIN and (one := _plain(kind, codes, values, with_markers, owners)):
-                if not in_run:
-                    rest.write(f"0\nPOINT\n8\n{RUN}\n10\n{len(runs)}\n20\n0\n30\n0\n")
-                    runs.append([])
-                runs[-1].append(one)
-                in_run = True
-                continue
-            in_run = False
-            if kind == "SECTION":
-                inside = codes[1:2] == (2,) and values[1].rstrip("\n") == "ENTITIES"
-                sections += inside
-            elif kind == "ENDSEC":
-                inside = False
-            linked = kind in ("POLYLINE", "VERTEX", "ATTRIB") or (kind == "INSERT" and 66 in codes)
-            rest.writelines(lines)
+        for spans, codes, values, lines in _entities(file):
+            plain = _plain_of(spans, codes, values, with_markers, owners)
+            for a, b in spans:
+                if inside and not linked and a in plain:
+                    if not in_run:
+                        rest.write(f"0\nPOINT\n8\n{RUN}\n10\n{len(runs)}\n20\n0\n30\n0\n")
+                        runs.append([])
+                    runs[-1].append(plain[a])
+                    in_run = True
+                    continue
+                in_run = False
+                kind = values[a].rstrip("\n") if a < len(values) and codes[a] == 0 else ""
+                if kind == "SECTION":
+                    inside = codes[a + 1 : min(a + 2, b)] == [2] and values[a + 1].rstrip("\n") == "ENTITIES"
+                    sections += inside
+                elif kind == "ENDSEC":
+                    inside = False
+                linked = kind in ("POLYLINE", "VERTEX", "ATTRIB") or (kind == "INSERT" and 66 in codes[a:b])
+                rest.writelines(lines[2 * a : 2 * b])
     if sections != 1:
         raise _UnusualError
     rest.seek(0)
@@ -143,43 +147,67 @@ class _Codes(dict[str, int]):
         return code
 
 
-def _entities(file: Iterator[str]) -> Iterator[tuple[tuple[int, ...], list[str], list[str]]]:
-    """Group codes, values and lines from each code 0 to the next. Raises ValueError at what is no group code."""
+def _entities(file: Iterator[str]) -> Iterator[tuple[list[tuple[int, int]], list[int], list[str], list[str]]]:
+    """By block of the file, where entities, from each code 0 to the next, begin and end; group codes, values, lines.
+
+    Raises ValueError at what is no group code.
+    """
     known = _Codes()
-    lines, codes, done = list[str](), list[int](), 0
-    while block := list(islice(file, BLOCK_LINES)):
+    lines, codes, more = list[str](), list[int](), True
+    while more:
+        block = list(islice(file, BLOCK_LINES))
+        more = len(block) == BLOCK_LINES
         lines += block
         codes += [known[line] for line in block[::2]]
-        starts = [0, *(k for k in range(done, len(codes)) if codes[k] == 0 and k)]
-        for a, b in pairwise(starts):
-            yield tuple(codes[a:b]), lines[2 * a + 1 : 2 * b : 2], lines[2 * a : 2 * b]
+        starts = [0, *(k for k, code in enumerate(codes) if code == 0 and k), *([] if more else [len(codes)])]
+        if codes:
+            yield list(pairwise(starts)), codes, lines[1::2], lines
         last = starts[-1]
         del lines[: 2 * last], codes[:last]
-        done = len(codes)
-    if codes:
-        yield tuple(codes), lines[1::2], lines
 
 
-def _plain(
-    kind: str, codes: tuple[int, ...], values: Sequence[str], with_markers: bool, owners: set[str]
-) -> Drawn | None:
-    shape = _shape(kind, codes)
-    if shape is None or len(values) != len(codes):
-        return None
-    markers = tuple(values[k].rstrip("\n") for k in shape.markers)
-    if markers != (PLAIN[kind][1] if with_markers else ()):
-        return None
+def _plain_of(
+    spans: Sequence[tuple[int, int]], codes: list[int], values: list[str], with_markers: bool, owners: set[str]
+) -> dict[int, Drawn]:
+    """The plain ones of entities, by where they begin; those of one kind and of the same codes are read together."""
+    alike: dict[tuple[str, tuple[int, ...]], list[int]] = {}
+    for a, b in spans:
+        if codes[a] == 0 and b <= len(values):
+            alike.setdefault((values[a].rstrip("\n"), tuple(codes[a:b])), []).append(a)
+    found: dict[int, Drawn] = {}
+    for (kind, own), at in alike.items():
+        if kind in PLAIN and (shape := _shape(kind, own)):
+            markers = PLAIN[kind][1] if with_markers else ()
+            found |= _plain(kind, shape, [a for a in at if _markers(shape, values, a) == markers], values, owners)
+    return found
+
+
+def _markers(shape: _Shape, values: list[str], a: int) -> tuple[str, ...]:
+    return tuple([values[a + k].rstrip("\n") for k in shape.markers])
+
+
+def _plain(kind: str, shape: _Shape, at: list[int], values: list[str], owners: set[str]) -> dict[int, Drawn]:
+    """Entities of one shape, by where they begin; none where a number of one of them is not plain."""
     try:
-        numbers = tuple([float(values[k]) for k in shape.numbers])
-        aside = [float(values[k]) for k in shape.checked] + [int(values[k]) for k in shape.ints]
+        numbers = [[float(values[a + k]) for a in at] for k in shape.numbers]
+        aside = [[float(values[a + k]) for a in at] for k in shape.checked]
+        for k in shape.ints:
+            for a in at:
+                int(values[a + k])
     except ValueError:
-        return None
-    layer, line_type = (_name(values[k]) if k else "" for k in (shape.layer, shape.line_type))
-    if layer is None or line_type is None or not all(map(math.isfinite, (*numbers, *aside))):
-        return None
+        return {}
+    layer, line_type = (
+        [_name(values[a + k]) for a in at] if k else [""] * len(at) for k in (shape.layer, shape.line_type)
+    )
+    finite = np.all(np.isfinite([*numbers, *aside]), axis=0).tolist()
+    found = {
+        a: Drawn(kind, of or "0", own.casefold() or "bylayer", row, None)
+        for a, of, own, row, usual in zip(at, layer, line_type, zip(*numbers, strict=True), finite, strict=True)
+        if usual and of is not None and own is not None
+    }
     if shape.owner:
-        owners.add(values[shape.owner].rstrip("\n"))
-    return Drawn(kind, layer or "0", line_type.casefold() or "bylayer", numbers, None)
+        owners |= {values[a + shape.owner].rstrip("\n") for a in found}
+    return found
 
 
 @lru_cache(maxsize=256)

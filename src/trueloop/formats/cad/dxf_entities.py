@@ -1,15 +1,21 @@
-"""Entities of a drawing as features in mm, x up and z to the right on the sheet."""
+"""Entities of a drawing as edges in mm, x up and z to the right, and the meanings of their line types (ISO 128)."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, Final
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from trueloop.formats.cad.dxf_chain import Segment
+from trueloop.arrays import Array
 from trueloop.formats.cad.dxf_document import Drawn, drawn
+from trueloop.formats.cad.dxf_edges import Edges
 from trueloop.geometry.curve_kinds import b_spline
 from trueloop.geometry.feature import Arc, Feature, Line, Point
+
+if TYPE_CHECKING:
+    from ezdxf.document import Drawing
 
 CHAIN_WITHIN_MM: Final = 1e-3
 """Ends of drawn entities that lie closer are one point."""
@@ -18,6 +24,124 @@ MOST_MM: Final = 1e9
 READ: Final = {"LINE", "ARC", "LWPOLYLINE", "POLYLINE", "SPLINE", "ELLIPSE"}
 DEEPEST: Final = 8
 """Blocks within blocks are read so deep."""
+NOT_PLOTTED: Final = "defpoints"
+"""The layer on which CAD systems keep what belongs to dimensions."""
+CENTRE: Final = ("center", "centre", "dashdot", "chain", "iso10", "iso04", "acad_iso10", "acad_iso04", "mitte", "achse")
+"""Beginnings of the names of line types, and of layers, of axes."""
+HIDDEN: Final = ("hidden", "dashed", "verdeckt", "iso02", "acad_iso02")
+"""Beginnings of the names of line types of hidden edges."""
+ONE_MM: Final = 1e-3
+"""Axes whose places differ by less are one."""
+
+
+@dataclass(frozen=True)
+class CentreLine:
+    """A horizontal or vertical line of the sheet, in mm: at a height y, or at an x, from the lower to the higher end.
+
+    `source` says in words how it was found.
+    """
+
+    vertical: bool
+    at_mm: float
+    low_mm: float
+    high_mm: float
+    source: str
+
+    @property
+    def length_mm(self) -> float:
+        """Returns the length from end to end."""
+        return self.high_mm - self.low_mm
+
+    def distance_mm(self, places: Array) -> Array:
+        """Returns the distances of places of the sheet, (n, 2) up and right, from the line or its nearer end."""
+        across, along = places[:, ::-1].T if self.vertical else places.T
+        beyond = np.maximum(np.maximum(self.low_mm - along, along - self.high_mm), 0.0)
+        return np.asarray(np.hypot(across - self.at_mm, beyond))
+
+    @property
+    def where(self) -> str:
+        """Its place on the sheet."""
+        return f"{'x' if self.vertical else 'y'} = {self.at_mm:g} mm"
+
+
+class Meanings:
+    """What lines of a drawing mean, by their own line type and their layer, of which a drawing has few."""
+
+    def __init__(self, drawing: "Drawing") -> None:
+        self._layers = drawing.layers
+        self._edge, self._hidden, self._centre = map(
+            lru_cache(maxsize=4096), (self._is_edge, self._is_hidden, self._is_centre)
+        )
+
+    def is_edge(self, one: Drawn) -> bool:
+        """Returns whether it is drawn as visible edges are: in a continuous line, and not on a layer of axes."""
+        return self._edge(one.layer, one.line_type)
+
+    def is_hidden_edge(self, one: Drawn) -> bool:
+        """Returns whether it is drawn as hidden edges are: dashed."""
+        return self._hidden(one.layer, one.line_type)
+
+    def is_centre(self, one: Drawn) -> bool:
+        """Returns whether it is drawn as axes are, by its line type or its layer's name."""
+        return self._centre(one.layer, one.line_type)
+
+    def _is_edge(self, layer: str, own: str) -> bool:
+        plain = self._line_type(layer, own) in ("continuous", "byblock", "")
+        return self._is_shown(layer) and plain and not self._is_centre(layer, own)
+
+    def _is_hidden(self, layer: str, own: str) -> bool:
+        return self._is_shown(layer) and self._line_type(layer, own).startswith(HIDDEN)
+
+    def _is_centre(self, layer: str, own: str) -> bool:
+        return self._line_type(layer, own).startswith(CENTRE) or layer.casefold().startswith(CENTRE)
+
+    def _is_shown(self, layer: str) -> bool:
+        """Whether a layer is shown and plotted."""
+        known = self._layer(layer)
+        return (known is None or not (known.is_off() or known.is_frozen())) and layer.casefold() != NOT_PLOTTED
+
+    def _line_type(self, layer: str, own: str) -> str:
+        if own != "bylayer":
+            return own
+        known = self._layer(layer)
+        return "continuous" if known is None else str(known.dxf.get("linetype", "CONTINUOUS")).casefold()
+
+    def _layer(self, name: str) -> Any:
+        return self._layers.get(name) if name in self._layers else None
+
+
+def centre_lines(edges: Edges) -> list[CentreLine]:
+    """Returns horizontal and vertical lines of those drawn as axes; those in one line with a gap between are one."""
+    found: list[CentreLine] = []
+    at: dict[tuple[bool, int], list[int]] = {}  # those in the same µm or beside it: a drawing may have thousands
+    for one in _level(edges):
+        row = round(one.at_mm / ONE_MM)
+        near = sorted(k for each in (row - 1, row, row + 1) for k in at.get((one.vertical, each), ()))
+        for k in near:
+            known = found[k]
+            if abs(known.at_mm - one.at_mm) <= ONE_MM and _meet(known, one):
+                low, high = min(known.low_mm, one.low_mm), max(known.high_mm, one.high_mm)
+                found[k] = CentreLine(one.vertical, known.at_mm, low, high, known.source)
+                break
+        else:
+            at.setdefault((one.vertical, row), []).append(len(found))
+            found.append(one)
+    return found
+
+
+def _level(edges: Edges) -> Iterator[CentreLine]:
+    lines = edges.take(edges.is_line)
+    for (y0, x0), (y1, x1) in zip(lines.start_mm.tolist(), lines.end_mm.tolist(), strict=True):
+        if abs(y0 - y1) <= ONE_MM:
+            yield CentreLine(False, y0, min(x0, x1), max(x0, x1), "centre line")
+        elif abs(x0 - x1) <= ONE_MM:
+            yield CentreLine(True, x0, min(y0, y1), max(y0, y1), "centre line")
+
+
+def _meet(a: CentreLine, b: CentreLine) -> bool:
+    """Whether two pieces on one line are closer than the shorter of them is long."""
+    gap = max(a.low_mm, b.low_mm) - min(a.high_mm, b.high_mm)
+    return gap <= min(a.length_mm, b.length_mm)
 
 
 def unfolded(entities: Iterable[Drawn], deep: int = 0) -> Iterator[Drawn]:
@@ -30,28 +154,37 @@ def unfolded(entities: Iterable[Drawn], deep: int = 0) -> Iterator[Drawn]:
         yield from unfolded([part._replace(layer=one.layer) if part.layer == "0" else part for part in parts], deep + 1)
 
 
-def segments_of(entities: Iterable[Drawn], mm_per_unit: float) -> Iterator[Segment]:
-    """Yields lines, arcs, polylines with bulges, ellipses, splines, each on its layer; no circles and no others."""
+def edges_of(entities: Iterable[Drawn], mm_per_unit: float) -> Edges:
+    """Returns lines, arcs, polylines with bulges, ellipses, splines, each on its layer; no circles and no others."""
+    everything = list(_of_polylines(entities))
+    lines = [k for k, one in enumerate(everything) if one.kind == "LINE" and not one.entity]
+    numbers = np.array([everything[k].numbers for k in lines]).reshape(-1, 2, 2) * mm_per_unit
+    for x, y in numbers[np.any(np.abs(numbers) > MOST_MM, axis=2)] / mm_per_unit:
+        _at(float(x), float(y), mm_per_unit)
+    plain = Edges.of_lines(numbers[:, 0, ::-1], numbers[:, 1, ::-1], [everything[k].layer for k in lines])
+    others = [k for k, one in enumerate(everything) if one.kind in READ and (one.kind != "LINE" or one.entity)]
+    features = [_feature(everything[k], mm_per_unit) for k in others]
+    read = [(k, feature) for k, feature in zip(others, features, strict=True) if feature is not None]
+    rest = Edges.of([feature for _, feature in read], [everything[k].layer for k, _ in read])
+    found = Edges.joined([plain, rest]).take(np.argsort([*lines, *(k for k, _ in read)], kind="stable"))
+    return found.take(found.is_curve | (found.length_mm > CHAIN_WITHIN_MM))
+
+
+def _of_polylines(entities: Iterable[Drawn]) -> Iterator[Drawn]:
+    """The entities, polylines as their parts."""
     for one in entities:
-        feature: Feature | None = None
         if one.kind in ("LWPOLYLINE", "POLYLINE"):
-            parts = (drawn(part)._replace(layer=one.layer) for part in one.entity.virtual_entities())
-            yield from segments_of(parts, mm_per_unit)
-        elif one.kind == "LINE":
-            feature = _line(one, mm_per_unit)
-        elif one.kind == "ARC":
-            feature = _arc(one.entity, mm_per_unit) if one.entity else _plain_arc(one.numbers, mm_per_unit)
-        elif one.kind in ("SPLINE", "ELLIPSE") and (curve := _spline(one.entity)) is not None:
-            yield _curve(curve, mm_per_unit, one.layer)
-        if feature is not None and feature.length_mm > CHAIN_WITHIN_MM:
-            yield Segment(feature, one.layer)
+            yield from _of_polylines(drawn(part)._replace(layer=one.layer) for part in one.entity.virtual_entities())
+        else:
+            yield one
 
 
-def _line(one: Drawn, mm_per_unit: float) -> Line:
-    if one.entity:
+def _feature(one: Drawn, mm_per_unit: float) -> Feature | None:
+    if one.kind == "LINE":
         return Line("", _point(one.entity.dxf.start, mm_per_unit), _point(one.entity.dxf.end, mm_per_unit))
-    x0, y0, x1, y1 = one.numbers
-    return Line("", _at(x0, y0, mm_per_unit), _at(x1, y1, mm_per_unit))
+    if one.kind == "ARC":
+        return _arc(one.entity, mm_per_unit) if one.entity else _plain_arc(one.numbers, mm_per_unit)
+    return None if (curve := _spline(one.entity)) is None else _curve(curve, mm_per_unit)
 
 
 def _plain_arc(numbers: Sequence[float], mm_per_unit: float) -> Arc:
@@ -81,15 +214,15 @@ def _spline(entity: Any) -> Any:
     return None if entity.closed else entity.construction_tool()
 
 
-def _curve(spline: Any, mm_per_unit: float, layer: str) -> Segment:
+def _curve(spline: Any, mm_per_unit: float) -> Feature:
     """Raises GEO-CURVE where it has a corner or a cusp. A straight one is a line."""
     control = np.array([_point(point, mm_per_unit) for point in spline.control_points])
     start, end = ((float(x), float(z)) for x, z in (control[0], control[-1]))
     chord = Line("", start, end)
     if math.dist(start, end) > CHAIN_WITHIN_MM and np.max(np.abs(chord.locate(control)[1])) < CHAIN_WITHIN_MM:
-        return Segment(chord, layer)
+        return chord
     weights = np.array(spline.weights(), dtype=np.float64) if spline.is_rational else None
-    return Segment(b_spline("", control, np.array(spline.knots()), spline.degree, weights), layer)
+    return b_spline("", control, np.array(spline.knots()), spline.degree, weights)
 
 
 def _point(vector: Any, mm_per_unit: float) -> Point:

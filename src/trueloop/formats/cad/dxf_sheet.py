@@ -1,17 +1,26 @@
 """A drawing as it lies on its sheet: its edges, its axes, and every contour of a turned part about them."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.formats.cad.dxf_chain import Segment
+from trueloop.formats.cad.dxf_cells import Hatched
 from trueloop.formats.cad.dxf_document import Document, Drawn
-from trueloop.formats.cad.dxf_entities import CHAIN_WITHIN_MM, READ, segments_of, unfolded
-from trueloop.formats.cad.dxf_lines import CentreLine, Meanings, centre_lines
+from trueloop.formats.cad.dxf_edges import Edges, Mask
+from trueloop.formats.cad.dxf_entities import (
+    CHAIN_WITHIN_MM,
+    READ,
+    CentreLine,
+    Meanings,
+    centre_lines,
+    edges_of,
+    unfolded,
+)
 from trueloop.formats.cad.dxf_views import (
     LIKE,
     Candidate,
@@ -22,10 +31,13 @@ from trueloop.formats.cad.dxf_views import (
     same_shape,
     view_about,
 )
-from trueloop.geometry.feature import Line, Point
 
 FLAT: Final = 0.01
 """Outlines of hatched areas are taken as straight between places so near to them, in drawing units."""
+AT_ONCE: Final = 2_000_000
+"""Places by sides of a hatched area that are looked at together."""
+MOST_ALIKE: Final = 300
+"""More level lines one above the other are a hatching drawn in lines, and tell of no axis."""
 AT_ZERO: Final = CentreLine(False, 0.0, -np.inf, np.inf, "y = 0")
 
 
@@ -35,7 +47,7 @@ class Sheet:
     words what was decided.
     """
 
-    edges: tuple[Segment, ...]
+    edges: Edges
     views: tuple[View, ...]
     candidates: tuple[Candidate, ...]
     notes: tuple[str, ...]
@@ -48,18 +60,16 @@ def read_sheet(document: Document, mm_per_unit: float, layer: str | None = None,
     everything = list(unfolded(document.entities))
     entities = everything if wanted is None else [one for one in everything if one.layer.casefold() == wanted]
     drawn = [one for one in entities if meanings.is_edge(one) or (hidden and meanings.is_hidden_edge(one))]
-    edges = list(segments_of(drawn, mm_per_unit))
-    axes = centre_lines(list(segments_of([one for one in everything if meanings.is_centre(one)], mm_per_unit)))
+    edges = edges_of(drawn, mm_per_unit)
+    axes = centre_lines(edges_of([one for one in everything if meanings.is_centre(one)], mm_per_unit))
     hatched = _hatched([one for one in entities if one.kind == "HATCH"], mm_per_unit)
     views, notes = _views(edges, axes, hatched)
     candidates, more = _candidates(views)
     left_out = [*_left_out(entities, drawn, hidden), *notes, *more]
-    return Sheet(tuple(edges), tuple(views), tuple(candidates), tuple(left_out))
+    return Sheet(edges, tuple(views), tuple(candidates), tuple(left_out))
 
 
-def _views(
-    edges: Sequence[Segment], axes: Sequence[CentreLine], hatched: Callable[[Point], bool]
-) -> tuple[list[View], list[str]]:
+def _views(edges: Edges, axes: Sequence[CentreLine], hatched: Hatched) -> tuple[list[View], list[str]]:
     """About the centre lines; where there is none, about y = 0 or, if all lies off that, about what it mirrors at.
 
     What mirrors may be a plain ring beside its axis as well, if it is a rectangle: then there are both.
@@ -70,8 +80,8 @@ def _views(
         kept = [view.axis for view in views]
         return [view_about(axis, _nearest(edges, axis, kept), hatched, within) for axis in kept], notes
     at_zero = view_about(AT_ZERO, edges, hatched, within)
-    mirror, heights = _mirror_of(edges), [end[0] for one in edges for end in one.ends]
-    if mirror is None or min(heights) * max(heights) <= 0:
+    mirror, heights = _mirror_of(edges), np.concatenate([edges.start_mm[:, 0], edges.end_mm[:, 0]])
+    if mirror is None or heights.min() * heights.max() <= 0:
         return [at_zero], []
     about = view_about(mirror, edges, hatched, within)
     if not about.halves[0].mirrored or about.likeness < LIKE:
@@ -80,24 +90,26 @@ def _views(
     return ([about, at_zero] if plain else [about]), []
 
 
-def _nearest(edges: Sequence[Segment], axis: CentreLine, axes: Sequence[CentreLine]) -> list[Segment]:
+def _nearest(edges: Edges, axis: CentreLine, axes: Sequence[CentreLine]) -> Edges:
     """The edges to which none of the other axes is nearer."""
-    others = [other for other in axes if other is not axis]
-    if not others:
-        return list(edges)
-    return [one for one in edges if all(axis.distance_mm(at) <= other.distance_mm(at) for other in others
-                                        for at in [one.feature.point_mm(one.feature.length_mm / 2)])]  # fmt: skip
+    least = axis.distance_mm(edges.middle_mm)
+    nearer = [other.distance_mm(edges.middle_mm) < least for other in axes if other is not axis]
+    return edges.take(~np.any(nearer, axis=0)) if nearer else edges
 
 
-def _mirror_of(edges: Sequence[Segment]) -> CentreLine | None:
+def _mirror_of(edges: Edges) -> CentreLine | None:
     """The height at which most horizontal lines have their like on the other side."""
+    (y0, x0), (y1, x1) = edges.start_mm.T, edges.end_mm.T
+    flat = edges.is_line & (np.abs(y0 - y1) <= CHAIN_WITHIN_MM)
+    ends = np.round(np.sort(np.stack([x0, x1], axis=1)[flat], axis=1), 2)
     level: dict[tuple[float, float], list[float]] = {}
-    for one in edges:
-        (y0, x0), (y1, x1) = one.ends
-        if isinstance(one.feature, Line) and abs(y0 - y1) <= CHAIN_WITHIN_MM:
-            level.setdefault((round(min(x0, x1), 2), round(max(x0, x1), 2)), []).append(y0)
+    for left, right, y in np.column_stack([ends, y0[flat]]).tolist():
+        level.setdefault((left, right), []).append(y)
     votes = Counter(
-        round((a + b) / 2, 3) for heights in level.values() for k, a in enumerate(heights) for b in heights[k + 1 :]
+        round((a + b) / 2, 3)
+        for heights in level.values()
+        if len(heights) <= MOST_ALIKE
+        for a, b in combinations(heights, 2)
     )
     if not votes:
         return None
@@ -120,12 +132,13 @@ def _candidates(views: Sequence[View]) -> tuple[list[Candidate], list[str]]:
 
 
 def _from_left(one: Candidate) -> tuple[float, float]:
-    across, up = one.view.on_sheet(min((one.features[0].start_mm, one.features[-1].end_mm), key=lambda p: p[1]))
+    lower = min((one.features[0].start_mm, one.features[-1].end_mm), key=lambda point: point[1])
+    ((across, up),) = one.view.on_sheet(np.array([lower])).tolist()
     return across, up
 
 
-def _hatched(hatches: Sequence[Drawn], mm_per_unit: float) -> Callable[[Point], bool]:
-    """Whether a place of the sheet, to the right and up, is in a hatched area; islands are not."""
+def _hatched(hatches: Sequence[Drawn], mm_per_unit: float) -> Hatched:
+    """Whether places of the sheet, to the right and up, are in a hatched area; islands are not."""
     from ezdxf import path
 
     rings = [
@@ -133,15 +146,27 @@ def _hatched(hatches: Sequence[Drawn], mm_per_unit: float) -> Callable[[Point], 
         for hatch in hatches
         for outline in path.from_hatch(hatch.entity)
     ]
-    return lambda place: sum(_is_in(ring, place) for ring in rings if len(ring) > 2) % 2 == 1
+
+    def hatched(places: Array) -> Mask:
+        inside = np.zeros(len(places), dtype=bool)
+        for ring in rings:
+            inside ^= _are_in(ring, places)
+        return inside
+
+    return hatched
 
 
-def _is_in(ring: Array, place: Point) -> bool:
+def _are_in(ring: Array, places: Array) -> Mask:
     """By how often a way to the right crosses the ring."""
-    (x, y), (x0, y0), (x1, y1) = place, ring.T, np.roll(ring, -1, axis=0).T
-    crossed = (y0 > y) != (y1 > y)
-    at = x0[crossed] + (y - y0[crossed]) * (x1 - x0)[crossed] / (y1 - y0)[crossed]
-    return bool(np.count_nonzero(at > x) % 2)
+    found = np.zeros(len(places), dtype=bool)
+    near = np.flatnonzero(np.all((places >= ring.min(axis=0)) & (places <= ring.max(axis=0)), axis=1))
+    (x0, y0), (x1, y1) = ring.T, np.roll(ring, -1, axis=0).T
+    with np.errstate(divide="ignore", invalid="ignore"):  # a level side is crossed by none
+        for some in np.array_split(near, len(near) * len(ring) // AT_ONCE + 1):
+            x, y = places[some, :, None].transpose(1, 0, 2)
+            crossed = ((y0 > y) != (y1 > y)) & (x0 + (y - y0) * (x1 - x0) / (y1 - y0) > x)
+            found[some] = np.count_nonzero(crossed, axis=1) % 2 == 1
+    return found
 
 
 def _left_out(entities: Sequence[Drawn], drawn: Sequence[Drawn], hidden: bool) -> Iterator[str]:

@@ -1,18 +1,18 @@
 """The views of a sheet: which of its centre lines are axes of turned parts, and what contours are drawn about each."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
-from trueloop.formats.cad.contour import Contour
-from trueloop.formats.cad.dxf_cells import Walled, walled
-from trueloop.formats.cad.dxf_chain import Segment
-from trueloop.formats.cad.dxf_lines import CentreLine
-from trueloop.formats.cad.dxf_outline import Half, halves, mapped_feature
+from trueloop.arrays import Array
+from trueloop.formats.cad.contour import Contour, middle_mm
+from trueloop.formats.cad.dxf_cells import Half, Hatched, Walled, halves, walled
+from trueloop.formats.cad.dxf_edges import Edges
+from trueloop.formats.cad.dxf_entities import CentreLine
 from trueloop.geometry.feature import Feature, Line, Point
 from trueloop.geometry.profile import Side
 
@@ -26,7 +26,7 @@ class View:
 
     axis: CentreLine
     halves: tuple[Half, ...]
-    hatched: Callable[[Point], bool]
+    hatched: Hatched
     within_mm: float
     on_axis: int = 0
     """Lines that lie on the axis."""
@@ -36,14 +36,15 @@ class View:
         """Returns the parts of each half that close cells."""
 
         def of_half(half: Half) -> list[Walled]:
-            sign = -1.0 if half.turned_up else 1.0
-            return walled(half.segments, lambda point: self.hatched((sign * point[0], point[1])), self.within_mm)
+            up = np.array([-1.0 if half.turned_up else 1.0, 1.0])
+            return list(walled(half.edges, lambda places: self.hatched(places * up), self.within_mm))
 
         return tuple(map(of_half, self.halves))
 
-    def on_sheet(self, point: Point) -> Point:
-        """Returns the place of the view's (x, z) on the sheet: to the right and up."""
-        return (self.axis.at_mm - point[0], point[1]) if self.axis.vertical else (point[1], self.axis.at_mm + point[0])
+    def on_sheet(self, places: Array) -> Array:
+        """Returns the places on the sheet, to the right and up, of the view's (x, z), (n, 2) each."""
+        x, z = places.T
+        return np.stack([self.axis.at_mm - x, z] if self.axis.vertical else [z, self.axis.at_mm + x], axis=1)
 
     @property
     def likeness(self) -> float:
@@ -67,6 +68,12 @@ class Candidate:
         """Returns whether its ends are away from the axis, as those of a hollow part in section."""
         return self.features[0].start_mm[0] > 0 and self.features[-1].end_mm[0] > 0
 
+    @cached_property
+    def box_mm(self) -> tuple[float, float, float]:
+        """Returns the largest x and the lowest and the highest z of the ends of its features."""
+        points = np.array([end for feature in self.features for end in (feature.start_mm, feature.end_mm)])
+        return float(points[:, 0].max()), float(points[:, 1].min()), float(points[:, 1].max())
+
     @property
     def described(self) -> str:
         """Describes the number of features, where they begin, and their layers."""
@@ -74,14 +81,17 @@ class Candidate:
         return f"{len(self.features)} features from x = {x:.3f} mm, z = {z:.3f} mm on {', '.join(self.layers)}"
 
 
-def view_about(axis: CentreLine, segments: Sequence[Segment], hatched: Callable[[Point], bool], within: float) -> View:
+def view_about(axis: CentreLine, edges: Edges, hatched: Hatched, within: float) -> View:
     """Returns the view of an axis: all that lies beside it."""
     here = not axis.vertical and axis.at_mm == 0
-    placed = segments if here else [Segment(_placed(one.feature, axis), one.layer) for one in segments]
-    beside = [one for one in placed if _overlaps(one.feature, axis) and not _on_axis(one.feature, within)]
-    on_axis = sum(_on_axis(one.feature, within) for one in placed)
-    view = View(axis, tuple(halves(beside, within)), lambda point: False, within, on_axis)
-    return replace(view, hatched=lambda point: hatched(view.on_sheet(point)))
+    placed = edges if here else edges.mapped(*_seen_from(axis))
+    z = np.stack([placed.start_mm[:, 1], placed.end_mm[:, 1]])
+    x = np.abs(np.stack([placed.start_mm[:, 0], placed.end_mm[:, 0]]))
+    overlaps = (z.max(axis=0) > axis.low_mm) & (z.min(axis=0) < axis.high_mm)
+    on_axis = placed.is_line & (x.max(axis=0) < within)
+    beside = halves(placed.take(overlaps & ~on_axis), within)
+    view = View(axis, tuple(beside), hatched, within, int(on_axis.sum()))
+    return replace(view, hatched=lambda places: hatched(view.on_sheet(places)))
 
 
 def candidates_of(view: View, within: float, *, alone: bool) -> list[Candidate]:
@@ -106,7 +116,7 @@ def chosen_views(views: Sequence[View], within: float) -> tuple[list[View], list
     parts: list[list[Candidate]] = []
     notes: list[str] = []
     for view in sorted(views, key=lambda one: (-round(one.likeness, 2), -one.axis.length_mm)):
-        if not any(half.segments for half in view.halves):
+        if not any(len(half.edges) for half in view.halves):
             continue
         outer = next((other for other, part in zip(kept, parts, strict=True) if _within(view.axis, other, part)), None)
         if outer is not None:
@@ -127,7 +137,7 @@ def same_shape(a: Candidate, b: Candidate, within: float) -> bool:
     pairs = [
         (p, q)
         for k, (one, other) in enumerate(zip(a.features, b.features, strict=True))
-        for p, q in ((one.start_mm, other.start_mm), (_middle(one), _middle(other)), (one.end_mm, other.end_mm))
+        for p, q in ((one.start_mm, other.start_mm), (middle_mm(one), middle_mm(other)), (one.end_mm, other.end_mm))
         if not (k in (0, last) and _is_face(one) and _is_face(other))
     ]
     return bool(pairs) and all(math.dist((p[0], p[1] + by), q) < 10 * within for p, q in pairs)
@@ -161,18 +171,13 @@ def is_box(one: Candidate) -> bool:
 
 
 def _encloses(outer: Candidate, inner: Candidate) -> bool:
-    (x0, low0, high0), (x1, low1, high1) = _box(outer), _box(inner)
+    (x0, low0, high0), (x1, low1, high1) = outer.box_mm, inner.box_mm
     return x1 < x0 and low0 < low1 and high1 < high0
-
-
-def _box(one: Candidate) -> tuple[float, float, float]:
-    points = np.array([end for feature in one.features for end in (feature.start_mm, feature.end_mm)])
-    return float(points[:, 0].max()), float(points[:, 1].min()), float(points[:, 1].max())
 
 
 def _within(axis: CentreLine, other: View, candidates: Sequence[Candidate]) -> bool:
     """Whether a centre line runs through the part that is drawn about another one."""
-    boxes = [_box(one) for one in candidates]
+    boxes = [one.box_mm for one in candidates]
     if not boxes:
         return False
     x, low, high = max(x for x, _, _ in boxes), min(z for _, z, _ in boxes), max(z for _, _, z in boxes)
@@ -182,26 +187,17 @@ def _within(axis: CentreLine, other: View, candidates: Sequence[Candidate]) -> b
     return low < axis.at_mm < high and near
 
 
-def _placed(feature: Feature, axis: CentreLine) -> Feature:
-    """As seen from the axis: (x, z) of the sheet are up and right."""
+def _seen_from(axis: CentreLine) -> tuple[Array, Array]:
+    """How x is counted from an axis: a turn, and a move; (x, z) of the sheet are up and right."""
     if axis.vertical:
-        return mapped_feature(feature, np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([axis.at_mm, 0.0]))
-    return mapped_feature(feature, np.eye(2), np.array([-axis.at_mm, 0.0]))
-
-
-def _overlaps(feature: Feature, axis: CentreLine) -> bool:
-    ends = feature.start_mm[1], feature.end_mm[1]
-    return max(ends) > axis.low_mm and min(ends) < axis.high_mm
-
-
-def _on_axis(feature: Feature, within: float) -> bool:
-    return isinstance(feature, Line) and max(abs(feature.start_mm[0]), abs(feature.end_mm[0])) < within
+        return np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([axis.at_mm, 0.0])
+    return np.eye(2), np.array([-axis.at_mm, 0.0])
 
 
 def _twice(contours: Sequence[Contour], half: Half, within: float) -> bool:
     """Whether most of it is drawn below the axis too."""
-    places = [_middle(piece.feature) for one in contours for piece in one.pieces]
-    return sum(half.is_mirrored(place, within) for place in places) > len(places) / 2
+    places = np.array([middle_mm(piece.feature) for one in contours for piece in one.pieces]).reshape(-1, 2)
+    return bool(2 * half.are_mirrored(places, within).sum() > len(places))
 
 
 def _ends(contour: Contour) -> Iterator[Point]:
@@ -216,8 +212,3 @@ def _is_long(contour: Contour, within: float) -> bool:
 
 def _is_face(feature: Feature) -> bool:
     return isinstance(feature, Line) and feature.start_mm[1] == feature.end_mm[1]
-
-
-def _middle(feature: Feature) -> Point:
-    x, z = feature.point_mm(feature.length_mm / 2)
-    return float(x), float(z)

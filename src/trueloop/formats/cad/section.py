@@ -15,8 +15,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.formats.cad.axis import WITHIN_MM, Axis
 from trueloop.formats.cad.bodies import Body
-from trueloop.formats.cad.contour import Contour, Piece, chained
-from trueloop.formats.cad.dxf_outline import alike, cut_at
+from trueloop.formats.cad.contour import Contour, Piece, alike, chained, cut_at
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import CadFace
 from trueloop.formats.cad.turned_faces import Meridian, has_place, meridians, rings

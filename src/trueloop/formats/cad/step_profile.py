@@ -14,8 +14,7 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.axis import WITHIN_MM, Axis, axis_of
 from trueloop.formats.cad.bodies import Body, Solids, read_solids
-from trueloop.formats.cad.contour import Contour, Piece, crossing
-from trueloop.formats.cad.dxf_outline import cut_at
+from trueloop.formats.cad.contour import Contour, Piece, crossing, cut_at
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.part21 import read_records
 from trueloop.formats.cad.section import contours_of

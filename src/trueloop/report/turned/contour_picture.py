@@ -40,7 +40,7 @@ class Way:
 def picture_of_sheet(read: "DxfSheet", outline: int | None) -> str:
     """Draws the sheet of a drawing with the contours of the requested side."""
     chosen = 1 if outline is None and len(read.contours) == 1 else outline
-    edges = [_places(one.feature)[:, ::-1] for one in read.sheet.edges]
+    edges = [_places(feature)[:, ::-1] for feature in read.sheet.edges.features]
     axes = [
         np.array([[view.axis.at_mm, end] if view.axis.vertical else [end, view.axis.at_mm] for end in ends])
         for view in read.sheet.views
@@ -120,8 +120,7 @@ def _number(number: int, at: tuple[float, float], colour: str) -> list[str]:
 
 
 def _on_sheet(one: "Candidate") -> Array:
-    places = np.concatenate([_places(feature) for feature in one.features])
-    return np.array([one.view.on_sheet((float(x), float(z))) for x, z in places])
+    return one.view.on_sheet(np.concatenate([_places(feature) for feature in one.features]))
 
 
 def _places(feature: Feature) -> Array:
