@@ -31,9 +31,13 @@ class SurfaceGaugingTable(Table):
     """The measured parts, and how their points are to be understood."""
 
     points: Annotated[tuple[Path, ...], Field(min_length=1)]
-    """The measured parts, a CSV each (`x_mm,y_mm,z_mm`, and `row,column` for a grid); `*` is filled in. Parts go by the
-    files' names: no two alike.
+    """The measured parts, a file each: a CSV (`x_mm,y_mm,z_mm`, and `row,column` for a grid), or a scan, see Scans; `*`
+    is filled in. Parts go by the files' names: no two alike.
     """
+    unit: Literal["mm", "inch"] | None = None
+    """Of scans that do not state it; required for those."""
+    columns: Annotated[tuple[Count, Count, Count] | None, Field()] = None
+    """Which columns of a scan in text are x, y and z, from 1; left out, its headings say so, or they are the first."""
     ball_radius_mm: NotNegative = 0.0
     """Above 0: points are ball centres, not compensated."""
     alignment: Literal["datum", "best-fit"] = "datum"

@@ -73,7 +73,8 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     if finish is not None and cutter is not None:
         with in_file(path):
             require_outer_side(finish, surface, cutter)
-    parts = tuple(read_measured(file, job.gauging.ball_radius_mm) for file in points)
+    trim = None if face is None else face.trimmed_away
+    parts = tuple(read_measured(file, job, surface, trim) for file in points)
     hashes = {file: sha256_of(file.read_bytes()) for file in files}
     require_measured_once(points, hashes)
     inputs = SurfaceInputs(
@@ -84,7 +85,7 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
         program=finish,
         cutter=cutter,
         sha256={_named(file, path.parent): digest for file, digest in hashes.items()},
-        trim=None if face is None else face.trimmed_away,
+        trim=trim,
         inspections=tuple(inspection_of(job, part, hashes[file]) for file, part in zip(points, parts, strict=True)),
         program_sha256=job.gauging.program_sha256,
     )

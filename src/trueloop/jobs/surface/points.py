@@ -9,12 +9,17 @@ import numpy as np
 
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
-from trueloop.errors import Code, Place
+from trueloop.errors import Code, Place, in_file
+from trueloop.formats.inspections.scan import is_scan, read_scan
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.option_tables import options_from
+from trueloop.geometry.surface import Surface
 from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.deviations.segment import on_face
+from trueloop.surface.on_face import Trim
 from trueloop.surface.options import SurfaceOptions
+from trueloop.units import MM_PER_INCH
 
 
 def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
@@ -76,10 +81,27 @@ def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) ->
             )
 
 
-def read_measured(path: Path, ball_radius_mm: float) -> MeasuredPoints:
-    """Reads a part's measured points, named as its file. Raises SRF-FILE."""
-    read = read_points(path)
-    return MeasuredPoints(read.points_mm, ball_radius_mm, read.shape, path.stem, str(path), read.lines)
+def read_measured(path: Path, job: SurfaceJobFile, surface: Surface, trim: Trim | None) -> MeasuredPoints:
+    """Reads a part's measured points, named as its file; of a scan those on the face.
+
+    Raises SRF-FILE, for a scan SRF-UNIT and SRF-OFF too, and JOB-KEY where the job does not state its frame.
+    """
+    gauging = job.gauging
+    if not is_scan(path):
+        read = read_points(path)
+        return MeasuredPoints(read.points_mm, gauging.ball_radius_mm, read.shape, path.stem, str(path), read.lines)
+    if "alignment" not in gauging.model_fields_set:
+        raise Code.JOB_KEY.refusal(
+            f"'gauging.alignment' is not stated, and {path.name!r} is a scan: 0 of its lines say how it was aligned",
+            hint='gauging.alignment = "best-fit" where software aligned it, "datum" where it is in the part\'s datums',
+            place=Place(str(path)),
+            values={"key": "gauging.alignment"},
+        )
+    factor = None if gauging.unit is None else MM_PER_INCH if gauging.unit == "inch" else 1.0
+    scan = read_scan(path, factor, gauging.columns)
+    measured = MeasuredPoints(scan.points_mm, gauging.ball_radius_mm, None, path.stem, str(path), scan.lines)
+    with in_file(str(path)):
+        return on_face(surface, measured, scan.normal, options_from(SurfaceOptions, job).farthest_mm, trim)
 
 
 def inspection_of(job: SurfaceJobFile, measured: MeasuredPoints, sha256: str) -> Inspection:

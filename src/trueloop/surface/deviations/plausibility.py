@@ -40,7 +40,7 @@ def findings_of(
     _refuse_side(feet, radius, points.name)
     _refuse_off(points, error, number, xyz, farthest_mm)
     refuse_outside(points, feet.beyond_mm > BEYOND_MM, number, xyz)
-    found = [*_holes(points, there), *_ball(surface, feet, radius)]
+    found = [*points.findings, *_holes(points, there), *_ball(surface, feet, radius)]
     if bound and radius == 0:
         found += _ball_left_in(error)
     return tuple(found)

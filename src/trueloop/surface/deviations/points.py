@@ -6,14 +6,15 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.errors import Place
+from trueloop.errors import Finding, Place
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPoints:
     """Points as a measuring machine gave them, in the part's frame: `points_mm` (n, 3), ball centres where
     `ball_radius_mm` is above zero, else points of the surface. `shape` (rows, columns) when they form a grid, row by
-    row; a hole in it is a row of nan. `name` tells the part; `file` and `lines` (n,), 0 for a hole, where it was read.
+    row; a hole in it is a row of nan. `name` tells the part; `file` and `lines` (n,), 0 for a hole, where it was read;
+    `findings` on what was left out of the file.
     """
 
     points_mm: Array
@@ -22,6 +23,7 @@ class MeasuredPoints:
     name: str = ""
     file: str | None = None
     lines: Integers | None = None
+    findings: tuple[Finding, ...] = ()
 
     def place(self, number: int) -> Place:
         """Where a point, counted from 1, was read."""
