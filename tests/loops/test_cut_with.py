@@ -83,8 +83,6 @@ def test_a_contour_in_force_is_kept_and_the_rest_comes_on_top(tmp_path: Path) ->
     second = correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"')
     assert all("29.946" in line or "35.946" in line for line in diameters(second))
     assert any("−27.0 µm, of which −25.0 µm were in force" in note for note in second.correction.notes)
-    third = correct(tmp_path, 3, (-0.002,) * 4, "contour", 'cut_with = "o2/record.json"')
-    assert all("29.948" in line or "35.948" in line for line in diameters(third))
 
 
 @pytest.mark.parametrize("by", ["contour", "offset"])
@@ -111,8 +109,38 @@ def test_wear_adds_up_over_parts(tmp_path: Path) -> None:
     third = correct(tmp_path, 3, (0.006,) * 4, "offset", f'cut_with = "o2/record.json{by_wear}')
     assert third.correction.record.cut_with is not None
     assert third.correction.record.cut_with.wear_mm[0] == pytest.approx(-0.027, abs=1e-9)
-    assert entered_mm(third) == pytest.approx(-0.003, abs=1e-9)
-    assert whole_radius_mm(third) == pytest.approx(-0.030, abs=1e-9)
+    assert entered_mm(third) == pytest.approx(whole_radius_mm(third) + 0.027, abs=0.0003)
+
+
+@pytest.mark.parametrize(("by", "way"), [("offset", "wear"), ("offset", "offsets"), ("contour", "corrected")])
+def test_from_the_third_part_on_all_finished_parts_correct_the_next(tmp_path: Path, by: str, way: str) -> None:
+    """25, 27 and 33 µm on the radius, had nothing been corrected: the last part is not taken for all there is, and no
+    mean lags behind; in the same way however the correction was carried out.
+    """
+
+    def correct_next(part: int, diameters_mm: float) -> Done:
+        force = f'cut_with = "o{part - 1}/record.json"\ncut_by = "{way}"' if part > 1 else ""
+        return correct(tmp_path, part, (diameters_mm,) * 4, by, force)
+
+    taken = 0.0
+    for part, radius_um in enumerate((25.0, 27.0, 33.0), 1):
+        done = correct_next(part, 2e-3 * (radius_um + taken))
+        taken = _taken_um(done, by)
+        if part < 3:
+            assert taken == pytest.approx(-radius_um, abs=0.3)
+    assert taken == pytest.approx(-30.7, abs=0.5)
+    assert any("finished parts of this series" in note for note in done.correction.notes)
+    another = correct_next(4, 0.120)
+    assert _taken_um(another, by) == pytest.approx(taken - 60.0, abs=0.6)
+    assert any("contradicts the 3 before it" in note for note in another.correction.notes)
+
+
+def _taken_um(done: Done, by: str) -> float:
+    """What the surface is moved outwards by, µm: of the wear number or, of a contour, by its X words."""
+    if by == "offset":
+        return 1e3 * whole_radius_mm(done)
+    (line,) = {line.split(" ")[0] for line in _lines(done) if line.startswith("X29.")}
+    return 1e3 * (float(line.strip("X").split(",")[0]) - 30.0) / 2.0
 
 
 def test_an_offset_in_place_of_a_contour_holds_its_mean(tmp_path: Path) -> None:

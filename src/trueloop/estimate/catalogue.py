@@ -70,6 +70,9 @@ PRIORS: Final = {
 }
 """Standard deviations in mm, of a taper in mm per mm; lengths in rad, of `along_length` as a share of the group."""
 
+WEAR_RATE: Final = Prior(PRIORS["wear"].median, PRIORS["wear"].log_sd, _NOSE)
+"""The prior of the wear that goes on in one direction, mm a part: as large as that of the wear that does not."""
+
 NEAR_AXIS_MM: Final = (2.0, 4.0)
 """Standard deviations of the bells over which what differs at the axis fades away."""
 
@@ -80,8 +83,12 @@ what one finish cut is displaced by: a chip under the tool, an offset entered th
 
 
 @lru_cache(maxsize=32)
-def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi) -> Catalogue:
-    """Returns the terms for parts whose contact angles lie within [lowest, highest]; one catalogue for all that ask."""
+def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi, drifting: bool = False) -> Catalogue:
+    """Returns the terms for parts whose contact angles lie within [lowest, highest]; one catalogue for all that ask.
+
+    `drifting`: with wear that goes on at a constant rate along all normals, of which parts measured before their
+    finish cut need no knowledge: their own touches show it.
+    """
     angles = Waves(lowest_rad, highest_rad, 0.35)
     short = Waves(lowest_rad, highest_rad, 0.1)
     along = Waves(0.0, 1.0, 0.35)
@@ -138,7 +145,10 @@ def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi) -> Cat
         ),
         Term("finish group of the part", ("part", "group"), _finish(_constant), _flat("finish_group")),
     )
-    return Catalogue(terms, _repeatability_mm2, PRIORS)
+    if not drifting:
+        return Catalogue(terms, _repeatability_mm2, PRIORS)
+    rate = Term("wear rate", ("edge",), _aged, _flat("wear_rate"))
+    return Catalogue((*terms, rate), _repeatability_mm2, {**PRIORS, "wear_rate": WEAR_RATE})
 
 
 def _flat(size: str, count: int = 1) -> Callable[[Sizes], Array]:
@@ -178,6 +188,10 @@ def _taken_off(places: Places) -> Array:
 
 def _constant(places: Places) -> Array:
     return np.ones((len(places), 1))
+
+
+def _aged(places: Places) -> Array:
+    return places.number("age")[:, None]
 
 
 def _finish(basis: Callable[[Places], Array]) -> Callable[[Places], Array]:

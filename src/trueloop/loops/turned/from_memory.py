@@ -62,6 +62,8 @@ class FromMemory:
 
     def words(self, profile: Profile) -> tuple[str, ...]:
         """Describes the shares of memory and of today's touches, how many of these suffice, and alarms."""
+        if self.expected is None and not self.edge:
+            return self.notes
         if self.expected is None:
             return tuple(wording("Memory of edge {edge}: {note}", edge=self.edge, note=note) for note in self.notes)
         head = wording("Memory of edge {edge}, inspected parts: {n}.", edge=self.edge, n=self.expected.parts)

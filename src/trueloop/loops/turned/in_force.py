@@ -20,7 +20,7 @@ class InForce:
     """The correction with which the measured part was cut. `program` is the corrected one, where one ran, and `lines`
     its finish pass, `composed` that it carries COMP_MTG of a machine model; None: the given program ran. `stated`: by
     the job or the store. Else `stored` is the id of a correction that the store is to know and `by` how it was carried
-    out, or `possible` are, in words, corrections that may have been in force.
+    out, or `possible` are, in words, corrections that may have been in force. `record` is that of the one in force.
     """
 
     cut_with: CutWith = GIVEN
@@ -31,6 +31,7 @@ class InForce:
     stored: str = ""
     by: Ran | None = None
     possible: tuple[str, ...] = ()
+    record: Record | None = None
 
     def require_stated(self) -> None:
         """Raises CMP-CUT-WITH where several corrections may have cut the part and none is stated, or one that is in no
@@ -81,13 +82,14 @@ def in_force(
         )
     ran = _way(record, by)
     if ran is not Ran.CORRECTED:
-        return InForce(cut_with(record, ran, sha256 or (given if ran is Ran.WEAR else "")))
+        return InForce(cut_with(record, ran, sha256 or (given if ran is Ran.WEAR else "")), record=record)
     edits = edits_of(program, record.changes)
     return InForce(
         cut_with(record, ran, sha256),
         program.rewritten(apply_edits(program, edits)),
         None if lines is None else lines_after(record.changes, lines),
         composed=bool(record.components),
+        record=record,
     )
 
 

@@ -20,6 +20,7 @@ from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
 from trueloop.loops.turned.error_sources import FeatureSources, MachineShare, error_sources
+from trueloop.loops.turned.finished_parts import next_finished
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.made_parts import semifinish_errors
 from trueloop.loops.turned.outcome import expected_uncorrected_mm, prediction_at_touches
@@ -97,7 +98,7 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
     matched, machine = _matched(inputs)
     surface = _surface(inputs, machine)
     tools = contour_tools(inputs.program, matched, inputs.called is not None)
-    model, memory = _error_model(inputs, matched, surface)
+    model, memory, finished = _error_model(inputs, matched, surface)
     decision = _decision(model, matched, inputs.options, tools.by(_asked(inputs)), cut)
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
     paths = corrected_paths(inputs, matched, shifts, decision, machine)
@@ -145,7 +146,7 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
             cut.still_to_do(decision.whole_offset_mm) if decision.by_offset else (0.0, 0.0),
         ),
         record=record_of(
-            inputs, matched, model, decision, programs, surface.touches, composed, by_tool, judged, memory
+            inputs, matched, model, decision, programs, surface.touches, composed, by_tool, judged, memory, finished
         ),
         notes=(
             *cumulative_words(inputs, matched, decision, shifts),
@@ -233,17 +234,23 @@ def zero_in_machine(inputs: Inputs) -> Zero | None:
     return zero_of(machine, inputs.profile, inputs.touches, _cut_before(inputs, machine.part))
 
 
-def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> tuple[ProfileErrorModel, FromMemory | None]:
-    """Returns the error curves of the touches without the shares of machine and programs; and memory's share of
-    them.
+def _error_model(
+    inputs: Inputs, matched: Commanded, surface: Surface
+) -> tuple[ProfileErrorModel, FromMemory | None, tuple[ErrorVectors, ...]]:
+    """Returns the error curves of the touches without the shares of machine and programs; memory's share of them; and
+    the finished parts of the series, of which this is the last.
     """
     process, options = _of_process(inputs, matched, surface), inputs.options
     model = fit_profile(inputs.profile, process, options, inputs.nose)
     check_scatter(model.scatter_mm, options.limits, model.farthest_words)
-    remembered, memory = remembering(inputs, model)
+    finished: tuple[ErrorVectors, ...] = ()
+    if inputs.measured_finished:
+        remembered, memory, finished = next_finished(inputs, matched, model)
+    else:
+        remembered, memory = remembering(inputs, model)
     if remembered is not None:
         model = fit_profile(inputs.profile, process, options, inputs.nose, remembered)
-    return model, memory
+    return model, memory, finished
 
 
 def _earlier(inputs: Inputs, model: ProfileErrorModel, memory: FromMemory) -> tuple[Sequence[MadePart], MadePart]:
@@ -259,8 +266,8 @@ def _earlier(inputs: Inputs, model: ProfileErrorModel, memory: FromMemory) -> tu
 def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by: str, cut: CutWith) -> Decision:
     vectors = model.vectors.chosen(np.flatnonzero(model.weight))
     floor_mm = float(np.max(vectors.standard_u_mm))
-    error_mm, outward_normal, correlated = _decided_on(model)
-    contour = _along(matched.in_force, vectors) if matched.in_force else None
+    error_mm, outward_normal, places, correlated = _decided_on(model)
+    contour = _along(matched.in_force, *places) if matched.in_force else None
     return decide(
         error_mm,
         outward_normal,
@@ -278,9 +285,11 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
     )
 
 
-def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array, tuple[NDArray[np.intp], Array]]:
-    """Process errors (n,) and normals (n, 2) of touches with weight, and of places along arcs that memory corrects; the
-    positions and the correlation of touches that have some.
+def _decided_on(
+    model: ProfileErrorModel,
+) -> tuple[Array, Array, tuple[NDArray[np.intp], Array], tuple[NDArray[np.intp], Array]]:
+    """Process errors (n,), normals (n, 2), features and arc lengths (n,) of touches with weight, and of places along
+    features that memory corrects; the positions and the correlation of touches that have some.
 
     Three touches of an arc that earlier parts tell say little of whether an offset is enough; its curve does.
     """
@@ -289,18 +298,22 @@ def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array, tuple[NDArray[n
     used = np.flatnonzero((model.weight > 0.0) & on_others)
     touched = model.vectors.chosen(used)
     errors, normals = [touched.error_mm], [touched.outward_normal]
+    index, along = [touched.feature_index], [touched.arc_length_mm]
     for i in from_memory:
         s, _ = angles_along(model.profile, i)
         errors.append(model.curves[i].value_mm(s[2::5]))
         normals.append(model.profile.features[i].outward_normal(s[2::5]))
+        index.append(np.full(len(s[2::5]), i, dtype=np.intp))
+        along.append(s[2::5])
     close = np.arange(len(model.weight)) if model.correlated is None else model.correlated
     kept = np.isin(close, used)
     correlated = np.searchsorted(used, close[kept]), model.correlation[np.ix_(kept, kept)]
-    return np.concatenate(errors), np.concatenate(normals), correlated
+    places = np.concatenate(index), np.concatenate(along)
+    return np.concatenate(errors), np.concatenate(normals), places, correlated
 
 
-def _along(shifts: Sequence[Shift], vectors: ErrorVectors) -> Array:
-    pairs = zip(vectors.feature_index.tolist(), vectors.arc_length_mm, strict=True)
+def _along(shifts: Sequence[Shift], feature_index: NDArray[np.intp], arc_length_mm: Array) -> Array:
+    pairs = zip(feature_index.tolist(), arc_length_mm, strict=True)
     return np.array([float(shifts[i].value_mm(s)) for i, s in pairs])
 
 
@@ -310,7 +323,9 @@ def _given_up_mm(inputs: Inputs, matched: Commanded, decision: Decision, touches
         return np.zeros(len(touches.error_mm))
     offset = np.array(inputs.in_force.cut_with.offset_mm) - np.array(decision.in_force_mm)
     moved = np.asarray(touches.outward_normal @ offset)
-    return moved + _along(matched.in_force, touches) if matched.in_force else moved
+    if not matched.in_force:
+        return moved
+    return moved + _along(matched.in_force, touches.feature_index, touches.arc_length_mm)
 
 
 def _by_tool(

@@ -16,6 +16,7 @@ from trueloop.domain.tool import Tool
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Composed, Inputs
+from trueloop.loops.turned.finished_parts import finished_parts
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.paths import Shifts, whole_mm
 from trueloop.loops.turned.programs import Programs
@@ -46,6 +47,7 @@ def record_of(
     by_tool: ByTool | None,
     characteristics: tuple[Judged, ...],
     memory: FromMemory | None,
+    finished: tuple[ErrorVectors, ...],
 ) -> Record:
     """Returns the record of a correction, complete."""
     known = Tool() if inputs.edge is None else inputs.edge.tool
@@ -58,7 +60,7 @@ def record_of(
         trueloop_version=__version__,
         inputs_sha256=dict(inputs.inputs_sha256),
         options=_options(inputs) | {"unit": unit},
-        model=_model(model) | _memory(memory),
+        model=_model(model) | _memory(memory) | finished_parts(finished, inputs.profile),
         decision=[
             *(decision.x.words, decision.z.words),
             *(() if inputs.no_offset or inputs.machine is not None else (_offset_words(decision, programs),)),

@@ -47,9 +47,6 @@ def remembering(inputs: Inputs, own: ProfileErrorModel) -> "tuple[Remembered | N
     """
     if not is_used(inputs):
         return None, None
-    if inputs.measured_finished:
-        why = wording("The touches are of a finished part: earlier parts take no part in correcting the next one.")
-        return None, _unused(inputs, why)
     today = today_of(inputs, semifinish_errors(own))
     seen, left_out = _judged(inputs.history, today)
     today = replace(today, semifinish=_without(today.semifinish, left_out))
@@ -153,10 +150,6 @@ def _as_table(expected: Expected, index: NDArray[np.intp], along_mm: Array, corr
         expected.gain,
         corrects,
     )
-
-
-def _unused(inputs: Inputs, why: str) -> FromMemory:
-    return FromMemory(edge_words(inputs.edge), inputs.memory.memory, applied=False, notes=(why,))
 
 
 def _unknown_words(inputs: Inputs, known: tuple[int, ...]) -> tuple[str, ...]:

@@ -79,10 +79,11 @@ class ChainFit:
     @property
     def through_touches(self) -> SplineFit | None:
         """Returns the fit to the chain's touches alone; None where there is none."""
+        if not len(self.touches) or self.scatter_mm is not None:
+            return None
         if self.scattered is not None:
             return self.scattered
-        fitted = len(self.touches) > 0 and self.from_model_mm is None and self.scatter_mm is None
-        return self.fit if fitted else None
+        return self.fit if self.from_model_mm is None else None
 
     def places_mm(self, vectors: ErrorVectors) -> Array:
         """Returns the arc lengths of its touches along the chain, (n,)."""

@@ -20,6 +20,7 @@ from trueloop.estimate.observed import Observed
 from trueloop.estimate.places import Places, joined
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import Normal, State, Updated
+from trueloop.estimate.term import Catalogue
 from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um
@@ -77,17 +78,24 @@ def part_state(profile: Profile, vectors: ErrorVectors, fitted: bool = True) -> 
 
     `fitted`: False leaves the sizes at the medians of their priors, in a hundredth of the time.
     """
-    names, observed = _observed(profile, vectors)
-    angle = _angles(profile)
-    low, high = ROUND_RAD * math.floor(angle.min() / ROUND_RAD), ROUND_RAD * math.ceil(angle.max() / ROUND_RAD)
-    catalogue = turned_catalogue(low, high)
+    names, observed = observed_of(profile, vectors)
+    catalogue = catalogue_of(profile)
     sizes = fitted_sizes(catalogue, [observed]) if fitted else catalogue.medians
     return PartState(profile, vectors, names, observed, State.before(catalogue, sizes).given(observed))
 
 
-def places_on(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Places:
-    """Places (n,) of the measured cut as the terms know them; z counts from the middle of the part."""
-    same = {"edge": 0.0, "setting": 0.0, "part_type": 0.0, "part": 0.0, "age": 0.0, "order": 0.0, "finish": 0.0}
+def catalogue_of(profile: Profile, drifting: bool = False) -> Catalogue:
+    """Returns the terms for the contact angles of a profile."""
+    angle = _angles(profile)
+    low, high = ROUND_RAD * math.floor(angle.min() / ROUND_RAD), ROUND_RAD * math.ceil(angle.max() / ROUND_RAD)
+    return turned_catalogue(low, high, drifting)
+
+
+def places_on(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array, part: float = 0.0) -> Places:
+    """Places (n,) of the measured cut as the terms know them, of the `part`-th part; z counts from the middle of the
+    part.
+    """
+    same = {"edge": 0.0, "setting": 0.0, "part_type": 0.0, "part": part, "age": part, "order": part, "finish": 0.0}
     group, share = profile.in_groups(feature_index, arc_length_mm)
     point_mm = np.empty((len(arc_length_mm), 2))
     for i in np.unique(feature_index).tolist():
@@ -116,27 +124,32 @@ def _at(
 
 
 def in_frame(
-    profile: Profile, vectors: ErrorVectors, feature_index: NDArray[np.intp], arc_length_mm: Array
+    profile: Profile,
+    vectors: ErrorVectors,
+    feature_index: NDArray[np.intp],
+    arc_length_mm: Array,
+    part: float = 0.0,
 ) -> tuple[Places, Array]:
     """Returns places and the functional of their errors that a part's frame shows at n places of its profile.
 
     N = n, and the functional is 1, where z is as reported; where z was taken from a touch, that is the last of the
     N = n + 1 places, and what its error shifts is taken off: (n, N).
     """
-    places, k = places_on(profile, feature_index, arc_length_mm), np.flatnonzero(vectors.at_reference)[:1]
+    places, k = places_on(profile, feature_index, arc_length_mm, part), np.flatnonzero(vectors.at_reference)[:1]
     if not len(k):
         return places, np.eye(len(places))
     pairs = zip(feature_index.tolist(), arc_length_mm.tolist(), strict=True)
     normal_z = np.array([profile.features[i].outward_normal(s)[1] for i, s in pairs])
-    own = places_on(profile, vectors.feature_index[k], vectors.arc_length_mm[k])
+    own = places_on(profile, vectors.feature_index[k], vectors.arc_length_mm[k], part)
     return joined([places, own]), np.column_stack([np.eye(len(places)), -normal_z / vectors.outward_normal[k[0], 1]])
 
 
-def _observed(profile: Profile, vectors: ErrorVectors) -> tuple[tuple[str, ...], Observed]:
+def observed_of(profile: Profile, vectors: ErrorVectors, part: float = 0.0) -> tuple[tuple[str, ...], Observed]:
+    """Returns the touches and readings of the `part`-th part as observations, and their names."""
     touched = vectors.chosen(np.flatnonzero(~vectors.by_gauge & ~vectors.at_reference))
     index = np.concatenate([touched.feature_index, *(one.feature_index for one in vectors.seen)]).astype(np.intp)
     along = np.concatenate([touched.arc_length_mm, *(one.arc_length_mm for one in vectors.seen)])
-    places, count = places_on(profile, index, along), len(touched.point)
+    places, count = places_on(profile, index, along, part), len(touched.point)
     mean = _averaging(touched)
     rows = len(mean)
     functional = np.zeros((rows + len(vectors.seen), len(index)))
@@ -158,7 +171,7 @@ def _observed(profile: Profile, vectors: ErrorVectors) -> tuple[tuple[str, ...],
     share = np.concatenate([mean @ all_share[keep], np.zeros(len(vectors.seen))])
     u = np.concatenate([np.sqrt(mean**2 @ vectors.own_u_mm[keep] ** 2), seen_u])
     shared = vectors.standard_u_mm[k] * share
-    own = places_on(profile, vectors.feature_index[[k]], vectors.arc_length_mm[[k]])
+    own = places_on(profile, vectors.feature_index[[k]], vectors.arc_length_mm[[k]], part)
     with_reference = np.column_stack([functional, -share])
     return names, Observed(joined([places, own]), value, u, with_reference, np.outer(shared, shared))
 

@@ -1,0 +1,254 @@
+"""Finished parts that were measured one after the other: the next is corrected by all of them.
+
+The record of a correction by a finished part holds the errors that this part and those before it would have had, had
+nothing been corrected. The next part names that correction as the one in force, by its file or by the store, and so
+goes on with the series, whichever way the correction was carried out.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.arrays import Array
+from trueloop.domain.record import Record
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.commanded import Commanded
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.cut_errors import places_along
+from trueloop.loops.turned.from_memory import FromMemory, edge_words
+from trueloop.turned.compensation.shift import Shift
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.fit.chain import chains_of
+from trueloop.turned.fit.prior.part_state import STRETCHES
+from trueloop.turned.fit.prior.remembered import Remembered
+from trueloop.turned.fit.prior.series_state import series_state
+from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
+from trueloop.wording import Um, wording
+
+KEY: Final = "finished_parts"
+"""The key of a record's `model` under which the parts are."""
+
+FEWEST: Final = 3
+"""The least number of parts: one difference of two parts does not show how much of it the next part has again."""
+
+KEPT: Final = 12
+"""The largest number of parts kept: those of long ago tell little of the next."""
+
+
+def next_finished(
+    inputs: Inputs, matched: Commanded, own: ProfileErrorModel
+) -> "tuple[Remembered | None, FromMemory | None, tuple[ErrorVectors, ...]]":
+    """Returns what finished parts tell of the next one, its record, and the parts to be kept, this one as the last.
+
+    `own` is the fit to this part's measurements alone, by which the first two parts of a series are corrected.
+    """
+    moved = _Moved.of(inputs, matched, own.vectors)
+    earlier, today = _earlier(inputs), moved.taken_out(_used(own))
+    if inputs.memory.memory not in ("on", "bands"):
+        return None, None, (today,)
+    parts = (*earlier, today)[-KEPT:]
+    if len(parts) < FEWEST:
+        return None, None, parts
+    known = series_state(inputs.profile, parts)
+    if known is None:
+        why = wording(
+            "This finished part contradicts the {n} before it: the correction is by this part alone. Look what "
+            "happened: was the tool set, an insert changed, or an offset entered twice?",
+            n=len(earlier),
+        )
+        return None, _noted(inputs, why), (today,)
+    index, along, _ = places_along(inputs.profile, _measured(inputs.profile, today), today)
+    found, corrects = known.next_part(index, along), inputs.memory.memory == "on"
+    rate, u = known.wear_rate_mm
+    words = wording(
+        "By {n} finished parts of this series, which grow by {rate} ± {u} a part.",
+        n=known.parts,
+        rate=Um(rate, "+.2f"),
+        u=Um(2.0 * u, ".2f"),
+    )
+    left_mm = found.mean_mm + moved.at(index, along)
+    table = Remembered(index, along, left_mm, found.covariance_mm2, left_mm, corrects=corrects)
+    return table, _noted(inputs, words), parts
+
+
+def finished_parts(parts: Sequence[ErrorVectors], profile: Profile) -> dict[str, object]:
+    """Returns finished parts as a record's `model` holds them, lengths in mm, in the order in which they were cut."""
+    return {KEY: [_as_dict(one, profile) for one in parts]} if parts else {}
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """The correction in force: by how much it moved the surface outwards, mm.
+
+    `offset_mm` (x as a radius, z) is that of the tool, `contour` by feature that of the program. Where a place of the
+    part is at z = 0 by definition, `zero` (feature, arc length), errors and what moved them count from there.
+    """
+
+    profile: Profile
+    offset_mm: tuple[float, float]
+    contour: Sequence[Shift]
+    zero: tuple[int, float] | None
+
+    @classmethod
+    def of(cls, inputs: Inputs, matched: Commanded, vectors: ErrorVectors) -> "_Moved":
+        zero = None
+        for k in np.flatnonzero(vectors.at_reference):
+            zero = int(vectors.feature_index[k]), float(vectors.arc_length_mm[k])
+        for one in vectors.seen:
+            if one.standard_u_mm == 0.0 and len(one.weight) == 1:
+                zero = int(one.feature_index[0]), float(one.arc_length_mm[0])
+        return cls(inputs.profile, inputs.in_force.cut_with.offset_mm, matched.in_force, zero)
+
+    def at(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Array:
+        """Returns it at places, (n,)."""
+        off_mm, along_z = self._along(feature_index, arc_length_mm)
+        if self.zero is None:
+            return off_mm
+        own_mm, own_z = self._along(np.array([self.zero[0]]), np.array([self.zero[1]]))
+        return np.asarray(off_mm - along_z / own_z * own_mm)
+
+    def taken_out(self, vectors: ErrorVectors) -> ErrorVectors:
+        """Returns the errors had nothing been corrected."""
+        return replace(
+            vectors,
+            error_mm=vectors.error_mm - self.at(vectors.feature_index, vectors.arc_length_mm),
+            seen=tuple(one.less(self.at(one.feature_index, one.arc_length_mm)) for one in vectors.seen),
+        )
+
+    def _along(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> tuple[Array, Array]:
+        places = list(zip(feature_index.tolist(), arc_length_mm.tolist(), strict=True))
+        normal = np.array([self.profile.features[i].outward_normal(s) for i, s in places]).reshape(-1, 2)
+        within = [float(self.contour[i].value_mm(s)) for i, s in places] if self.contour else [0.0] * len(places)
+        return normal @ np.array(self.offset_mm) + np.array(within), normal[:, 1]
+
+
+def _measured(profile: Profile, part: ErrorVectors) -> list[int]:
+    """Returns the features of chains of which something was measured: others are estimated from these."""
+    measured = {*part.feature_index.tolist(), *(i for one in part.seen for i in one.feature_index.tolist())}
+    return [i for chain in chains_of(profile) if measured.intersection(chain.features) for i in chain.features]
+
+
+def _noted(inputs: Inputs, words: str) -> FromMemory:
+    return FromMemory(edge_words(inputs.edge), inputs.memory.memory, applied=False, notes=(words,))
+
+
+def _earlier(inputs: Inputs) -> tuple[ErrorVectors, ...]:
+    """Returns the finished parts behind the correction in force: none where another edge, or another setting of it,
+    made them.
+    """
+    record = inputs.in_force.record
+    if record is None or not _is_same_setting(record, inputs):
+        return ()
+    kept = record.model.get(KEY)
+    parts = kept if isinstance(kept, list) else []
+    found = (_part(one, inputs.profile) for one in parts)
+    return tuple(one for one in found if one is not None)
+
+
+def _is_same_setting(record: Record, inputs: Inputs) -> bool:
+    if record.edge is None or inputs.edge is None:
+        return record.edge is inputs.edge
+    return (record.edge.identity, record.edge_set_at) == (inputs.edge.identity, inputs.edge_set_at)
+
+
+def _used(model: ProfileErrorModel) -> ErrorVectors:
+    """Returns the process errors that the fit uses, those of a feature with many touches averaged over stretches."""
+    vectors = model.vectors
+    used = (model.weight > 0.0) | vectors.at_reference
+    left_out = {point for point, kept in zip(vectors.point, used.tolist(), strict=True) if not kept}
+    groups: list[NDArray[np.intp]] = [np.array([k]) for k in np.flatnonzero(vectors.at_reference)]
+    for index in np.unique(vectors.feature_index):
+        rows = vectors.of_feature(int(index))
+        rows = rows[used[rows] & ~vectors.at_reference[rows]]
+        groups += [one for one in np.array_split(rows, min(len(rows), STRETCHES)) if len(one)]
+    first = vectors.chosen([int(rows[0]) for rows in groups])
+    return ErrorVectors(
+        first.point,
+        first.feature_index,
+        np.array([float(np.mean(vectors.arc_length_mm[rows])) for rows in groups]),
+        np.array([float(np.mean(vectors.error_mm[rows])) for rows in groups]),
+        np.array([float(np.sqrt(np.sum(vectors.standard_u_mm[rows] ** 2))) / len(rows) for rows in groups]),
+        first.at_reference,
+        first.nominal_mm,
+        first.outward_normal,
+        gauged=vectors.gauged,
+        seen=tuple(one for one in vectors.seen if one.name not in left_out),
+    )
+
+
+def _as_dict(part: ErrorVectors, profile: Profile) -> dict[str, object]:
+    names = profile.names
+    columns = zip(
+        part.point,
+        part.feature_index,
+        part.arc_length_mm,
+        part.error_mm,
+        part.standard_u_mm,
+        part.by_gauge,
+        strict=True,
+    )
+    return {
+        "points": [
+            {
+                "point": point,
+                "feature": names[index],
+                "along_mm": float(s),
+                "error_mm": float(error),
+                "standard_u_mm": float(u),
+                "gauge": bool(gauge),
+            }
+            for point, index, s, error, u, gauge in columns
+        ],
+        "reference": [point for point, at in zip(part.point, part.at_reference, strict=True) if at],
+        "readings": [
+            {
+                "name": one.name,
+                "features": [names[i] for i in one.feature_index],
+                "along_mm": one.arc_length_mm.tolist(),
+                "weight": one.weight.tolist(),
+                "value_mm": one.value_mm,
+                "standard_u_mm": one.standard_u_mm,
+            }
+            for one in part.seen
+        ],
+    }
+
+
+def _part(kept: Mapping[str, Any], profile: Profile) -> ErrorVectors | None:
+    """Returns one part as a record holds it; None where it has a feature that the profile does not have."""
+    index = {name: k for k, name in enumerate(profile.names)}
+    points, readings = kept["points"], kept["readings"]
+    names = {one["feature"] for one in points}.union(*(one["features"] for one in readings))
+    if not names <= index.keys():
+        return None
+    at, s = np.array([index[one["feature"]] for one in points], dtype=np.intp), _numbers(points, "along_mm")
+    places = [(profile.features[i], float(x)) for i, x in zip(at, s, strict=True)]
+    return ErrorVectors(
+        tuple(one["point"] for one in points),
+        at,
+        s,
+        _numbers(points, "error_mm"),
+        _numbers(points, "standard_u_mm"),
+        np.array([one["point"] in kept["reference"] for one in points], dtype=np.bool_),
+        np.array([feature.point_mm(x) for feature, x in places]).reshape(-1, 2),
+        np.array([feature.outward_normal(x) for feature, x in places]).reshape(-1, 2),
+        gauged=tuple(one["point"] for one in points if one["gauge"]),
+        seen=tuple(
+            Seen(
+                one["name"],
+                np.array([index[name] for name in one["features"]], dtype=np.intp),
+                np.array(one["along_mm"]),
+                np.array(one["weight"]),
+                one["value_mm"],
+                one["standard_u_mm"],
+            )
+            for one in readings
+        ),
+    )
+
+
+def _numbers(rows: Sequence[Mapping[str, Any]], name: str) -> NDArray[np.float64]:
+    return np.array([one[name] for one in rows], dtype=np.float64)
