@@ -12,7 +12,7 @@ import numpy as np
 from benches.ratio import Contender, compare
 from scripts.memory_rules import RIVALS, Maker, Memory, run
 from studies.memory_level_study import CHANGED, LEVELS, SEED, SHOPS, judged, levels, of_series, rms_um
-from trueloop.simulator.series import draw
+from trueloop_lab.simulator.series import draw
 
 SERIES, PARTS = 200, 30
 RULES: dict[str, Maker] = {"memory": Memory, **RIVALS}

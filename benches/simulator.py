@@ -11,11 +11,11 @@ import numpy as np
 from benches.ratio import Contender, compare
 from trueloop.arrays import Array
 from trueloop.jobs.turned.job import read_job
-from trueloop.loops.simulated.simulated import Trial, finish, measured_part, semifinish_and_probe, simulate, trial_of
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.presets import nist
-from trueloop.simulator.process import REACH_MM, sweep
+from trueloop_lab.loops.turned import Trial, finish, measured_part, semifinish_and_probe, simulate, trial_of
+from trueloop_lab.simulator.nose import Nose
+from trueloop_lab.simulator.presets import nist
+from trueloop_lab.simulator.process import REACH_MM, sweep
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SEGMENTS = 10_000

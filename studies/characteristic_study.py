@@ -19,13 +19,13 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.batch import run_batch
-from trueloop.loops.simulated.simulated import SimulatedPart, Trial, simulate, trial_of
-from trueloop.simulator.nose import SAME, Transfer
-from trueloop.simulator.presets import Workshop, nist
-from trueloop.simulator.process import Repeatability
 from trueloop.turned.characteristics.measurand import Measurand, measurand
 from trueloop.turned.characteristics.nominal import profile_has
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
+from trueloop_lab.loops.turned import SimulatedPart, Trial, simulate, trial_of
+from trueloop_lab.simulator.nose import SAME, Transfer
+from trueloop_lab.simulator.presets import Workshop, nist
+from trueloop_lab.simulator.process import Repeatability
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "tolerances.md"

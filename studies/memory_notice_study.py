@@ -1,6 +1,6 @@
 """What is noticed of events in the simulated shop, and what is noticed where nothing happened.
 
-The edge model judges parts of a shop that it was not made from (`trueloop.simulator.series`): six parts are in, the
+The edge model judges parts of a shop that it was not made from (`trueloop_lab.simulator.series`): six parts are in, the
 seventh has the event. Tables of `studies.memory_study`.
 """
 
@@ -16,7 +16,7 @@ from trueloop.domain.life import Stage
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed
 from trueloop.memory.noticing.notice import notice_part
-from trueloop.simulator.series import Event, Series, Shop, What, draw
+from trueloop_lab.simulator.series import Event, Series, Shop, What, draw
 
 HISTORIES: Final = 60
 PARTS: Final = 6

@@ -11,7 +11,7 @@ from trueloop.arrays import Array, Integers
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.made_part import CutErrors, MadePart
-from trueloop.simulator.series import Series, Shop, draw
+from trueloop_lab.simulator.series import Series, Shop, draw
 
 SERIES: Final = 6
 PARTS: Final = 16

@@ -1,9 +1,9 @@
 """How well a refined model does on part types that it was not refined from: the tables of docs/refinement-study.md.
 
-The truth is the warm lathe of plain transforms (`simulator/lathe.py`), measured and fitted as `trueloop machine
-fit` does, which no form of model matches. After the fit it is changed by formulas typed here: a slide wears, a screw is
-changed, a headstock is hotter. Parts of some types are then cut with the old model in force; the model is refined with
-the guilty errors named; parts of other types say what it is worth.
+The truth is the warm lathe of plain transforms (`trueloop_lab/simulator/lathe.py`), measured and fitted as `trueloop
+machine fit` does, which no form of model matches. After the fit it is changed by formulas typed here: a slide wears,
+a screw is changed, a headstock is hotter. Parts of some types are then cut with the old model in force; the model is
+refined with the guilty errors named; parts of other types say what it is worth.
 """
 
 import argparse
@@ -17,7 +17,6 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.formats.examples import example
 from trueloop.formats.jobs.machine_toml import read_machine
-from trueloop.formats.measurements.readings_csv import angles_csv, lengths_csv, signals_csv
 from trueloop.jobs.machine.machine_model import readings_of
 from trueloop.machine.identify.form import fit_form
 from trueloop.machine.model.history import Clock, History, lag_signals
@@ -26,9 +25,10 @@ from trueloop.machine.model.names import error_name
 from trueloop.machine.refine.guilty import Guilty
 from trueloop.machine.refine.left import LeftOnParts
 from trueloop.machine.refine.refine import Refined, left_by, refine
-from trueloop.simulator.lathe import UNTIL_S, WarmLathe, WarmUp, measured_day, warm_up
-from trueloop.simulator.process import Backlash
 from trueloop.statistics import rms
+from trueloop_lab.files.readings_csv import angles_csv, lengths_csv, signals_csv
+from trueloop_lab.simulator.lathe import UNTIL_S, WarmLathe, WarmUp, measured_day, warm_up
+from trueloop_lab.simulator.process import Backlash
 
 Fault = Callable[[Array, Array, WarmUp], Array]
 """Slides (n, 2), tool (2,), warmth: what the tool point is off by besides, (n, 2) in x, z, as seen from the work."""

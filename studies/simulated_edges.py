@@ -14,13 +14,6 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Side
-from trueloop.loops.simulated.simulated import (
-    Trial,
-    finishing_machine,
-    probe_part,
-    random_of,
-    true_errors_mm,
-)
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part import SetupCorrection, SetupCuts, correct_setup
@@ -28,11 +21,18 @@ from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import Called
 from trueloop.nc.program.program import Program
-from trueloop.simulator.nose import SAME, CentrePath, Nose, path_along
-from trueloop.simulator.presets import TOOL_MM_PER_N, WORN_AT_DEG, WORN_BY_UM, Workshop, workshop_of
-from trueloop.simulator.process import Repeatability, Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
+from trueloop_lab.loops.turned import (
+    Trial,
+    finishing_machine,
+    probe_part,
+    random_of,
+    true_errors_mm,
+)
+from trueloop_lab.simulator.nose import SAME, CentrePath, Nose, path_along
+from trueloop_lab.simulator.presets import TOOL_MM_PER_N, WORN_AT_DEG, WORN_BY_UM, Workshop, workshop_of
+from trueloop_lab.simulator.process import Repeatability, Stock
 
 GROOVE_NOSE_MM: Final = 0.2
 GROOVE_WIDTH_MM: Final = 2.5

@@ -22,16 +22,16 @@ from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.job import read_cuts, read_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.batch import run_batch
-from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
 from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.program.called import Called
-from trueloop.simulator.nose import SAME
-from trueloop.simulator.presets import Workshop, nist
-from trueloop.simulator.process import Repeatability
 from trueloop.statistics import rms
 from trueloop.turned.fit.between_cuts import NONE
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
+from trueloop_lab.loops.turned import Trial, simulate, trial_of
+from trueloop_lab.simulator.nose import SAME
+from trueloop_lab.simulator.presets import Workshop, nist
+from trueloop_lab.simulator.process import Repeatability
 
 ROOT: Final = Path(__file__).parents[1]
 SIGMAS_UM: Final = (0.5, 1.2, 3.0)

@@ -24,10 +24,13 @@ from trueloop.arrays import Array
 from trueloop.geometry.profile import Side
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.batch import run_batch
-from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
-from trueloop.loops.simulated.study import Study, study
-from trueloop.simulator.nose import SAME, Nose
-from trueloop.simulator.presets import (
+from trueloop.statistics import rms
+from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
+from trueloop.units import UM_PER_MM
+from trueloop_lab.loops.study import Study, study
+from trueloop_lab.loops.turned import Trial, simulate, trial_of
+from trueloop_lab.simulator.nose import SAME, Nose
+from trueloop_lab.simulator.presets import (
     NOSE_RADIUS_MM,
     TOOL_MM_PER_N,
     WORN_AT_DEG,
@@ -36,10 +39,7 @@ from trueloop.simulator.presets import (
     nist,
     workshop_of,
 )
-from trueloop.simulator.process import Repeatability
-from trueloop.statistics import rms
-from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
-from trueloop.units import UM_PER_MM
+from trueloop_lab.simulator.process import Repeatability
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "simulator.md"

@@ -12,7 +12,9 @@ import numpy as np
 
 from studies.surface_truths import GRID, NEAR, SQUARE
 from trueloop.arrays import Array
-from trueloop.simulator.process import (
+from trueloop.surface.pattern.pattern import pattern_of
+from trueloop.surface.separation.separate import separate
+from trueloop_lab.simulator.process import (
     EXTREME_MM,
     EXTREME_OF_625,
     LEAST_MM,
@@ -21,8 +23,6 @@ from trueloop.simulator.process import (
     Variation,
     published_process,
 )
-from trueloop.surface.pattern.pattern import pattern_of
-from trueloop.surface.separation.separate import separate
 
 PARTS: Final = 10
 LEFT_BY_15: Final = np.sqrt(1 - 15 * 15 / 625)

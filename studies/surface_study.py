@@ -14,11 +14,11 @@ from studies.surface_experiment import LEFT_BY_15, PARTS, THREE_SIGMA, WAYS, Out
 from studies.surface_truths import GRID, NEAR, NOISE_MM, SQUARE, TRUTHS, heavy, spline, white
 from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
-from trueloop.simulator.process import EXTREME_OF_625, published_process
 from trueloop.surface.pattern.pattern import pattern_of
 from trueloop.surface.separation.separate import Separation, of_size, separate
 from trueloop.surface.separation.spline_surface import Size
 from trueloop.units import UM_PER_MM
+from trueloop_lab.simulator.process import EXTREME_OF_625, published_process
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "surface-study.md"
 FIRST_SEED: Final = 400_000

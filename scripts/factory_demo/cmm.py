@@ -14,7 +14,7 @@ from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.qif.writer import qif_of
 from trueloop.geometry.offset import nose_centre_path
-from trueloop.simulator.mill import VirtualCmm
+from trueloop_lab.simulator.mill import VirtualCmm
 
 MACHINE: Final = VirtualCmm(frame_mm=0.0003, tilt_rad=2e-6, mpe_mm=0.0009, mpe_per_mm=0.9e-3 / 350)
 POINTS: Final = {"collar": 3, "face": 3, "journal": 4, "shoulder": 2, "neck": 2, "dome": 15, "knob": 15}

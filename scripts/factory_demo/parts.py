@@ -8,7 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
-from trueloop.controllers.linuxcnc.loop import contour_program
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import settings_of
 from trueloop.geometry.offset import nose_centre_path
@@ -16,6 +15,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.jobs.measure.probing import read_probing
 from trueloop.jobs.turned.job import read_part
 from trueloop.probing.probe_plan import ProbePlan
+from trueloop_lab.loops.linuxcnc import contour_program
 
 NOSE_MM: Final = 0.8
 ALLOWANCE_MM: Final = 0.2

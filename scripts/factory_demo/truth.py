@@ -12,11 +12,11 @@ import numpy as np
 
 from scripts.factory_demo.parts import ALLOWANCE_MM, NOSE_MM, PartKind
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.loop import paths_near_part, surface_mm
 from trueloop.geometry.offset import nose_centre_path
-from trueloop.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, VirtualMachine
-from trueloop.simulator.nose import Nose, Transfer, path_along
-from trueloop.simulator.process import Repeatability, Stock
+from trueloop_lab.loops.linuxcnc import paths_near_part, surface_mm
+from trueloop_lab.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, VirtualMachine
+from trueloop_lab.simulator.nose import Nose, Transfer, path_along
+from trueloop_lab.simulator.process import Repeatability, Stock
 
 AT_DEG: Final = (0.0, 18.0, 36.0, 54.0, 72.0, 90.0, 108.0)
 CORNERS_UM: Final = {

@@ -19,10 +19,10 @@ from trueloop.cli.main import app
 
 def written() -> Iterator[tuple[str, str]]:
     """Every hint of the source by its file and line; what is put in at run time is an X."""
-    for file in sorted((ROOT / "src/trueloop").rglob("*.py")):
+    for file in sorted((ROOT / "src").glob("trueloop*/**/*.py")):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.keyword) and node.arg == "hint" and (text := text_of(node.value)):
-                yield f"{file.relative_to(ROOT / 'src/trueloop')}:{node.value.lineno}", text
+                yield f"{file.relative_to(ROOT / 'src')}:{node.value.lineno}", text
 
 
 def text_of(node: ast.expr) -> str:

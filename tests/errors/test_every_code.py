@@ -25,7 +25,7 @@ PRODUCERS: list[tuple[str, Code, Callable[[], object]]] = [
     for area in AREAS
     for code, produce in importlib.import_module(f"tests.errors.{area}").PRODUCERS.items()
 ]
-SOURCE = Path(__file__).parents[2] / "src" / "trueloop"
+SOURCE = Path(__file__).parents[2] / "src"
 NUMBER = re.compile(r"(?<![\w.])[+-]?(?:\d+\.?\d*|inf|nan)(?:e[+-]?\d+)?")
 UNITS = ("um", "mm", "deg", "h", "s", "um_per_mm", "mm_per_min")
 NUMBER_OR_QUOTED = re.compile(r"\d|'[^']+'|\"[^\"]+\"|`[^`]+`")
@@ -112,7 +112,7 @@ def test_a_printed_number_is_a_value_rounded(printed: str, value: float) -> None
 
 def _raised() -> Iterator[tuple[str, Code, ast.Call]]:
     """Every place in the source where an error or finding is made whose code is written there."""
-    for file in sorted(SOURCE.rglob("*.py")):
+    for file in sorted(SOURCE.glob("trueloop*/**/*.py")):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call):
                 called = ast.unparse(node.func)

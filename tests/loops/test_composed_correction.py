@@ -30,16 +30,16 @@ from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.simulated.simulated import simulate, trial_of
 from trueloop.loops.turned.part_on_machine import PartOnMachine, check_composed
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
-from trueloop.simulator.machine import ErrorTerm, MachineError
-from trueloop.simulator.presets import Workshop, nist
-from trueloop.simulator.process import Repeatability
 from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
 from trueloop.turned.compensation.shift import ZERO as STAYS
 from trueloop.turned.compensation.shift import sampled
+from trueloop_lab.loops.turned import simulate, trial_of
+from trueloop_lab.simulator.machine import ErrorTerm, MachineError
+from trueloop_lab.simulator.presets import Workshop, nist
+from trueloop_lab.simulator.process import Repeatability
 
 NOSE_MM = 0.8
 BALL_MM = 1.5

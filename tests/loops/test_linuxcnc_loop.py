@@ -22,11 +22,11 @@ from trueloop.controllers.linuxcnc import session
 from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.session import cut
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
-from trueloop.jobs.simulated import workshop_and_trial
-from trueloop.loops.simulated.simulated import simulate
-from trueloop.simulator.presets import nist
-from trueloop.simulator.process import Repeatability
+from trueloop_lab.files.job import workshop_and_trial
+from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
+from trueloop_lab.loops.turned import simulate
+from trueloop_lab.simulator.presets import nist
+from trueloop_lab.simulator.process import Repeatability
 
 UM = 1e-3
 LOOP = EXAMPLES / "loop"

@@ -15,14 +15,6 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import TrueloopError
-from trueloop.loops.simulated.simulated import (
-    Trial,
-    corrected_paths,
-    finish_along,
-    finishing_machine,
-    semifinish_and_probe,
-    true_errors_mm,
-)
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.made_parts import made_part, program_that_ran, taken_off_mm
 from trueloop.loops.turned.process_intermittent import compensate
@@ -30,6 +22,14 @@ from trueloop.nc.match.matching import match_contour
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
+from trueloop_lab.loops.turned import (
+    Trial,
+    corrected_paths,
+    finish_along,
+    finishing_machine,
+    semifinish_and_probe,
+    true_errors_mm,
+)
 
 UM = 1 / UM_PER_MM
 EDGE = Edge(Tool(1, "PCLNL"), "CNMG 120408", "2")

@@ -12,12 +12,12 @@ from tests.support.edge_in_simulator import CutPart, cut, rms_um, workshop_of
 from trueloop.arrays import Array
 from trueloop.domain.record import Correction as Envelope
 from trueloop.errors import TrueloopError
-from trueloop.loops.simulated.simulated import Trial, trial_of
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.remembering import points_to_keep
 from trueloop.loops.turned.stored import CODEC, enveloped
 from trueloop.memory.edge.options import IN_FULL
 from trueloop.memory.made_part import CutErrors, MadePart
+from trueloop_lab.loops.turned import Trial, trial_of
 
 PARTS = 5
 FEW = (2, 9, 16)

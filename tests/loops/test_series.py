@@ -16,7 +16,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import usable
 from trueloop.loops.post_process.propose import Made, effect_of, fitted_offset, moved_by_offset, proposals_of
-from trueloop.loops.post_process.replay import CYLINDER, replay, simulate
+from trueloop.loops.post_process.replay import replay
 from trueloop.loops.post_process.series import (
     ADJUSTS,
     Parameter,
@@ -32,7 +32,8 @@ from trueloop.loops.post_process.series import (
 )
 from trueloop.loops.post_process.tracked import capability, tracked
 from trueloop.memory.level.whitening import REDUCED
-from trueloop.simulator.series import Shop, draw
+from trueloop_lab.loops.series import CYLINDER, simulate
+from trueloop_lab.simulator.series import Shop, draw
 
 BY = Made("me", MADE)
 

@@ -10,21 +10,21 @@ import pytest
 from tests.support.surfaces import random_surface, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.simulated import mill_and_trial
-from trueloop.loops.simulated.simulated_surface import (
+from trueloop.nc.program.dialect import dialect_named
+from trueloop.nc.program.program import read_program
+from trueloop.statistics import rms
+from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.compensation.shift import SurfaceJob
+from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
+from trueloop_lab.files.job import mill_and_trial
+from trueloop_lab.loops.surface import (
     SimulatedSurface,
     SurfaceTrial,
     simulate_surface,
     surface_trial,
 )
-from trueloop.nc.program.dialect import dialect_named
-from trueloop.nc.program.program import read_program
-from trueloop.simulator.mill import EndMill, VirtualMill
-from trueloop.simulator.process import SurfaceProcess
-from trueloop.statistics import rms
-from trueloop.surface.compensation.cutter import Cutter
-from trueloop.surface.compensation.shift import SurfaceJob
-from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
+from trueloop_lab.simulator.mill import EndMill, VirtualMill
+from trueloop_lab.simulator.process import SurfaceProcess
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface"
 
@@ -135,7 +135,7 @@ def test_corrected_programs_of_every_cutter_leave_little_but_ridges(
     cutter: Cutter, axis: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where parts do not differ and hardly anything scatters, what is wrong with them, ridges apart, is gone."""
-    monkeypatch.setattr("trueloop.loops.simulated.simulated_surface.JUDGED", (31, 29))
+    monkeypatch.setattr("trueloop_lab.loops.surface.JUDGED", (31, 29))
     trial = leaning(cutter, axis)
     process = SurfaceProcess(random_surface(np.random.default_rng(5), 5, 0.020), 0.0, 0.0, 1e-5)
     done = simulate_surface(trial, VirtualMill(process, grid=(20, 20)), parts=3, seed=1)
@@ -184,7 +184,7 @@ def test_corrected_programs_of_cutters_that_turn_leave_little_but_ridges(
     cutter: Cutter, letters: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As for those that keep their axis: the truth as programmed is the pattern, and the correction takes it away."""
-    monkeypatch.setattr("trueloop.loops.simulated.simulated_surface.JUDGED", (31, 29))
+    monkeypatch.setattr("trueloop_lab.loops.surface.JUDGED", (31, 29))
     process = SurfaceProcess(random_surface(np.random.default_rng(5), 5, 0.020), 0.0, 0.0, 1e-5)
     done = simulate_surface(turning_over(cutter, letters), VirtualMill(process, grid=(20, 20)), parts=3, seed=1)
     assert np.min(done.ridges_mm) > -2e-4 and np.max(done.ridges_mm) < 0.02

@@ -9,17 +9,17 @@ import pytest
 from tests.support.probing import EXAMPLES
 from trueloop.domain.option import Limits
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
-from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.surface.job import options_of
 from trueloop.jobs.turned.job import read_job
-from trueloop.simulator.machine import ErrorTerm, VirtualProbe
-from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.process import Backlash, Deflection, Repeatability
 from trueloop.surface.options import SurfaceOptions
 from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
+from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
+from trueloop_lab.simulator.machine import ErrorTerm, VirtualProbe
+from trueloop_lab.simulator.mill import VirtualCmm
+from trueloop_lab.simulator.process import Backlash, Deflection, Repeatability
 
 COMPENSATION = """
 [compensation]

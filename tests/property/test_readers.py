@@ -15,8 +15,6 @@ from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.machine_toml import read_machine
 from trueloop.formats.jobs.probe_toml import read_probe
 from trueloop.formats.jobs.surface_job import read_surface_job
-from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
-from trueloop.formats.jobs.virtual_mill_toml import read_virtual_mill
 from trueloop.formats.measurements.field_csv import read_field
 from trueloop.formats.measurements.history_csv import read_drift, read_history
 from trueloop.formats.measurements.inspections_csv import read_inspections
@@ -25,6 +23,8 @@ from trueloop.formats.measurements.readings_csv import read_readings
 from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.measurements.touches_csv import read_probe_log, read_touches
 from trueloop.formats.tables.model_file import read_model
+from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
+from trueloop_lab.files.virtual_mill_toml import read_virtual_mill
 
 
 def _example(name: str) -> str:

@@ -6,9 +6,9 @@ import numpy as np
 
 from tests.support.correction import EXAMPLES, example_inputs
 from tests.support.edge_in_simulator import cut, measured_vectors, workshop_of
-from trueloop.loops.simulated.simulated import finish_along, semifinish_and_probe, trial_of
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
+from trueloop_lab.loops.turned import finish_along, semifinish_and_probe, trial_of
 
 FOLDER = EXAMPLES / "edge"
 FEW = (2, 9, 16)

@@ -15,16 +15,16 @@ from trueloop.arrays import Array
 from trueloop.domain.life import Cut, Stage
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.tool import Edge, Setting, Tool
-from trueloop.loops.simulated.simulated import Trial, finish, semifinish_and_probe, true_errors_mm
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.memory.made_part import MadePart
-from trueloop.simulator.nose import Transfer
-from trueloop.simulator.presets import NIST_TRANSFER, Workshop, nist
-from trueloop.simulator.process import Repeatability, Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop_lab.loops.turned import Trial, finish, semifinish_and_probe, true_errors_mm
+from trueloop_lab.simulator.nose import Transfer
+from trueloop_lab.simulator.presets import NIST_TRANSFER, Workshop, nist
+from trueloop_lab.simulator.process import Repeatability, Stock
 
 EDGE = Edge(Tool(1, "SVJBL"), "VCMT 110304", "1")
 SET_AT = datetime(2026, 1, 5, tzinfo=UTC)

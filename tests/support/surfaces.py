@@ -7,11 +7,11 @@ from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
-from trueloop.simulator.mill import EndMill, MilledStock
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop_lab.simulator.mill import EndMill, MilledStock
 
 GRID = np.linspace(0.0, 1.0, 25)
 

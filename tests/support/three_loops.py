@@ -13,7 +13,6 @@ from tests.support import erring_lathe
 from tests.support.probing import EXAMPLES
 from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.component import virtual_part
-from trueloop.controllers.linuxcnc.loop import contour_program, paths_near_part, surface_mm
 from trueloop.controllers.linuxcnc.realtime.session import (
     QUIET,
     Driven,
@@ -34,9 +33,7 @@ from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.geometry.offset import nose_centre_path
-from trueloop.jobs.simulated import workshop_and_trial
 from trueloop.loops.realtime.process_table import Placed, process_table
-from trueloop.loops.simulated.simulated import Trial, random_of
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.nc.program.program import read_program
@@ -47,11 +44,14 @@ from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
 from trueloop.probing.stylus import Stylus, stock_obstacle
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
-from trueloop.simulator.nose import SAME
-from trueloop.simulator.presets import Workshop
-from trueloop.simulator.process import Repeatability, Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop_lab.files.job import workshop_and_trial
+from trueloop_lab.loops.linuxcnc import contour_program, paths_near_part, surface_mm
+from trueloop_lab.loops.turned import Trial, random_of
+from trueloop_lab.simulator.nose import SAME
+from trueloop_lab.simulator.presets import Workshop
+from trueloop_lab.simulator.process import Repeatability, Stock
 
 WARM_DEGC, SHARE = 27.0, 0.3
 ORIGIN_MM = (0.0, -20.0)

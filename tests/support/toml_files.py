@@ -8,10 +8,11 @@ from pydantic import ValidationError
 from trueloop.formats import cell_toml, links_toml
 from trueloop.formats.inspections.controls import meaning
 from trueloop.formats.inspections.tables import mapping
-from trueloop.formats.jobs import job, machine_toml, probe_toml, surface_job, virtual_machine_toml, virtual_mill_toml
+from trueloop.formats.jobs import job, machine_toml, probe_toml, surface_job
 from trueloop.formats.realtime import signals_toml
 from trueloop.formats.tables import offsets_toml
 from trueloop.formats.toml_tables import Table
+from trueloop_lab.files import virtual_machine_toml, virtual_mill_toml
 
 KINDS: Final[dict[str, type[Table]]] = {
     "job": job.Job,

@@ -52,7 +52,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
 
 def test_the_wheel_holds_every_module_example_and_type_the_core_and_the_licence(wheel: zipfile.ZipFile) -> None:
     held = set(wheel.namelist())
-    modules = {str(file.relative_to(ROOT / "src")) for file in (ROOT / "src" / "trueloop").rglob("*.py")}
+    modules = {str(file.relative_to(ROOT / "src")) for file in (ROOT / "src").glob("trueloop*/**/*.py")}
     examples = {
         f"trueloop/examples/{file.relative_to(ROOT / 'examples')}"
         for file in (ROOT / "examples").rglob("*")

@@ -20,11 +20,11 @@ from trueloop.units import UM_PER_MM
 if TYPE_CHECKING:
     from trueloop.controllers.linuxcnc.realtime.hal_lines import Change
     from trueloop.controllers.linuxcnc.realtime.signals.checking import Checked
-    from trueloop.jobs.realtime.demo import Demo
     from trueloop.jobs.realtime.image import ImageOptions
     from trueloop.realtime.image import Image
     from trueloop.realtime.judge import Judged
     from trueloop.realtime.largest import Extent
+    from trueloop_lab.realtime.demo import Demo
 
 SamplesFile = Annotated[Path, argument("A run, as `trueloop realtime watch` records.", metavar="SAMPLES.csv")]
 ModelFile = Annotated[Path, argument("The model that the image was made from.", metavar="MODEL.json")]
@@ -60,7 +60,7 @@ def demo(
     """LinuxCNC turns a part on a virtual lathe that warms up, without the corrector and with it."""
     from rich.console import Console
 
-    from trueloop.jobs.realtime.demo import demo as run
+    from trueloop_lab.realtime.demo import demo as run
 
     with Console(stderr=True).status("starting") as status:
         made = run(output, seed, status.update)

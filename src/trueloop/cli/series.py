@@ -304,11 +304,11 @@ class Shop:
 
 def simulate(shop: Shop, page: Page, output: Output = None, as_json: AsJson = False) -> None:
     """Simulate a series that wears and warms up: what memory leaves, beside doing nothing and simpler rules."""
-    from trueloop.jobs.series import WhatIf, simulated, write_series
+    from trueloop.jobs.series import write_series
+    from trueloop_lab.loops.series import simulated
 
     with busy(f"simulating {shop.parts} parts"):
-        given = WhatIf(shop.parts, shop.seed, shop.gain, shop.tool_changed_at, shop.jump_at, shop.jump_um)
-        shown = simulated(given)
+        shown = simulated(**vars(shop))
         files = write_series(shown, "simulation", output, page.language, page.unit)
     _print_replay(shown, f"{shown.parts} simulated parts", files, as_json)
 

@@ -8,8 +8,8 @@ from trueloop.cli.terminal import AsJson, Group, busy, guarded, print_json
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
-    from trueloop.loops.simulated.simulated import SimulatedPart
-    from trueloop.loops.simulated.study import Study
+    from trueloop_lab.loops.study import Study
+    from trueloop_lab.loops.turned import SimulatedPart
 
 Job = Annotated[Path, argument("The job; its touches say where to touch.", metavar="JOB.toml")]
 Machine = Annotated[
@@ -27,9 +27,9 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Semi-finish, probe, compensate, finish and measure on the virtual machine: truth beside estimate."""
-    from trueloop.jobs.simulated import workshop_and_trial
-    from trueloop.loops.simulated.simulated import simulate as simulate_part
-    from trueloop.report.turned.simulated import simulated_part_as_dict, study_as_dict
+    from trueloop_lab.files.job import workshop_and_trial
+    from trueloop_lab.loops.figures import simulated_part_as_dict, study_as_dict
+    from trueloop_lab.loops.turned import simulate as simulate_part
 
     workshop, trial = workshop_and_trial(job, machine)
     if parts == 1:
@@ -40,7 +40,7 @@ def simulate(
     from rich.console import Console
     from rich.progress import Progress
 
-    from trueloop.loops.simulated.study import study
+    from trueloop_lab.loops.study import study
 
     with Progress(console=Console(stderr=True)) as progress:
         task = progress.add_task("parts", total=parts)
@@ -72,9 +72,9 @@ def loop(
     """
     from rich.console import Console
 
-    from trueloop.controllers.linuxcnc.loop import drive_part
-    from trueloop.jobs.simulated import workshop_and_trial
-    from trueloop.report.turned.simulated import simulated_part_as_dict
+    from trueloop_lab.files.job import workshop_and_trial
+    from trueloop_lab.loops.figures import simulated_part_as_dict
+    from trueloop_lab.loops.linuxcnc import drive_part
 
     workshop, trial = workshop_and_trial(job, machine)
     with Console(stderr=True).status("starting") as status:
@@ -87,7 +87,7 @@ def _print_part(part: "SimulatedPart") -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from trueloop.report.turned.simulated import rms_by_feature_um
+    from trueloop_lab.loops.figures import rms_by_feature_um
 
     table = Table("feature", box=None, pad_edge=False)
     for heading in ("touches", "semi-finish\ntruth", "\nprobed", "finish\ntruth", "\nCMM", "\npredicted ±U"):

@@ -151,8 +151,8 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Cut parts on a virtual mill, measure, correct, cut the next part: truth beside estimate."""
-    from trueloop.jobs.simulated import mill_and_trial
-    from trueloop.loops.simulated.simulated_surface import simulate_surface
+    from trueloop_lab.files.job import mill_and_trial
+    from trueloop_lab.loops.surface import simulate_surface
 
     with busy(f"cutting, measuring and correcting {parts} parts"):
         mill, trial = mill_and_trial(job, machine)

@@ -6,8 +6,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Identity
@@ -31,7 +29,7 @@ from trueloop.jobs.user import user_name
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import filled_in, known_findings, nominal_findings, unit_findings
 from trueloop.loops.post_process.propose import JobTool, Made, characteristic_on, proposals_of, tool_proposals
-from trueloop.loops.post_process.replay import replay, simulate
+from trueloop.loops.post_process.replay import replay
 from trueloop.loops.post_process.series import SeriesOptions, sizes_of
 from trueloop.loops.turned.commanded import commanded
 from trueloop.loops.turned.cuts import OfSetup
@@ -42,11 +40,9 @@ from trueloop.report.series.lines import series_csv
 from trueloop.report.series.page import series_page
 from trueloop.report.series.values import SeriesShape, replay_shape, status_shape
 from trueloop.report.texts.texts import Texts
-from trueloop.simulator.series import Event, Shop, What
 from trueloop.storage.store import Kept, Store, find, keep
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.program.wear_words import CONTROLS, Control, counted, offset_program
-from trueloop.units import UM_PER_MM
 
 
 @dataclass(frozen=True)
@@ -217,18 +213,6 @@ def _accepted_before(inspection: Inspection, accepted: Sequence[ProposalDecision
     return tuple(one.proposal for one in accepted if one.at < at)
 
 
-@dataclass(frozen=True)
-class WhatIf:
-    """A series to simulate. Parts count from 1; `jump_um` is an offset on X (a radius) that nobody knows of."""
-
-    parts: int = 30
-    seed: int = 0
-    gain: float = 1.0
-    tool_changed_at: int | None = None
-    jump_at: int | None = None
-    jump_um: float = 20.0
-
-
 def status_of(book: Book, options: SeriesOptions) -> SeriesShape:
     """Returns the series as they are."""
     return status_shape(book.part_type, book.tracked, len(book.parts), book.findings, options)
@@ -238,15 +222,6 @@ def replay_of(book: Book) -> SeriesShape:
     """Returns the series as they would have been with memory."""
     replays = [replay(one.series) for one in book.tracked]
     return replay_shape(book.part_type, replays, len(book.parts), book.findings)
-
-
-def simulated(given: WhatIf) -> SeriesShape:
-    """Simulates a series, corrected as memory proposes."""
-    events = [] if given.jump_at is None else [Event(What.OFFSET, given.jump_at - 1, given.jump_um / UM_PER_MM)]
-    changed = None if given.tool_changed_at is None else given.tool_changed_at - 1
-    shop = Shop(parts=given.parts, gain=given.gain, changed_at=changed)
-    found = simulate(shop, np.random.default_rng(given.seed), events)
-    return replay_shape(found.series.part_type.name, [found], given.parts, (), simulated=True)
 
 
 def write_series(

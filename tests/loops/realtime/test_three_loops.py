@@ -8,8 +8,8 @@ import numpy as np
 
 from tests.support.three_loops import actual_mm, error_vectors_of, finished, given, probed, semifinished
 from trueloop.arrays import Array
-from trueloop.loops.simulated.simulated import simulate
-from trueloop.simulator.mill import VirtualCmm
+from trueloop_lab.loops.turned import simulate
+from trueloop_lab.simulator.mill import VirtualCmm
 
 UM = 1e-3
 

@@ -14,13 +14,13 @@ import pytest
 
 from tests.support.cli import invoke
 from tests.support.cut_thrice import TOOL_OFFSET, image, lathe_model
-from trueloop.controllers.linuxcnc.realtime import warming_run as ran_by
 from trueloop.controllers.linuxcnc.realtime.session import Driven
-from trueloop.controllers.linuxcnc.realtime.warming_run import Sensors, interruption, warming_run
 from trueloop.controllers.linuxcnc.session import TOO_BUSY
 from trueloop.errors import Code, TrueloopError
 from trueloop.realtime.judge import judge
 from trueloop.realtime.samples import signal_columns
+from trueloop_lab.realtime import warming_run as ran_by
+from trueloop_lab.realtime.warming_run import Sensors, interruption, warming_run
 
 DWELLING = "G18 G21 G8 G90 G94 G40\n" + 8 * "G1 X290 F6000\nG4 P0.1\nX295\nG4 P0.1\n" + "X300\nM2\n"
 """After every dwell motion is commanded anew."""

@@ -23,10 +23,10 @@ from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge, Tool
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
-from trueloop.loops.simulated.simulated import finish, finish_along, semifinish_and_probe, trial_of
 from trueloop.loops.turned import correction as turned
 from trueloop.storage.store import Store, find, open_store
 from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop_lab.loops.turned import finish, finish_along, semifinish_and_probe, trial_of
 
 EDGE = Edge(Tool(1, "SVJBL"), "VCMT 110304", "1")
 WAYS = ("clean", "not-run", "twice")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.probing.calibration import BallCalibration, calibrate
-from trueloop.simulator.machine import VirtualProbe
+from trueloop_lab.simulator.machine import VirtualProbe
 
 EVERYWHERE = np.radians(np.linspace(-45.0, 135.0, 31))
 

@@ -7,8 +7,8 @@ import pytest
 
 from tests.support.surfaces import ball_end
 from trueloop.arrays import Array
-from trueloop.simulator.mill import EndMill, MilledStock, turn_rad
 from trueloop.surface.compensation.cutter import Cutter
+from trueloop_lab.simulator.mill import EndMill, MilledStock, turn_rad
 
 CUTTER = ball_end(3.0)
 UP = np.array([0.0, 0.0, 1.0])

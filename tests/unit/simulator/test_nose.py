@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trueloop.errors import TrueloopError
-from trueloop.simulator.nose import Nose
+from trueloop_lab.simulator.nose import Nose
 
 
 @pytest.mark.parametrize("last_deg", [10.5, 10.0, 0.3])

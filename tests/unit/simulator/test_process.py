@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from trueloop.geometry.feature import Line
-from trueloop.simulator.machine import ErrorTerm, MachineError, VirtualMachine
-from trueloop.simulator.nose import CentrePath, Nose, path_along, path_of_positions
-from trueloop.simulator.process import Backlash, Deflection, Repeatability, Stock, sweep
+from trueloop_lab.simulator.machine import ErrorTerm, MachineError, VirtualMachine
+from trueloop_lab.simulator.nose import CentrePath, Nose, path_along, path_of_positions
+from trueloop_lab.simulator.process import Backlash, Deflection, Repeatability, Stock, sweep
 
 NOSE = Nose(0.8)
 LENGTH_MM = 100.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array
-from trueloop.simulator.series import (
+from trueloop_lab.simulator.series import (
     ANGLES,
     Event,
     Series,

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tests.support.probing import example
-from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.geometry.feature import Line, contact_angle_rad
-from trueloop.loops.simulated.simulated import simulate, trial_of
-from trueloop.simulator.machine import VirtualMachine
-from trueloop.simulator.nose import SAME, Nose, Transfer, path_along
-from trueloop.simulator.presets import NIST_TRANSFER, nist
-from trueloop.simulator.process import Repeatability, Stock
+from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
+from trueloop_lab.loops.turned import simulate, trial_of
+from trueloop_lab.simulator.machine import VirtualMachine
+from trueloop_lab.simulator.nose import SAME, Nose, Transfer, path_along
+from trueloop_lab.simulator.presets import NIST_TRANSFER, nist
+from trueloop_lab.simulator.process import Repeatability, Stock
 
 UM = 1e-3
 RADIUS_MM = 0.8

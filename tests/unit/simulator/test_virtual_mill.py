@@ -9,7 +9,9 @@ from tests.support.surfaces import ball_end, wavy_surface
 from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.simulator.mill import (
+from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop_lab.simulator.mill import (
     STEP_MM,
     EndMill,
     MilledStock,
@@ -18,9 +20,7 @@ from trueloop.simulator.mill import (
     VirtualMill,
     passes_over,
 )
-from trueloop.simulator.process import WAVES, SurfaceProcess, Variation, published_process
-from trueloop.surface.compensation.cutter import Cutter
-from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop_lab.simulator.process import WAVES, SurfaceProcess, Variation, published_process
 
 RADIUS = 3.0
 STEP_OVER = 0.5

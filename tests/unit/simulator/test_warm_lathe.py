@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array
-from trueloop.simulator.lathe import (
+from trueloop_lab.simulator.lathe import (
     BEARING_K,
     BEARING_S,
     NUT_K,

@@ -9,14 +9,14 @@ from trueloop.geometry.curve_kinds import b_spline, ellipse
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.simulated.study import path_of_shifts
-from trueloop.simulator.nose import Nose
-from trueloop.simulator.process import Stock, sweep
 from trueloop.turned.compensation.lean import MOST_MM, of_curve, of_slope, to_take_out, unasked_u_mm
 from trueloop.turned.compensation.shift import ZERO, Shift, weighted_sum
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.fit.options import FitOptions
+from trueloop_lab.loops.study import path_of_shifts
+from trueloop_lab.simulator.nose import Nose
+from trueloop_lab.simulator.process import Stock, sweep
 
 NOSE = Nose(0.8, tuple(np.radians([-20.0, 30.0, 80.0, 130.0])), (-0.003, -0.075, -0.020, 0.005))
 DOME = checked_profile([Arc("dome", (20.0, 0.0), (0.0, 20.0), (0.0, 0.0), np.pi / 2)])

@@ -1,10 +1,10 @@
 """A simulated part and a study of many as JSON."""
 
 from trueloop.arrays import Array
-from trueloop.loops.simulated.simulated import SimulatedPart
-from trueloop.loops.simulated.study import Study
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
+from trueloop_lab.loops.study import Study
+from trueloop_lab.loops.turned import SimulatedPart
 
 
 def simulated_part_as_dict(part: SimulatedPart) -> dict[str, object]:

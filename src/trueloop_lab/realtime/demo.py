@@ -9,17 +9,24 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
-from trueloop.controllers.linuxcnc.realtime.warming_run import PERIOD_S, Sensors, WarmingRun, warming_run
 from trueloop.domain.record import sha256_of
 from trueloop.formats.examples import example
 from trueloop.formats.jobs.machine_toml import read_machine
-from trueloop.formats.measurements.readings_csv import angles_csv, lengths_csv, signals_csv
 from trueloop.formats.outputs import write_all
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.realtime.samples_csv import samples_csv
 from trueloop.formats.tables.model_file import model_to_json
 from trueloop.jobs.machine.machine_model import hashes_of, readings_of
-from trueloop.loops.realtime.demo.cutting import (
+from trueloop.machine.identify.form import fit_form
+from trueloop.machine.model.history import Clock, History, lag_signals
+from trueloop.machine.model.model import MachineModel
+from trueloop.realtime.bank import bank_of, signals_of
+from trueloop.realtime.image import Identity, Image, RealTimeLimits
+from trueloop.realtime.judge import Judged, due, judge
+from trueloop.report.realtime.page import run_page
+from trueloop.report.realtime.run import FinishedPart, Residual, RunPage, timing_of, trace_of
+from trueloop_lab.files.readings_csv import angles_csv, lengths_csv, signals_csv
+from trueloop_lab.realtime.cutting import (
     Drives,
     MeasuredPart,
     causes_um,
@@ -29,16 +36,18 @@ from trueloop.loops.realtime.demo.cutting import (
     set_position,
     setting_mm,
 )
-from trueloop.loops.realtime.demo.part import DemoProgram, demo_profile, demo_program
-from trueloop.machine.identify.form import fit_form
-from trueloop.machine.model.history import Clock, History, lag_signals
-from trueloop.machine.model.model import MachineModel
-from trueloop.realtime.bank import bank_of, signals_of
-from trueloop.realtime.image import Identity, Image, RealTimeLimits
-from trueloop.realtime.judge import Judged, due, judge
-from trueloop.report.realtime.page import run_page
-from trueloop.report.realtime.run import FinishedPart, Residual, RunPage, timing_of, trace_of
-from trueloop.simulator.lathe import FASTER, UNTIL_S, X_TRAVEL_MM, Z_TRAVEL_MM, WarmLathe, WarmUp, measured_day, warm_up
+from trueloop_lab.realtime.part import DemoProgram, demo_profile, demo_program
+from trueloop_lab.realtime.warming_run import PERIOD_S, Sensors, WarmingRun, warming_run
+from trueloop_lab.simulator.lathe import (
+    FASTER,
+    UNTIL_S,
+    X_TRAVEL_MM,
+    Z_TRAVEL_MM,
+    WarmLathe,
+    WarmUp,
+    measured_day,
+    warm_up,
+)
 
 MACHINE: Final = "realtime/machine.toml"
 NO_Y_MM: Final = (-1.0, 1.0)

@@ -25,13 +25,13 @@ from trueloop.probing.plan import GaugingPoints
 from trueloop.probing.probe_match import match_touches
 from trueloop.probing.probe_plan import Approach, ProbePlan, probing_moves, require_ball_fits
 from trueloop.probing.stylus import Stylus, stock_obstacle
-from trueloop.simulator.machine import VirtualMachine, VirtualProbe
-from trueloop.simulator.nose import CentrePath, path_along, paths_of_program
-from trueloop.simulator.presets import Workshop
-from trueloop.simulator.process import Stock
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop_lab.simulator.machine import VirtualMachine, VirtualProbe
+from trueloop_lab.simulator.nose import CentrePath, path_along, paths_of_program
+from trueloop_lab.simulator.presets import Workshop
+from trueloop_lab.simulator.process import Stock
 
 SPHERE_RADIUS_MM: Final = 12.5
 SPHERE_CENTRE_MM: Final = (120.0, 0.0)

@@ -22,14 +22,6 @@ from trueloop.geometry.feature import Arc, Feature, Line, LineOrArc, pieces_with
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.simulated.simulated import (
-    SimulatedPart,
-    Trial,
-    finish_along,
-    finishing_machine,
-    measured_part,
-    random_of,
-)
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.probing.calibration import BallCalibration, calibrate
@@ -37,12 +29,20 @@ from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.probing.probe_match import match_touches
 from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
 from trueloop.probing.stylus import Stylus, stock_obstacle
-from trueloop.simulator.machine import VirtualProbe
-from trueloop.simulator.nose import CentrePath, path_of_positions
-from trueloop.simulator.presets import Workshop
-from trueloop.simulator.process import Stock
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop_lab.loops.turned import (
+    SimulatedPart,
+    Trial,
+    finish_along,
+    finishing_machine,
+    measured_part,
+    random_of,
+)
+from trueloop_lab.simulator.machine import VirtualProbe
+from trueloop_lab.simulator.nose import CentrePath, path_of_positions
+from trueloop_lab.simulator.presets import Workshop
+from trueloop_lab.simulator.process import Stock
 
 CHORD_MM: Final = 1e-4
 """How far the chords of a curve deviate from it."""

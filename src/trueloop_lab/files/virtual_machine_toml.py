@@ -9,12 +9,12 @@ from pydantic import Field, model_validator
 
 from trueloop.errors import Code, in_file
 from trueloop.formats.toml_tables import Count, Finite, NotNegative, Positive, Table, read_tables
-from trueloop.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, VirtualMachine, VirtualProbe
-from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.nose import Nose, Transfer
-from trueloop.simulator.presets import Workshop, nist
-from trueloop.simulator.process import Backlash, Deflection, Repeatability
 from trueloop.units import MM_PER_M, UM_PER_MM, URAD_PER_RAD
+from trueloop_lab.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, VirtualMachine, VirtualProbe
+from trueloop_lab.simulator.mill import VirtualCmm
+from trueloop_lab.simulator.nose import Nose, Transfer
+from trueloop_lab.simulator.presets import Workshop, nist
+from trueloop_lab.simulator.process import Backlash, Deflection, Repeatability
 
 Power = Annotated[int, Field(ge=0, le=6, strict=True)]
 

@@ -10,8 +10,8 @@ import numpy as np
 from trueloop._core import NoseSweep
 from trueloop.arrays import Array
 from trueloop.geometry.feature import contact_angle_rad
-from trueloop.simulator.nose import SAME, CentrePath, Nose, Transfer
-from trueloop.simulator.process import REACH_MM, Backlash, Deflection, Repeatability, Stock, sweep
+from trueloop_lab.simulator.nose import SAME, CentrePath, Nose, Transfer
+from trueloop_lab.simulator.process import REACH_MM, Backlash, Deflection, Repeatability, Stock, sweep
 
 PER_MM: Final = 0.01
 REFERENCE_C: Final = 20.0

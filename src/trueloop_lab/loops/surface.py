@@ -12,19 +12,19 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code
 from trueloop.geometry.surface import Surface
-from trueloop.loops.simulated.simulated import random_of
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts
 from trueloop.loops.surface.surface import maps_of
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion
-from trueloop.simulator.mill import REACH_MM, EndMill, MilledStock, Passes, VirtualMill, passes_over, turn_rad
 from trueloop.statistics import rms
 from trueloop.surface.compensation.cutter import tool_axes
 from trueloop.surface.compensation.shift import SurfaceJob, places
 from trueloop.surface.deviations.alignment import form_alone_mm
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.units import UM_PER_MM
+from trueloop_lab.loops.turned import random_of
+from trueloop_lab.simulator.mill import REACH_MM, EndMill, MilledStock, Passes, VirtualMill, passes_over, turn_rad
 
 JUDGED: Final = (101, 97)
 """The truth is given at so many places: close enough for every ridge, and in step with no program."""

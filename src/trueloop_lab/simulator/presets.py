@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass, field
 from typing import Final
 
-from trueloop.simulator.machine import REFERENCE_C, VirtualMachine, VirtualProbe
-from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.nose import Nose, Transfer
-from trueloop.simulator.process import Deflection, Repeatability
 from trueloop.units import UM_PER_MM
+from trueloop_lab.simulator.machine import REFERENCE_C, VirtualMachine, VirtualProbe
+from trueloop_lab.simulator.mill import VirtualCmm
+from trueloop_lab.simulator.nose import Nose, Transfer
+from trueloop_lab.simulator.process import Deflection, Repeatability
 
 
 @dataclass(frozen=True)

@@ -17,15 +17,15 @@ import numpy as np
 from trueloop.arrays import Array, Flags, by_content
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.loops.realtime.demo.part import NOSE_RADIUS_MM, SET_AT_MM, TOOL_OFFSET_MM, WORK_ZERO_Z_MM
 from trueloop.machine.model.model import MachineModel
 from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.realtime.judge import DrivenRun, error_mm, travel_ways
-from trueloop.simulator.lathe import WarmLathe, WarmUp
-from trueloop.simulator.machine import VirtualMachine
-from trueloop.simulator.mill import VirtualCmm
-from trueloop.simulator.nose import CentrePath, Nose, path_of_positions
-from trueloop.simulator.process import Repeatability, Stock
+from trueloop_lab.realtime.part import NOSE_RADIUS_MM, SET_AT_MM, TOOL_OFFSET_MM, WORK_ZERO_Z_MM
+from trueloop_lab.simulator.lathe import WarmLathe, WarmUp
+from trueloop_lab.simulator.machine import VirtualMachine
+from trueloop_lab.simulator.mill import VirtualCmm
+from trueloop_lab.simulator.nose import CentrePath, Nose, path_of_positions
+from trueloop_lab.simulator.process import Repeatability, Stock
 
 POINTS_PER_MM: Final = 2.0
 MARGIN_MM: Final = 0.6

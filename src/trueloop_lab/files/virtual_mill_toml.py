@@ -7,11 +7,11 @@ import numpy as np
 from pydantic import Field
 
 from trueloop.errors import Code, in_file
-from trueloop.formats.jobs.virtual_machine_toml import CmmTable, cmm_of
 from trueloop.formats.toml_tables import Finite, NotNegative, Table, read_tables
-from trueloop.simulator.mill import VirtualMill
-from trueloop.simulator.process import SurfaceProcess, published_process
 from trueloop.units import UM_PER_MM
+from trueloop_lab.files.virtual_machine_toml import CmmTable, cmm_of
+from trueloop_lab.simulator.mill import VirtualMill
+from trueloop_lab.simulator.process import SurfaceProcess, published_process
 
 Side = Annotated[int, Field(ge=8, le=200, strict=True)]
 

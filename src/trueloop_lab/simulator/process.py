@@ -9,8 +9,8 @@ import numpy as np
 
 from trueloop._core import NoseSweep
 from trueloop.arrays import Array
-from trueloop.simulator.nose import CentrePath, Nose
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop_lab.simulator.nose import CentrePath, Nose
 
 REACH_MM: Final = 1.0
 """The distance from a nominal point within which the surface is sought, either way: below a wall, above any error."""

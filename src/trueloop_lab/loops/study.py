@@ -15,16 +15,16 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.batch import run_batch
-from trueloop.loops.simulated.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.simulator.nose import CentrePath, path_of_positions
-from trueloop.simulator.presets import Workshop
 from trueloop.statistics import rms
 from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop_lab.loops.turned import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
+from trueloop_lab.simulator.nose import CentrePath, path_of_positions
+from trueloop_lab.simulator.presets import Workshop
 
 STEP_MM: Final = 0.02
 

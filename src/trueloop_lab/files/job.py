@@ -6,16 +6,16 @@ from typing import Final
 
 from trueloop.errors import Code, Place, in_file
 from trueloop.formats.jobs.job import read_turned_job
-from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
-from trueloop.formats.jobs.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
 from trueloop.formats.option_tables import options_from
 from trueloop.jobs.surface.job import read_surface
 from trueloop.jobs.turned.job import read_job
-from trueloop.loops.simulated.simulated import Trial, require_plan_fits, trial_of
-from trueloop.loops.simulated.simulated_surface import SurfaceTrial, surface_trial
-from trueloop.simulator.mill import VirtualMill
-from trueloop.simulator.presets import Workshop, nist
 from trueloop.turned.touches.touches import Gauging
+from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
+from trueloop_lab.files.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
+from trueloop_lab.loops.surface import SurfaceTrial, surface_trial
+from trueloop_lab.loops.turned import Trial, require_plan_fits, trial_of
+from trueloop_lab.simulator.mill import VirtualMill
+from trueloop_lab.simulator.presets import Workshop, nist
 
 NOSE_WITHIN_MM: Final = 1e-3
 

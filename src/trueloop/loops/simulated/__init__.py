@@ -1,1 +1,0 @@
-"""The loops on a virtual machine, whose errors are known."""

@@ -1,0 +1,1 @@
+"""The loops on virtual machines, whose errors are known."""
