@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nc_program::{Arc, MoveKind, Plane};
+use nc_program::{through, Arc, MoveKind, Plane};
 
 use crate::field::{sum, Field, Trouble, Vector};
 use crate::geometry::Geometry;
@@ -231,7 +231,8 @@ pub(crate) fn circle(points: &[Vector], plane: Plane, tolerance_mm: f64) -> Opti
     // On a full circle first and last point coincide: two others of its first turn determine it.
     let closed = distance(flat(start), flat(end)) < 0.1 * distance(flat(start), flat(points.get(ARC_PROBES / 2)?));
     let chosen = if closed || points.len() > ARC_PROBES + 1 { [3, 5] } else { [ARC_PROBES / 2, ARC_PROBES] };
-    let centre = through(flat(start), flat(points.get(chosen[0])?), flat(points.get(chosen[1])?))?;
+    let (centre, _) = through(flat(start), flat(points.get(chosen[0])?), flat(points.get(chosen[1])?));
+    centre.iter().all(|value| value.is_finite()).then_some(())?;
     let radius = distance(flat(start), centre);
     let angle = |point: &Vector| (point[second] - centre[1]).atan2(point[first] - centre[0]);
     let (mut turned, mut before, mut last) = (Vec::new(), angle(start), 0.0);
@@ -254,13 +255,4 @@ pub(crate) fn circle(points: &[Vector], plane: Plane, tolerance_mm: f64) -> Opti
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
-}
-
-/// Centre of the circle through three points of a plane.
-fn through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<[f64; 2]> {
-    let (bx, by, cx, cy) = (b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]);
-    let twice = 2.0 * (bx * cy - by * cx);
-    let (b2, c2) = (bx * bx + by * by, cx * cx + cy * cy);
-    let centre = [a[0] + (cy * b2 - by * c2) / twice, a[1] + (bx * c2 - cx * b2) / twice];
-    centre.iter().all(|value| value.is_finite()).then_some(centre)
 }

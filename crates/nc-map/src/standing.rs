@@ -105,8 +105,8 @@ pub(crate) fn leaves(program: &Program, saying: &Saying, role: Option<&Role>, ax
 
 /// Whether a word of the move names the axis by where it goes, not by how far.
 pub(crate) fn is_position(program: &Program, saying: &Saying, axis: usize) -> bool {
-    let word = usize::try_from(saying.words[axis]).ok().and_then(|word| program.words().get(word));
-    word.is_some_and(|word| !is_increment(program, Some(word), saying.incremental))
+    let word = program.word(saying.words[axis]);
+    word.is_some() && !is_increment(program, word, saying.incremental)
 }
 
 /// Whether a word is an increment: `U`, `X=IC(5)`, `IX+5`, or any while increments are in force.

@@ -160,7 +160,7 @@ impl<'a> Writer<'a> {
         let state = &path.states[path.state[index] as usize];
         let step = self.steps[usize::from(state.inch)];
         let axis = |axis: usize| {
-            let word = usize::try_from(path.words[index][axis]).ok().and_then(|word| program.words().get(word));
+            let word = program.word(path.words[index][axis]);
             let letter = word.map_or(AXES[axis], |word| word.letter);
             let incremental = is_increment(program, word, state.incremental);
             let unit = if incremental { state.increment_mm(axis) } else { state.axis_mm(axis) };

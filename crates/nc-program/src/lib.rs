@@ -42,5 +42,6 @@ pub use reading::program::{Block, Program, TooLarge, Word, WordKind};
 pub use reading::statement::{offset_statements, OffsetStatement};
 pub use run::{run, Options};
 pub use session::{jumps, Session};
+pub use shapes::arc::through;
 pub use values::parameters::Key;
 pub use values::uses::parameters_used;

@@ -97,7 +97,7 @@ fn unknown_call(program: &Program, word: &Word, labels: &OnceCell<Labels>) -> Op
 
 fn unknown_name(program: &Program, word: &Word, labels: &OnceCell<Labels>) -> Option<Finding> {
     let labels = labels.get_or_init(|| Labels::read(program));
-    let name = called(program, word);
+    let (name, _) = called(program, word);
     let text = name.to_ascii_uppercase();
     let message =
         format!("\"{text}\" is no word of the dialect {} and no program of this file", program.dialect().name);

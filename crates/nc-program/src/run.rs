@@ -247,19 +247,17 @@ impl<'a> Runner<'a> {
 
     /// First byte of a word; of the block when there is no such word.
     pub fn word_start(&self, word: i32) -> usize {
-        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
-        found.map_or(self.block_start(), |word| word.start as usize)
+        self.program.word(word).map_or(self.block_start(), |word| word.start as usize)
     }
 
     /// Text of a word, for messages.
     pub fn word_text(&self, word: i32) -> String {
-        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
-        found.map_or(String::new(), |word| finding::excerpt(self.program.text(word)))
+        self.program.word(word).map_or(String::new(), |word| finding::excerpt(self.program.text(word)))
     }
 
     /// All of a word's text, in capitals.
     pub fn whole_text(&self, word: i32) -> String {
-        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
-        String::from_utf8_lossy(found.map_or(&[][..], |word| self.program.text(word))).to_ascii_uppercase()
+        let text = self.program.word(word).map_or(&[][..], |word| self.program.text(word));
+        String::from_utf8_lossy(text).to_ascii_uppercase()
     }
 }

@@ -11,7 +11,7 @@ use crate::pieces::Piece;
 use crate::refusal::Refused;
 use crate::standing::{is_increment, Standing};
 use nc_program::dialect::FlowStyle;
-use nc_program::{Drilled, MoveKind, Word};
+use nc_program::{Drilled, MoveKind};
 
 /// What is in force of a drilling cycle on the control, less what the program says, mm.
 #[derive(Clone, Copy, Debug, Default)]
@@ -154,12 +154,13 @@ impl<'a> Writer<'a> {
         let (state, third) = (here.state, hole.third);
         let programmed = if hole.plane_from_initial { hole.initial } else { 0.0 };
         let origin = [programmed, programmed + if hole.plane_from_initial { self.drilling.initial } else { 0.0 }];
-        let axis = Axis { letter: b'R', word: self.word(hole.plane_word), unit: state.mm(), ..here.axes[third] };
+        let axis =
+            Axis { letter: b'R', word: self.program.word(hole.plane_word), unit: state.mm(), ..here.axes[third] };
         let heights = [hole.plane, wanted.plane];
         self.drilling.plane = self.height(here, hole, &axis, origin, heights, self.drilling.plane)?;
         let plane = origin[1] + hole.plane - origin[0] + self.drilling.plane;
 
-        let word = self.word(hole.depth_word);
+        let word = self.program.word(hole.depth_word);
         let letter = word.map_or(super::AXES[third], |word| word.letter);
         let incremental = is_increment(self.program, word, state.incremental);
         let origin = if incremental { [hole.plane, plane] } else { [0.0; 2] };
@@ -191,9 +192,5 @@ impl<'a> Writer<'a> {
             return Ok(in_force);
         }
         Ok((self.value(here, axis, wanted, true, Some(said))? - said) * axis.unit)
-    }
-
-    fn word(&self, index: i32) -> Option<&'a Word> {
-        usize::try_from(index).ok().and_then(|index| self.program.words().get(index))
     }
 }

@@ -24,7 +24,7 @@ impl Writer<'_> {
         let by = self.displaced_alike(cycle, pieces)?;
         let (start, from) = (self.path.start[cycle.first], self.edits.len());
         for axis in [0, 2] {
-            let word = usize::try_from(cycle.words[axis]).ok().and_then(|word| self.program.words().get(word));
+            let word = self.program.word(cycle.words[axis]);
             let (to, stands) = (cycle.to[axis], word.is_none() && cycle.to[axis] == start[axis]);
             if stands || is_increment(self.program, word, here.state.incremental) {
                 continue; // it goes as far from where the tool stands, which is displaced

@@ -84,10 +84,9 @@ impl Runner<'_> {
     /// MCALL: the cycle behind it runs after each move from here on; without one none does.
     pub(crate) fn modal_cycle(&mut self, word: i32) {
         self.state.modal_cycle = None;
-        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
-        let Some((start, end)) = found.map(|word| (word.start as usize, word.end())) else { return };
+        let Some((start, end)) = self.program.word(word).map(|word| (word.start as usize, word.end())) else { return };
         let source = self.program.source();
-        let at = names::skip(source, start + b"MCALL".len(), |byte| matches!(byte, b' ' | b'\t'));
+        let at = names::skip_blank(source, start + b"MCALL".len());
         if at >= end {
             return;
         }

@@ -1,6 +1,6 @@
 //! The arguments of a cycle, in brackets behind its name: `CYCLE95("PART",2,0.1,,0,R5)`.
 
-use crate::reading::names;
+use crate::reading::names::skip_blank;
 use crate::run::Runner;
 
 /// More than this are no cycle's.
@@ -21,13 +21,13 @@ const LEFT_OUT: Argument = Argument { text: None, value: f64::NAN, span: (0, 0) 
 impl Runner<'_> {
     /// Those of a word. `None` where they cannot be read; why has been reported.
     pub(crate) fn cycle_arguments(&mut self, word: i32) -> Option<Vec<Argument>> {
-        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index))?;
+        let found = self.program.word(word)?;
         let source = self.program.source().get(..found.end())?;
         let open = memchr::memchr(b'(', source.get(found.start as usize..)?);
         let mut at = found.start as usize + open? + 1;
         let mut arguments = Vec::new();
         loop {
-            at = skip_space(source, at);
+            at = skip_blank(source, at);
             let argument = match source.get(at) {
                 Some(b'"') => {
                     let length = memchr::memchr(b'"', source.get(at + 1..)?)?;
@@ -47,7 +47,7 @@ impl Runner<'_> {
                 }
             };
             arguments.push(argument);
-            at = skip_space(source, at);
+            at = skip_blank(source, at);
             match source.get(at) {
                 Some(b',') if arguments.len() < MOST => at += 1,
                 _ => return Some(arguments),
@@ -59,8 +59,4 @@ impl Runner<'_> {
 /// The values of the first ones; `None` of what is no value.
 pub(crate) fn numbers<const N: usize>(arguments: &[Argument]) -> [Option<f64>; N] {
     std::array::from_fn(|index| arguments.get(index).map(|argument| argument.value).filter(|value| !value.is_nan()))
-}
-
-fn skip_space(source: &[u8], at: usize) -> usize {
-    names::skip(source, at, |byte| matches!(byte, b' ' | b'\t'))
 }

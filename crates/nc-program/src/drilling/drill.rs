@@ -175,8 +175,7 @@ impl Runner<'_> {
 
     /// Whether P of the cycle that this word calls is a dwell: LinuxCNC's G82, G86 and G89; of others every one but G81.
     pub(crate) fn dwells_at_bottom(&self, word: i32) -> bool {
-        let word = usize::try_from(word).ok().and_then(|word| self.program.words().get(word));
-        let code = word.map_or(0.0, |word| word.value);
+        let code = self.program.word(word).map_or(0.0, |word| word.value);
         match self.program.dialect().flow {
             FlowStyle::OWords => [82.0, 86.0, 89.0].contains(&code),
             _ => code != 81.0,

@@ -1,58 +1,58 @@
 //! Codes: what a block changes of the modal state, and what it does besides.
 
-use crate::dialect::{FlowStyle, PoleFrom, ToolOffset, G};
+use crate::dialect::{FlowStyle, ToolOffset, G};
 use crate::drilling::drill::Drill;
 use crate::drilling::hole::Hole;
-use crate::drilling::hole_places::Pattern;
 use crate::finding::{self, Severity};
 use crate::modes::modal::{Compensation, FeedMode, FeedUnit, Motion, Plane};
 use crate::modes::request::{Jump, Request};
 use crate::modes::tool::{Called, NONE_CALLED};
+use crate::path::INHERITED;
 use crate::run::Runner;
 use crate::shapes::spline::Spline;
-use crate::turning::lap::Lap;
-use crate::turning::profile_cycle::Profile;
-use crate::turning::removal::Removal;
-use crate::turning::rough::Rough;
 use crate::values::parameters::Key;
 
-/// What a block does besides setting modes.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Action {
-    /// Its coordinates are a move; in machine coordinates if true.
-    Motion(bool),
-    DiameterByWord,
-    SetRegister,
-    OffsetRegister,
-    Shift(bool),
-    Pole(PoleFrom),
-    CancelRegister(bool),
-    RestoreRegister,
-    SetData,
-    SetWorkOffset,
-    ToolOffset,
-    Home(u8),
-    HomeNamed(u8),
-    Retract(i32),
-    FixedPoint(i32),
-    Swivel(i32),
-    FinishContour(i32),
-    RoughContour(Rough, i32),
-    TurningCycle,
-    Thread(i32),
-    Removal(Removal, i32),
-    HoleCycle(Drill, i32),
-    ModalCycle(i32),
-    CallCycle(i32),
-    CallCycleAt(i32),
-    Pattern(Pattern, i32),
-    Lap(Lap, i32),
-    CallMacro(i32),
-    ModalMacro(i32),
-    Groove(u8, i32),
-    EndSpline,
-    Profile(Profile, i32),
-    Nothing,
+/// What a block does besides setting modes: the code that makes something of its coordinates; `Inert` where they are a move.
+pub(crate) type Action = G;
+
+/// Whether a code makes something of its block's coordinates; the others leave them to be a move.
+pub(crate) fn acts(code: G) -> bool {
+    is_idle(code)
+        || to_machine(code)
+        || is_frame(code)
+        || is_cycle(code)
+        || matches!(code, G::DiameterByWord | G::EndSpline)
+}
+
+/// Whether nothing moves for a code, nor is anything renamed.
+pub(crate) fn is_idle(code: G) -> bool {
+    matches!(code, G::Procedure | G::DefineCycle(_) | G::CycleLine | G::SystemData | G::Dwell | G::StoreHome(_))
+        || matches!(code, G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::Setting(..) | G::ToleranceCycle)
+        || matches!(code, G::Preset | G::Turn | G::TurnAnew | G::DefineTool)
+}
+
+/// Whether a code sets a frame.
+pub(crate) fn is_frame(code: G) -> bool {
+    matches!(
+        code,
+        G::SetRegister | G::OffsetRegister | G::Shift(_) | G::Pole(_) | G::CancelRegister(_) | G::RestoreRegister
+    ) || matches!(code, G::SetData | G::SetWorkOffset | G::ToolOffset)
+}
+
+/// Whether a code goes to a place of the machine, by positions or by none.
+pub(crate) fn to_machine(code: G) -> bool {
+    in_machine(code) || matches!(code, G::Home(_) | G::HomeNamed(_) | G::Retract | G::FixedPoint | G::Swivel)
+}
+
+fn in_machine(code: G) -> bool {
+    matches!(code, G::MachineCoordinates | G::BuilderCoordinates)
+}
+
+/// Whether a code is a cycle or a call of its own.
+fn is_cycle(code: G) -> bool {
+    matches!(code, G::FinishContour | G::RoughContour(_) | G::TurningCycle | G::Thread | G::Groove(_) | G::Profile(_))
+        || matches!(code, G::Lap(_) | G::Removal(_) | G::HoleCycle(_) | G::ModalCycle | G::CallCycle | G::CallCycleAt)
+        || matches!(code, G::Pattern(_) | G::CallMacro | G::ModalMacro)
 }
 
 impl Runner<'_> {
@@ -64,63 +64,63 @@ impl Runner<'_> {
         if !request.pointless.is_empty() {
             self.count_steps(request);
         }
-        let action = self.apply_codes(request);
+        let (action, word) = self.apply_codes(request);
         if !self.state.unit.is_used {
             self.look_for_lengths(request, action);
         }
-        if !matches!(action, Action::CallMacro(_) | Action::ModalMacro(_)) {
+        if !matches!(action, G::CallMacro | G::ModalMacro) {
             self.check_sign(request);
             self.apply_feed_speed_tool(request, action);
         }
-        if action != Action::TurningCycle {
+        if action != G::TurningCycle {
             for (key, value) in request.assignments.drain(..) {
                 self.state.store.set(key, value);
             }
         }
         let turns = self.turn(request, action);
         match action {
-            Action::Motion(in_machine) => {
+            G::Inert | G::MachineCoordinates | G::BuilderCoordinates => {
                 let before = self.path.len();
                 self.plain_corner(request);
-                self.motion(request, in_machine);
+                self.motion(request, in_machine(action));
                 self.ask_corner(request);
                 if self.path.len() > before {
                     self.call_modal_macro();
                 }
                 self.call_cycle(request, self.path.len() > before);
             }
-            Action::DiameterByWord => self.diameter_by_word(request),
-            Action::SetRegister => self.set_register(request),
-            Action::OffsetRegister => self.offset_register(request),
-            Action::Pole(from) => self.set_pole(request, from),
-            Action::Shift(adds) => self.shift(request, adds),
-            Action::CancelRegister(forget) => self.cancel_register(forget),
-            Action::RestoreRegister => self.reframe(|frame| frame.register = frame.set_aside),
-            Action::SetData => self.set_data(request),
-            Action::SetWorkOffset => self.set_work_offset(request),
-            Action::ToolOffset => self.tool_offset(request),
-            Action::Home(number) => self.home(request, usize::from(number)),
-            Action::HomeNamed(number) => self.home_named(request, usize::from(number)),
-            Action::Retract(word) => self.retract(request, word),
-            Action::FixedPoint(word) => self.fixed_point(request, word),
-            Action::Swivel(word) => self.swivel(word),
-            Action::FinishContour(word) => self.finish_contour(request, word),
-            Action::RoughContour(rough, word) => self.rough_contour(request, rough, word),
-            Action::TurningCycle => self.turning_cycle(request),
-            Action::CallMacro(word) => self.call_macro(request, word),
-            Action::ModalMacro(word) => self.set_modal_macro(request, word),
-            Action::Groove(deep, word) => self.groove(request, usize::from(deep), word),
-            Action::EndSpline => self.spline(request, Spline::End),
-            Action::Profile(profile, word) => self.profile_cycle(request, profile, word),
-            Action::Lap(lap, word) => self.lap(request, lap, word),
-            Action::Removal(removal, word) => self.removal(removal, word),
-            Action::HoleCycle(drill, word) => self.cycle_here(drill, word),
-            Action::ModalCycle(word) => self.modal_cycle(word),
-            Action::CallCycle(word) => self.call_defined(word),
-            Action::CallCycleAt(word) => self.call_at(request, word),
-            Action::Pattern(pattern, word) => self.pattern(pattern, word),
-            Action::Thread(word) => self.thread_cycle(request, word),
-            Action::Nothing => {}
+            G::DiameterByWord => self.diameter_by_word(request),
+            G::SetRegister => self.set_register(request),
+            G::OffsetRegister => self.offset_register(request),
+            G::Pole(from) => self.set_pole(request, from),
+            G::Shift(adds) => self.shift(request, adds),
+            G::CancelRegister(forget) => self.cancel_register(forget),
+            G::RestoreRegister => self.reframe(|frame| frame.register = frame.set_aside),
+            G::SetData => self.set_data(request),
+            G::SetWorkOffset => self.set_work_offset(request),
+            G::ToolOffset => self.tool_offset(request),
+            G::Home(number) => self.home(request, usize::from(number)),
+            G::HomeNamed(number) => self.home_named(request, usize::from(number)),
+            G::Retract => self.retract(request, word),
+            G::FixedPoint => self.fixed_point(request, word),
+            G::Swivel => self.swivel(word),
+            G::FinishContour => self.finish_contour(request, word),
+            G::RoughContour(rough) => self.rough_contour(request, rough, word),
+            G::TurningCycle => self.turning_cycle(request),
+            G::CallMacro => self.call_macro(request, word),
+            G::ModalMacro => self.set_modal_macro(request, word),
+            G::Groove(deep) => self.groove(request, usize::from(deep), word),
+            G::EndSpline => self.spline(request, Spline::End),
+            G::Profile(profile) => self.profile_cycle(request, profile, word),
+            G::Lap(lap) => self.lap(request, lap, word),
+            G::Removal(removal) => self.removal(removal, word),
+            G::HoleCycle(drill) => self.cycle_here(drill, word),
+            G::ModalCycle => self.modal_cycle(word),
+            G::CallCycle => self.call_defined(word),
+            G::CallCycleAt => self.call_at(request, word),
+            G::Pattern(pattern) => self.pattern(pattern, word),
+            G::Thread => self.thread_cycle(request, word),
+            _ => {}
         }
         if turns {
             self.state.frame.rotary.settle();
@@ -128,8 +128,8 @@ impl Runner<'_> {
         self.jump(request);
     }
 
-    fn apply_codes(&mut self, request: &Request) -> Action {
-        let mut action = Action::Motion(false);
+    fn apply_codes(&mut self, request: &Request) -> (Action, i32) {
+        let mut action = (G::Inert, INHERITED);
         for (code, word) in request.codes() {
             let code = &if self.names_further_offset(request, *code) { G::ExtendedOffset } else { *code };
             if let G::Compensation(side) | G::CompensationGiven(side) = *code {
@@ -146,7 +146,9 @@ impl Runner<'_> {
                 G::ToolTableOffset(adds) => self.length_offset(request, adds, *word as i32),
                 _ => {}
             }
-            action = self.apply_code(*code, *word as i32).unwrap_or(action);
+            if self.apply_code(*code, *word as i32) {
+                action = (*code, *word as i32);
+            }
         }
         action
     }
@@ -196,7 +198,8 @@ impl Runner<'_> {
         }
     }
 
-    fn apply_code(&mut self, code: G, word: i32) -> Option<Action> {
+    /// Sets the modes of a code; whether it makes something of its block's coordinates.
+    fn apply_code(&mut self, code: G, word: i32) -> bool {
         let modal = &mut self.state.modal;
         match code {
             G::Motion(motion) => modal.motion = motion,
@@ -279,7 +282,7 @@ impl Runner<'_> {
             _ => {}
         }
         let beside_move = code == G::OpaqueMode && self.program.dialect().flow == FlowStyle::Labels; // M128
-        action_of(code, word).filter(|_| !beside_move)
+        acts(code) && !beside_move
     }
 
     /// FN 18: the parameter that it names has no value that the program gives; one that was given for it stays.
@@ -322,7 +325,7 @@ impl Runner<'_> {
     fn names_further_offset(&self, request: &Request, code: G) -> bool {
         let own = |code: G| {
             let timed = matches!(code, G::Dwell | G::Drill(_) | G::DrillAlong(..) | G::Setting(..));
-            timed || action_of(code, 0).is_some_and(|action| action != Action::Motion(true))
+            timed || acts(code) && !in_machine(code)
         };
         let by_p = self.program.dialect().rules.offset_by_p && code == G::WorkOffset(1) && request.any(b"P");
         by_p && request.jump == Jump::None && !request.codes().iter().any(|(code, _)| own(*code))
@@ -390,7 +393,7 @@ impl Runner<'_> {
     }
 
     fn apply_feed_speed_tool(&mut self, request: &Request, action: Action) {
-        if self.is_corner(request) || matches!(action, Action::Nothing | Action::CallCycleAt(_)) {
+        if self.is_corner(request) || is_idle(action) || action == G::CallCycleAt {
         } else if let Some(feed) = request.get(b'F') {
             if std::mem::take(&mut self.state.feed_by_revolution) {
                 self.set_feed_mode(FeedMode::PerMinute);
@@ -405,54 +408,10 @@ impl Runner<'_> {
         }
         match request.get(b'S') {
             // With the position register S is the greatest speed, not the one to run at.
-            Some(limit) if action == Action::SetRegister => self.state.modal.spindle_limit = limit,
+            Some(limit) if action == G::SetRegister => self.state.modal.spindle_limit = limit,
             Some(speed) => self.state.modal.spindle_speed = speed,
             None => {}
         }
         self.apply_tool(request);
-    }
-}
-
-/// What the code makes of its block's coordinates; `None` leaves it to the other codes.
-pub(crate) fn action_of(code: G, word: i32) -> Option<Action> {
-    match code {
-        G::MachineCoordinates | G::BuilderCoordinates => Some(Action::Motion(true)),
-        G::DiameterByWord => Some(Action::DiameterByWord),
-        G::Procedure => Some(Action::Nothing),
-        G::SetRegister => Some(Action::SetRegister),
-        G::OffsetRegister => Some(Action::OffsetRegister),
-        G::Shift(adds) => Some(Action::Shift(adds)),
-        G::Pole(from) => Some(Action::Pole(from)),
-        G::CancelRegister(forget) => Some(Action::CancelRegister(forget)),
-        G::RestoreRegister => Some(Action::RestoreRegister),
-        G::SetData => Some(Action::SetData),
-        G::ToolOffset => Some(Action::ToolOffset),
-        G::SetWorkOffset => Some(Action::SetWorkOffset),
-        G::Home(number) => Some(Action::Home(number)),
-        G::HomeNamed(number) => Some(Action::HomeNamed(number)),
-        G::Retract => Some(Action::Retract(word)),
-        G::FixedPoint => Some(Action::FixedPoint(word)),
-        G::Swivel => Some(Action::Swivel(word)),
-        G::FinishContour => Some(Action::FinishContour(word)),
-        G::RoughContour(rough) => Some(Action::RoughContour(rough, word)),
-        G::TurningCycle => Some(Action::TurningCycle),
-        G::Thread => Some(Action::Thread(word)),
-        G::CallMacro => Some(Action::CallMacro(word)),
-        G::ModalMacro => Some(Action::ModalMacro(word)),
-        G::Groove(deep) => Some(Action::Groove(deep, word)),
-        G::EndSpline => Some(Action::EndSpline),
-        G::Profile(profile) => Some(Action::Profile(profile, word)),
-        G::Lap(lap) => Some(Action::Lap(lap, word)),
-        G::Removal(removal) => Some(Action::Removal(removal, word)),
-        G::HoleCycle(drill) => Some(Action::HoleCycle(drill, word)),
-        G::ModalCycle => Some(Action::ModalCycle(word)),
-        G::CallCycle => Some(Action::CallCycle(word)),
-        G::CallCycleAt => Some(Action::CallCycleAt(word)),
-        G::Pattern(pattern) => Some(Action::Pattern(pattern, word)),
-        G::DefineCycle(_) | G::CycleLine | G::SystemData => Some(Action::Nothing),
-        G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
-        G::Setting(..) | G::ToleranceCycle | G::Preset => Some(Action::Nothing),
-        G::Turn | G::TurnAnew | G::DefineTool => Some(Action::Nothing),
-        _ => None,
     }
 }

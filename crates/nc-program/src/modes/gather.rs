@@ -2,7 +2,7 @@
 
 use crate::dialect::{Dialect, FlowStyle, Name, G, M};
 use crate::finding::{self, Severity};
-use crate::modes::codes::action_of;
+use crate::modes::codes::acts;
 use crate::modes::home::MACHINE_AXIS;
 use crate::modes::request::{Jump, Request};
 use crate::reading::program::{Word, WordKind};
@@ -82,7 +82,7 @@ impl Runner<'_> {
         }
         // U and W are words of cycles, too.
         let is_argument = request.codes().iter().any(|(code, _)| match letter {
-            b'U' | b'W' => action_of(*code, 0).is_some(),
+            b'U' | b'W' => acts(*code),
             MACHINE_AXIS => *code == G::FixedPoint,
             _ => matches!(code, G::CallMacro | G::ModalMacro),
         });

@@ -45,7 +45,7 @@ impl Runner<'_> {
         let is_axis = |letter: u8| letters.has(letter) && request.get(letter).is_some();
         let of_contour = self.draws && self.program.dialect().flow == FlowStyle::OWords;
         let named = ROTARY.into_iter().any(is_axis) || letters.has(BY_INCREMENT) && is_axis(BY_INCREMENT);
-        if !named || of_contour || matches!(action, Action::CallMacro(_) | Action::ModalMacro(_)) {
+        if !named || of_contour || matches!(action, G::CallMacro | G::ModalMacro) {
             return false;
         }
         let before = self.state.frame.rotary.turned;
@@ -54,10 +54,10 @@ impl Runner<'_> {
                 let increment = request.reference(letter).unwrap_or(self.state.modal.incremental);
                 let now = self.state.frame.rotary.angles[index];
                 self.state.frame.rotary.angles[index] = match action {
-                    Action::Motion(false) if increment => now + value,
+                    G::Inert if increment => now + value,
                     // Several axes share the last place: one of them at 0 says nothing of the others.
-                    Action::Motion(_) if letter != b'o' || now == 0.0 => value,
-                    _ if now == 0.0 && value == 0.0 && !matches!(action, Action::Home(_) | Action::HomeNamed(_)) => 0.0,
+                    G::Inert | G::MachineCoordinates | G::BuilderCoordinates if letter != b'o' || now == 0.0 => value,
+                    _ if now == 0.0 && value == 0.0 && !matches!(action, G::Home(_) | G::HomeNamed(_)) => 0.0,
                     _ => f64::NAN,
                 };
             }

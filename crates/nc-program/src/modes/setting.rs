@@ -25,8 +25,7 @@ impl Runner<'_> {
 
     /// CYCLE832: the tolerance, and the kind of machining.
     pub(crate) fn tolerance_cycle(&mut self, word: i32) {
-        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
-        if !found.is_some_and(|word| keeps_frame(self.program.text(word))) {
+        if !self.program.word(word).is_some_and(|word| keeps_frame(self.program.text(word))) {
             self.unfollowed(word);
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::dialect::{Dialect, FlowStyle, G};
 use crate::finding;
-use crate::modes::codes::Action;
+use crate::modes::codes::{is_frame, is_idle, to_machine, Action};
 use crate::modes::modal::FeedMode;
 use crate::modes::request::Request;
 use crate::run::Runner;
@@ -92,25 +92,15 @@ impl Runner<'_> {
     pub(crate) fn look_for_lengths(&mut self, request: &Request, action: Action) {
         let length = |letter: &&u8| request.get(**letter).is_some_and(|value| value != 0.0);
         let first = LENGTHS.iter().find(length).map(|letter| request.word(*letter));
-        let to_machine = matches!(action, Action::Motion(true) | Action::Home(_) | Action::HomeNamed(_));
         // The values of a fixed point's axes mean nothing.
-        let fixed = matches!(action, Action::FixedPoint(_) | Action::Retract(_) | Action::Swivel(_));
-        self.state.unit.is_idle = fixed || to_machine && first.is_none();
-        let sets_frame = matches!(
-            action,
-            Action::SetRegister
-                | Action::OffsetRegister
-                | Action::Shift(_)
-                | Action::SetData
-                | Action::SetWorkOffset
-                | Action::ToolOffset
-                | Action::Pole(_)
-        );
+        let fixed = matches!(action, G::FixedPoint | G::Retract | G::Swivel);
+        self.state.unit.is_idle = fixed || to_machine(action) && first.is_none();
+        let sets_frame = is_frame(action) && !matches!(action, G::CancelRegister(_) | G::RestoreRegister);
         let lengthens = request.codes().iter().any(|(code, _)| matches!(code, G::ToolTableOffset(_)));
         if let Some(word) = first.filter(|_| sets_frame || lengthens) {
             return self.use_unit(word);
         }
-        let feeds = self.state.modal.feed_mode != FeedMode::InverseTime && action != Action::Nothing;
+        let feeds = self.state.modal.feed_mode != FeedMode::InverseTime && !is_idle(action);
         if feeds && length(&&b'F') {
             self.use_unit(request.word(b'F'));
         }

@@ -148,13 +148,19 @@ pub(crate) fn lower(text: &[u8]) -> String {
     text.iter().map(|byte| char::from(byte.to_ascii_lowercase())).collect()
 }
 
-/// The name of the program that a word calls; of an OSP with all that stands behind it.
-pub(crate) fn called(program: &Program, word: &Word) -> String {
-    let text = program.text(word);
-    if word.kind == WordKind::Name {
-        return lower(text.get("CALL".len()..).unwrap_or(&[]).trim_ascii());
+/// The name of the program that a word calls, and how often: of an OSP by Q, `CALL OSLOT Q3`. `None` where arguments stand
+/// behind it.
+pub(crate) fn called(program: &Program, word: &Word) -> (String, Option<u64>) {
+    let text = lower(program.text(word));
+    if word.kind != WordKind::Name {
+        return (
+            text.split(|byte| !u8::try_from(byte).is_ok_and(names::is_name)).next().unwrap_or("").to_owned(),
+            Some(1),
+        );
     }
-    lower(text.get(..names::skip(text, 0, names::is_name)).unwrap_or(&[]))
+    let mut parts = text.get("call".len()..).unwrap_or("").split_ascii_whitespace();
+    let (name, repeats, more) = (parts.next().unwrap_or(""), parts.next().unwrap_or("q1"), parts.next());
+    (name.to_owned(), repeats.strip_prefix('q').filter(|_| more.is_none()).and_then(|times| times.parse().ok()))
 }
 
 /// `LBL 5`, `LBL "POCKET"`: the label of a block.

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::finding::{self, Finding, Severity};
+use crate::reading::names;
 use crate::reading::program::{Program, WordKind};
 use crate::run::Runner;
 
@@ -27,16 +28,7 @@ pub(crate) fn begins(source: &[u8], at: usize) -> bool {
 
 /// One past a keyword and the white space after it, where the text has it at `at`.
 fn after(source: &[u8], at: usize, keyword: &[u8]) -> Option<usize> {
-    let at = skip_space(source, at);
-    let end = at + keyword.len();
-    source.get(at..end)?.eq_ignore_ascii_case(keyword).then(|| skip_space(source, end))
-}
-
-fn skip_space(source: &[u8], mut at: usize) -> usize {
-    while matches!(source.get(at), Some(b' ' | b'\t')) {
-        at += 1;
-    }
-    at
+    names::after(source, at, keyword).map(|end| names::skip_blank(source, end))
 }
 
 /// The macro statements of a program, and which block ends or starts which loop.

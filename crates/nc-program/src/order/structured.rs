@@ -4,7 +4,7 @@ use crate::finding::{self, Severity};
 use crate::modes::request::Request;
 use crate::order::flow::{Flow, Statement};
 use crate::order::labels::{called, Direction};
-use crate::reading::names::{self, Name};
+use crate::reading::names::{self, after, Name};
 use crate::reading::program::{Program, Word};
 use crate::run::Runner;
 use crate::values::parameters::Key;
@@ -36,13 +36,6 @@ pub(crate) fn parse(program: &Program, word: &Word) -> Option<Statement> {
 /// Where a word stands in a text, in either case.
 fn position(text: &[u8], word: &[u8]) -> Option<usize> {
     text.windows(word.len()).position(|window| window.eq_ignore_ascii_case(word))
-}
-
-/// One past a word that stands at a byte after white space.
-fn after(source: &[u8], at: usize, word: &[u8]) -> Option<usize> {
-    let at = names::skip(source, at, |byte| matches!(byte, b' ' | b'\t'));
-    let end = at + word.len();
-    source.get(at..end)?.eq_ignore_ascii_case(word).then_some(end)
 }
 
 impl Runner<'_> {
@@ -134,7 +127,7 @@ impl Runner<'_> {
             if let Some(otherwise) = after(source, at, b"DEFAULT") {
                 return self.jump_from(otherwise, next);
             }
-            let start = names::skip(source, at, |byte| matches!(byte, b' ' | b'\t'));
+            let start = names::skip_blank(source, at);
             if start >= line_end {
                 return next;
             }
@@ -143,7 +136,7 @@ impl Runner<'_> {
                 return self.jump_from(behind, next);
             }
             let jump = JUMPS.iter().find_map(|(word, _)| after(source, behind, word)).unwrap_or(behind);
-            let label = names::skip(source, jump, |byte| matches!(byte, b' ' | b'\t'));
+            let label = names::skip_blank(source, jump);
             at = names::skip(source, label, names::is_name).max(start + 1);
         }
     }
@@ -156,7 +149,7 @@ impl Runner<'_> {
             self.refuse(finding::FLOW, at, "a condition without a jump".into(), "write IF R1>0 GOTOF END");
             return next;
         };
-        let target = names::skip(source, target, |byte| matches!(byte, b' ' | b'\t'));
+        let target = names::skip_blank(source, target);
         let end = names::skip(source, target, names::is_name);
         let label = source.get(target..end).unwrap_or(&[]);
         match self.labels().target(label, self.block, direction) {
@@ -172,7 +165,7 @@ impl Runner<'_> {
     /// `DEF REAL A=5, B`: what is given no value is zero.
     fn declare(&mut self, at: usize) {
         let source = self.program.source();
-        let space = |at: usize| names::skip(source, at, |byte| matches!(byte, b' ' | b'\t'));
+        let space = |at: usize| names::skip_blank(source, at);
         let mut at = space(names::name_end(source, space(at)).unwrap_or(at));
         while let Some(end) = names::name_end(source, at) {
             let key = Key::named(source.get(at..end).unwrap_or(&[]));
@@ -190,16 +183,23 @@ impl Runner<'_> {
         }
     }
 
-    /// Runs the program that a word names, P times; one that is not in the file is said.
+    /// Runs the program that a word names, P times, of an OSP Q times; one that is not in the file is said.
     pub(crate) fn call_named(&mut self, word: usize, request: &Request) {
         let Some(found) = self.program.words().get(word) else { return };
-        let name = called(self.program, found);
-        let Some(start) = self.labels().named_program(&name) else {
-            let message = format!("program {} is not in this file", name.to_ascii_uppercase());
-            let hint = "put it into the program's own file: what it does is not in the path";
-            return self.report(Severity::Note, finding::OPAQUE, found.start as usize, message, hint);
+        let (name, repeats) = called(self.program, found);
+        let (message, hint) = match (self.labels().named_program(&name), repeats) {
+            (Some(start), Some(repeats)) => {
+                let times = request.get(b'P').map_or(repeats, |times| times.round().max(0.0) as u64);
+                return self.visit(start, times);
+            }
+            (Some(_), None) => {
+                ("a call with arguments is not followed".to_owned(), "write what it runs into its place")
+            }
+            (None, _) => (
+                format!("program {} is not in this file", name.to_ascii_uppercase()),
+                "put it into the program's own file: what it does is not in the path",
+            ),
         };
-        let times = request.get(b'P').map_or(1, |times| times.round().max(0.0) as u64);
-        self.visit(start, times);
+        self.report(Severity::Note, finding::OPAQUE, found.start as usize, message, hint);
     }
 }

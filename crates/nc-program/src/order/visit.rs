@@ -149,9 +149,7 @@ impl Runner<'_> {
 
     /// PROC with SAVE: the caller's modes and shift come back when the program ends.
     pub(crate) fn enter_procedure(&mut self, word: i32) {
-        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
-        let text = found.map_or(&[][..], |word| self.program.text(word));
-        let saves = text.split(|byte| !is_name(*byte)).any(|name| name.eq_ignore_ascii_case(b"SAVE"));
+        let saves = self.whole_text(word).as_bytes().split(|byte| !is_name(*byte)).any(|name| name == b"SAVE");
         let (modal, register, fine) = (self.state.modal, self.state.frame.register, self.state.frame.fine);
         if let Some(Visit::Program { saved, .. }) = self.visits.last_mut().filter(|_| saves) {
             *saved = saved.or(Some(Saved { modal, register, fine }));

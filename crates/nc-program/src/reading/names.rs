@@ -117,6 +117,18 @@ pub(crate) fn skip(source: &[u8], at: usize, such: impl Fn(u8) -> bool) -> usize
     at + source.iter().skip(at).take_while(|byte| such(**byte)).count()
 }
 
+/// One past the white space of a line.
+pub(crate) fn skip_blank(source: &[u8], at: usize) -> usize {
+    skip(source, at, |byte| matches!(byte, b' ' | b'\t'))
+}
+
+/// One past a word that stands at a byte after white space, in either case.
+pub(crate) fn after(source: &[u8], at: usize, word: &[u8]) -> Option<usize> {
+    let at = skip_blank(source, at);
+    let end = at + word.len();
+    source.get(at..end)?.eq_ignore_ascii_case(word).then_some(end)
+}
+
 /// One past the name that starts at a byte: a letter, `_` or `$`, then letters, digits, `_`.
 pub(crate) fn name_end(source: &[u8], at: usize) -> Option<usize> {
     is_start(*source.get(at)?).then(|| skip(source, at + 1, is_name))

@@ -114,6 +114,11 @@ impl Program {
         &self.words
     }
 
+    /// The word of that index; `None` below zero, where no word set a thing.
+    pub fn word(&self, index: i32) -> Option<&Word> {
+        usize::try_from(index).ok().and_then(|index| self.words.get(index))
+    }
+
     /// Range of indices of a block's words.
     pub fn word_range(&self, block: usize) -> std::ops::Range<usize> {
         let total = self.words.len();

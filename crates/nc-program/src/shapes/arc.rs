@@ -52,6 +52,13 @@ pub fn with_radius(start: Point, end: Point, radius: f64, clockwise: bool, slack
     about(start, end, centre, clockwise)
 }
 
+/// The centre of the circle through three points, and twice the area of their triangle, positive where they turn left.
+pub fn through(a: Point, b: Point, c: Point) -> (Point, f64) {
+    let (b, c) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+    let (area, bb, cc) = (b[0] * c[1] - b[1] * c[0], b[0] * b[0] + b[1] * b[1], c[0] * c[0] + c[1] * c[1]);
+    ([a[0] + (c[1] * bb - b[1] * cc) / (2.0 * area), a[1] + (b[0] * cc - c[0] * bb) / (2.0 * area)], area)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{about, with_radius};

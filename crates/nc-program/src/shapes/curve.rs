@@ -220,12 +220,8 @@ impl Runner<'_> {
 
 /// The circle through three points, turning so that the second is on the way.
 fn circle_through(from: Point, middle: Point, to: Point) -> Option<Circle> {
-    let (a, b) = ([middle[0] - from[0], middle[1] - from[1]], [to[0] - from[0], to[1] - from[1]]);
-    let twice = 2.0 * (a[0] * b[1] - a[1] * b[0]);
-    let (aa, bb) = (a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]);
-    if twice.abs() <= 1e-12 * aa.max(bb) {
-        return None;
-    }
-    let centre = [from[0] + (b[1] * aa - a[1] * bb) / twice, from[1] + (a[0] * bb - b[0] * aa) / twice];
-    arc::about(from, to, centre, twice < 0.0)
+    let square = |point: Point| (point[0] - from[0]).powi(2) + (point[1] - from[1]).powi(2);
+    let (centre, area) = arc::through(from, middle, to);
+    let flat = 2.0 * area.abs() <= 1e-12 * square(middle).max(square(to));
+    arc::about(from, to, centre, area < 0.0).filter(|_| !flat)
 }

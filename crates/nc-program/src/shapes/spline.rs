@@ -1,5 +1,6 @@
 //! Splines of LinuxCNC (G5, G5.1, G5.2): rational B-splines, as the chords that its interpreter hands on for each.
 
+use crate::compensation::offset::plus;
 use crate::finding;
 use crate::modes::modal::Plane;
 use crate::modes::request::Request;
@@ -108,7 +109,7 @@ impl Runner<'_> {
         }
         let ahead = own.or(self.state.spline.ahead).ok_or("the first one wants I and J")?;
         let back = self.offset_by(request, *b"PQ").ok_or("write P and Q: from the end to the point before it")?;
-        let points = [start, plus(start, ahead), plus(end, back), end].map(|point| (point, 1.0));
+        let points = [start, plus(start, ahead, 1.0), plus(end, back, 1.0), end].map(|point| (point, 1.0));
         self.emit_chords(&points, points.len());
         self.state.spline.ahead = Some(back.map(|part| -part));
         Ok(())
@@ -117,7 +118,7 @@ impl Runner<'_> {
     fn quadratic(&mut self, request: &Request) -> Result<(), &'static str> {
         let [start, end] = self.here_and_end(request);
         let ahead = self.offset_by(request, *b"IJ").ok_or("write I and J: from the start to the point between")?;
-        let points = [start, plus(start, ahead), end].map(|point| (point, 1.0));
+        let points = [start, plus(start, ahead, 1.0), end].map(|point| (point, 1.0));
         self.emit_chords(&points, points.len());
         Ok(())
     }
@@ -157,8 +158,4 @@ impl Runner<'_> {
             self.emit(MoveKind::Line, [x, y, z], [INHERITED; 3]);
         }
     }
-}
-
-fn plus(a: Point, b: Point) -> Point {
-    [a[0] + b[0], a[1] + b[1]]
 }

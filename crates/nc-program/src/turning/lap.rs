@@ -152,7 +152,8 @@ impl Runner<'_> {
         (0..words.len()).filter(finishes).any(|at| self.lap_contour(at as i32).is_some_and(|(_, own)| own == blocks))
     }
 
-    fn not_roughed(&mut self, word: i32, why: &str) {
+    /// Says of a roughing cycle why its passes are left out.
+    pub(crate) fn not_roughed(&mut self, word: i32, why: &str) {
         let message = format!("{}: its roughing passes are not in the path: {why}", self.word_text(word));
         let hint = "the path goes on without them; write them out to have them";
         self.warn(finding::OPAQUE, self.word_start(word), message, hint);

@@ -133,11 +133,7 @@ impl Runner<'_> {
                 self.state.modal = before;
                 self.note_opaque(word, "its allowances are taken as radii, its infeeds as equal ones");
             }
-            Err(why) => {
-                let message = format!("{}: its roughing passes are not in the path: {why}", self.word_text(word));
-                let hint = "the path goes on without them; write them out to have them";
-                self.warn(finding::OPAQUE, self.word_start(word), message, hint);
-            }
+            Err(why) => self.not_roughed(word, why),
         }
     }
 
@@ -227,7 +223,7 @@ impl Runner<'_> {
                     Some(Name::Function(function)) => ends(Some(function)),
                     _ => false,
                 },
-                (WordKind::Call, _) => called(self.program, word) == "ret",
+                (WordKind::Call, _) => called(self.program, word).0 == "ret",
                 _ => false,
             })
     }

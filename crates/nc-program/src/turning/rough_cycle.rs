@@ -1,7 +1,6 @@
 //! Roughing cycles of Fanuc and Haas lathes (G71 to G73): what their words say, and their moves.
 
 use crate::compensation::offset::minus;
-use crate::finding;
 use crate::modes::modal::{Compensation, Modal};
 use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
@@ -54,9 +53,7 @@ impl Runner<'_> {
             _ => self.rough_cuts(request, rough, &contour, (word, blocks.0)),
         });
         if let Err(why) = made {
-            let message = format!("{}: its roughing passes are not in the path: {why}", self.word_text(word));
-            let hint = "the path goes on without them; write them out to have them";
-            self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+            self.not_roughed(word, why);
         }
     }
 

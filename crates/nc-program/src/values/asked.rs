@@ -171,7 +171,8 @@ impl Runner<'_> {
 
     /// Whether a number is written with a decimal point, or computed.
     pub(crate) fn has_point(&self, word: i32) -> bool {
-        let found = usize::try_from(word).ok().and_then(|word| self.program.words().get(word));
-        found.is_some_and(|word| self.program.text(word).iter().any(|byte| matches!(byte, b'.' | b'#' | b'[')))
+        self.program
+            .word(word)
+            .is_some_and(|word| self.program.text(word).iter().any(|byte| matches!(byte, b'.' | b'#' | b'[')))
     }
 }

@@ -36,14 +36,28 @@ def apply_edits(program: Program, edits: Iterable[Edit]) -> bytes:
 
     Raises NC-EDIT when two edits overlap or one lies outside the source.
     """
-    source, pieces, done = program.source, [], 0
-    for edit in sorted(edits, key=lambda edit: (edit.start, edit.end)):
+    source, done = program.source, 0
+    ordered = in_order(edits)
+    for edit in ordered:
         if not done <= edit.start <= edit.end <= len(source):
             raise Code.NC_EDIT.refusal(
                 f"the edit of bytes {edit.start} to {edit.end} overlaps another or lies outside the program",
                 hint="edit each word once",
                 place=program.place(min(edit.start, len(source))),
             )
+        done = edit.end
+    return spliced(source, ordered)
+
+
+def in_order(edits: Iterable[Edit]) -> list[Edit]:
+    """Returns edits by their places; insertions at one place as they are given."""
+    return sorted(edits, key=lambda edit: (edit.start, edit.end))
+
+
+def spliced(source: bytes, edits: Iterable[Edit]) -> bytes:
+    """Returns bytes with edits made that do not overlap."""
+    pieces, done = [], 0
+    for edit in in_order(edits):
         pieces += [source[done : edit.start], edit.text.encode("latin-1")]
         done = edit.end
     return b"".join([*pieces, source[done:]])

@@ -48,6 +48,11 @@ class CoordinateState:
         return unit / 2 if letter == "X" and self.diameter else unit
 
 
+def _of_state(name: str) -> "cached_property[NDArray[Any]]":
+    """Returns the property of a path that gives, of each move, that column of its states, (n,)."""
+    return cached_property(lambda path: path.states[name][path.state])
+
+
 @dataclass(frozen=True, eq=False)
 class ToolPath:
     """The moves of a program, one an index (n of them).
@@ -100,92 +105,42 @@ class ToolPath:
         """Returns whether each move is a rapid move."""
         return np.equal(self.motion, Motion.RAPID)
 
-    @cached_property
-    def plane(self) -> Integers:
-        """Returns the plane of arcs: 17 (XY), 18 (ZX), 19 (YZ)."""
-        return self._of_state("plane")
-
-    @cached_property
-    def inch(self) -> Flags:
-        """Returns whether the program unit is the inch."""
-        return self._of_state("inch")
-
-    @cached_property
-    def diameter(self) -> Flags:
-        """Returns whether X words are diameters."""
-        return self._of_state("diameter")
-
-    @cached_property
-    def incremental(self) -> Flags:
-        """Returns whether coordinates are increments."""
-        return self._of_state("incremental")
-
-    @cached_property
-    def feed(self) -> Array:
-        """Returns the feed in the unit of `feed_mode`: mm/min (94), mm/rev (95), 1/min (93); NaN before the first F."""
-        return self._of_state("feed")
-
-    @cached_property
-    def feed_mode(self) -> Integers:
-        """Returns the feed mode: 93 inverse time, 94 mm/min, 95 mm/rev."""
-        return self._of_state("feed_mode")
-
-    @cached_property
-    def spindle_mode(self) -> Integers:
-        """Returns the spindle mode: 96 constant surface speed, 97 revolutions per minute."""
-        return self._of_state("spindle_mode")
-
-    @cached_property
-    def spindle_speed(self) -> Array:
-        """Returns the S word as programmed, NaN before the first."""
-        return self._of_state("spindle_speed")
-
-    @cached_property
-    def spindle_limit(self) -> Array:
-        """Returns the greatest speed under constant surface speed, 1/min, where programmed (G50 S, G92 S); else NaN."""
-        return self._of_state("spindle_limit")
-
-    @cached_property
-    def tool(self) -> Integers:
-        """Returns the T word as programmed, −1 before the first."""
-        return self._of_state("tool")
-
-    @cached_property
-    def tool_offset(self) -> Integers:
-        """Returns the number by which the tool offset in force was called: 13 of T0313, that of H, that of the tool; of
-        a Sinumerik's T3 D2 3002. 0 for none, −1 where the block gave the offset itself.
-        """
-        return self._of_state("tool_offset")
-
-    @cached_property
-    def compensation(self) -> Integers:
-        """Returns the cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
-        return self._of_state("compensation")
-
-    @cached_property
-    def work_offset(self) -> Integers:
-        """Returns the work offset in force, from 1 (G54)."""
-        return self._of_state("work_offset")
-
-    @cached_property
-    def origin_mm(self) -> Array:
-        """Returns machine less program position, (n, 3): work offset, G52, G92 or TRANS, and tool offset."""
-        return self._of_state("origin_mm")
-
-    @cached_property
-    def register_mm(self) -> Array:
-        """Returns the part of `origin_mm` that G52, G92 or TRANS made, (n, 3)."""
-        return self._of_state("register_mm")
-
-    @cached_property
-    def renamed(self) -> Integers:
-        """Returns how often another tool, tool offset or work offset came into force for X, Y, Z, (n, 3)."""
-        return self._of_state("renamed")
-
-    @cached_property
-    def turned(self) -> Integers:
-        """Returns the letter (as its code, 0 for none) of a rotary axis away from 0 or at an unknown position."""
-        return self._of_state("turned")
+    plane = _of_state("plane")
+    """The plane of arcs: 17 (XY), 18 (ZX), 19 (YZ)."""
+    inch = _of_state("inch")
+    """Whether the program unit is the inch."""
+    diameter = _of_state("diameter")
+    """Whether X words are diameters."""
+    incremental = _of_state("incremental")
+    """Whether coordinates are increments."""
+    feed = _of_state("feed")
+    """The feed in the unit of `feed_mode`: mm/min (94), mm/rev (95), 1/min (93); NaN before the first F."""
+    feed_mode = _of_state("feed_mode")
+    """The feed mode: 93 inverse time, 94 mm/min, 95 mm/rev."""
+    spindle_mode = _of_state("spindle_mode")
+    """The spindle mode: 96 constant surface speed, 97 revolutions per minute."""
+    spindle_speed = _of_state("spindle_speed")
+    """The S word as programmed, NaN before the first."""
+    spindle_limit = _of_state("spindle_limit")
+    """The greatest speed under constant surface speed, 1/min, where programmed (G50 S, G92 S); else NaN."""
+    tool = _of_state("tool")
+    """The T word as programmed, −1 before the first."""
+    tool_offset = _of_state("tool_offset")
+    """The number by which the tool offset in force was called: 13 of T0313, that of H, that of the tool; of a
+    Sinumerik's T3 D2 3002. 0 for none, −1 where the block gave the offset itself.
+    """
+    compensation = _of_state("compensation")
+    """The cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
+    work_offset = _of_state("work_offset")
+    """The work offset in force, from 1 (G54)."""
+    origin_mm = _of_state("origin_mm")
+    """Machine less program position, (n, 3): work offset, G52, G92 or TRANS, and tool offset."""
+    register_mm = _of_state("register_mm")
+    """The part of `origin_mm` that G52, G92 or TRANS made, (n, 3)."""
+    renamed = _of_state("renamed")
+    """How often another tool, tool offset or work offset came into force for X, Y, Z, (n, 3)."""
+    turned = _of_state("turned")
+    """The letter (as its code, 0 for none) of a rotary axis away from 0 or at an unknown position."""
 
     def call_stack(self, move: int) -> tuple[int, ...]:
         """Lines of the calls in which that move is made, from 1, the outermost first."""
@@ -203,9 +158,6 @@ class ToolPath:
         return CoordinateState(
             bool(columns["inch"][state]), bool(columns["diameter"][state]), bool(columns["incremental"][state])
         )
-
-    def _of_state(self, name: str) -> NDArray[Any]:
-        return self.states[name][self.state]
 
 
 CSV_HEADER = (
