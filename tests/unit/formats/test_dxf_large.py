@@ -5,13 +5,18 @@ import time
 from itertools import pairwise
 from pathlib import Path
 
+import ezdxf.filemanagement
 import pytest
 
+from tests.support.refusals import refused
+from trueloop.errors import Code
+from trueloop.formats.cad import dxf_entities
 from trueloop.formats.cad.dxf import read_dxf
 
 XY = tuple[float, float]
 LIMIT_S = 10.0
 """Seconds of the processor: ten times what is needed."""
+SHAFT = [*pairwise([(0.0, 0.0), (0.0, 8.0), (30.0, 8.0), (30.0, 0.0)])]
 
 
 def drawn(path: Path, lines: list[tuple[XY, XY]], axis: bool) -> Path:
@@ -35,7 +40,7 @@ def ring() -> list[tuple[XY, XY]]:
 def hatching() -> list[tuple[XY, XY]]:
     """12,000 lines of one length, one above the other, and a shaft."""
     level = [((0.0, 100.0 + 3 * k), (30.0, 100.0 + 3 * k)) for k in range(12_000)]
-    return [*level, *pairwise([(0.0, 0.0), (0.0, 8.0), (30.0, 8.0), (30.0, 0.0)])]
+    return [*level, *SHAFT]
 
 
 @pytest.mark.parametrize(("lines", "axis", "greatest_mm"), [(ring(), True, 16.0), (hatching(), False, 8.0)])
@@ -46,3 +51,34 @@ def test_thousands_of_lines(lines: list[tuple[XY, XY]], axis: bool, greatest_mm:
     seconds = time.process_time() - began
     assert seconds < LIMIT_S
     assert max(feature.start_mm[0] for feature in read.features) == pytest.approx(greatest_mm, abs=1e-3)
+
+
+def test_thousands_of_centre_lines_are_not_all_axes(tmp_path: Path) -> None:
+    path = drawn(tmp_path / "part.dxf", SHAFT, axis=True)
+    short = "".join(f"0\nLINE\n8\nachse\n10\n{2 * k}\n20\n{-5 - k % 3}\n11\n{2 * k}\n21\n20\n" for k in range(3000))
+    head, tail = path.read_text("ascii").rsplit("0\nENDSEC", 1)
+    path.write_text(f"{head}{short}0\nENDSEC{tail}", "ascii")
+    began = time.process_time()
+    read = read_dxf(path)
+    seconds = time.process_time() - began
+    assert seconds < LIMIT_S
+    assert [feature.name for feature in read.features] == ["face-1", "cylinder-1", "face-2"]
+    assert "2901 shorter centre lines were left out." in read.notes
+
+
+def test_blocks_within_blocks_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten in each of eight, one within the other, are 10⁷ lines in a small file."""
+    monkeypatch.setattr(dxf_entities, "MOST_ENTITIES", 1000)
+    document = ezdxf.filemanagement.new("R2010", units=4)
+    document.blocks.new("0").add_line((0, 1), (2, 3))
+    for k in range(1, 8):
+        block = document.blocks.new(str(k))
+        for j in range(10):
+            block.add_blockref(str(k - 1), (j, 0))
+    document.modelspace().add_blockref("7", (0, 0))
+    document.saveas(tmp_path / "bomb.dxf")
+    began = time.process_time()
+    refusal = refused(read_dxf, tmp_path / "bomb.dxf")
+    seconds = time.process_time() - began
+    assert seconds < LIMIT_S
+    assert refusal.code is Code.GEO_DXF and "more than 1000 entities" in refusal.message

@@ -4,11 +4,13 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.formats.cad.box_index import TooDenseError
 from trueloop.formats.cad.dxf_document import Drawn, drawn
 from trueloop.formats.cad.dxf_edges import Edges
 from trueloop.geometry.curve_kinds import b_spline
@@ -24,6 +26,7 @@ MOST_MM: Final = 1e9
 READ: Final = {"LINE", "ARC", "LWPOLYLINE", "POLYLINE", "SPLINE", "ELLIPSE"}
 DEEPEST: Final = 8
 """Blocks within blocks are read so deep."""
+MOST_ENTITIES: Final = 150_000
 NOT_PLOTTED: Final = "defpoints"
 """The layer on which CAD systems keep what belongs to dimensions."""
 CENTRE: Final = ("center", "centre", "dashdot", "chain", "iso10", "iso04", "acad_iso10", "acad_iso04", "mitte", "achse")
@@ -144,14 +147,25 @@ def _meet(a: CentreLine, b: CentreLine) -> bool:
     return gap <= min(a.length_mm, b.length_mm)
 
 
-def unfolded(entities: Iterable[Drawn], deep: int = 0) -> Iterator[Drawn]:
-    """Yields the entities, those of blocks in place of the block, on its layer where theirs is 0."""
+def unfolded(entities: Iterable[Drawn]) -> list[Drawn]:
+    """Returns the entities, those of blocks in place of the block, on its layer where theirs is 0.
+
+    Raises TooDenseError: ten blocks within ten within ten… are a small file.
+    """
+    found = list(islice(_unfolded(entities, 0), MOST_ENTITIES + 1))
+    if len(found) > MOST_ENTITIES:
+        raise TooDenseError(f"more than {MOST_ENTITIES} entities, those of blocks included")
+    return found
+
+
+def _unfolded(entities: Iterable[Drawn], deep: int) -> Iterator[Drawn]:
     for one in entities:
         if one.kind != "INSERT" or deep >= DEEPEST:
             yield one
             continue
         parts = map(drawn, one.entity.virtual_entities())
-        yield from unfolded([part._replace(layer=one.layer) if part.layer == "0" else part for part in parts], deep + 1)
+        own = (part._replace(layer=one.layer) if part.layer == "0" else part for part in parts)
+        yield from _unfolded(own, deep + 1)
 
 
 def edges_of(entities: Iterable[Drawn], mm_per_unit: float) -> Edges:

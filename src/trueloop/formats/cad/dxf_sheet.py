@@ -36,6 +36,8 @@ FLAT: Final = 0.01
 """Outlines of hatched areas are taken as straight between places so near to them, in drawing units."""
 AT_ONCE: Final = 2_000_000
 """Places by sides of a hatched area that are looked at together."""
+MOST_AXES: Final = 100
+"""So many centre lines, the longest, are looked at as axes; a sheet has a dozen."""
 MOST_ALIKE: Final = 300
 """More level lines one above the other are a hatching drawn in lines, and tell of no axis."""
 AT_ZERO: Final = CentreLine(False, 0.0, -np.inf, np.inf, "y = 0")
@@ -57,7 +59,7 @@ def read_sheet(document: Document, mm_per_unit: float, layer: str | None = None,
     """Reads the model space, on one layer or on all; with `hidden` its hidden edges as if they were visible."""
     wanted = None if layer is None else layer.casefold()
     meanings = Meanings(document.drawing)
-    everything = list(unfolded(document.entities))
+    everything = unfolded(document.entities)
     entities = everything if wanted is None else [one for one in everything if one.layer.casefold() == wanted]
     drawn = [one for one in entities if meanings.is_edge(one) or (hidden and meanings.is_hidden_edge(one))]
     edges = edges_of(drawn, mm_per_unit)
@@ -76,9 +78,11 @@ def _views(edges: Edges, axes: Sequence[CentreLine], hatched: Hatched) -> tuple[
     """
     within = CHAIN_WITHIN_MM
     if axes:
-        views, notes = chosen_views([view_about(axis, edges, hatched, within) for axis in axes], within)
+        longest = sorted(axes, key=lambda axis: -axis.length_mm)[:MOST_AXES]
+        views, notes = chosen_views([view_about(axis, edges, hatched, within) for axis in longest], within)
         kept = [view.axis for view in views]
-        return [view_about(axis, _nearest(edges, axis, kept), hatched, within) for axis in kept], notes
+        left_out = [f"{len(axes) - MOST_AXES} shorter centre lines were left out."] * (len(axes) > MOST_AXES)
+        return [view_about(axis, _nearest(edges, axis, kept), hatched, within) for axis in kept], [*left_out, *notes]
     at_zero = view_about(AT_ZERO, edges, hatched, within)
     mirror, heights = _mirror_of(edges), np.concatenate([edges.start_mm[:, 0], edges.end_mm[:, 0]])
     if mirror is None or heights.min() * heights.max() <= 0:
