@@ -9,7 +9,8 @@ import pytest
 
 from tests.support.correction import example_correction
 from trueloop.geometry.profile import Profile
-from trueloop.report.turned.touch_table import TouchRow, touch_rows, touches_csv, touches_table
+from trueloop.report.turned.shapes import TouchShape
+from trueloop.report.turned.touch_table import touch_rows, touches_csv, touches_table
 from trueloop.turned.error_curve.bad_touches import SuspectTouch
 
 MODBAS2 = example_correction("modbas2")
@@ -18,9 +19,9 @@ MODBAS2 = example_correction("modbas2")
 def test_the_csv_holds_every_touch_with_its_unit_in_the_name() -> None:
     rows = list(csv.DictReader(io.StringIO(touches_csv(MODBAS2))))
     assert len(rows) == 32
-    assert tuple(rows[0]) == TouchRow._fields
+    assert tuple(rows[0]) == tuple(TouchShape.model_fields)
     without_unit = ("feature", "point", "weight", "probability_bad")
-    assert all(name in without_unit or name.endswith(("_mm", "_um")) for name in TouchRow._fields)
+    assert all(name in without_unit or name.endswith(("_mm", "_um")) for name in TouchShape.model_fields)
 
 
 def test_a_row_says_what_table_1_says() -> None:

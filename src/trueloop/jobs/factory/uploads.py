@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
+from pydantic import Field
 from sqlalchemy import delete, insert, select
 
 from trueloop.domain.codec import Codec
@@ -42,17 +43,16 @@ TABLES: Final = (".csv", ".tsv", ".xlsx", ".xlsm")
 
 
 @dataclass(frozen=True)
-class Asked:
-    """How a file is to be read, as a person says it; None and "": as the file says.
-
-    `order`: whose job's part the values are matched with. `mapping_toml`: what a table's columns mean.
-    """
+class ReadAs:
+    """How a file is to be read, where it does not say so itself."""
 
     kind: Kind | None = None
     dialect: str | None = None
     unit: Unit | None = None
     order: str = ""
-    mapping_toml: str = ""
+    """The order of the job whose part the values are matched with."""
+    mapping_toml: Annotated[str, Field(max_length=100_000)] = ""
+    """The meaning of a table's columns."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Handed:
     path: str
     name: str
     sha256: str
-    asked: Asked = field(default_factory=Asked)
+    asked: ReadAs = field(default_factory=ReadAs)
     order: WorkOrder | None = None
     programs: Mapping[str, bytes] = field(default_factory=dict)
 
@@ -161,7 +161,7 @@ READINGS: Final[Mapping[str, Callable[[Handed], Any]]] = {
 }
 """The ways to read a file, by name."""
 CODEC: Final[Codec] = STORED.with_more(
-    *(Handed, Asked, Inspected, UploadView, views.ProgramRead, views.MeasurementRead, views.InspectionRead),
+    *(Handed, ReadAs, Inspected, UploadView, views.ProgramRead, views.MeasurementRead, views.InspectionRead),
     *(views.ValueRead, views.DrawingRead, views.Remarked),
 )
 """Questions to a process that reads files, and its answers."""
@@ -288,7 +288,7 @@ def upload_of(store: Store, sha256: str, by: str) -> Upload:
 
 
 @contextmanager
-def handed(store: Store, upload: Upload, asked: Asked) -> Iterator[Handed]:
+def handed(store: Store, upload: Upload, asked: ReadAs) -> Iterator[Handed]:
     """Yields the file in a temporary folder of its own, with what the store knows of the order that is requested.
 
     Its name there has letters, digits and `._-`, and the end of its own. Raises FAC-UNKNOWN.

@@ -29,7 +29,6 @@ from trueloop.report.turned.shapes import (
     ProgramShape,
     SourceShape,
     SuspectShape,
-    TouchShape,
 )
 from trueloop.report.turned.summary import header, headline
 from trueloop.report.turned.touch_table import touch_rows
@@ -84,7 +83,7 @@ def _shape(correction: Correction) -> CorrectionShape:
         scatter_um=model.scatter_mm * UM_PER_MM,
         degrees_of_freedom=model.degrees_of_freedom,
         coverage_factor=coverage_factor(model.degrees_of_freedom or None),
-        touches=[TouchShape.from_values(row) for row in touch_rows(correction)],
+        touches=touch_rows(correction),
         junctions=list(_junctions(correction)),
         programs=list(_programs(correction)),
         inputs_sha256=record.inputs_sha256,

@@ -3,7 +3,7 @@
 import csv
 import io
 import math
-from typing import Any, Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -11,38 +11,18 @@ from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.report.markup import esc, section, table
 from trueloop.report.texts.texts import ENGLISH, Texts
+from trueloop.report.turned.shapes import TouchShape
 from trueloop.units import UM_PER_MM
-
-
-class TouchRow(NamedTuple):
-    """One touch; x is a radius. mm have 4 decimals, µm 2.
-
-    `weight` is that of the touch in the fit, `probability_bad` not known for touches that nothing contradicts.
-    `commanded_um` is what of the error the semi-finish program meant; the rest is the process's and was fitted.
-    """
-
-    feature: str
-    point: str
-    nominal_x_mm: float
-    nominal_z_mm: float
-    arc_length_mm: float
-    error_before_um: float
-    commanded_um: float
-    gauging_standard_u_um: float
-    fitted_um: float
-    predicted_after_um: float
-    leave_one_out_um: float
-    predicted_standard_u_um: float
-    weight: float
-    probability_bad: float
-
 
 MM: Final = 4
 UM: Final = 2
 
 
-def touch_rows(correction: Correction) -> list[TouchRow]:
-    """Returns one row a touch, in order along the profile."""
+def touch_rows(correction: Correction) -> list[TouchShape]:
+    """Returns one row a touch, in order along the profile; mm to 4 decimals, µm to 2.
+
+    `commanded_um` is the share of the error that the semi-finish program meant; the rest was fitted.
+    """
     touches, prediction = correction.touches, correction.prediction
     fitted = np.array(
         [
@@ -62,22 +42,24 @@ def touch_rows(correction: Correction) -> list[TouchRow]:
     for one in correction.model.suspects:
         bad[one.position] = round(one.probability, 4)
     weights = correction.model.weight
-    numbers: Any = (
-        np.column_stack([np.round(lengths, MM), np.round(errors, UM), weights, bad]) + 0.0
-    )  # no negative zeros
+    numbers = np.column_stack([np.round(lengths, MM), np.round(errors, UM), weights, bad]) + 0.0  # no negative zeros
     return [
-        TouchRow(names[feature], point, *row)
+        TouchShape(**dict(zip(TouchShape.model_fields, (names[feature], point, *map(_known, row)), strict=True)))
         for feature, point, row in zip(touches.feature_index, touches.point, numbers.tolist(), strict=True)
     ]
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
 
 
 def touches_csv(correction: Correction) -> str:
     """Writes the rows with the column names as header; empty where nothing is known. CR LF as RFC 4180 wants it."""
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(TouchRow._fields)
+    writer.writerow(TouchShape.model_fields)
     for row in touch_rows(correction):
-        writer.writerow("" if isinstance(value, float) and math.isnan(value) else value for value in row)
+        writer.writerow(value for _, value in row)
     return text.getvalue()
 
 
@@ -102,7 +84,7 @@ def touches_table(correction: Correction, say: Texts = ENGLISH) -> str:
                 say.size(row.gauging_standard_u_um, 2),
                 say.error(row.fitted_um),
                 say.error(row.predicted_after_um),
-                say.error(row.leave_one_out_um),
+                say.error(math.nan if row.leave_one_out_um is None else row.leave_one_out_um),
                 say.size(row.predicted_standard_u_um, 2),
                 _weight(row, say),
             ]
@@ -110,9 +92,9 @@ def touches_table(correction: Correction, say: Texts = ENGLISH) -> str:
     return table(headings, rows, words=(0, 1), name="touches")
 
 
-def _weight(row: TouchRow, say: Texts) -> str:
+def _weight(row: TouchShape, say: Texts) -> str:
     """Weight in the fit, and how likely a touch is bad that the others contradict (HTML)."""
-    if math.isnan(row.probability_bad):
+    if row.probability_bad is None:
         return say.number(row.weight, 0)
     bad = say("(bad: {percent:.1f} %)", percent=100.0 * row.probability_bad)
     return f"<strong>{say.number(row.weight, 0)}</strong> {bad}"

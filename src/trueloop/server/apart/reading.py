@@ -20,7 +20,7 @@ from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.factory.uploads import Asked, Handed, Upload, handed
+from trueloop.jobs.factory.uploads import Handed, ReadAs, Upload, handed
 from trueloop.server.apart.answers import CODEC, Answer, Question
 from trueloop.server.guarded import Service
 from trueloop.server.settings import Limits
@@ -51,7 +51,7 @@ class _Queue:
 _OF_LOOP: Final[WeakKeyDictionary[asyncio.AbstractEventLoop, _Queue]] = WeakKeyDictionary()
 
 
-async def read_apart(here: Service, upload: Upload, asked: Asked, reading: Callable[[Handed], T]) -> T:
+async def read_apart(here: Service, upload: Upload, asked: ReadAs, reading: Callable[[Handed], T]) -> T:
     """Reads a file by one of `READINGS`. Raises what that raises, FAC-UNKNOWN, SRV-FILE, SRV-DELAY."""
     queue = _OF_LOOP.setdefault(asyncio.get_running_loop(), _Queue())
     if queue.length >= AT_ONCE + WAITING:
@@ -67,7 +67,7 @@ async def read_apart(here: Service, upload: Upload, asked: Asked, reading: Calla
         queue.length -= 1
 
 
-def _read(here: Service, upload: Upload, asked: Asked, reading: Callable[[Handed], T]) -> T:
+def _read(here: Service, upload: Upload, asked: ReadAs, reading: Callable[[Handed], T]) -> T:
     with handed(here.store, upload, asked) as given:
         return answered(here.settings.limits, given, reading)
 

@@ -15,7 +15,7 @@ from trueloop.factory.shown.orders import order_view
 from trueloop.factory.shown.programs import proposal_view
 from trueloop.factory.views.orders import OrderView
 from trueloop.factory.views.series import ProposalView
-from trueloop.jobs.factory.uploads import Asked, Upload, toml_read
+from trueloop.jobs.factory.uploads import ReadAs, Upload, toml_read
 from trueloop.server import etags
 from trueloop.server.apart.reading import read_apart
 from trueloop.server.guarded import By, Here, Row, RowPath, Service, factory_by, router
@@ -114,7 +114,7 @@ async def plan(given: Order, here: Here, who: By, response: Response) -> OrderVi
     for name, text in (("job_toml", given.job_toml), ("probe_toml", given.probe_toml)):
         if text:
             content = text.encode()
-            await read_apart(here, Upload(name, sha256(content).hexdigest(), content), Asked(), toml_read)
+            await read_apart(here, Upload(name, sha256(content).hexdigest(), content), ReadAs(), toml_read)
     return await run_in_threadpool(_planned, given, here, who, response)
 
 

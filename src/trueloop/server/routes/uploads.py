@@ -10,27 +10,16 @@ from starlette.concurrency import run_in_threadpool
 from trueloop.domain.option import Language
 from trueloop.factory.shown.records import certificate_row
 from trueloop.factory.views.parts import CertificateRow
-from trueloop.factory.views.uploads import ImportedView, Kind, UploadView
+from trueloop.factory.views.uploads import ImportedView, UploadView
 from trueloop.jobs.factory.correction_page import certify
 from trueloop.jobs.factory.imports import OfPart, import_measurement, import_program
-from trueloop.jobs.factory.uploads import Asked, add_upload, inspected, program_read, upload_of, upload_view
+from trueloop.jobs.factory.uploads import ReadAs, add_upload, inspected, program_read, upload_of, upload_view
 from trueloop.server.apart.reading import read_apart
 from trueloop.server.guarded import By, Here, Row, factory_by, router
 
 routes = router()
 Name = Annotated[str, Query(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]+$")]
 Mapping = Annotated[str, Field(max_length=100_000)]
-
-
-@dataclass(frozen=True)
-class ReadAs:
-    """How a file is to be read, where it does not say so itself."""
-
-    kind: Kind | None = None
-    dialect: str | None = None
-    unit: Literal["mm", "inch"] | None = None
-    order: str = ""
-    mapping_toml: Mapping = ""
 
 
 @dataclass(frozen=True)
@@ -68,21 +57,20 @@ async def upload(request: Request, name: Name, here: Here, who: By) -> UploadVie
     """A file, as the request's body. Nothing of it is a fact yet; it is forgotten after a day."""
     content = await request.body()
     kept = await run_in_threadpool(add_upload, here.store, name, content, who.name, here.clock())
-    return await read_apart(here, kept, Asked(), upload_view)
+    return await read_apart(here, kept, ReadAs(), upload_view)
 
 
 @routes.post("/uploads/{sha}/read")
 async def read(sha: str, given: ReadAs, here: Here, who: By) -> UploadView:
     """Reads the file again in another way."""
-    asked = Asked(given.kind, given.dialect, given.unit, given.order, given.mapping_toml)
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
-    return await read_apart(here, found, asked, upload_view)
+    return await read_apart(here, found, given, upload_view)
 
 
 @routes.post("/uploads/{sha}/program", status_code=201)
 async def as_program(sha: str, given: AsProgram, here: Here, who: By) -> ImportedView:
     """Kept as a program, which may be released then."""
-    asked = Asked("program", given.dialect, given.unit)
+    asked = ReadAs("program", given.dialect, given.unit)
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
     known = await read_apart(here, found, asked, program_read)
     return await run_in_threadpool(import_program, here.store, found, known, factory_by(who))
@@ -91,7 +79,7 @@ async def as_program(sha: str, given: AsProgram, here: Here, who: By) -> Importe
 @routes.post("/uploads/{sha}/measurement", status_code=201)
 async def as_measurement(sha: str, given: AsMeasurement, here: Here, who: By) -> ImportedView:
     """Kept as what was measured of a part."""
-    asked = Asked("measurement", None, given.unit, given.order, given.mapping_toml)
+    asked = ReadAs("measurement", None, given.unit, given.order, given.mapping_toml)
     of = OfPart(given.order, given.part, given.after, given.run, given.measured_at)
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
     known = await read_apart(here, found, asked, inspected)
