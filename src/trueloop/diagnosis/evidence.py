@@ -17,10 +17,12 @@ SIZES: Final = (0.3, 2.0, 10.0, 60.0, 400.0)
 """Variances of what a cause leaves, in variances of the noise: what is tried."""
 
 
-def log_student(gram: Array, right: Array, squares: Array | float, count: int, variances: Array) -> Array:
+def log_student(
+    gram: Array, right: Array, squares: Array | float, count: int, variances: Array, stated: float = 2.0
+) -> Array:
     """Logarithms of the likelihood of `count` values with covariance v (1 + rows · diag(variances) · rowsᵀ), (...,).
 
-    v has two observations of 1 beforehand. `gram` (..., k, k) is rowsᵀ · rows, `right` (..., k) rowsᵀ · values,
+    v has `stated` observations of 1 beforehand. `gram` (..., k, k) is rowsᵀ · rows, `right` (..., k) rowsᵀ · values,
     `squares` (...) values · values, `variances` (..., k). So rows are gone through once for all hypotheses on them.
     """
     root = np.sqrt(variances)
@@ -28,11 +30,11 @@ def log_student(gram: Array, right: Array, squares: Array | float, count: int, v
     inside = np.empty((*np.broadcast_shapes(root.shape[:-1], right.shape[:-1]), size + 1, size + 1))
     inside[..., :size, :size] = root[..., :, None] * gram * root[..., None, :] + np.eye(size)
     inside[..., size, :size] = inside[..., :size, size] = root * right
-    inside[..., size, size] = 2.0 + np.asarray(squares)
+    inside[..., size, size] = stated + np.asarray(squares)
     # the last element of the factor is what is left of the values: one factor gives volume and squares
     diagonal = np.diagonal(np.linalg.cholesky(inside), axis1=-2, axis2=-1)
     logs: Array = -np.log(diagonal[..., :size]).sum(axis=-1)
-    logs -= (1.0 + count / 2) * np.log(diagonal[..., size] ** 2 / 2)
+    logs -= (stated + count) / 2 * np.log(diagonal[..., size] ** 2 / stated)
     return logs
 
 

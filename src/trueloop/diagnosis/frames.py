@@ -16,15 +16,15 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, Finding, Severity
-from trueloop.machine.refine.update import Block, mixed
+from trueloop.estimate.blocks import Block, mixed
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, Wording, wording
 
 WIDEST_MM = 0.1
 """What the discrepancy of all parts may be beforehand, standard deviation at the part's largest coordinate."""
-SIZES_MM = tuple(2.0**k * 1e-3 for k in range(-2, 7))
-"""What the discrepancy of one part, and what is left at a place, may be: tried by evidence."""
+LEAST_MM, MOST_MM = 1e-5, 0.064
+"""What the discrepancy of one part, and what is left at a place, may be."""
 FAINTEST = 1e-6
 FAR = 5.0
 """A part moved by more than so many times what the others are is not like them."""
@@ -102,9 +102,9 @@ def reconcile_frames(
     places = _places(point_mm[kept], normal[kept])
     own = [rows[kept] * (part[kept] == k)[:, None] for k in numbers if k not in moved]
     blocks = {
-        "common": Block(UM_PER_MM * rows[kept], (WIDEST_MM,)),
-        "own": Block(UM_PER_MM * np.hstack(own), SIZES_MM),
-        "place": Block(UM_PER_MM * places, SIZES_MM),
+        "common": Block(UM_PER_MM * rows[kept], WIDEST_MM, WIDEST_MM),
+        "own": Block(UM_PER_MM * np.hstack(own), LEAST_MM, MOST_MM),
+        "place": Block(UM_PER_MM * places, LEAST_MM, MOST_MM),
     }
     fit = mixed(UM_PER_MM * difference_mm[kept], blocks, np.ones(int(kept.sum())), UM_PER_MM * u_mm)
     u = np.sqrt(np.diag(fit.covariance))

@@ -176,21 +176,6 @@ class State:
         of_part = {term.name for term in self.catalogue.terms if term.of_part}
         return self._without([key for key in self.blocks if key[0] in of_part])
 
-    def forgotten(self, label: object) -> "State":
-        """Returns the state without the coefficients whose scope has this value: an edge or part type that is gone."""
-        return self._without([key for key in self.blocks if label in key[1:]])
-
-    def widened(self, term: str, variance: Array | float, scope: Key | None = None) -> "State":
-        """Returns the state after an event (an insert changed, a tool set again): a term's variance grows by this
-        amount.
-        """
-        covariance = self.covariance.copy()
-        for key, where in self.blocks.items():
-            if key[0] == term and scope in (None, key[1:]):
-                at = np.arange(where.start, where.stop)
-                covariance[at, at] += variance
-        return replace(self, covariance=covariance)
-
     def _unobserved_heavy(self) -> list[tuple[Key, slice, float]]:
         """Coefficients with heavy tails that no value has followed yet, so that they are independent of all others:
         where they are, their tails. Those of a finish cut come with the cut before, which does not show them.

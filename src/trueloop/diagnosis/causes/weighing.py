@@ -16,6 +16,7 @@ from scipy.linalg import cholesky, solve_triangular
 from trueloop.arrays import Array, Flags, Integers, by_content
 from trueloop.diagnosis.causes.cause import SeenBy
 from trueloop.diagnosis.causes.surface import SurfaceErrors
+from trueloop.diagnosis.evidence import log_student
 from trueloop.estimate.places import Places
 from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
@@ -294,14 +295,9 @@ def _tried(
     chosen = np.concatenate([np.arange(0), *blocks]).astype(int)
     widths = [len(one) for one in blocks]
     scales = np.array([np.repeat(sizes, widths) for sizes in product(*(sizes_mm or [SIZES_MM] * len(blocks)))])
-    products = given.columns[:, chosen[:, None], chosen]
-    inner = np.eye(len(chosen)) + scales[:, :, None] * products[:, None] * scales[:, None, :]
-    lower = np.linalg.cholesky(inner)
-    with_values = scales * given.with_values[:, None, chosen]
-    inside = np.linalg.solve(lower, with_values[..., None])[..., 0]
-    squares = given.values[:, None] - (inside**2).sum(axis=-1)
-    log_det = np.log(np.diagonal(lower, axis1=-2, axis2=-1)).sum(axis=-1)
-    return given.log_prior[:, None] + _log_student(squares, given.count) - log_det, scales
+    gram, right = given.columns[:, None, chosen[:, None], chosen], given.with_values[:, None, chosen]
+    log = log_student(gram, right, given.values[:, None], given.count, scales**2, STATED)
+    return given.log_prior[:, None] + log, scales
 
 
 def _without(products: Array, count: int) -> tuple[Array, float]:
@@ -309,9 +305,3 @@ def _without(products: Array, count: int) -> tuple[Array, float]:
     inner = np.eye(count) + products[:count, :count]
     left = products[count:, count:] - products[count:, :count] @ np.linalg.solve(inner, products[:count, count:])
     return left, 0.5 * float(np.linalg.slogdet(inner)[1])
-
-
-def _log_student(squares: Array, count: int) -> Array:
-    """Of whitened values as sums of squares, but for the determinant; their variance has STATED observations of 1."""
-    found: Array = -((STATED + count) / 2) * np.log1p(squares / STATED)
-    return found

@@ -244,7 +244,7 @@ def refine(
     whole = update(model, seen, named, share=share)
 
     def again(others: LeftOnParts) -> Updated:
-        return update(model, others, named, share=share, start=whole.fit)
+        return update(model, others, named, share=share)
 
     found = judged(model, seen, whole, again)
     return Refined(whole.model, named, whole, found, changes(model, whole.model), len(seen.parts))
