@@ -1,7 +1,7 @@
 """What cut a measured part is a fact: the next correction is the whole one, however the last one was carried out."""
 
 import math
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -232,6 +232,19 @@ def test_another_program_s_correction_was_not_in_force(tmp_path: Path) -> None:
     with pytest.raises(TrueloopError) as refused:
         correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"')
     assert refused.value.code is Code.CMP_OTHER_PROGRAM
+
+
+@pytest.mark.parametrize("stored", [False, True])
+def test_it_is_said_that_a_part_was_measured_before_the_corrections_beside_it(tmp_path: Path, stored: bool) -> None:
+    """A measuring machine's clock that is behind would make it so: then the correction in force is forgotten."""
+    db: Choice = str(tmp_path / "m.db") if stored else False
+    if stored:
+        run("db", "init", str(db))
+    first = correct(tmp_path, 1, FIRST, "contour", db=db)
+    assert not any("as cut by the given program" in note for note in first.correction.notes)
+    hour_ago = datetime.now(UTC) - timedelta(hours=1)
+    second = correct(tmp_path, 2, SECOND, "contour", more=f"measured_at = {hour_ago.isoformat()}", db=db)
+    assert sum("it is taken as cut by the given program" in note for note in second.correction.notes) == 1
 
 
 @pytest.mark.parametrize("key", ["touches", "readings"])

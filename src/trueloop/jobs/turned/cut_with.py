@@ -20,6 +20,7 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import InForce, in_force
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
 
 GIVEN: Final = "given"
 """`programs.cut_with` of a part that the finish program cut as it is."""
@@ -53,7 +54,7 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
     if not stated:
         with in_file(files.path):
             _require_no_allowance(inputs.touches)
-        return replace(inputs, in_force=replace(inputs.in_force, possible=tuple(_beside(files, inputs))))
+        return with_possible(inputs, tuple(_beside(files, inputs)))
     by = None if programs.cut_by is None else Ran(programs.cut_by)
     with in_file(files.path):
         return replace(inputs, in_force=_stated(files, inputs, stated, by))
@@ -94,23 +95,42 @@ def _sha256_beside(file: Path, record: Record, by: Ran | None) -> str:
     return ""
 
 
-def _beside(files: JobFiles, inputs: Inputs) -> Iterator[str]:
-    """Corrections in folders beside the job that may have been in force, in words."""
+def with_possible(inputs: Inputs, known: Sequence[tuple[Record, str]]) -> Inputs:
+    """Returns inputs with the corrections, in words, that may have cut the measured part; where all were made after it
+    was measured, with a note: a clock that is wrong would make them so.
+    """
+    measured_at = inputs.measured_at
+    possible = tuple(
+        words
+        for record, words in known
+        if measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= measured_at.astimezone(UTC)
+    )
+    notes = inputs.notes
+    if known and not possible and measured_at is not None:
+        note = wording(
+            "The part was measured {when}, before its program's corrections were made, by the clock of what measured "
+            "it: it is taken as cut by the given program. Else state `programs.cut_with`.",
+            when=measured_at.isoformat(timespec="minutes"),
+        )
+        notes = (*notes, note)
+    return replace(inputs, in_force=replace(inputs.in_force, possible=possible), notes=notes)
+
+
+def _beside(files: JobFiles, inputs: Inputs) -> Iterator[tuple[Record, str]]:
+    """Corrections of the job's program in folders beside it, and their words."""
     given = sha256_of(inputs.program.source)
     for file in sorted(files.path.parent.glob("*/record*.json")):
         try:
             if given in file.read_text(errors="replace"):
                 record = read_record(file)
-                if may_have_cut(record, inputs):
-                    yield f"{file.relative_to(files.path.parent).as_posix()} ({record.id})"
+                if is_of_cut(record, inputs):
+                    yield record, f"{file.relative_to(files.path.parent).as_posix()} ({record.id})"
         except (OSError, TrueloopError):
             continue
 
 
-def may_have_cut(record: Record, inputs: Inputs) -> bool:
-    """Returns whether a correction may have been in force when the part was cut: it is of the same program and tool,
-    was not made from this measurement, and was made before it, as far as the time of the measurement is stated.
-    """
+def is_of_cut(record: Record, inputs: Inputs) -> bool:
+    """Returns whether a correction is of the program and tool that cut the part, and not made from this measurement."""
     if record.product is not Product.TURNED or record.program is None:
         return False
     if record.program.sha256 != sha256_of(inputs.program.source):
@@ -120,10 +140,7 @@ def may_have_cut(record: Record, inputs: Inputs) -> bool:
     if inputs.called is not None and record.options.get("edge") not in (None, inputs.called.words):
         return False
     own = {one.sha256 for one in inputs.inspections}
-    if own & {one.sha256 for one in record.inspections}:
-        return False
-    measured_at = inputs.measured_at
-    return measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= measured_at.astimezone(UTC)
+    return not own & {one.sha256 for one in record.inspections}
 
 
 def require_later(record: Record, inspections: Sequence[Inspection], job: Path, *, time_needed: bool) -> None:

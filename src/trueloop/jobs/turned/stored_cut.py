@@ -9,7 +9,7 @@ from trueloop.domain.part import Part
 from trueloop.domain.record import Correction
 from trueloop.errors import Code, in_file
 from trueloop.jobs.store.of_this_part import cuts_of
-from trueloop.jobs.turned.cut_with import may_have_cut, require_later, stored_words
+from trueloop.jobs.turned.cut_with import is_of_cut, require_later, stored_words, with_possible
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import HINT, InForce, in_force
@@ -38,9 +38,10 @@ def with_stored_cut(store: Store, inputs: Inputs, part: Part) -> Inputs:
         if cut is not None and (cut.correction or cut.program_sha256):
             return replace(inputs, in_force=_of_cut(store, cut, inputs))
     known = [one.value.record for one in find(store, Correction, part_type=inputs.part.name)]
-    possible = tuple(stored_words(one) for one in known if may_have_cut(one, inputs))
     beside = tuple(one for one in force.possible if not any(of.id in one for of in known))
-    return replace(inputs, in_force=replace(force, possible=(*beside, *possible)))
+    stored = with_possible(inputs, [(one, stored_words(one)) for one in known if is_of_cut(one, inputs)])
+    notes = inputs.notes if beside else tuple(dict.fromkeys(stored.notes))
+    return replace(stored, in_force=replace(force, possible=(*beside, *stored.in_force.possible)), notes=notes)
 
 
 def _with_program(store: Store, force: InForce) -> InForce:
