@@ -163,7 +163,7 @@ def _used(model: ProfileErrorModel) -> ErrorVectors:
     for index in np.unique(vectors.feature_index):
         rows = vectors.of_feature(int(index))
         rows = rows[used[rows] & ~vectors.at_reference[rows]]
-        groups += [one for one in np.array_split(rows, min(len(rows), STRETCHES)) if len(one)]
+        groups += [one for one in np.array_split(rows, min(len(rows), STRETCHES) or 1) if len(one)]
     first = vectors.chosen([int(rows[0]) for rows in groups])
     return ErrorVectors(
         first.point,
