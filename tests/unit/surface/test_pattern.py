@@ -5,12 +5,12 @@ import pytest
 from scipy.stats import t
 
 from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
-from trueloop.surface.pattern.outlier import outliers
-from trueloop.surface.pattern.pattern import Pattern, common_size, part_maps, parts_needed, pattern_of
+from trueloop.surface.pattern.outlier import on_square, outliers
+from trueloop.surface.pattern.pattern import Pattern, by_chance, common_size, part_maps, parts_needed, pattern_of
 from trueloop.surface.separation.outlying_point import student
 from trueloop.surface.separation.places import projector
 from trueloop.surface.separation.separate import Separation, of_size, separate
-from trueloop.surface.separation.spline_surface import Size, basis
+from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis
 
 NOISE_MM, BETWEEN_MM = 0.0022, 0.0025
 NAMES = tuple(f"S{k}" for k in range(1, 11))
@@ -54,7 +54,7 @@ def test_false_alarms_are_rare(count: int) -> None:
     """At one or two in a hundred patterns, eight in 150 come once in a thousand."""
     rng, alarms = np.random.default_rng(3), 0
     for _ in range(150):
-        alarms += bool(outliers([random_surface(rng, 6, BETWEEN_MM) for _ in range(count)], NAMES))
+        alarms += bool(outliers(on_square([random_surface(rng, 6, BETWEEN_MM) for _ in range(count)]), NAMES))
     assert alarms < 8
 
 
@@ -146,3 +146,20 @@ def test_maps_of_a_part_by_what_was_put_in() -> None:
     half = part_maps(pattern_of(found, NAMES, size=Size(9, 9)), found[3], "S4", 0.5).predicted_mm
     np.testing.assert_allclose(half, (maps.predicted_mm + found[3].measured_mm) / 2, atol=1e-12)
     assert np.mean(maps.variability_mm**2) == pytest.approx(np.mean(np.var(own, axis=0, ddof=1)), rel=0.06)
+
+
+@pytest.mark.parametrize("count", [3, 4, 10])
+def test_parts_that_differ_by_their_set_up_alone_show_no_pattern_and_a_pattern_is_seen(count: int) -> None:
+    """Heights and tilts alone: at 5 %, 20 of 200 come once in five hundred. A pattern of bends is seen."""
+    rng, alarms = np.random.default_rng(5), 0
+    at = np.linspace(-0.5, 0.5, 6)
+    size = Size(6, 6)
+    for _ in range(200):
+        motions = rng.normal(0, 0.05, (count, 3))
+        alarms += by_chance([SplineSurface(size, a + b * at[:, None] + c * at) for a, b, c in motions]) < 0.05
+    assert alarms < 20
+    truth = random_surface(rng, 9, 0.010).coefficients_mm
+    alike = [
+        SplineSurface(Size(9, 9), truth + random_surface(rng, 9, BETWEEN_MM).coefficients_mm) for _ in range(count)
+    ]
+    assert by_chance(alike) < 0.01

@@ -10,8 +10,9 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity
 from trueloop.geometry.surface import Surface
 from trueloop.surface.on_face import FIGURES, SUPPORT, OnFace, square
-from trueloop.surface.pattern.pattern import Pattern
+from trueloop.surface.pattern.pattern import Pattern, by_chance
 from trueloop.surface.pattern.support import between
+from trueloop.surface.separation.outlying_point import COVERAGE
 from trueloop.units import UM_PER_MM
 
 MUCH: Final = 0.1
@@ -58,18 +59,19 @@ def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigu
     return SurfaceFigures(largest, unsure, kept, share, float(unsure_mm[worst]), (x, y, z))
 
 
-def require_known(figures: SurfaceFigures, parts: int, best_fit: bool) -> None:
-    """Raises SRF-PARTS for a pattern that is nowhere larger than what it is known to: its correction may make worse.
+def require_known(figures: SurfaceFigures, pattern: Pattern, best_fit: bool) -> None:
+    """Raises SRF-PARTS for a pattern that parts which differ so have by chance: its correction may make worse.
 
     Parts that were set up anew and are compared by their datum differ so, and not in form. A face of which much is not
     supported is judged by `check_support`: the uncertainty there says nothing of the rest.
     """
-    if figures.unsupported > MUCH or figures.largest_mm > figures.uncertainty_mm:
+    if figures.unsupported > MUCH or (p_value := by_chance(pattern.models)) < 1 - COVERAGE:
         return
     more = "measure more parts; these show nothing to correct"
     raise Code.SRF_PARTS.refusal(
-        f"the pattern of {parts} parts, up to {figures.largest_mm * UM_PER_MM:.1f} µm, is known to "
-        f"± {figures.uncertainty_mm * UM_PER_MM:.1f} µm (95 %): even its sign is not sure",
+        f"the pattern of {pattern.parts} parts, up to {figures.largest_mm * UM_PER_MM:.1f} µm, is known to "
+        f"± {figures.uncertainty_mm * UM_PER_MM:.1f} µm (95 %): parts that differ as these do show one as large by "
+        f"chance (p {p_value:.2g})",
         hint=more
         if best_fit
         else f'gauging.alignment = "best-fit" takes out how each part was set up, and corrects form alone; or {more}',

@@ -9,7 +9,7 @@ from trueloop.loops.surface.surface import Part
 from trueloop.memory.noticing.alarm import Alarm, What
 from trueloop.memory.noticing.notice import BY_CHANCE
 from trueloop.surface.options import SurfaceOptions
-from trueloop.surface.pattern.outlier import Outlier, last_judged, outliers
+from trueloop.surface.pattern.outlier import Outlier, last_judged, on_square, outliers
 from trueloop.surface.pattern.pattern import LEAST_PARTS, Pattern, drift_of, pattern_of
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
@@ -60,7 +60,8 @@ def without_outliers(parts: Sequence[Part], options: SurfaceOptions) -> tuple[Su
     most, found = len(kept) // LEAST_LEFT, list[Outlier]()
     while len(found) < most and len(kept) > LEAST_LEFT:
         pattern = _pattern(kept)
-        odd = [one for one in outliers(pattern.models, pattern.names, 1 - BEYOND_DOUBT) if one.times > FAR]
+        stack = on_square(pattern.models)
+        odd = [one for one in outliers(stack, pattern.names, 1 - BEYOND_DOUBT) if one.times > FAR]
         if not odd:
             break
         found.append(max(odd, key=lambda one: one.times))
@@ -91,7 +92,8 @@ def _noticed(together: Sequence[Part]) -> NoticedPart:
     if len(together) < LEAST_PARTS:
         return NoticedPart(name, ())
     pattern = _pattern(together)
-    odd, alarms = last_judged(pattern.models, name), list[Alarm]()
+    stack = on_square(pattern.models)
+    odd, alarms = last_judged(stack, name), list[Alarm]()
     if odd is not None and odd.p_value < BY_CHANCE:
         alarms.append(Alarm(What.SHAPE, odd.p_value, _of_shape(odd)))
     left_out = odd is not None and odd.p_value < BEYOND_DOUBT and odd.times > FAR

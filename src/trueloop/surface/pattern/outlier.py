@@ -26,23 +26,26 @@ class Outlier:
     p_value: float
 
 
-def outliers(models: Sequence[SplineSurface], names: Sequence[str], confidence: float = 0.99) -> tuple[Outlier, ...]:
+def on_square(models: Sequence[SplineSurface]) -> Array:
+    """Values of splines on a square of places, (s, n)."""
+    at = np.linspace(0.0, 1.0, PLACES)
+    return np.stack([model.grid_mm(at, at).ravel() for model in models])
+
+
+def outliers(stack: Array, names: Sequence[str], confidence: float = 0.99) -> tuple[Outlier, ...]:
     """Parts that stand out, each judged against the others.
 
     The squared distance of a part from the mean of the others, over the variance among those, follows F with ν and
     (s − 2) ν degrees of freedom, where ν counts the independent shapes in which parts differ (Satterthwaite, from the
-    eigenvalues of their differences). The limit is shared among the s parts (Bonferroni).
+    eigenvalues of their differences). The limit is shared among the s parts (Bonferroni). `stack`: (s, n), as
+    `on_square` has it.
     """
-    at = np.linspace(0.0, 1.0, PLACES)
-    stack = np.stack([model.grid_mm(at, at).ravel() for model in models])
     found = [_judged(stack, k, names[k], len(stack)) for k in range(len(stack))] if len(stack) > LEAST_OTHERS else []
     return tuple(odd for odd in found if odd.p_value < 1.0 - confidence)
 
 
-def last_judged(models: Sequence[SplineSurface], name: str) -> Outlier | None:
+def last_judged(stack: Array, name: str) -> Outlier | None:
     """The last part against those before it, by the same test, of one part; None where fewer than three are before."""
-    at = np.linspace(0.0, 1.0, PLACES)
-    stack = np.stack([model.grid_mm(at, at).ravel() for model in models])
     return _judged(stack, len(stack) - 1, name, 1) if len(stack) > LEAST_OTHERS else None
 
 

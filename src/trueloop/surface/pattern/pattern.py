@@ -16,7 +16,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity
 from trueloop.statistics import rms
-from trueloop.surface.pattern.outlier import PLACES, Outlier, outliers, shapes_of
+from trueloop.surface.pattern.outlier import Outlier, on_square, outliers, shapes_of
 from trueloop.surface.pattern.support import Support, between, faded
 from trueloop.surface.separation.outlying_point import COVERAGE, MANY, student
 from trueloop.surface.separation.places import Places, projector
@@ -48,8 +48,7 @@ def drift_of(models: Sequence[SplineSurface]) -> Drift | None:
     s = len(models)
     if s < DRIFT_LEAST_PARTS:
         return None
-    at = np.linspace(0.0, 1.0, PLACES)
-    stack = np.stack([model.grid_mm(at, at).ravel() for model in models])
+    stack = on_square(models)
     off = stack - np.mean(stack, axis=0)
     order = np.arange(s) - (s - 1) / 2
     squares = float(order @ order)
@@ -62,6 +61,25 @@ def drift_of(models: Sequence[SplineSurface]) -> Drift | None:
     shapes = shapes_of(gram, s - 2)
     p_value = float(fdtrc(shapes, (s - 2) * shapes, changed / variance))
     return Drift(float(np.sqrt(np.mean(trend**2))), p_value)
+
+
+def by_chance(models: Sequence[SplineSurface]) -> float:
+    """Returns the probability that s parts without a pattern, which differ as these do, have as large a mean as theirs.
+
+    s times the mean square of the mean, over the variance between parts, follows F with ν and (s − 1) ν degrees of
+    freedom; ν counts the shapes in which parts differ, as for outlying parts: few where set-ups make them differ.
+    """
+    from scipy.special import fdtrc  # slow to import
+
+    stack = on_square(models)
+    s, mean = len(stack), np.mean(stack, axis=0)
+    off = stack - mean
+    gram = off @ off.T / stack.shape[1]
+    variance, square = float(np.trace(gram)) / (s - 1), float(np.mean(mean**2))
+    if variance <= 0.0:
+        return 0.0 if square > 0.0 else 1.0
+    shapes = shapes_of(gram, s - 1)
+    return float(fdtrc(shapes, (s - 1) * shapes, s * square / variance))
 
 
 LEAST_PARTS: Final = 3
@@ -158,7 +176,7 @@ def pattern_of(
     models, support = faded(again) or (tuple(part.deterministic for part in again), None)
     mean = SplineSurface(models[0].size, np.mean([model.coefficients_mm for model in models], axis=0))
     sigma = rms(np.array([part.sigma_mm for part in again]))
-    odd = outliers(models, names, confidence)
+    odd = outliers(on_square(models), names, confidence)
     findings = tuple(_finding(o) for o in odd)
     return Pattern(size, tuple(names), models, mean, sigma, _missed_mm(again), odd, findings, support)
 
