@@ -330,7 +330,7 @@ def send(opened: Opened, content: bytes, name: str, *, replace: Replace = False,
 
 
 def _there(link: Link, name: str) -> bytes | None:
-    """What the control has of that name, whatever its capitals: some controls know no small letters."""
+    """Returns the control's program of that name in any capitals: some controls know no small letters."""
     names = [one.name for one in link.listed() if one.name.upper() == name.upper()]
     if name in names:
         return link.read(name)

@@ -149,7 +149,7 @@ def _require_sizes(file: MeasuredFile, inspections: Sequence[Inspection]) -> Non
 def _findings(
     stored: Sequence[Kept[Inspection]], inspections: Sequence[Inspection], adding: Adding
 ) -> Iterator[Finding]:
-    """What is odd about new parts beside those in the store; of parts that are there already nothing is said."""
+    """Returns findings on new parts beside those in the store; parts that are stored already give none."""
     there = {_content(kept.value) for kept in stored}
     by_identity = {kept.value.identity for kept in stored}
     known: dict[str, Characteristic] = {}

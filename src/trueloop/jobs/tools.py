@@ -121,7 +121,7 @@ def several(mounted: Sequence[EdgeLife]) -> TrueloopError:
 
 
 def _require_same(mounted: EdgeLife, stated: Edge | None, set_at: datetime | None) -> None:
-    """What a job states has to agree with what is mounted; what it leaves open agrees."""
+    """Requires that a job's statements agree with the mounted edge; what it leaves open agrees."""
     there = mounted.edge
     if stated is not None:
         pairs = zip(STATED, _names(stated), _names(there), strict=True)
@@ -239,7 +239,7 @@ CLOCKS_DIFFER: Final = timedelta(minutes=1)
 
 @dataclass(frozen=True)
 class Happened:
-    """What is common to all events: when, by whom, in which machine, and lengths and times by name."""
+    """The fields that all events share: time, person, machine, and lengths and times by name."""
 
     at: datetime
     by: str = ""

@@ -25,7 +25,7 @@ from trueloop.storage.tables import TABLES
 
 @dataclass
 class Facts:
-    """What is compared, of rows that are not superseded; inspections without their values, which may be many."""
+    """The values to compare, of rows that are not superseded; inspections without their values, which may be many."""
 
     inspections: dict[Identity, Inspection] = field(default_factory=dict)
     cuts: dict[Identity, Kept[Cut]] = field(default_factory=dict)
@@ -110,7 +110,7 @@ def odd_times(facts: Facts) -> Iterator[Finding]:
 
 
 def _labels_of_file(name: str, of_file: list[Inspection], place: Place) -> Iterator[Finding]:
-    """Of a file with several inspections one has to agree: a label names one part."""
+    """Yields what contradicts a label of the file; one inspection that agrees suffices: a label names one part."""
     for label in labels_in(PurePath(name).name):
         found = [contradictions(label, one.part.part_type, one.part.serial, place=place) for one in of_file]
         if found and all(found):

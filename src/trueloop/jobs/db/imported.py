@@ -48,7 +48,7 @@ def read_inspections(path: Path, of: Inspected) -> tuple[Inspection, ...]:
 
 
 def _is_touches(path: Path) -> bool:
-    """Whether a file holds touches as a job names them."""
+    """Returns True for a file of touches as a job names them."""
     if path.suffix.lower() != ".csv" or not path.is_file():
         return False
     with path.open("rb") as file:
@@ -120,7 +120,7 @@ HINT: Final = "name an inspection file, a record.json, or what `trueloop db expo
 
 @dataclass(frozen=True)
 class Imported:
-    """What came of a file: how many values, how many of them new, and the rows; of an export the numbers alone."""
+    """The outcome of a file: number of values, number of new ones, and rows; of an export the numbers alone."""
 
     path: Path
     count: int

@@ -23,7 +23,7 @@ from trueloop.storage.store import Store
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked for: of which part type, with the profile of which job, by which model; `accept` are codes."""
+    """Options of a diagnosis: part type, job that gives the profile, model; `accept` are codes."""
 
     part_type: str | None = None
     job: Path | None = None

@@ -17,7 +17,7 @@ from trueloop.storage.store import Kept, Store, find
 
 @dataclass(frozen=True)
 class Records:
-    """Of one part type. `cuts` are finish cuts by part, `corrections` by id; all oldest first."""
+    """The records of one part type. `cuts` are finish cuts by part, `corrections` by id; all oldest first."""
 
     part_type: str
     inspections: tuple[Kept[Inspection], ...]

@@ -53,7 +53,7 @@ class Corrections:
         return taken
 
     def _proposed(self, part: Part, seen: Mapping[SeenBy, Inspection]) -> Iterator[tuple[str, ErrorKind, float]]:
-        """Of readings: a diameter's correction is twice that of the radius."""
+        """Returns the corrections of readings: a diameter's is twice that of the radius."""
         by_series = self.by_proposals.get(part.identity, {})
         done: set[Identity] = set()
         for one in seen.values():
@@ -65,7 +65,7 @@ class Corrections:
                     yield _feature(asked), kind, share * by_series[series]
 
     def _programmed(self, cut: Cut | None) -> Iterator[tuple[str, ErrorKind, float]]:
-        """Of a corrected program or its tool offset: what the touches of each feature say it takes off."""
+        """Returns what a corrected program or its tool offset takes off each feature, by the feature's touches."""
         correction = None if cut is None else self.by_program.get(cut.correction)
         payload = None if correction is None else correction.payload
         if cut is None or not isinstance(payload, turned.Correction):
@@ -151,7 +151,7 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
 
 
 def _as_process(one: Inspection, error_mm: Sequence[float]) -> Inspection:
-    """What the machine's probe saw with the model's error at probing taken out: the process [6876 §3.3]."""
+    """Returns the probe's errors less the model's error at probing: those of the process [6876 §3.3]."""
     values = tuple(_displaced(point, e) for point, e in zip(one.points, error_mm, strict=True))
     return replace(one, values=values)
 

@@ -36,7 +36,7 @@ from trueloop.units import UM_PER_MM
 
 @dataclass(frozen=True)
 class Repeatability:
-    """What one reading is expected to repeat to, and what it may vary by; None: as stated, and no limit."""
+    """A reading's expected repeatability and its permitted variation; None: as stated, and no limit."""
 
     standard_u_mm: float | None = None
     limit_mm: float | None = None

@@ -31,7 +31,7 @@ SERVICE = By("service", Role.SERVICE)
 
 @dataclass(frozen=True)
 class _Given:
-    """What a correction is made from: `touches` of the last gauging run, and texts by what the job calls them."""
+    """The inputs of a correction: `touches` of the last gauging run, and texts by their names in the job."""
 
     order: OrderNow
     part: PartNow

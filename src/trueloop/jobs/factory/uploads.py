@@ -77,7 +77,7 @@ class Handed:
 
 @dataclass(frozen=True)
 class Inspected:
-    """What was measured by a file: its inspections, each with its place in the file, from 1."""
+    """The inspections of a file, each with its place in the file, from 1."""
 
     runs: tuple[tuple[int, Inspection], ...]
 

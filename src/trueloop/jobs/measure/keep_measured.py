@@ -140,7 +140,7 @@ def keep_in(
 
 @dataclass(frozen=True)
 class _Share:
-    """What is kept as a part of its own: the job of it, and what was measured, by the names of files."""
+    """A part that is kept on its own: its job, and its measurements by the names of files."""
 
     files: JobFiles
     inspections: Sequence[tuple[str, Inspection]]
@@ -148,7 +148,7 @@ class _Share:
 
 
 def _shares(files: JobFiles, inspections: Sequence[tuple[str, Inspection]], names: Mapping[str, str]) -> list[_Share]:
-    """What several edges have of a part, each as a job of its own: what was measured of the features that it cuts."""
+    """Returns a part's measurements by edge, each as a job of its own with the features that the edge cuts."""
     profile, found = files.profile(), list[_Share]()
     inspections = [(file, _from_reference(one, files.job)) for file, one in inspections]
     for share in shares_of(files):

@@ -49,7 +49,7 @@ def certificate_of(
 
 @dataclass(frozen=True)
 class _Share:
-    """What the store holds of what one edge cut of a part, or of a part that is kept whole."""
+    """The store's values of one edge's cut of a part, or of a part that is kept whole."""
 
     cut: Cut | None
     asked: tuple[Asked, ...]

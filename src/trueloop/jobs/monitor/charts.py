@@ -67,7 +67,7 @@ class StoredFacts:
         return self._inspection(made).measured_at if cut is None else time_of(cut)
 
     def _events(self, before: Cut | None, cut: Cut | None) -> Iterator[EdgeEvent]:
-        """Of the tool that cuts, between two cuts whose times are known."""
+        """Returns the events of the cutting tool between two cuts whose times are known."""
         if before is None or cut is None or cut.setting is None or before.at is None or cut.at is None:
             return
         tool = cut.setting.edge.tool.identity
@@ -83,7 +83,7 @@ class StoredFacts:
                 yield one.proposal
 
     def _failed(self, inspection: Inspection) -> str:
-        """What the last check of the device before the inspection said, where it failed."""
+        """Returns the words on the device's last failed check before the inspection; "" without one."""
         checks = self.failed.get(inspection.device, ())
         if inspection.measured_at is None:
             return ""
@@ -107,7 +107,7 @@ def stored_facts(
 
 
 def _minutes(cuts: Sequence[Cut | None]) -> list[float | None]:
-    """What the edge of each cut had cut before it, as far back as every cut of it says its time."""
+    """Returns the earlier cuts of each cut's edge, as far back as all of them state their time."""
     age: dict[tuple[str, ...], float | None] = {}
     found: list[float | None] = []
     for cut in cuts:

@@ -237,7 +237,7 @@ class _Model:
 
 
 def _is_model(path: Path) -> bool:
-    """Whether it is a model; else it is a job, a record, or the id of one."""
+    """Returns True for a model; else it is a job, a record, or the id of one."""
     return path.suffix.lower() == ".json" and not path.name.endswith("record.json")
 
 
@@ -327,7 +327,7 @@ def _check_limit(image: Image, extent: Extent) -> None:
 
 
 def _notes(known: _Model | None, table: CorrectedProgram | None, options: ImageOptions, image: Image) -> Iterator[str]:
-    """What one has to know beyond what the image holds."""
+    """Returns notes on the run that the image itself does not hold."""
     if table is not None:
         yield from table.notes
         if known is not None and not table.model_sha256:

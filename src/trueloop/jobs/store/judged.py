@@ -31,7 +31,7 @@ IN_QUARANTINE: Final = (
 
 @dataclass(frozen=True)
 class JudgedParts:
-    """Of the finished parts of one call: expected against obtained, alarms, and what is to be kept of quarantines."""
+    """The judgement of one call's finished parts: expected against obtained, alarms, and quarantines to keep."""
 
     obtained: tuple[Obtained, ...] = ()
     findings: tuple[Finding, ...] = ()
@@ -57,7 +57,7 @@ def judged_parts(store: Store, parts: Sequence[LivedPart], accept: Collection[st
 
 
 def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> Noticed:
-    """What its finish inspection shows beyond earlier parts; nothing where no edge is stated."""
+    """Returns what the finish inspection shows beyond earlier parts; nothing where no edge is stated."""
     if lived.cut.setting is None or lived.finish is None:
         return Noticed()
     edge, part = lived.cut.setting.edge, lived.cut.part
@@ -69,7 +69,7 @@ def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> No
 
 
 def _word(store: Store, lived: LivedPart, seen: Noticed, accepted: bool) -> Quarantine | None:
-    """What is to be kept of whether the cut may teach; None: it stays as it is."""
+    """Returns the quarantine to keep for the cut; None: it stays as it is."""
     last, cut, now = quarantine_of(store, lived.cut), lived.cut.identity, datetime.now(UTC)
     held = last is not None and not last.lifted
     by_person = last is not None and last.by != BY
@@ -114,5 +114,5 @@ def alarms_of(serial: str, seen: Noticed, learns: bool) -> Iterator[Finding]:
 
 
 def _says(seen: Noticed) -> str:
-    """What may have happened, the likeliest first; a correction that did not arrive explains all else."""
+    """Returns possible causes, the likeliest first; a correction that did not arrive explains all else."""
     return "; or: ".join(alarm.says for alarm in (seen.alarms[:1] if seen.quarantine else seen.alarms))

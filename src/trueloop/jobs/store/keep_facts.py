@@ -88,7 +88,7 @@ def keep_facts(
 
 @contextmanager
 def _naming_override() -> Iterator[None]:
-    """What differs from what is stored can be kept all the same."""
+    """Names the override for a value that differs from the stored one."""
     try:
         yield
     except TrueloopError as refused:

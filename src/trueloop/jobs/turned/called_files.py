@@ -74,7 +74,7 @@ def _called(source: bytes, by_name: bool) -> Iterator[str]:
 
 
 def _holds(source: bytes, name: str, by_name: bool) -> bool:
-    """Whether a program of that name is in the text already."""
+    """Returns True where the text holds a program of that name already."""
     head = rf"^[ \t]*%_N_{name}_" if by_name else rf"^[ \t]*[O:]0*{name}\b"
     return re.search(head.encode(), source, re.IGNORECASE | re.MULTILINE) is not None
 

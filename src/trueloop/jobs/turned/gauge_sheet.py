@@ -17,7 +17,7 @@ from trueloop.turned.readings.plan import gauge_plan
 
 @dataclass(frozen=True)
 class GaugeSheet:
-    """What is to be measured of a part, in its order along the profile; `inch`: lengths are written in inches."""
+    """The measurements wanted of a part, in order along the profile; `inch`: lengths are written in inches."""
 
     part: str
     profile: Profile

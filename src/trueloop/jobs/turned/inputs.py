@@ -54,7 +54,7 @@ class ReadFiles:
 
 @dataclass(frozen=True)
 class Measured:
-    """What was measured: as reported, as error vectors, and the characteristics that are judged by it; notes."""
+    """Measured values: as reported, as error vectors, and the characteristics that are judged by them; notes."""
 
     inspections: tuple[Inspection, ...]
     vectors: ErrorVectors
@@ -182,7 +182,7 @@ def _of_nose(tool: TableOfTool, other: JobFiles) -> Iterator[NoseTouches]:
 
 
 def _same_edge(one: TableOfTool, other: ToolsTable) -> bool:
-    """Whether two tables are of one edge: by what both call it, else by the number of its offset."""
+    """Returns True for two tables of one edge: by the name in both, else by the number of its offset."""
     if one.name and other.name:
         return (one.name, one.insert, one.corner) == (other.name, other.insert, other.corner)
     return (one.number, one.table_edge) == (other.number, other.table_edge)
@@ -204,7 +204,7 @@ def _options(job: Job, tool: TableOfTool) -> Options:
 
 
 def _between_cuts(given: CompensationTable) -> BetweenCuts:
-    """What the job says of how cuts differ; the prior where it says nothing."""
+    """Returns the job's statement of how cuts differ; the prior where the job has none."""
     common_um, along_um = given.cut_to_cut_um, given.cut_to_cut_along_um
     if common_um is None and along_um is None:
         return PRIOR

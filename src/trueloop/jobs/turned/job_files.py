@@ -267,7 +267,7 @@ class JobFiles:
 
 
 def _is_of(setup: SetupTable, cut: CutByTable) -> bool:
-    """Whether what is decided of a feature is of a set-up and one of its tools."""
+    """Returns True where the decision on a feature belongs to a set-up and one of its tools."""
     return cut.setup in (None, setup.name) and cut.called in [None, *(tool.called for tool in setup.tools)]
 
 

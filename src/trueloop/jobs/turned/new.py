@@ -34,7 +34,7 @@ Zero: TypeAlias = Literal["drawing", "free-end", "chuck-end"]
 
 @dataclass(frozen=True)
 class Chosen:
-    """What of a drawing is meant: a contour by its number (None: there is one), and from where z of a DXF counts."""
+    """Selects in a drawing: a contour by its number (None: the only one), and the z of a DXF that counts as 0."""
 
     outline: int | None = None
     zero: Zero = "drawing"

@@ -49,7 +49,7 @@ def outputs_of(correction: Correction, options: PageOptions = METRIC, pdf: bool 
 
 
 def _label(setup: SetupCorrection, edge: EdgeCorrection) -> str:
-    """What stands for an edge in file names: `T5`, `T5-D2`, `first-T5`."""
+    """Names an edge in file names: `T5`, `T5-D2`, `first-T5`."""
     called = "" if edge.contour is None else edge.contour.edge.called.words.replace(" ", "-")
     return "-".join(filter(None, (setup.frame.name, called)))
 

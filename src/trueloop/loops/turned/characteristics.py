@@ -43,7 +43,7 @@ TOUCHED_MM: Final = 0.05
 
 @dataclass(frozen=True)
 class Corrected:
-    """What one correction knows of the errors of the part that was touched and of the next one."""
+    """One correction's knowledge of the errors of the touched part and of the next one."""
 
     inputs: Inputs
     matched: Commanded

@@ -225,7 +225,7 @@ def _cut_in(feature: str, found: Sequence[_Found]) -> list[str]:
 
 
 def _of_setup(setup: Setup, placed: Profile, found: Cutters, features: tuple[str, ...]) -> OfSetup:
-    """What other set-ups cut, or none, is left alone."""
+    """Returns the cuts of one set-up; features that other set-ups cut, or none, have no cutter here."""
     own = tuple(one if name in features else None for name, one in zip(placed.names, found.found, strict=True))
     return OfSetup(setup, placed, features, replace(found, found=own))
 

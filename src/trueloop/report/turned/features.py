@@ -127,7 +127,7 @@ def _expected_words(correction: Correction, outcome: Outcome, say: Texts) -> str
 
 
 def _is_left(correction: Correction, index: int) -> bool:
-    """Whether a feature's cut stays as programmed because nothing is known of its error: no offset moves it either."""
+    """Returns True for a feature whose cut stays as programmed as its error is unknown: no offset moves it either."""
     feature = correction.profile.features[index]
     normals = feature.outward_normal(np.linspace(0.0, feature.length_mm, 17))
     moved = normals @ np.array(correction.decision.offset_mm) * correction.by_offset[index]

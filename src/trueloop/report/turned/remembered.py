@@ -72,7 +72,7 @@ def _line(degrees: Array, um: Array, colour: str, name: str, dash: str = "solid"
 
 
 def _applied(correction: Correction, index: int, say: Texts) -> Trace:
-    """What the correction of one arc takes off."""
+    """Draws the amount that the correction of one arc takes off."""
     feature = correction.profile.features[index]
     s, angle = angles_along(correction.profile, index)
     taken = correction.options.weight * correction.model.curves[index].value_mm(s)

@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 
 class _Queue:
-    """Of one loop."""
+    """The limit of readings at once of one event loop, and how many wait or run."""
 
     def __init__(self) -> None:
         self.limiter, self.length = CapacityLimiter(AT_ONCE), 0
