@@ -24,7 +24,7 @@ from trueloop.wording import Um, Wording, wording
 WIDEST_MM = 0.1
 """What the discrepancy of all parts may be beforehand, standard deviation at the part's largest coordinate."""
 LEAST_MM, MOST_MM = 1e-5, 0.064
-"""What the discrepancy of one part, and what is left at a place, may be."""
+"""Limits of the discrepancy of one part, and of the error left at a place."""
 FAINTEST = 1e-6
 FAR = 5.0
 """A part moved by more than so many times what the others are is not like them."""

@@ -21,7 +21,7 @@ from trueloop.estimate.sizes import Row
 FREEDOM: Final = 6.0
 OUTLIER: Final = 5.0
 ROUNDS: Final = 4
-"""Of weights and sizes in turn."""
+"""Most rounds in which weights and sizes are fitted in turn."""
 NOISE_LN: Final = 0.7
 """The uncertainty of the noise beforehand: standard deviation of its logarithm."""
 NOISE_REACH: Final = (1 / 8, 16.0)

@@ -7,7 +7,7 @@ use super::{
 use crate::controls;
 use crate::modes::modal::{FeedMode, Modal, Plane};
 
-/// What a dialect is where it says nothing else.
+/// The properties of a dialect that states no others.
 const PLAIN: Dialect = Dialect {
     name: "",
     names: Names::NONE,

@@ -183,7 +183,7 @@ impl Runner<'_> {
         }
     }
 
-    /// Runs the program that a word names, P times, of an OSP Q times; one that is not in the file is said.
+    /// Runs the program that a word names, P times, of an OSP Q times; one that is not in the file is a remark.
     pub(crate) fn call_named(&mut self, word: usize, request: &Request) {
         let Some(found) = self.program.words().get(word) else { return };
         let (name, repeats) = called(self.program, found);

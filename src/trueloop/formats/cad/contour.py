@@ -204,7 +204,7 @@ def _one(first: Piece, second: Piece, within_mm: float) -> Piece | None:
 
 
 def _straight(a: Line, b: Line, within_mm: float) -> bool:
-    """Whether two lines follow each other in one; by floats: a drawing has many."""
+    """Returns whether two lines continue each other; by floats: a drawing has many."""
     (x0, z0), (x1, z1), (x2, z2), (x3, z3) = a.start_mm, a.end_mm, b.start_mm, b.end_mm
     if math.hypot(x2 - x1, z2 - z1) > 2 * within_mm:
         return False

@@ -222,7 +222,7 @@ def _refusing_damage(path: Path) -> Iterator[None]:
     try:
         yield
     except TooDenseError as error:
-        hint = "erase what is not the profile, or name the layer that holds it alone (--layer, part.dxf_layer)"
+        hint = "erase what is not the profile and save the drawing again"
         raise _refusal(path, f"the drawing is too dense: {error}", hint) from error
     except damage as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__

@@ -150,7 +150,7 @@ class _Codes(dict[str, int]):
 def _entities(file: Iterator[str]) -> Iterator[tuple[list[tuple[int, int]], list[int], list[str], list[str]]]:
     """By block of the file, where entities, from each code 0 to the next, begin and end; group codes, values, lines.
 
-    Raises ValueError at what is no group code.
+    Raises ValueError where a group code is expected and something else stands.
     """
     known = _Codes()
     lines, codes, more = list[str](), list[int](), True

@@ -253,7 +253,7 @@ def _once(pieces: Edges, within_mm: float) -> Edges:
 
 
 def _all_crossings(edges: Edges, low: Array, high: Array) -> Array:
-    """Where edges cross each other, (n, 2)."""
+    """Returns the places where edges cross each other, (n, 2)."""
     pairs = overlapping(low, high, low, high)
     pairs = pairs[pairs[:, 0] < pairs[:, 1]]
     both = edges.is_line[pairs].all(axis=1)
@@ -268,7 +268,7 @@ def _all_crossings(edges: Edges, low: Array, high: Array) -> Array:
 
 
 def _line_crossings(edges: Edges, pairs: Pairs) -> Array:
-    """Where pairs of lines cross between their ends, (n, 2)."""
+    """Returns the places where pairs of lines cross between their ends, (n, 2)."""
     start, (i, j), along = edges.start_mm, pairs.T, edges.end_mm - edges.start_mm
     apart = start[j] - start[i]
     sine = cross(along[i], along[j])

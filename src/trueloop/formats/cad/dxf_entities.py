@@ -41,7 +41,7 @@ ONE_MM: Final = 1e-3
 class CentreLine:
     """A horizontal or vertical line of the sheet, in mm: at a height y, or at an x, from the lower to the higher end.
 
-    `source` says in words how it was found.
+    `source`: by which rule it was found, in words.
     """
 
     vertical: bool
@@ -68,7 +68,7 @@ class CentreLine:
 
 
 class Meanings:
-    """What lines of a drawing mean, by their own line type and their layer, of which a drawing has few."""
+    """The meaning of a drawing's lines, by their own line type and their layer, of which a drawing has few."""
 
     def __init__(self, drawing: "Drawing") -> None:
         self._layers = drawing.layers
@@ -99,7 +99,7 @@ class Meanings:
         return self._line_type(layer, own).startswith(CENTRE) or layer.casefold().startswith(CENTRE)
 
     def _is_shown(self, layer: str) -> bool:
-        """Whether a layer is shown and plotted."""
+        """Returns whether a layer is shown and plotted."""
         known = self._layer(layer)
         return (known is None or not (known.is_off() or known.is_frozen())) and layer.casefold() != NOT_PLOTTED
 
@@ -142,7 +142,7 @@ def _level(edges: Edges) -> Iterator[CentreLine]:
 
 
 def _meet(a: CentreLine, b: CentreLine) -> bool:
-    """Whether two pieces on one line are closer than the shorter of them is long."""
+    """Returns whether two pieces on one line are closer than the shorter of them is long."""
     gap = max(a.low_mm, b.low_mm) - min(a.high_mm, b.high_mm)
     return gap <= min(a.length_mm, b.length_mm)
 

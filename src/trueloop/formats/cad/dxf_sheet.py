@@ -142,7 +142,7 @@ def _from_left(one: Candidate) -> tuple[float, float]:
 
 
 def _hatched(hatches: Sequence[Drawn], mm_per_unit: float) -> Hatched:
-    """Whether places of the sheet, to the right and up, are in a hatched area; islands are not."""
+    """Returns whether places of the sheet, to the right and up, are in a hatched area; islands are not."""
     from ezdxf import path
 
     rings = [

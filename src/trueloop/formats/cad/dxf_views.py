@@ -188,7 +188,7 @@ def _within(axis: CentreLine, other: View, candidates: Sequence[Candidate]) -> b
 
 
 def _seen_from(axis: CentreLine) -> tuple[Array, Array]:
-    """How x is counted from an axis: a turn, and a move; (x, z) of the sheet are up and right."""
+    """A turn and a move by which x counts from an axis; (x, z) of the sheet are up and right."""
     if axis.vertical:
         return np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([axis.at_mm, 0.0])
     return np.eye(2), np.array([-axis.at_mm, 0.0])

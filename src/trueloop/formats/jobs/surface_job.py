@@ -35,7 +35,7 @@ class SurfaceGaugingTable(Table):
     is filled in. Parts go by the files' names: no two alike.
     """
     unit: Literal["mm", "inch"] | None = None
-    """Of scans that do not state it; required for those."""
+    """Unit of scans that do not state it; required for those."""
     columns: Annotated[tuple[Count, Count, Count] | None, Field()] = None
     """Which columns of a scan in text are x, y and z, from 1; left out, its headings say so, or they are the first."""
     ball_radius_mm: NotNegative = 0.0

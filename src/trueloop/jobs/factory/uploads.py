@@ -44,7 +44,7 @@ TABLES: Final = (".csv", ".tsv", ".xlsx", ".xlsm")
 
 @dataclass(frozen=True)
 class ReadAs:
-    """How a file is to be read, where it does not say so itself."""
+    """Options of reading an upload, for what the file does not state."""
 
     kind: Kind | None = None
     dialect: str | None = None

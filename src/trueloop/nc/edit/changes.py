@@ -15,7 +15,7 @@ from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.units import UM_PER_MM
 
 STATES: Final = ("feed", "feed_mode", "compensation", "plane", "tool", "work_offset", "spindle_mode", "spindle_speed")
-"""What is in force in a move, beside where it goes, and stays so in a written program."""
+"""The modal state of a move that a written program has to keep, beside its end."""
 
 
 def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:

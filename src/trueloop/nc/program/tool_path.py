@@ -108,11 +108,11 @@ class ToolPath:
     plane = _of_state("plane")
     """The plane of arcs: 17 (XY), 18 (ZX), 19 (YZ)."""
     inch = _of_state("inch")
-    """Whether the program unit is the inch."""
+    """True where the program unit is the inch."""
     diameter = _of_state("diameter")
-    """Whether X words are diameters."""
+    """True where X words are diameters."""
     incremental = _of_state("incremental")
-    """Whether coordinates are increments."""
+    """True where coordinates are increments."""
     feed = _of_state("feed")
     """The feed in the unit of `feed_mode`: mm/min (94), mm/rev (95), 1/min (93); NaN before the first F."""
     feed_mode = _of_state("feed_mode")
@@ -138,7 +138,7 @@ class ToolPath:
     register_mm = _of_state("register_mm")
     """The part of `origin_mm` that G52, G92 or TRANS made, (n, 3)."""
     renamed = _of_state("renamed")
-    """How often another tool, tool offset or work offset came into force for X, Y, Z, (n, 3)."""
+    """Count of the tools, tool offsets and work offsets that came into force so far, for X, Y, Z, (n, 3)."""
     turned = _of_state("turned")
     """The letter (as its code, 0 for none) of a rotary axis away from 0 or at an unknown position."""
 
