@@ -148,6 +148,12 @@ def test_the_lower_half_may_be_the_section(tmp_path: Path) -> None:
     np.testing.assert_allclose(along(read_dxf(path, side="inside")), BORE, atol=1e-9)
 
 
+def test_a_hatch_without_an_outline_is_passed_over(tmp_path: Path) -> None:
+    sheet = Sheet().bush()
+    sheet.space.add_hatch().paths.add_edge_path()
+    is_the_bush(sheet.saved(tmp_path))
+
+
 def test_a_section_without_hatching_is_told_by_its_lines(tmp_path: Path) -> None:
     """The end faces then begin at the axis, as in a view from outside, where the same lines are a thread's."""
     path = Sheet().bush(hatched=False).saved(tmp_path)

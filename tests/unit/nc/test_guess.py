@@ -32,6 +32,12 @@ def test_what_fanuc_and_haas_write_alike_is_asked_with_the_scores_and_their_reas
     assert "--dialect fanuc-mill" in (asked.value.hint or "")
 
 
+def test_a_fit_in_a_comment_does_not_make_a_lathe_program_linuxcncs() -> None:
+    """Read so, X would be taken for a radius without a word."""
+    program = b"(BUSHING 30 G7)\nG21\nT0101\nG97 S1500 M3\nG0 X30. Z5.\nG1 Z-20. F0.1\nM30\n"
+    assert scores(program)["linuxcnc"].points == 0
+
+
 def test_a_long_program_of_plain_blocks_is_scored_in_time_that_grows_with_its_length() -> None:
     """A mark searched from every line to the end of the file would take seconds."""
     source = b"".join(b"X%d.%05d Y-0.00029 Z0.25776\n" % (k % 50, k) for k in range(4000))

@@ -145,11 +145,8 @@ def _hatched(hatches: Sequence[Drawn], mm_per_unit: float) -> Hatched:
     """Returns whether places of the sheet, to the right and up, are in a hatched area; islands are not."""
     from ezdxf import path
 
-    rings = [
-        np.array([(point.x, point.y) for point in outline.flattening(FLAT)]) * mm_per_unit
-        for hatch in hatches
-        for outline in path.from_hatch(hatch.entity)
-    ]
+    outlines = [list(way.flattening(FLAT)) for hatch in hatches for way in path.from_hatch(hatch.entity)]
+    rings = [np.array([(point.x, point.y) for point in way]) * mm_per_unit for way in outlines if len(way) > 2]
 
     def hatched(places: Array) -> Mask:
         inside = np.zeros(len(places), dtype=bool)
@@ -161,7 +158,7 @@ def _hatched(hatches: Sequence[Drawn], mm_per_unit: float) -> Hatched:
 
 
 def _are_in(ring: Array, places: Array) -> Mask:
-    """By how often a way to the right crosses the ring."""
+    """Counts how often a way to the right crosses the ring; an odd count is inside."""
     found = np.zeros(len(places), dtype=bool)
     near = np.flatnonzero(np.all((places >= ring.min(axis=0)) & (places <= ring.max(axis=0)), axis=1))
     (x0, y0), (x1, y1) = ring.T, np.roll(ring, -1, axis=0).T

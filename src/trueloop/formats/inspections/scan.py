@@ -50,7 +50,7 @@ def is_scan(path: Path) -> bool:
 def read_scan(path: Path, mm_per_unit: float | None, columns: Sequence[int] | None = None) -> Scan:
     """Reads the points of a scan; `columns`, from 1, of x, y, z in a text.
 
-    A unit in the heading of x counts before `mm_per_unit`. Raises SRF-FILE with the line for a field that is not a number, where
+    A unit in the heading of x counts before `mm_per_unit`. Raises SRF-FILE with the line for what is no number, where
     no column is named x, for a mesh that cannot be read; SRF-UNIT where neither file nor job states the unit.
     """
     if path.suffix.lower() in MESHES:

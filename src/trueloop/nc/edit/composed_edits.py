@@ -1,5 +1,6 @@
 """Edits of an edited program as edits of its source."""
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 
 from trueloop.nc.edit.edit import Edit, in_order, spliced
@@ -10,19 +11,22 @@ def composed(source: bytes, first: Sequence[Edit], second: Sequence[Edit]) -> li
 
     Edits of both that touch each other become one. Insertions at one place keep their order.
     """
-    between, written, grown = spliced(source, first), list[tuple[int, int, int]](), 0
+    between, written, grown = spliced(source, first), list[tuple[int, int]](), [0]
     for edit in in_order(first):
-        start = edit.start + grown
-        grown += len(edit.text) - (edit.end - edit.start)
-        written.append((start, edit.end + grown, grown))
+        start = edit.start + grown[-1]
+        grown.append(grown[-1] + len(edit.text) - (edit.end - edit.start))
+        written.append((start, edit.end + grown[-1]))
+    ends = [end for _, end in written]
 
     def longer(at: int) -> int:
-        """By how much the edited program is longer than its source, up to there."""
-        return next((by for _, end, by in reversed(written) if end <= at), 0)
+        """Returns by how many bytes the edited program is longer than its source, up to there."""
+        return grown[bisect_right(ends, at)]
 
-    edits = []
-    for low, high in _touching([span[:2] for span in written] + [(edit.start, edit.end) for edit in second]):
-        own = [Edit(e.start - low, e.end - low, e.text) for e in second if low <= e.start and e.end <= high]
+    edits, later = [], in_order(second)
+    starts = [edit.start for edit in later]
+    for low, high in _touching(written + [(edit.start, edit.end) for edit in second]):
+        near = later[bisect_left(starts, low) : bisect_right(starts, high)]
+        own = [Edit(e.start - low, e.end - low, e.text) for e in near if e.end <= high]
         text = spliced(between[low:high], own).decode("latin-1")
         edits.append(Edit(low - longer(low - 1), high - longer(high), text))
     return edits

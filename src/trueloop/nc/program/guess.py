@@ -23,7 +23,7 @@ MARKS: Final[tuple[tuple[str, int, tuple[str, ...], str], ...]] = (
     (r"^[^(;\n]*\bR\d+\s*=|\b(CR|RND|CHR)\s*=", 5, ("siemens",), "R1= or CR="),
     (r"#<\w+>|^\s*o<?\w+>?\s+(sub|call|if|while|repeat)\b", 8, ("linuxcnc",), "#<name> or an O word"),
     (r"\(\s*(debug|print|msg)\s*,|\bG64\s*P|\bG43\.1|\bG3[38]\.", 5, ("linuxcnc",), "(MSG, …), G64 P or G38.2"),
-    (r"\bG0?[78]\b(?!\.|\s*P)", 10, ("linuxcnc",), "G7 or G8 without P"),
+    (r"^[^(;\n]*\bG0?[78]\b(?!\.|\s*P)", 10, ("linuxcnc",), "G7 or G8 without P"),
     (r"\(UPD\s*,|\bTOV\(", 10, ("ge2000t",), "(UPD, …)"),
     (r"\bNLAP\w*|\bNAT\d+|\bV[CST][A-Z0-9]*\s*=|\bTG=|^\$", 8, ("okuma-lathe",), "NLAP1, VC1= or TG="),
     (r"\bG(154|187|103)\b|\bM97\b|\bHAAS\b", 8, HAAS, "G154, G187, M97 or the name Haas"),
