@@ -139,7 +139,16 @@ def test_programs_that_an_osp_calls_by_name_are_run_and_displaced(tmp_path: Path
     assert path.end_mm[:, [0, 2]].tolist() == [[20.0, 2.0], [20.0, -30.0], [25.0, -30.0], [30.0, -30.0]]
     moved = ["G90 G95 G00 X40.200 Z1.750", "CALL OSUB", "G00 X50.200", "CALL O7", "M02", "OSUB", "G01 Z-30.250 F0.2"]
     assert body(tmp_path, CALLED, "okuma-lathe", options) == ["OMAIN", *moved, "RTS", "O7", "G01 X60.200", "RTS"]
-    for other in ("CALL OSUB Q2", "CALL OSUB D=5", "CALL OGONE"):
+    twice = body(tmp_path, CALLED.replace("CALL OSUB", "CALL OSUB Q2"), "okuma-lathe", options)
+    assert twice == [
+        "OMAIN",
+        *(line.replace("CALL OSUB", "CALL OSUB Q2") for line in moved),
+        "RTS",
+        "O7",
+        "G01 X60.200",
+        "RTS",
+    ]
+    for other in ("CALL OSUB D=5", "CALL OGONE"):
         error = refused(mapped, tmp_path, CALLED.replace("CALL OSUB", other), SHIFT, "okuma-lathe", options)
         assert (error.code, error.place.line) == (Code.NC_OPAQUE, 3)
 

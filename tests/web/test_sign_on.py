@@ -59,7 +59,7 @@ def test_one_command_in_an_empty_folder_leads_to_the_first_account_and_to_today(
             expect(window.page.get_by_role("heading", level=1, name="Today")).to_be_visible()
             assert "first" not in window.page.url
             window.page.get_by_role("button", name="Menu").click()
-            expect(window.page.get_by_role("navigation")).to_contain_text("otto")
+            expect(window.page.get_by_role("navigation", name="Pages")).to_contain_text("otto")
             window.page.get_by_role("button", name="Sign out").click()
             window.page.goto(found[0])  # it is used up
             expect(window.page.get_by_role("button", name="Sign in")).to_be_visible()
@@ -85,7 +85,7 @@ def test_a_linked_person_signs_in_at_the_provider_and_comes_back_to_today(web: B
                 window.page.get_by_role("link", name="Agree").click()
                 expect(window.page.get_by_role("heading", level=1, name="Today")).to_be_visible()
                 window.page.get_by_role("button", name="Menu").click()
-                expect(window.page.get_by_role("navigation")).to_contain_text("operator")
+                expect(window.page.get_by_role("navigation", name="Pages")).to_contain_text("operator")
                 assert "code=" not in window.page.url and provider.refusals == []
                 assert [one for one in window.complaints if "401" not in one] == []
                 window.page.get_by_role("button", name="Sign out").click()
