@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import t
 
 from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
-from trueloop.surface.pattern.outlier import on_square, outliers
+from trueloop.surface.pattern.outlier import PLACES, on_square, outliers
 from trueloop.surface.pattern.pattern import Pattern, by_chance, common_size, part_maps, parts_needed, pattern_of
 from trueloop.surface.separation.outlying_point import student
 from trueloop.surface.separation.places import projector
@@ -148,6 +148,9 @@ def test_maps_of_a_part_by_what_was_put_in() -> None:
     assert np.mean(maps.variability_mm**2) == pytest.approx(np.mean(np.var(own, axis=0, ddof=1)), rel=0.06)
 
 
+WHOLE = np.ones(PLACES**2, bool)
+
+
 @pytest.mark.parametrize("count", [3, 4, 10])
 def test_parts_that_differ_by_their_set_up_alone_show_no_pattern_and_a_pattern_is_seen(count: int) -> None:
     """Heights and tilts alone: at 5 %, 20 of 200 come once in five hundred. A pattern of bends is seen."""
@@ -156,10 +159,22 @@ def test_parts_that_differ_by_their_set_up_alone_show_no_pattern_and_a_pattern_i
     size = Size(6, 6)
     for _ in range(200):
         motions = rng.normal(0, 0.05, (count, 3))
-        alarms += by_chance([SplineSurface(size, a + b * at[:, None] + c * at) for a, b, c in motions]) < 0.05
+        alarms += by_chance([SplineSurface(size, a + b * at[:, None] + c * at) for a, b, c in motions], WHOLE) < 0.05
     assert alarms < 20
     truth = random_surface(rng, 9, 0.010).coefficients_mm
     alike = [
         SplineSurface(Size(9, 9), truth + random_surface(rng, 9, BETWEEN_MM).coefficients_mm) for _ in range(count)
     ]
-    assert by_chance(alike) < 0.01
+    assert by_chance(alike, WHOLE) < 0.01
+
+
+def test_what_trimming_cut_away_makes_no_pattern() -> None:
+    """Parts that have a bump alike in one corner alone, which is cut away, and differ by heights of ±1 µm elsewhere."""
+    rng = np.random.default_rng(3)
+    corner = np.zeros((9, 9))
+    corner[6:, 6:] = 0.1
+    alike = [SplineSurface(Size(9, 9), corner + height) for height in rng.normal(0, 0.001, 5)]
+    there = np.ones((PLACES, PLACES), bool)
+    there[12:, 12:] = False
+    assert by_chance(alike, WHOLE) < 0.01
+    assert by_chance(alike, there.ravel()) > 0.05

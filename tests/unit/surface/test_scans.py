@@ -105,11 +105,18 @@ CLOUDS = {
     "leica.pts": "3\n{x:.5f} {y:.5f} {z:.5f} -1200 10 20 30\n",
     "cloudcompare.asc": "//X Y Z Scalar_field\n{x:.5f} {y:.5f} {z:.5f} 0.5\n",
     "hash.txt": "# a remark\n# x y z\n{x:.5f}\t{y:.5f}\t{z:.5f}\n",
-    "numbered.csv": "{k},{x:.5f},{y:.5f},{z:.5f}\n",
+    "quoted.csv": '"{x:.5f}","{y:.5f}","{z:.5f}"\n',
+    "named.csv": '"P {k}, left","{x:.5f}","{y:.5f}","{z:.5f}"\n',
+    "brackets.txt": "# X [mm] Y [mm] Z [mm]\n{x:.5f} {y:.5f} {z:.5f}\n",
+    "units.asc": "//Z in mm Y in mm X in mm\n{z:.5f} {y:.5f} {x:.5f}\n",
+    "other.txt": "# z, y, x\n{z:.5f} {y:.5f} {x:.5f}\n",
     "gom.csv": 'Export\n"Name";"Ist Z";"Ist X";"Ist Y";"Soll X"\nP{k};{z:.5f};{x:.5f};{y:.5f};1\n',
     "comma.csv": "x;y;z\n{x:.5f};{y:.5f};{z:.5f}\n",
     "inch.csv": "X [in],Y [in],Z [in],NX,NY,NZ\n{x_inch:.7f},{y_inch:.7f},{z_inch:.7f},0,0,2\n",
 }
+
+
+DECIMAL_COMMAS = ("comma.csv", "quoted.csv", "named.csv")
 
 
 @pytest.mark.parametrize(("name", "form"), CLOUDS.items(), ids=CLOUDS)
@@ -120,8 +127,8 @@ def test_columns_of_text_are_found(tmp_path: Path, name: str, form: str) -> None
         for k, (x, y, z) in enumerate(POINTS, 1)
     ]
     text = "\n".join([*head, *lines, ""])
-    (tmp_path / name).write_text(text.replace(".", ",") if name == "comma.csv" else text)
-    scan = read_scan(tmp_path / name, None if name == "inch.csv" else 1.0)
+    (tmp_path / name).write_text(text.replace(".", ",") if name in DECIMAL_COMMAS else text)
+    scan = read_scan(tmp_path / name, None if name in ("inch.csv", "units.asc", "brackets.txt") else 1.0)
     assert scan.points_mm == pytest.approx(POINTS, abs=1e-5)
     if name == "inch.csv":
         assert scan.normal == pytest.approx(np.tile([0.0, 0.0, 1.0], (3, 1)))
@@ -137,6 +144,16 @@ def test_columns_of_text_are_found(tmp_path: Path, name: str, form: str) -> None
         ("X,Y,Z\n1,2,3\n1,2,inf\n", Code.SRF_FILE, 3),
         ("X,Y,Z,x\n1,2,3,4\n", Code.SRF_FILE, 1),
         ("text alone\n", Code.SRF_FILE, 1),
+        ("0 10 5.1 0 0 1\n1 10 5.2 0 0 1\n2 10 5.3 0 0 1\n", Code.SRF_FILE, 1),  # x, or numbers of points
+        ("7,1.5,2.5,3.5\n9,1.5,2.5,3.5\n", Code.SRF_FILE, 1),
+        ("10,125,20,250,5,375\n10,125,20,250,5,380\n", Code.SRF_FILE, 1),  # decimal commas, or columns
+        ('"1,234","2.5","3.5"\n', Code.SRF_FILE, 1),  # a thousand, or 1.234
+        ("1.5;2.5;3.5\n1.5;2.5;1,234\n", Code.SRF_FILE, 2),
+        ("# Ist X Ist Y Ist Z\n1.5 2.5 3.5\n", Code.SRF_FILE, 1),
+        ("# x y z\n1.5 2.5 3.5 0.1 0.2 0.9\n", Code.SRF_FILE, 1),
+        ("X,Y,Z [inch]\n1,2,3\n", Code.SRF_UNIT, 1),
+        ("X [mm],Y [inch],Z [mm]\n1,2,3\n", Code.SRF_UNIT, 1),
+        ("// X in Y in Z in\n1 2 3\n", Code.SRF_UNIT, 1),
     ],
 )
 def test_a_cloud_that_cannot_be_read_is_refused_with_its_line(
@@ -145,8 +162,36 @@ def test_a_cloud_that_cannot_be_read_is_refused_with_its_line(
     path = tmp_path / "part.txt"
     path.write_text(text)
     with pytest.raises(TrueloopError) as caught:
-        read_scan(path, None if code is Code.SRF_UNIT else 1.0)
+        read_scan(path, None if code is Code.SRF_UNIT and line is None else 1.0)
     assert (caught.value.code, caught.value.place.line) == (code, line)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0 54.3909 7.67865 19.88829\n1 8.74128 8.63964 25.63624\n2 58.43637 35.74794 -15.41229\n",
+        "# x y z\n0 54.3909 7.67865 19.88829 9\n0 8.74128 8.63964 25.63624 9\n0 58.43637 35.74794 -15.41229 9\n",
+        "A;B;C;D\n0;54,3909;7,67865;19,88829\n0;8,74128;8,63964;25,63624\n0;58,43637;35,74794;-15,41229\n",
+    ],
+)
+def test_stated_columns_overrule_headings_and_what_may_count_the_points(tmp_path: Path, text: str) -> None:
+    (tmp_path / "part.txt").write_text(text)
+    assert read_scan(tmp_path / "part.txt", 1.0, [2, 3, 4]).points_mm == pytest.approx(POINTS)
+    assert read_scan(tmp_path / "part.txt", 1.0, [4, 2, 3]).points_mm == pytest.approx(POINTS[:, [2, 0, 1]])
+    with pytest.raises(TrueloopError) as caught:
+        read_scan(tmp_path / "part.txt", 1.0, [2, 3, 7])
+    assert caught.value.code is Code.SRF_FILE
+
+
+@pytest.mark.parametrize("heading", ["# x [in] y [in] z [in]", "A [in];B [in];C [in];D [in];E [in];F [in]"])
+def test_units_of_headings_hold_for_stated_columns(tmp_path: Path, heading: str) -> None:
+    separator = ";" if ";" in heading else " "
+    (tmp_path / "part.txt").write_text(f"{heading}\n{separator.join(f'{k}.5' for k in range(1, 7))}\n")
+    scan = read_scan(tmp_path / "part.txt", None, [4, 5, 6])
+    assert scan.points_mm == pytest.approx(np.array([[4.5, 5.5, 6.5]]) * 25.4)
+    with pytest.raises(TrueloopError) as caught:
+        read_scan(tmp_path / "part.txt", 1.0, [4, 5, 6])
+    assert caught.value.code is Code.SRF_UNIT
 
 
 @pytest.mark.parametrize("ending", ["stl", "ply", "obj"])
@@ -215,3 +260,4 @@ def test_a_scan_needs_its_unit_and_its_frame_and_has_to_be_where_the_face_is(tmp
         with pytest.raises(TrueloopError) as caught:
             read_surface(_job(tmp_path, gauging))
         assert caught.value.code is code
+    assert "gauging.columns" in caught.value.hint

@@ -1,12 +1,13 @@
 """Scans: meshes (STL, PLY, OBJ) by trimesh, and clouds of points in columns of text (XYZ, ASC, PTS, CSV, exports).
 
-Columns of text are those that headings name, before or after `//` or `#`; without headings the first three numbers of a
-line, after a column that counts the lines. Numbers have a decimal point, or a comma where that separates no columns.
+Columns of text are those that headings name, after `//` or `#` too; without headings the first three numbers of a line,
+unless the first may count the points. Numbers have a decimal point, or a comma: in quotes where that separates columns.
 """
 
-import itertools
+import csv
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -19,7 +20,15 @@ from trueloop.extras import install_command
 from trueloop.formats.input_file import read_text, readable
 from trueloop.formats.inspections.tables.header import role_of
 from trueloop.formats.inspections.tables.headings import plain
-from trueloop.formats.inspections.tables.roles import LENGTH_MM, NORMAL, POINT, Role, unit_in_heading, without_unit
+from trueloop.formats.inspections.tables.roles import (
+    LENGTH_MM,
+    NORMAL,
+    POINT,
+    Role,
+    unit_in_heading,
+    unit_named,
+    without_unit,
+)
 from trueloop.formats.measurements.rows import MOST, number_of
 
 MESHES: Final = frozenset((".stl", ".ply", ".obj"))
@@ -50,8 +59,8 @@ def is_scan(path: Path) -> bool:
 def read_scan(path: Path, mm_per_unit: float | None, columns: Sequence[int] | None = None) -> Scan:
     """Reads the points of a scan; `columns`, from 1, of x, y, z in a text.
 
-    A unit in the heading of x counts before `mm_per_unit`. Raises SRF-FILE with the line for what is no number, where
-    no column is named x, for a mesh that cannot be read; SRF-UNIT where neither file nor job states the unit.
+    Raises SRF-FILE with the line for what is no number, where it is not certain which columns are x, y and z, for a
+    mesh that cannot be read; SRF-UNIT where neither headings nor job state the unit, or the two contradict each other.
     """
     if path.suffix.lower() in MESHES:
         return _mesh(path, _known(path, mm_per_unit))
@@ -98,8 +107,22 @@ def _refusal(path: Path, why: str, line: int | None = None, hint: str = "export 
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
-    cells = [cell.strip().strip('"') for cell in line.split(separator)]
-    return cells if separator == "," else [cell.replace(",", ".") for cell in cells]
+    """Returns the cells of a line, their commas as decimal points: those that do not separate columns."""
+    return [cell.replace(",", ".") for cell in _split(line, separator)]
+
+
+def _split(line: str, separator: str | None) -> list[str]:
+    """Returns the cells of a line without their quotes, and without empty ones at its end."""
+    if separator is None:
+        return [cell.strip('"') for cell in line.split()]
+    try:
+        (cells,) = csv.reader([line], delimiter=separator, skipinitialspace=True)
+    except (csv.Error, ValueError):  # longer than a cell may be, or empty
+        return []
+    cells = [cell.strip() for cell in cells]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
 
 
 def _numbers(cells: Sequence[str]) -> list[int]:
@@ -131,10 +154,12 @@ def _cloud(path: Path, mm_per_unit: float | None, columns: Sequence[int] | None)
         raise _refusal(path, f"none of its first {min(len(lines), 1000)} lines has 3 numbers", 1, HINT)
     first, separator = begins
     kept = [(k, line) for k, line in enumerate(lines[first:], first + 1) if line.strip() and not MARKS.match(line)]
-    names = _names(path, lines[:first], lines[first], separator)
-    where = _columns(path, names, [_cells(line, separator) for _, line in kept[:3]], columns, first)
-    unit = "" if names is None else unit_in_heading(names[where[0]])
-    factor = LENGTH_MM.get(unit) or _known(path, mm_per_unit)
+    rows = [_cells(line, separator) for _, line in kept[:1000]]
+    headings = _headings(path, lines[:first], len(rows[0]), separator, columns is not None)
+    where = (
+        _columns(path, headings, rows, separator, first + 1) if columns is None else [column - 1 for column in columns]
+    )
+    factor = _factor(path, headings, where[: len(POINT)], len(rows[0]), mm_per_unit)
     values = _values(path, kept, separator, where)
     normal = None
     if len(where) > len(POINT):
@@ -143,19 +168,76 @@ def _cloud(path: Path, mm_per_unit: float | None, columns: Sequence[int] | None)
     return Scan(values[:, :3] * factor, normal, np.array([k for k, _ in kept]))
 
 
-def _names(path: Path, above: Sequence[str], data: str, separator: str | None) -> list[str] | None:
+@dataclass(frozen=True)
+class _Headings:
+    """The line of headings, from 1, and what it names."""
+
+    line: int
+    names: list[str]
+
+
+def _headings(path: Path, above: Sequence[str], count: int, separator: str | None, stated: bool) -> _Headings | None:
     """Returns the headings: the last line above the data that names x, y and z, whatever mark it begins with.
 
-    Raises SRF-FILE for headings without a mark that name them not.
+    Where the job has `stated` the columns, any line of as many cells as the data have. Raises SRF-FILE for headings of
+    which it is not certain which column each names.
     """
     for number, line in reversed(list(enumerate(above, 1))):
-        cells = [cell.strip().strip('"') for cell in MARKS.sub("", line).split(separator)]
-        if set(POINT) <= {_role(cell) for cell in cells}:
-            return cells
-        if not MARKS.match(line) and not _numbers(cells) and len(cells) == len(_cells(data, separator)):
-            listed = ", ".join(map(repr, cells[:12]))
-            raise _refusal(path, f"none of its {len(cells)} columns, {listed}, is x, y and z each", number, HINT)
+        text = MARKS.sub("", line)
+        for other in (separator, *SEPARATORS):
+            names = _named(text, other)
+            if set(POINT) <= {_role(name) for name in names}:
+                if len(names) != count and not stated:
+                    raise _refusal(path, f"{len(names)} headings, {_listed(names)}, over {count} columns", number, HINT)
+                return _Headings(number, names)
+        names = _named(text, separator)
+        if len(names) == count and not _numbers(names):
+            if stated:
+                return _Headings(number, names)
+            if not MARKS.match(line):
+                why = f"none of its {count} columns, {_listed(names)}, is x, y and z each"
+                raise _refusal(path, why, number, HINT)
     return None
+
+
+def _named(line: str, separator: str | None) -> list[str]:
+    """Returns headings; at blanks a cell that is a unit belongs to the one before it: `X [mm] Y [mm]`, `X in mm`."""
+    names: list[str] = []
+    for cell in _split(line, separator):
+        unit = unit_named(cell) if separator is None and names else ""
+        if unit in LENGTH_MM:
+            names[-1] = f"{names[-1].removesuffix(' [in]')} [{unit}]"
+        else:
+            names.append(cell)
+    return names
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(map(repr, names[:12]))
+
+
+def _factor(
+    path: Path, headings: _Headings | None, where: Sequence[int], count: int, mm_per_unit: float | None
+) -> float:
+    """Returns mm per unit: as the headings of x, y and z have it, which are `where`, and as the job states it."""
+    if headings is None:
+        return _known(path, mm_per_unit)
+    names = headings.names
+    if len(names) == count and max(where) < count:
+        names = [names[k] for k in where]
+    else:
+        names = [name for name in names if _role(name) in POINT]
+    units = [unit for unit in map(unit_in_heading, names) if unit in LENGTH_MM]
+    factors = {LENGTH_MM[unit] for unit in units}
+    if len(factors | {mm_per_unit or factor for factor in factors}) > 1:
+        job = "no unit" if mm_per_unit is None else f"{mm_per_unit:g} mm a unit"
+        raise Code.SRF_UNIT.refusal(
+            f"the headings {_listed(names)} of {path.name!r} state {', '.join(dict.fromkeys(units))}, the job {job}",
+            hint="correct what is wrong: a heading, or gauging.unit in the job",
+            place=Place(str(path), headings.line),
+            values={"part": path.stem},
+        )
+    return factors.pop() if len(units) == len(names) == len(POINT) else _known(path, mm_per_unit)
 
 
 def _role(heading: str) -> Role | None:
@@ -164,42 +246,60 @@ def _role(heading: str) -> Role | None:
 
 
 def _columns(
-    path: Path,
-    names: Sequence[str] | None,
-    rows: Sequence[Sequence[str]],
-    stated: Sequence[int] | None,
-    above: int,
+    path: Path, headings: _Headings | None, rows: Sequence[Sequence[str]], separator: str | None, line: int
 ) -> list[int]:
-    """Returns the columns of x, y, z and, where headings name them, of the normal, from 0."""
-    if stated is not None:
-        return [column - 1 for column in stated]
-    if names is None:
+    """Returns the columns of x, y, z and, where headings name them, of the normal, from 0.
+
+    Without headings the first three numbers. Raises SRF-FILE, with the first line of the data, where there are more and
+    the first may count the points, or commas may be decimal ones.
+    """
+    if headings is None:
         numbers = _numbers(rows[0])
-        counted = [row[numbers[0]] for row in rows]
-        ids = len(rows) > 1 and len(numbers) > len(POINT) and all(cell.isdigit() for cell in counted)
-        ids = ids and all(int(b) - int(a) == 1 for a, b in itertools.pairwise(counted))
-        return numbers[ids : ids + len(POINT)]
-    roles = [_role(name) for name in names]
+        if len(numbers) > len(POINT):
+            x, y, z, beyond = (k + 1 for k in numbers[: len(POINT) + 1])
+            if _may_count([row[numbers[0]] for row in rows if len(row) > numbers[0]]):
+                why = f"without headings, column {x} may be x, or count the points: it has whole numbers alone"
+                hint = f"gauging.columns = [{x}, {y}, {z}] in the job, or [{y}, {z}, {beyond}]"
+                raise _refusal(path, why, line, hint)
+            if separator == "," and not any("." in cell for row in rows for cell in row):
+                why = f"its commas may separate {len(numbers)} columns, or be decimal ones: no number has a point"
+                raise _refusal(path, why, line, f"{HINT}, where commas separate columns")
+        return numbers[: len(POINT)]
+    roles = [_role(name) for name in headings.names]
     for role in POINT:
         if roles.count(role) > 1:
-            raise _refusal(path, f"{roles.count(role)} columns are named {role.value}", above, HINT)
+            raise _refusal(path, f"{roles.count(role)} columns are named {role.value}", headings.line, HINT)
     wanted = (*POINT, *NORMAL) if set(NORMAL) <= set(roles) else POINT
     return [roles.index(role) for role in wanted]
 
 
+def _may_count(cells: Sequence[str]) -> bool:
+    """Returns whether cells may be the numbers of points: whole, the first ones all different."""
+    first = cells[:3]
+    return all(re.fullmatch(r"\d+", cell) for cell in cells) and len(set(first)) == len(first) > 1
+
+
 def _values(path: Path, kept: Sequence[tuple[int, str]], separator: str | None, where: Sequence[int]) -> Array:
     """Returns columns (n, k) of numbers. Raises SRF-FILE with the line."""
-    texts = [line.replace('"', "") for _, line in kept]
-    texts = texts if separator == "," else [text.replace(",", ".") for text in texts]
-    try:
-        values = np.loadtxt(texts, delimiter=separator, usecols=where, comments=None, ndmin=2)
-    except ValueError:
-        values = np.full((len(texts), len(where)), np.nan)
-        for row, text in enumerate(texts):
-            cells = [cell.strip() for cell in text.split(separator)]
-            if len(cells) <= max(where) or len({*_numbers(cells)} & {*where}) < len(where):
+    texts = [line if separator == "," else line.replace(",", ".") for _, line in kept]
+    values = np.empty((0, len(where)))
+    mixed = separator != "," and any("," in line for _, line in kept) and any("." in line for _, line in kept)
+    if not mixed:
+        with suppress(ValueError):
+            values = np.loadtxt(texts, delimiter=separator, usecols=where, comments=None, ndmin=2, quotechar='"')
+    if len(values) != len(kept):
+        values = np.full((len(kept), len(where)), np.nan)
+        marks: set[str] = set()
+        for row, (at, text) in enumerate(kept):
+            cells = _split(text, separator)
+            if len(cells) <= max(where):
                 break
-            values[row] = [number_of(cells[k]) for k in where]
+            used = [cells[k] for k in where]
+            marks |= {mark for mark in ".," for cell in used if mark in cell}
+            if len(marks) > 1:
+                why = f"up to {text.strip()[:60]!r}, some numbers have a decimal point and some a comma"
+                raise _refusal(path, why, at, "a comma of thousands, or two files in one? export the scan again")
+            values[row] = [number_of(cell.replace(",", ".")) for cell in used]
     wrong = np.flatnonzero(~np.all(np.abs(values) <= MOST, axis=1))
     if len(wrong):
         line, text = kept[int(wrong[0])]

@@ -10,6 +10,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity
 from trueloop.geometry.surface import Surface
 from trueloop.surface.on_face import FIGURES, SUPPORT, OnFace, square
+from trueloop.surface.pattern.outlier import PLACES
 from trueloop.surface.pattern.pattern import Pattern, by_chance
 from trueloop.surface.pattern.support import between
 from trueloop.surface.separation.outlying_point import COVERAGE
@@ -59,13 +60,14 @@ def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigu
     return SurfaceFigures(largest, unsure, kept, share, float(unsure_mm[worst]), (x, y, z))
 
 
-def require_known(figures: SurfaceFigures, pattern: Pattern, best_fit: bool) -> None:
+def require_known(figures: SurfaceFigures, pattern: Pattern, there: OnFace, best_fit: bool) -> None:
     """Raises SRF-PARTS for a pattern that parts which differ so have by chance: its correction may make worse.
 
     Parts that were set up anew and are compared by their datum differ so, and not in form. A face of which much is not
     supported is judged by `check_support`: the uncertainty there says nothing of the rest.
     """
-    if figures.unsupported > MUCH or (p_value := by_chance(pattern.models)) < 1 - COVERAGE:
+    inside = there.square(FIGURES)[:: (FIGURES - 1) // (PLACES - 1), :: (FIGURES - 1) // (PLACES - 1)].ravel()
+    if figures.unsupported > MUCH or (p_value := by_chance(pattern.models, inside)) < 1 - COVERAGE:
         return
     more = "measure more parts; these show nothing to correct"
     raise Code.SRF_PARTS.refusal(

@@ -237,7 +237,7 @@ def correct(
     Raises SRF-PARTS for a pattern that the parts do not determine.
     """
     options = model.options
-    require_known(model.figures, model.pattern, options.best_fit)
+    require_known(model.figures, model.pattern, model.on_face, options.best_fit)
     corrected = corrected_surface(
         model.surface,
         model.pattern.mean,

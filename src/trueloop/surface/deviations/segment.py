@@ -53,7 +53,7 @@ def on_face(
         raise Code.SRF_OFF.refusal(
             f"0 of {total} points of {scan.name!r} are on the face: {beside} are more than {farthest_mm:g} mm off it "
             f"or beside it, {total - beside} face elsewhere",
-            hint="look at unit, frame and face: the scan has to be in the frame of the CAD model",
+            hint="look at unit, frame, face and gauging.columns: the scan has to be in the frame of the CAD model",
             override="gauging.farthest_mm in the job",
             values={"part": scan.name, "limit_mm": farthest_mm},
         )

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Finding, Severity
 from trueloop.statistics import rms
 from trueloop.surface.pattern.outlier import Outlier, on_square, outliers, shapes_of
@@ -63,15 +63,17 @@ def drift_of(models: Sequence[SplineSurface]) -> Drift | None:
     return Drift(float(np.sqrt(np.mean(trend**2))), p_value)
 
 
-def by_chance(models: Sequence[SplineSurface]) -> float:
+def by_chance(models: Sequence[SplineSurface], inside: Flags) -> float:
     """Returns the probability that s parts without a pattern, which differ as these do, have as large a mean as theirs.
 
     s times the mean square of the mean, over the variance between parts, follows F with ν and (s − 1) ν degrees of
     freedom; ν counts the shapes in which parts differ, as for outlying parts: few where set-ups make them differ.
+    `inside`: which places of `on_square` are on the face.
     """
     from scipy.special import fdtrc  # slow to import
 
     stack = on_square(models)
+    stack = stack[:, inside] if np.any(inside) else stack
     s, mean = len(stack), np.mean(stack, axis=0)
     off = stack - mean
     gram = off @ off.T / stack.shape[1]

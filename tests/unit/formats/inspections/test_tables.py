@@ -344,6 +344,15 @@ def test_limits_near_zero_count_from_the_nominal_value(
     assert not any("verdicts" in remark.text for remark in file.remarks)
 
 
+def test_a_form_beside_the_nominal_of_its_size_keeps_its_limits(tmp_path: Path) -> None:
+    """0.012 is inside 0 to 0.02 as stated; counted from 50 it would be 50 mm too small."""
+    head = "Item,Nominal mm,Upper limit mm,Lower limit mm,Measured mm\n"
+    (reading,) = _one(_read(tmp_path, head + "Flatness 1,50,0.02,0,0.012\n"))
+    assert reading.upper_limit == pytest.approx(0.02)
+    (size,) = _one(_read(tmp_path, head + "D1,50,0.02,0,50.012\n"))
+    assert size.upper_limit == pytest.approx(50.02)
+
+
 def test_columns_of_statistics_are_no_parts(tmp_path: Path) -> None:
     heads = "Item,Nominal mm,Sample 1,Sample 2,XBAR,Pp,Ppk,Samples in tol,Number of Samples"
     file = _read(tmp_path, f"{heads}\nD1,10,10.01,10.02,10.015,1.2,1.1,2,2\n", unit="mm")

@@ -168,13 +168,15 @@ def _limits(
     nominal: Array,
     good: Array,
 ) -> _Limits:
-    """Absolute limits. A tolerance of form has no lower one."""
+    """Absolute limits. A tolerance of form has no lower one; near 0, of an actual value inside, it is as stated."""
     nothing = np.full(len(long), np.nan)
     lower, upper = (numbers.get(role, nothing) for role in (Role.LOWER_LIMIT, Role.UPPER_LIMIT))
     from_nominal = nominal + lower, nominal + upper
     gained = _contradicted(actual, lower, upper, good) - _contradicted(actual, *from_nominal, good)
     near_zero = np.fmax(np.abs(lower), np.abs(upper)) < np.abs(nominal) / 2
-    relative = gained >= 0 and counted_from_nominal(nominal, lower, upper, stated=False)
+    form = (np.abs(actual) < np.abs(actual - nominal)) & ~(lower < 0) & ~(actual < lower) & ~(actual > upper)
+    sizes = np.where(form, np.nan, nominal)
+    relative = gained >= 0 and counted_from_nominal(sizes, lower, upper, stated=False)
     relative |= gained > 0 and bool(np.all(near_zero | np.isnan(np.fmax(lower, upper))))
     if relative:
         lower, upper = from_nominal
