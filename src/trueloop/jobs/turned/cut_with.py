@@ -72,7 +72,9 @@ def _stated(files: JobFiles, inputs: Inputs, stated: str, by: Ran | None) -> InF
             return InForce(stated=True)
     record = read_record(file)
     require_later(record, inputs.inspections, files.path, time_needed=False)
-    return replace(in_force(record, by, inputs.program, inputs.lines, _sha256_beside(file, record, by)), stated=True)
+    found = in_force(record, by, inputs.program, inputs.lines, _sha256_beside(file, record, by))
+    require_another_part(record, inputs.inspections)
+    return replace(found, stated=True)
 
 
 def _of_edge(files: JobFiles, name: Path) -> Path:
@@ -157,6 +159,22 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
                 place=Place(str(job)),
                 values={"measured_at": when, "corrected_at": corrected_at.isoformat()},
             )
+
+
+def require_another_part(record: Record, inspections: Sequence[Inspection]) -> None:
+    """Refuses a correction made from the finished part that it is stated to have cut: CMP-CUT-WITH.
+
+    One made before the finish cut is meant for the part that it was made from.
+    """
+    serials = {one.part.serial for one in inspections if one.part.serial}
+    own = sorted(serials & {one.part.serial for one in record.inspections})
+    if record.cut_with is not None and own:
+        raise Code.CMP_CUT_WITH.refusal(
+            f"correction {record.id} was made from finished part {own[0]!r}, which is stated to be cut with it",
+            hint=f"state in programs.cut_with what cut part {own[0]!r}: {record.cut_with.words}; if it was cut again "
+            "with this correction, or is another part, give it a serial number of its own",
+            values={"corrections": [record.id]},
+        )
 
 
 def _require_no_allowance(measured: ErrorVectors) -> None:

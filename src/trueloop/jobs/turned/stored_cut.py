@@ -9,7 +9,7 @@ from trueloop.domain.part import Part
 from trueloop.domain.record import Correction
 from trueloop.errors import Code, in_file
 from trueloop.jobs.store.of_this_part import cuts_of
-from trueloop.jobs.turned.cut_with import is_of_cut, require_later, stored_words, with_possible
+from trueloop.jobs.turned.cut_with import is_of_cut, require_another_part, require_later, stored_words, with_possible
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import HINT, InForce, in_force
@@ -33,7 +33,9 @@ def with_stored_cut(store: Store, inputs: Inputs, part: Part) -> Inputs:
         if force.stored:
             one = _correction(store, force.stored)
             require_later(one.record, inputs.inspections, Path(inputs.file or ""), time_needed=False)
-            return replace(inputs, in_force=_of(one, force.by, inputs))
+            found = _of(one, force.by, inputs)
+            require_another_part(one.record, inputs.inspections)
+            return replace(inputs, in_force=found)
         cut = next(iter(reversed(cuts_of(store, part, Stage.FINISH))), None)
         if cut is not None and (cut.correction or cut.program_sha256):
             return replace(inputs, in_force=_of_cut(store, cut, inputs))

@@ -5,8 +5,9 @@ nothing been corrected. The next part names that correction as the one in force,
 goes on with the series, whichever way the correction was carried out.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import Any, Final
 
 import numpy as np
@@ -14,11 +15,14 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.domain.record import Record
+from trueloop.domain.tool import Edge
+from trueloop.errors import Code
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.cut_errors import places_along
 from trueloop.loops.turned.from_memory import FromMemory, edge_words
+from trueloop.loops.turned.made_parts import name_of
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.chain import chains_of
@@ -46,12 +50,17 @@ def next_finished(
     `own` is the fit to this part's measurements alone, by which the first two parts of a series are corrected.
     """
     moved = _Moved.of(inputs, matched, own.vectors)
-    earlier, today = _earlier(inputs), moved.taken_out(_used(own))
-    if inputs.memory.memory not in ("on", "bands"):
-        return None, None, (today,)
+    (earlier, new_series), today = _earlier(inputs), moved.taken_out(_used(own))
     parts = (*earlier, today)[-KEPT:]
     if len(parts) < FEWEST:
-        return None, None, parts
+        return None, _noted(inputs, new_series) if new_series else None, parts
+    if inputs.memory.memory not in ("on", "bands"):
+        unused = wording(
+            "The {n} finished parts before this one are kept, and not used: `memory.use` is {use}.",
+            n=len(parts) - 1,
+            use=inputs.memory.memory,
+        )
+        return None, _noted(inputs, unused), parts
     known = series_state(inputs.profile, parts)
     if known is None:
         why = wording(
@@ -135,28 +144,62 @@ def _noted(inputs: Inputs, words: str) -> FromMemory:
     return FromMemory(edge_words(inputs.edge), inputs.memory.memory, applied=False, notes=(words,))
 
 
-def _earlier(inputs: Inputs) -> tuple[ErrorVectors, ...]:
-    """Returns the finished parts behind the correction in force: none where another edge, or another setting of it,
-    made them.
+def _earlier(inputs: Inputs) -> tuple[tuple[ErrorVectors, ...], str]:
+    """Returns the finished parts behind the correction in force; or none, and in words why this part begins a new
+    series: another edge or setting of it, part type, machine or drawing.
+
+    Raises REC-KEY for parts that are not as a record holds them.
     """
     record = inputs.in_force.record
-    if record is None or not _is_same_setting(record, inputs):
-        return ()
-    kept = record.model.get(KEY)
-    parts = kept if isinstance(kept, list) else []
-    found = (_part(one, inputs.profile) for one in parts)
-    return tuple(one for one in found if one is not None)
+    if record is None or KEY not in record.model:
+        return (), ""
+    for before, now in _conditions(record, inputs):
+        if before != now:
+            return (), wording(
+                "The finished parts before this one are of {before}, it is of {now}: it begins a new series.",
+                before=before,
+                now=now,
+            )
+    kept: Any = record.model[KEY]
+    try:
+        found = [_part(one, inputs.profile) for one in kept]
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise Code.REC_KEY.refusal(
+            f"'model.{KEY}' of correction {record.id} is not as trueloop wrote it: {type(error).__name__}: {error}",
+            hint="restore its record as trueloop wrote it",
+        ) from error
+    parts = tuple(one for one in found if one is not None)
+    if len(parts) == len(found):
+        return parts, ""
+    return (), wording(
+        "Finished parts before this one have features that its drawing does not have: it begins a new series."
+    )
 
 
-def _is_same_setting(record: Record, inputs: Inputs) -> bool:
-    if record.edge is None or inputs.edge is None:
-        return record.edge is inputs.edge
-    return (record.edge.identity, record.edge_set_at) == (inputs.edge.identity, inputs.edge_set_at)
+def _conditions(record: Record, inputs: Inputs) -> Iterator[tuple[str, str]]:
+    """Yields in words, of the parts before and of this one, what parts of one series have in common."""
+    if record.part_type is not None:
+        yield name_of(record.part_type), name_of(inputs.part)
+    machine = inputs.machine_tool if inputs.machine is None else inputs.machine.machine
+    if record.machine is not None and machine is not None:
+        yield " ".join(record.machine.identity).strip(), " ".join(machine.identity).strip()
+    yield _set_words(record.edge, record.edge_set_at), _set_words(inputs.edge, inputs.edge_set_at)
+
+
+def _set_words(edge: Edge | None, set_at: datetime | None) -> str:
+    """Names an edge and, where it is stated, when it was set."""
+    if edge is None:
+        return wording("an edge that is not stated")
+    words = edge_words(edge)
+    return words if set_at is None else wording("{edge}, set at {when}", edge=words, when=set_at.isoformat())
 
 
 def _used(model: ProfileErrorModel) -> ErrorVectors:
-    """Returns the process errors that the fit uses, those of a feature with many touches averaged over stretches."""
-    vectors = model.vectors
+    """Returns the process errors that the fit uses, those of a feature with many touches averaged over stretches.
+
+    An average has a smaller own uncertainty than its touches; that of the z reference they have in common stays.
+    """
+    vectors, features, own_u_mm = model.vectors, model.profile.features, model.vectors.own_u_mm
     used = (model.weight > 0.0) | vectors.at_reference
     left_out = {point for point, kept in zip(vectors.point, used.tolist(), strict=True) if not kept}
     groups: list[NDArray[np.intp]] = [np.array([k]) for k in np.flatnonzero(vectors.at_reference)]
@@ -165,18 +208,19 @@ def _used(model: ProfileErrorModel) -> ErrorVectors:
         rows = rows[used[rows] & ~vectors.at_reference[rows]]
         groups += [one for one in np.array_split(rows, min(len(rows), STRETCHES) or 1) if len(one)]
     first = vectors.chosen([int(rows[0]) for rows in groups])
-    return ErrorVectors(
-        first.point,
-        first.feature_index,
-        np.array([float(np.mean(vectors.arc_length_mm[rows])) for rows in groups]),
-        np.array([float(np.mean(vectors.error_mm[rows])) for rows in groups]),
-        np.array([float(np.sqrt(np.sum(vectors.standard_u_mm[rows] ** 2))) / len(rows) for rows in groups]),
-        first.at_reference,
-        first.nominal_mm,
-        first.outward_normal,
-        gauged=vectors.gauged,
+    along_mm = np.array([float(np.mean(vectors.arc_length_mm[rows])) for rows in groups])
+    places = [(features[i], s) for i, s in zip(first.feature_index.tolist(), along_mm.tolist(), strict=True)]
+    averaged = replace(
+        first,
+        arc_length_mm=along_mm,
+        error_mm=np.array([float(np.mean(vectors.error_mm[rows])) for rows in groups]),
+        nominal_mm=np.array([feature.point_mm(s) for feature, s in places]).reshape(-1, 2),
+        outward_normal=np.array([feature.outward_normal(s) for feature, s in places]).reshape(-1, 2),
         seen=tuple(one for one in vectors.seen if one.name not in left_out),
     )
+    own_mm = np.array([float(np.sqrt(np.sum(own_u_mm[rows] ** 2))) / len(rows) for rows in groups])
+    at_zero_mm = float(np.max(vectors.standard_u_mm[vectors.at_reference][:1], initial=0.0))
+    return replace(averaged, standard_u_mm=np.hypot(own_mm, averaged.z_share * at_zero_mm))
 
 
 def _as_dict(part: ErrorVectors, profile: Profile) -> dict[str, object]:
@@ -224,14 +268,15 @@ def _part(kept: Mapping[str, Any], profile: Profile) -> ErrorVectors | None:
     names = {one["feature"] for one in points}.union(*(one["features"] for one in readings))
     if not names <= index.keys():
         return None
-    at, s = np.array([index[one["feature"]] for one in points], dtype=np.intp), _numbers(points, "along_mm")
+    at = np.array([index[one["feature"]] for one in points], dtype=np.intp)
+    s, error_mm, u_mm = (_numbers([one[key] for one in points]) for key in ("along_mm", "error_mm", "standard_u_mm"))
     places = [(profile.features[i], float(x)) for i, x in zip(at, s, strict=True)]
     return ErrorVectors(
         tuple(one["point"] for one in points),
         at,
         s,
-        _numbers(points, "error_mm"),
-        _numbers(points, "standard_u_mm"),
+        error_mm,
+        u_mm,
         np.array([one["point"] in kept["reference"] for one in points], dtype=np.bool_),
         np.array([feature.point_mm(x) for feature, x in places]).reshape(-1, 2),
         np.array([feature.outward_normal(x) for feature, x in places]).reshape(-1, 2),
@@ -240,15 +285,18 @@ def _part(kept: Mapping[str, Any], profile: Profile) -> ErrorVectors | None:
             Seen(
                 one["name"],
                 np.array([index[name] for name in one["features"]], dtype=np.intp),
-                np.array(one["along_mm"]),
-                np.array(one["weight"]),
-                one["value_mm"],
-                one["standard_u_mm"],
+                _numbers(one["along_mm"]),
+                _numbers(one["weight"]),
+                *_numbers([one["value_mm"], one["standard_u_mm"]]).tolist(),
             )
             for one in readings
         ),
     )
 
 
-def _numbers(rows: Sequence[Mapping[str, Any]], name: str) -> NDArray[np.float64]:
-    return np.array([one[name] for one in rows], dtype=np.float64)
+def _numbers(kept: Sequence[object]) -> NDArray[np.float64]:
+    """Returns numbers of a record, (n,). Raises ValueError where any is not finite."""
+    numbers = np.array(kept, dtype=np.float64)
+    if not np.all(np.isfinite(numbers)):
+        raise ValueError(f"{list(kept)!r:.60} are not all finite")
+    return numbers

@@ -120,10 +120,14 @@ def _options(inputs: Inputs) -> dict[str, object]:
 
 
 def _memory_options(inputs: Inputs) -> dict[str, object]:
-    """Returns how earlier parts take part, and which; nothing where there are none."""
-    if not is_used(inputs):
-        return {}
-    return {"memory": asdict(inputs.memory) | {"history_sha256": history_sha256(inputs.history)}}
+    """Returns how earlier parts take part, and which; nothing where there are none.
+
+    Those of a series of finished parts are named by the correction in force.
+    """
+    if is_used(inputs):
+        return {"memory": asdict(inputs.memory) | {"history_sha256": history_sha256(inputs.history)}}
+    goes_on = inputs.measured_finished and inputs.in_force.record is not None
+    return {"memory": asdict(inputs.memory)} if goes_on else {}
 
 
 def _memory(memory: FromMemory | None) -> dict[str, object]:

@@ -1,0 +1,136 @@
+"""Finished parts one after the other: each goes on with the series of the correction it names, or notes why not."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from tests.loops.test_cut_with import FIRST, SECOND, correct
+from tests.support.cli import run
+from tests.support.profiles import polyline
+from trueloop.domain.inspection import Touch
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.validate import checked_profile
+from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.store.where import Choice
+from trueloop.jobs.turned.compensate import Done, compensate_and_keep
+from trueloop.loops.turned.finished_parts import _used
+from trueloop.memory.edge.options import Use
+from trueloop.turned.error_curve.fit_profile import fit_profile
+from trueloop.turned.touches.touches import Gauging, error_vectors
+
+STEPS = checked_profile(polyline([(20.0, -60.0), (20.0, 0.0), (0.0, 0.0)], ["thin", "end"]))
+
+
+def series(folder: Path, parts: int, programs: str = "") -> Done:
+    """A series corrected by contours: 25, 27, 33 µm on the radius, had nothing been corrected."""
+    taken_um, done = 0.0, None
+    for part, radius_um in list(enumerate((25.0, 27.0, 33.0), 1))[:parts]:
+        done = correct(folder, part, (2e-3 * (radius_um + taken_um),) * 4, "contour", f"{force(part)}\n{programs}")
+        taken_um = -radius_um
+    assert done is not None
+    return done
+
+
+def force(part: int) -> str:
+    return f'cut_with = "o{part - 1}/record.json"' if part > 1 else ""
+
+
+def changed(folder: Path, part: int, before: str, after: str) -> Done:
+    """The correction of a part by its job with another text in one place."""
+    text = (folder / f"j{part}.toml").read_text()
+    assert text.count(before) == 1
+    job = folder / "changed.toml"
+    job.write_text(text.replace(before, after))
+    return compensate_and_keep(job, folder / "changed", Keeping(db=False))
+
+
+def kept_parts(done: Done) -> int:
+    kept = done.correction.record.model["finished_parts"]
+    assert isinstance(kept, list)
+    return len(kept)
+
+
+def test_each_use_of_a_series_has_its_own_record_and_none_loses_parts(tmp_path: Path) -> None:
+    """The series corrects otherwise than its last part alone, and the id in the program names the correction."""
+    series(tmp_path, 3)
+    job, uses = tmp_path / "j3.toml", get_args(Use)
+    done = {use: compensate_and_keep(job, tmp_path / use, Keeping(db=False), memory=use) for use in uses}
+    assert len({one.correction.record.id for one in done.values()}) == 4
+    assert {use: kept_parts(one) for use, one in done.items()} == dict.fromkeys(done, 3)
+    for use in ("off", "frozen"):
+        note = f"The 2 finished parts before this one are kept, and not used: `memory.use` is {use}"
+        assert sum(note in words for words in done[use].correction.notes) == 1
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "named"),
+    [
+        ('name = "s"', 'name = "another"', "are of s, it is of another"),
+        ('name = "s"', 'name = "s"\nrevision = "B"', "are of s, it is of s B"),
+        ('corner = "1"', 'corner = "2"', "are of T3 DNMG 1, it is of T3 DNMG 2"),
+        ('machine = "A"', 'machine = "B"', "are of A, it is of B"),
+        ('machine = "A"', "", ""),
+    ],
+)
+def test_a_part_made_otherwise_begins_a_new_series(tmp_path: Path, before: str, after: str, named: str) -> None:
+    """A note names the difference; a machine that is not stated is none."""
+    assert kept_parts(series(tmp_path, 3, 'machine = "A"')) == 3
+    third = changed(tmp_path, 3, before, after)
+    assert kept_parts(third) == (1 if named else 3)
+    assert sum("begins a new series" in note for note in third.correction.notes) == bool(named)
+    assert any(named in note for note in third.correction.notes)
+
+
+@pytest.mark.parametrize("damage", [[{"points": []}], [1], 5, "along_mm", "error_mm"])
+def test_a_damaged_series_is_refused(tmp_path: Path, damage: object) -> None:
+    series(tmp_path, 2)
+    record = tmp_path / "o2" / "record.json"
+    content = json.loads(record.read_text())
+    if isinstance(damage, str):
+        content["model"]["finished_parts"][0]["readings"][0]["value_mm"] = None
+        content["model"]["finished_parts"][0]["points"][0][damage] = None
+    else:
+        content["model"]["finished_parts"] = damage
+    record.write_text(json.dumps(content, indent=2))
+    with pytest.raises(TrueloopError) as refused:
+        correct(tmp_path, 3, SECOND, "contour", force(3))
+    assert refused.value.code is Code.REC_KEY and "model.finished_parts" in refused.value.message
+    assert refused.value.place is not None and not (tmp_path / "o3").exists()
+
+
+@pytest.mark.parametrize("stored", [False, True])
+def test_a_part_measured_again_was_not_cut_with_the_correction_made_from_it(tmp_path: Path, stored: bool) -> None:
+    """What the hint names leads on: what cut the part, or another serial number for it."""
+    db: Choice = str(tmp_path / "m.db") if stored else False
+    if stored:
+        run("db", "init", str(db))
+    first = correct(tmp_path, 1, FIRST, "contour", db=db)
+    own = f'cut_with = "{first.correction.record.id if stored else "o1/record.json"}"'
+    with pytest.raises(TrueloopError) as refused:
+        correct(tmp_path, 1, SECOND, "contour", own, db=db)
+    assert refused.value.code is Code.CMP_CUT_WITH and refused.value.values["corrections"]
+    assert refused.value.place is not None and "given program" in refused.value.hint
+    correct(tmp_path, 2, SECOND, "contour", own, db=db)
+    correct(tmp_path, 1, FIRST, "contour", 'cut_with = "given"', db=db)
+
+
+def test_an_average_keeps_the_uncertainty_of_the_z_reference() -> None:
+    """400 touches of a face, each 3 µm uncertain by itself and 4 µm by the reference: an average of ten is by 3/√10 µm
+    and by 4 µm.
+    """
+    rng = np.random.default_rng(1)
+    touches = [Touch("zero", (19.0, 0.0), "end", error_mm=0.0)]
+    touches += [
+        Touch(f"t{k}", (18.0 - 0.04 * k, 0.0), "end", error_mm=float(1e-3 * rng.standard_normal())) for k in range(400)
+    ]
+    vectors = error_vectors(STEPS, touches, Gauging(z_reference="zero"))
+    vectors = replace(vectors, standard_u_mm=np.where(vectors.at_reference, 0.004, 0.005))
+    kept = _used(fit_profile(STEPS, vectors))
+    many = ~kept.at_reference
+    assert np.count_nonzero(many) == 40
+    assert kept.own_u_mm[many] == pytest.approx(0.003 / np.sqrt(10.0))
+    assert kept.standard_u_mm[many] == pytest.approx(np.hypot(0.004, 0.003 / np.sqrt(10.0)))
