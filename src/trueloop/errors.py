@@ -284,14 +284,10 @@ class Code(StrEnum):
     )
     SRF_GRID = "SRF-GRID", "a point grid that no surface can be fitted to"
     SRF_POINTS = "SRF-POINTS", "too few points measured on a surface", ("part",)
-    SRF_UNIT = "SRF-UNIT", "points in another unit than mm", ("part", "deviation_mm", "factor")
+    SRF_UNIT = "SRF-UNIT", "points in another unit than mm", ("part",)
     SRF_SIGN = "SRF-SIGN", "points on the wrong side: normals into the material, or the ball's radius left in"
-    SRF_OFF = (
-        "SRF-OFF",
-        "points too far off the surface",
-        ("part", "point", "off_mm", "limit_mm", "x_mm", "y_mm", "z_mm"),
-    )
-    SRF_OUTSIDE = "SRF-OUTSIDE", "points beyond the edge of the face", ("part", "point", "x_mm", "y_mm", "z_mm")
+    SRF_OFF = "SRF-OFF", "points too far off the surface", ("part", "limit_mm")
+    SRF_OUTSIDE = "SRF-OUTSIDE", "points beyond the edge of the face", ("part",)
     SRF_DUPLICATE = "SRF-DUPLICATE", "a point measured twice", ("part", "points")
     SRF_HOLES = "SRF-HOLES", "a grid that lacks points", ("part", "missing")
     SRF_BALL = "SRF-BALL", "a ball larger than a hollow, or no ball", ("ball_radius_mm",)

@@ -59,7 +59,7 @@ def _refuse_unit(surface: Surface, xyz: Array, error: Array, radius: float, name
             raise Code.SRF_UNIT.refusal(
                 f"the points of {name!r} deviate by {off:.3f} mm; multiplied by {factor:g} they fit",
                 hint=f"the unit is not mm but {unit}: write the points in mm",
-                values={"part": name, "deviation_mm": off, "factor": factor},
+                values={"part": name},
             )
 
 
@@ -85,15 +85,7 @@ def _refuse_off(points: MeasuredPoints, error: Array, number: Integers, xyz: Arr
             hint="look at frame, ball radius and that touch; a larger distance can be allowed",
             place=points.place(int(number[worst])),
             override="gauging.farthest_mm in the job",
-            values={
-                "part": points.name,
-                "point": int(number[worst]),
-                "off_mm": float(error[worst]),
-                "limit_mm": farthest_mm,
-                "x_mm": float(x),
-                "y_mm": float(y),
-                "z_mm": float(z),
-            },
+            values={"part": points.name, "limit_mm": farthest_mm},
         )
 
 
@@ -107,13 +99,7 @@ def refuse_outside(points: MeasuredPoints, outside: np.ndarray, number: Integers
             f"the face, as do {np.count_nonzero(outside) - 1} others",
             hint="leave points off the face out, or name the face they lie on",
             place=points.place(int(number[first])),
-            values={
-                "part": points.name,
-                "point": int(number[first]),
-                "x_mm": float(x),
-                "y_mm": float(y),
-                "z_mm": float(z),
-            },
+            values={"part": points.name},
         )
 
 
