@@ -34,12 +34,9 @@ def _refused(folder: Path, text: str | bytes, code: Code, says: str) -> Trueloop
     return caught.value
 
 
-@pytest.mark.parametrize(("limits", "defined"), [(("9.99", "10.03"), "false"), (("-0.01", "0.03"), "true")])
-def test_a_zone_that_holds_its_nominal_the_other_way_alone_is_read_so(
-    folder: Path, limits: tuple[str, str], defined: str
-) -> None:
-    """10 +0.03 −0.01, by a program that says the contrary of `DefinedAsLimit`."""
-    zone = f"<MaxValue>{limits[1]}</MaxValue><MinValue>{limits[0]}</MinValue><DefinedAsLimit>{defined}</DefinedAsLimit>"
+def test_limits_defined_as_allowances_that_hold_the_nominal_are_absolute(folder: Path) -> None:
+    """9.99 to 10.03 beside 10, where `DefinedAsLimit` false would make them 19.99 to 20.03."""
+    zone = "<MaxValue>10.03</MaxValue><MinValue>9.99</MinValue><DefinedAsLimit>false</DefinedAsLimit>"
     found = _read(
         folder, document(results(measured("3", "10.02")), characteristics=[characteristic(1, tolerance=zone)])
     )

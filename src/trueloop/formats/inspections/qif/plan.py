@@ -226,13 +226,11 @@ def _limits(
         remarks["limits that do not say whether they are absolute, or are relative to no nominal, are left out"] += 1
         return None, None, ""
     offset = 0.0 if absolute or target is None else target
-    if target is not None:
-        stated = [np.array([np.nan if value is None else value]) for value in (target, lower, upper)]
-        relative = counted_from_nominal(stated[0], stated[1], stated[2], stated=not absolute)
-        if relative == absolute:
-            counted = "counted from the nominal value" if relative else "absolute"
-            remarks[f"limits exclude the nominal value as DefinedAsLimit has them: they are taken as {counted}"] += 1
-            offset = target if relative else 0.0
+    if not absolute and target is not None and lower is not None and upper is not None:
+        zone_of = [np.array([value]) for value in (target, lower, upper)]
+        if not counted_from_nominal(zone_of[0], zone_of[1], zone_of[2], stated=True):
+            remarks["limits exclude the nominal value as DefinedAsLimit has them: they are taken as absolute"] += 1
+            offset = 0.0
     return None if lower is None else lower + offset, None if upper is None else upper + offset, ""
 
 
