@@ -9,6 +9,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -100,3 +101,30 @@ def test_the_program_may_give_diameter_and_tip_itself() -> None:
     path, moves = judged(Case(GIVEN, 18, 3.0, 7))
     assert not isinstance(moves, ProgramRefusedError)
     assert_same_moves(path, moves)
+
+
+# Convex corners under 0.05 rad get no arc about them, so that a move by an arc inside becomes longer than programmed:
+# LinuxCNC bears 0.0254 rad in a program in mm, 0.001 rad in inch.
+LONGER = """F100 T1 M6
+G42
+G1 X{line:.6f} Y0
+G2 X{end[0]:.6f} Y{end[1]:.6f} I{arm[0]:.6f} J{arm[1]:.6f}
+G40
+G1 X{line:.6f} Y-{line:.6f}
+M2
+"""
+
+
+@pytest.mark.parametrize(("scale", "turn_rad", "refused"), [
+    (1.0, 0.0211, False), (1.0, 0.0213, True), (25.4, 0.00082, False), (25.4, 0.00085, True)
+])  # fmt: skip
+def test_an_arc_grows_by_as_much_as_linuxcnc_bears(scale: float, turn_rad: float, refused: bool) -> None:
+    """A tool of radius 1.5 mm inside an arc of 2.75 mm: the arc's centre path grows by 1.2 times the corner's turn."""
+    centre = (10 + 2.75 * math.sin(turn_rad), -2.75 * math.cos(turn_rad))
+    ends_at = math.pi / 2 + turn_rad - math.pi / 3
+    end = (centre[0] + 2.75 * math.cos(ends_at), centre[1] + 2.75 * math.sin(ends_at))
+    lengths = {"line": 10.0, "end": end, "arm": (centre[0] - 10, centre[1])}
+    program = LONGER.format(**{k: np.asarray(v) / scale for k, v in lengths.items()})
+    path, moves = judged(Case(("G20\n" if scale > 1 else "G21\n") + program, 17, 1.5, 0))
+    assert isinstance(moves, ProgramRefusedError) == refused
+    assert {found.code for found in path.findings} == ({Code.NC_GOUGE} if refused else set())

@@ -14,6 +14,7 @@ Answer = dict[str, object]
 
 BUSY: Answer = {"error": "an error that it does not name", "unnamed": True, "line": 1}
 GAPS: Answer = {"error": None, "overruns": 3, "line": 2}
+PROBED: Answer = {"error": "Queue is not empty after probing", "line": 1}
 FAULT: Answer = {"error": "Linear move on line 2 would exceed joint 0's positive limit", "line": 2}
 WHOLE: Answer = {"error": None, "overruns": 0, "line": 2}
 
@@ -36,7 +37,7 @@ def _cut(answers: list[Answer]) -> tuple[object, int]:
     return result, len(answers) - len(list(left))
 
 
-@pytest.mark.parametrize("first", [BUSY, GAPS])
+@pytest.mark.parametrize("first", [BUSY, GAPS, PROBED])
 def test_an_interrupted_run_is_made_again(first: Answer) -> None:
     positions, runs = _cut([first, first, WHOLE, WHOLE])
     assert runs == 3

@@ -15,8 +15,12 @@ use crate::path::{Arc, Caller, ToolPath, INHERITED};
 use crate::reading::program::Program;
 use crate::shapes::arc::{self, Point};
 
-/// Turns below this (rad) are no corner to LinuxCNC, and by no more may an arc become longer than programmed.
+/// Turns below this (rad) are no corner to LinuxCNC.
 pub(crate) const NO_CORNER: f64 = 0.05;
+
+/// Sweep (rad) by which an arc may become longer than programmed in a program in mm, and in inch: LinuxCNC compares the
+/// sweep with a length of 0.001 inch in the unit of the program.
+const LONGER_ARC: [f64; 2] = [0.0254, 0.001];
 
 /// The path of the controlled point: the tool's centre, or the imaginary tip that its orientation says.
 pub fn compensated(path: &ToolPath, program: &Program, tools: &[Tool]) -> (ToolPath, Vec<Finding>) {
@@ -146,7 +150,7 @@ impl Compensator<'_> {
         let sweep = || self.out.arcs.iter().rev().find(|arc| arc.of_move == open).map_or(0.0, |arc| arc.sweep);
         let reached = match active.way {
             Way::By(way) => dot(way, [end[axes.0] - start[axes.0], end[axes.1] - start[axes.1]]) >= 0.0,
-            Way::Turn(turn) => sweep().abs() <= turn.abs() + NO_CORNER,
+            Way::Turn(turn) => sweep().abs() <= turn.abs() + LONGER_ARC[usize::from(active.modal.inch)],
         };
         if !reached {
             self.refuse_corner(index);

@@ -21,7 +21,10 @@ from trueloop.errors import Code, Place, TrueloopError
 TIMEOUT_S: Final = 600.0
 POLL_S: Final = 0.1
 TOO_BUSY: Final = "USRMOT: ERROR: command timeout"
-"""What LinuxCNC prints, and reports nowhere else, when it ends a program because its motion got no processor time."""
+"""LinuxCNC prints this, and reports it nowhere else, on ending a program because its motion lacked processor time."""
+
+QUEUE_LATE: Final = "Queue is not empty after probing"
+"""Error of the interpreter where the task continues after a probing move before motion has reported an empty queue."""
 
 ATTEMPTS: Final = 3
 """Runs of one program at most, where the computer interrupts each."""
@@ -235,6 +238,12 @@ def _stopped(folder: Path, answer: dict[str, Any]) -> TrueloopError:
             hint="the computer is too busy: run it again with less beside it",
         )
     said = str(answer["error"]).strip()
+    if said.startswith(QUEUE_LATE):
+        return _InterruptedError(
+            Code.CTL_LINUXCNC,
+            f"LinuxCNC's interpreter read a probe result before its motion had reported the end of the move: {said!r}",
+            hint="the computer is too busy: run it again with less beside it",
+        )
     lines = (folder / "config" / "program.ngc").read_text(errors="replace").splitlines()
     line = _line_meant(folder, said, lines, answer["line"] or 1)
     return Code.CTL_PROGRAM.refusal(
