@@ -59,6 +59,33 @@ def test_a_lathe_counts_r_from_where_the_cycle_began(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize(("plane", "after", "refused"), [
+    ("G99 G82", "G90 G01 X150. F100.", None),
+    ("G98 G82", "G90 G00 X150. Z20.", None),
+    ("G98 G82", "G90 G01 X150. F100.", 6),
+    ("G91 G99 G82", "G90 G00 X150. Z20.", 4),
+])  # fmt: skip
+def test_a_cycle_states_the_height_that_a_new_work_offset_left_unknown(
+    tmp_path: Path, plane: str, after: str, refused: int | None
+) -> None:
+    """At X 100 R 2 is 2 + 0.01 + 0.002, the bottom -5 + 0.01 - 0.005. G98 goes back to a height in the old offset: a
+    cut may not start there. Under G91 R counts from that height."""
+    blocks = [
+        "G21 G90 G54 G00 X0. Y0. Z20. ;",
+        "G98 G81 Z-5. R2. F100. ;",
+        "G80 G55 X100. Y0. ;",
+        f"{plane} Z-5. R2. P20 ;",
+    ]
+    source = "\n".join([*blocks, "G80 ;", after, "M30", ""])
+    if refused:
+        with pytest.raises(TrueloopError) as refusal:
+            body(tmp_path, source, "fanuc-mill")
+        assert (refusal.value.code, refusal.value.place.line) == (Code.NC_MAP, refused)
+        assert "Z has no position since tool or offset changed" in refusal.value.message
+    else:
+        assert body(tmp_path, source, "fanuc-mill")[3] == f"{plane} X100.010 Z-4.995 R2.012 P20 ;"
+
+
 def test_holes_that_are_put_off_are_displaced_where_they_are_drilled(tmp_path: Path) -> None:
     source = "O1\nG21 G90\nG0 X0. Y0. Z20.\nG83 G99 Z-5. R2. Q3. F100. L0\nX200.\nG80\nG0 X0.\nM30\n"
     written = body(tmp_path, source, "haas-mill")

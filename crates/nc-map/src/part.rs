@@ -2,7 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nc_program::{MoveKind, Program, ToolPath};
+use nc_program::dialect::FlowStyle;
+use nc_program::{Drilled, MoveKind, Program, ToolPath};
 
 use crate::edits::{BlockNumbers, Edits};
 use crate::field::{Field, Trouble, Vector};
@@ -120,7 +121,9 @@ impl Writing {
         let Part { program, path, roles, .. } = part;
         let mut courses = Vec::with_capacity(path.len());
         let mut called = path.drilled.iter().filter(|hole| hole.said.is_some()).peekable();
+        let mut own = path.drilled.iter().filter(|hole| states_heights(program, hole)).peekable();
         let mut placed = path.placed.iter().peekable();
+        let mut came_from = None;
         for index in 0..path.len() {
             let role = roles.get(&(path.block[index] as usize));
             let saying = Saying::of(path, index);
@@ -132,6 +135,13 @@ impl Writing {
                 let named = |axis: usize| axis == hole.third || path.words[hole.place][axis] >= 0;
                 if index == hole.first && !(0..3).all(named) {
                     displace_way(path, &mut courses, roles);
+                }
+            }
+            if let Some(hole) = own.peek().filter(|hole| hole.first <= index) {
+                let height = &mut self.standing[hole.third];
+                if height.is_elsewhere() {
+                    came_from = came_from.or(Some(*height)).filter(|_| !hole.ends_at_plane);
+                    *height = Standing::Said;
                 }
             }
             while let Some(place) = placed.next_if(|place| place.of_move <= index) {
@@ -153,6 +163,10 @@ impl Writing {
                 }
             }
             courses.push(Course { fate, standing: before });
+            if let Some(hole) = own.next_if(|hole| hole.end <= index + 1) {
+                // back to where the series began, which no position of the program states
+                self.standing[hole.third] = came_from.take().unwrap_or(self.standing[hole.third]);
+            }
         }
         Ok(courses)
     }
@@ -316,6 +330,12 @@ impl Writing {
             }
         }
     }
+}
+
+/// Whether the block of a cycle states the height to which the tool goes before it drills, wherever it stood before.
+/// LinuxCNC's way there depends on where the series began.
+fn states_heights(program: &Program, hole: &Drilled) -> bool {
+    hole.said.is_none() && !hole.plane_from_initial && program.dialect().flow != FlowStyle::OWords
 }
 
 /// What becomes of a move, by where its axes stand before it and after.

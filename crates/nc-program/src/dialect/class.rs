@@ -27,6 +27,8 @@ pub enum Class {
     Digit,
     /// Starts a comment that runs to the line's end.
     LineComment,
+    /// Ends the block where nothing but comments follows on its line: the sign that a control shows as the end of a block.
+    BlockEnd,
     /// Starts a comment that runs to the closing parenthesis.
     Comment,
     /// Starts a statement that runs to the matching parenthesis.

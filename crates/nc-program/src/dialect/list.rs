@@ -87,6 +87,7 @@ pub const LINUXCNC: Dialect = Dialect {
 pub const FANUC_MILL: Dialect = Dialect {
     name: "fanuc-mill",
     classes: common_classes(&[
+        (b';', Class::BlockEnd),
         (b'(', Class::Comment),
         (b'#', Class::Parameter),
         (b',', Class::Comma),

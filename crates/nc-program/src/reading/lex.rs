@@ -57,6 +57,7 @@ impl Lexer<'_> {
                 Class::Name if first && self.is_file_name() => self.at = self.scanner.line_end(self.at),
                 Class::Name => self.word_slowly(self.at, self.letter(self.at)),
                 Class::LineComment => self.at = self.scanner.line_end(self.at),
+                Class::BlockEnd if self.ends_block() => self.at += 1,
                 Class::Comment => self.comment(),
                 Class::Statement => self.statement(),
                 Class::Parameter => self.assignment(),
@@ -72,14 +73,33 @@ impl Lexer<'_> {
                 }
                 Class::Digit if first => self.block_number(),
                 Class::Slash if self.dialect.rules.slash_within => self.slash_within(),
-                Class::Slash | Class::Percent | Class::Digit | Class::Space | Class::Letter | Class::Other => {
-                    self.unknown(self.at)
-                }
+                Class::Slash
+                | Class::Percent
+                | Class::Digit
+                | Class::Space
+                | Class::BlockEnd
+                | Class::Letter
+                | Class::Other => self.unknown(self.at),
             }
         }
         let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
         self.blocks.push(Block { start, end, first_word, optional, tape_mark });
         self.at += 1;
+    }
+
+    /// Whether only comments and further ends of a block follow on the line.
+    fn ends_block(&self) -> bool {
+        let mut rest = self.source.get(self.at + 1..self.scanner.line_end(self.at)).unwrap_or(&[]).trim_ascii_start();
+        while let [first, after @ ..] = rest {
+            let after = match self.dialect.class(*first) {
+                Class::BlockEnd => Some(after),
+                Class::Comment => after.iter().position(|&byte| byte == b')').and_then(|end| after.get(end + 1..)),
+                _ => None,
+            };
+            let Some(after) = after else { return false };
+            rest = after.trim_ascii_start();
+        }
+        true
     }
 
     /// Whether a line is the name under which an OSP sends its file: `$SHAFT.MIN%`.
@@ -340,8 +360,10 @@ impl Lexer<'_> {
     /// Where the text of a line goes on after the comment that follows a byte.
     fn after_comment(&self, end: usize) -> Option<usize> {
         let at = skip_blank(self.source, end);
-        let goes_on =
-            !matches!(self.scanner.class(at), None | Some(Class::LineEnd | Class::LineComment | Class::Comment));
+        let goes_on = !matches!(
+            self.scanner.class(at),
+            None | Some(Class::LineEnd | Class::LineComment | Class::BlockEnd | Class::Comment)
+        );
         (at > self.scanner.skip_space(end) && goes_on).then_some(at)
     }
 
@@ -349,7 +371,7 @@ impl Lexer<'_> {
     pub(crate) fn text_end(&self, mut end: usize) -> usize {
         let mut at = end;
         while let Some(class) = self.scanner.class(at) {
-            if matches!(class, Class::LineEnd | Class::LineComment | Class::Comment) {
+            if matches!(class, Class::LineEnd | Class::LineComment | Class::BlockEnd | Class::Comment) {
                 break;
             }
             at += 1;
@@ -364,7 +386,7 @@ impl Lexer<'_> {
     pub(crate) fn unknown(&mut self, start: usize) {
         let mut end = self.scanner.gave_up_at.take().unwrap_or(start + 1).max(start + 1);
         while let Some(class) = self.scanner.class(end) {
-            if matches!(class, Class::LineEnd | Class::Space | Class::LineComment | Class::Comment) {
+            if matches!(class, Class::LineEnd | Class::Space | Class::LineComment | Class::BlockEnd | Class::Comment) {
                 break;
             }
             end += 1;
