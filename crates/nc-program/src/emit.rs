@@ -23,8 +23,13 @@ impl Runner<'_> {
         if !self.state.unit.is_used {
             self.use_unit(words.into_iter().find(|word| *word >= 0).unwrap_or(INHERITED));
         }
-        if !self.state.diameter_is_known && self.state.modal.plane == Plane::Zx && words[0] >= 0 {
-            self.warn_diameter(words[0]);
+        if !self.state.diameter_is_known && words[0] >= 0 {
+            match self.state.modal.plane {
+                // a mill's program: X was a radius beside Y, and stays so in G18
+                Plane::Xy if self.state.xy_is_stated && words[1] >= 0 => self.state.diameter_is_known = true,
+                Plane::Zx => self.warn_diameter(words[0]),
+                _ => {}
+            }
         }
         if let Some(turn) = self.put_corner(kind, end, turn) {
             let (first, second, _) = self.state.modal.plane.axes();

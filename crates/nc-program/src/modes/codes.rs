@@ -220,7 +220,10 @@ impl Runner<'_> {
                 modal.motion = self.state.under_cycle
             }
             G::EndModalMacro => self.end_modal_macro(word),
-            G::Plane(plane) => modal.plane = plane,
+            G::Plane(plane) => {
+                modal.plane = plane;
+                self.state.xy_is_stated |= plane == Plane::Xy;
+            }
             G::Inch(inch) => {
                 self.state_unit(inch, word);
                 self.state.modal.feed_unit = FeedUnit::OfLengths;

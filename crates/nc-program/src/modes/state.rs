@@ -25,6 +25,8 @@ pub(crate) struct State {
     pub saved: Vec<(Modal, Option<usize>)>,
     pub unit: Unit,
     pub diameter_is_known: bool,
+    /// A word of the program has chosen the plane XY.
+    pub xy_is_stated: bool,
     pub frame: Frame,
     /// Where the tool is, in the frame in force.
     pub position: [f64; 3],
@@ -98,6 +100,7 @@ impl State {
             saved: Vec::new(),
             unit: Unit::new(options.unit_is_known),
             diameter_is_known: options.diameter_is_known || !dialect.rules.diameter_is_machine_data,
+            xy_is_stated: false,
             frame: Frame {
                 rotary: Rotary::new(options.rotary.unwrap_or_else(|| rotary_letters(program))),
                 ..Frame::new(&options.work_offsets, dialect.tool_offset == ToolOffset::Code)
