@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 import typer
 
 from trueloop.cli.options import AcceptRefused, Supersede, kept_as_dict, print_findings
-from trueloop.cli.shared_options import Db, ModelOption, argument, option, positive
+from trueloop.cli.shared_options import Db, ModelOption, Page, argument, option, positive
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines
-from trueloop.domain.option import Language, LengthUnit
 
 if TYPE_CHECKING:
     from trueloop.jobs.diagnose.diagnosed import Asked
@@ -55,14 +54,6 @@ class Of:
         from trueloop.jobs.diagnose.diagnosed import Asked
 
         return Asked(self.part_type, self.job, self.model, tuple(accept or ()))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Page:
-    """How the page is shown."""
-
-    language: Annotated[Language, option("Of the page.")] = "en"
-    unit: Annotated[LengthUnit, option("Of the page.")] = "mm"
 
 
 def elements_of(given: list[str] | None) -> dict[str, str]:

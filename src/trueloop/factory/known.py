@@ -1,8 +1,11 @@
 """An order, its parts and steps as known before a decision, and after it."""
 
+from base64 import b64encode
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import PlainSerializer
 
 from trueloop.domain.factory import Block, BlockKind, PartState, Run, StepState, WorkOrder
 from trueloop.domain.part import Part
@@ -148,14 +151,14 @@ class NewTask:
 
 @dataclass(frozen=True)
 class Offer:
-    """The next task of a machine. `program` is the text as sent; `mode`: press-cycle-start or armed.
+    """The next task of a machine. `program` is the text as sent, in JSON as base64; `mode`: press-cycle-start or armed.
 
     `checks` says what was found in order before it was offered.
     """
 
     run: Run
     block: Block
-    program: bytes
+    program: Annotated[bytes, PlainSerializer(lambda text: b64encode(text).decode(), return_type=str)]
     checks: tuple[str, ...]
     mode: str
 

@@ -7,7 +7,9 @@ hash of its text.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from trueloop.domain.factory import Block, Conditions, RunFact
 
@@ -20,20 +22,21 @@ def _unchanged(text: bytes, key: str) -> bytes:
 
 @dataclass(frozen=True)
 class PlanOrder:
-    """An order for parts of a type, one part a serial number, all by one route.
+    """Parts of one type, by one route; `job_toml`: the job by which corrections are computed.
 
-    `new_machine`: the machine may be one that the store does not know.
+    `probe_toml`: the probe that the job names; gauging runs then write the log of `probe_control`. `new_machine`: the
+    machine may be one that the store does not know.
     """
 
     part_type: str
     revision: str
     machine: str
-    serials: tuple[str, ...]
-    blocks: tuple[Block, ...]
+    serials: Annotated[tuple[str, ...], Field(max_length=1000)]
+    blocks: Annotated[tuple[Block, ...], Field(max_length=100)]
     job_toml: str = ""
     conditions: Conditions = field(default_factory=Conditions)
     probe_toml: str = ""
-    probe_control: str = "linuxcnc"
+    probe_control: Literal["linuxcnc", "fanuc", "haas", "renishaw", "siemens", "ge2000t"] = "linuxcnc"
     new_machine: bool = False
 
 

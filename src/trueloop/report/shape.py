@@ -41,6 +41,11 @@ def known_um(value_mm: float | None) -> float | None:
     return None if value_mm is None or not math.isfinite(value_mm) else um(value_mm)
 
 
+def known(value: float) -> float | None:
+    """Returns the value; None for NaN."""
+    return None if math.isnan(value) else value
+
+
 def _field(values: tuple[object, ...], name: str) -> Any:
     owner = next((value for value in values if hasattr(value, name)), None)
     if owner is None and name.endswith("_um"):

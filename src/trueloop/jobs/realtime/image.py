@@ -22,6 +22,7 @@ from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.db.named import named_row
+from trueloop.jobs.machine.mapped_program import ModelFile
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.opened import opened
 from trueloop.jobs.store.where import Choice
@@ -30,7 +31,6 @@ from trueloop.loops.realtime.process_table import Placed, machine_of, process_ta
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Correction
 from trueloop.machine.model.chain import ZERO, Vector
-from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.validity import require_serial
 from trueloop.nc.program.program import Program, read_program
 from trueloop.realtime.bank import NOTHING, Stated, bank_of, signals_of
@@ -214,7 +214,7 @@ def make_image(source: FilePath, options: ImageOptions | None = None) -> MadeIma
     options, path = options or ImageOptions(), Path(source)
     table = None if _is_model(path) else _table(path, options)
     model_file = path if table is None else options.model or _model_of(table)
-    known = None if model_file is None else _Model(read_model(model_file), model_file)
+    known = None if model_file is None else ModelFile(read_model(model_file), model_file)
     _check_model(table, known)
     if known is not None:
         with in_file(known.file):
@@ -224,16 +224,6 @@ def make_image(source: FilePath, options: ImageOptions | None = None) -> MadeIma
     _check_limit(image, extent)
     files = (*((path,) if path.is_file() else ()), *(table.files if table else ()), *((known.file,) if known else ()))
     return MadeImage(image, extent, tuple(_notes(known, table, options, image)), files)
-
-
-@dataclass(frozen=True)
-class _Model:
-    model: MachineModel
-    file: Path
-
-    @property
-    def sha256(self) -> str:
-        return sha256_of(self.file.read_bytes())
 
 
 def _is_model(path: Path) -> bool:
@@ -256,7 +246,7 @@ def _model_of(table: CorrectedProgram) -> Path | None:
     return next((f for f in table.files if f.is_file() and sha256_of(f.read_bytes()) == table.model_sha256), None)
 
 
-def _check_model(table: CorrectedProgram | None, known: _Model | None) -> None:
+def _check_model(table: CorrectedProgram | None, known: ModelFile | None) -> None:
     """A correction that counts on a model needs that one. Raises RTC-TABLE."""
     if table is None or not table.model_sha256:
         return
@@ -268,7 +258,7 @@ def _check_model(table: CorrectedProgram | None, known: _Model | None) -> None:
         )
 
 
-def _image(known: _Model | None, table: CorrectedProgram | None, options: ImageOptions) -> Image:
+def _image(known: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> Image:
     bank: Bank | None = None
     if known is not None:
         with in_file(known.file):
@@ -285,7 +275,7 @@ def _image(known: _Model | None, table: CorrectedProgram | None, options: ImageO
     return Image(named, limits, bank, table.blocks)
 
 
-def _machine(known: _Model | None, table: CorrectedProgram | None, options: ImageOptions) -> tuple[str, str]:
+def _machine(known: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> tuple[str, str]:
     """Name and serial number: of the model, else of the correction, else the serial that is stated."""
     if known is not None:
         return known.model.machine.name, known.model.machine.serial
@@ -293,7 +283,7 @@ def _machine(known: _Model | None, table: CorrectedProgram | None, options: Imag
     return name, serial or options.serial or ""
 
 
-def _travel(known: _Model | None, options: ImageOptions) -> tuple[Ends, Ends, Ends]:
+def _travel(known: ModelFile | None, options: ImageOptions) -> tuple[Ends, Ends, Ends]:
     """Of X, Y, Z. An axis that the machine does not have stands at 0 and drives nothing: it may be asked for any.
 
     Raises RTC-MODEL for a travel that nobody states, or that has no end.
@@ -326,7 +316,9 @@ def _check_limit(image: Image, extent: Extent) -> None:
         )
 
 
-def _notes(known: _Model | None, table: CorrectedProgram | None, options: ImageOptions, image: Image) -> Iterator[str]:
+def _notes(
+    known: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions, image: Image
+) -> Iterator[str]:
     """Returns notes on the run that the image itself does not hold."""
     if table is not None:
         yield from table.notes

@@ -1,7 +1,6 @@
 """A correction as JSON: all that its page says, for machines. The shapes are those of `shapes.py`."""
 
 import json
-import math
 from collections.abc import Iterator
 
 from trueloop.domain.record import CutWith
@@ -9,6 +8,7 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.error_sources import FeatureSources, Share
 from trueloop.loops.turned.outcome import between_cuts_words
 from trueloop.report.program_diff import changed_lines, diff
+from trueloop.report.shape import known
 from trueloop.report.turned.characteristic_table import characteristics_as_dicts
 from trueloop.report.turned.decisions import by_tool_as_dict
 from trueloop.report.turned.features import FeatureSummary, feature_summaries, worst_of
@@ -103,8 +103,8 @@ def _cut_with(cut: CutWith | None) -> CutWithShape | None:
 def _feature(of: FeatureSummary, sources: FeatureSources) -> FeatureShape:
     return FeatureShape.from_values(
         *(of, of.figures),
-        predicted_worst_um=_known(of.expected_um),
-        predicted_expanded_u_um=_known(of.expanded_u_um),
+        predicted_worst_um=known(of.expected_um),
+        predicted_expanded_u_um=known(of.expanded_u_um),
         sources=[_source(one) for one in sources.shares],
     )
 
@@ -156,7 +156,3 @@ def _left_by_offset(correction: Correction) -> Iterator[LeftShape]:
         left = left_um[correction.touches.of_feature(i)]
         if len(left):
             yield LeftShape(feature=name, rms_um=rms(left), worst_um=worst_of(left))
-
-
-def _known(value: float) -> float | None:
-    return None if math.isnan(value) else value

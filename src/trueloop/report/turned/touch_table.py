@@ -10,6 +10,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.report.markup import esc, section, table
+from trueloop.report.shape import known
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.turned.shapes import TouchShape
 from trueloop.units import UM_PER_MM
@@ -44,13 +45,9 @@ def touch_rows(correction: Correction) -> list[TouchShape]:
     weights = correction.model.weight
     numbers = np.column_stack([np.round(lengths, MM), np.round(errors, UM), weights, bad]) + 0.0  # no negative zeros
     return [
-        TouchShape(**dict(zip(TouchShape.model_fields, (names[feature], point, *map(_known, row)), strict=True)))
+        TouchShape(**dict(zip(TouchShape.model_fields, (names[feature], point, *map(known, row)), strict=True)))
         for feature, point, row in zip(touches.feature_index, touches.point, numbers.tolist(), strict=True)
     ]
-
-
-def _known(value: float) -> float | None:
-    return None if math.isnan(value) else value
 
 
 def touches_csv(correction: Correction) -> str:

@@ -1,6 +1,6 @@
 """The cell of a machine, by its key: what it is to do next, what happened, what it measured."""
 
-from base64 import b64decode, b64encode
+from base64 import b64decode
 from binascii import Error
 from dataclasses import dataclass, field
 from typing import Annotated, Any
@@ -8,9 +8,10 @@ from typing import Annotated, Any
 from fastapi import Request, Response
 from pydantic import AwareDatetime, Field
 
-from trueloop.domain.factory import Block, FactKind, Run, RunFact
+from trueloop.domain.factory import FactKind, RunFact
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
+from trueloop.factory.known import Offer
 from trueloop.factory.shown.machines import heard
 from trueloop.nc.witness import witnessed
 from trueloop.server.guarded import By, Here, router
@@ -19,17 +20,6 @@ from trueloop.server.problems import refused_request
 from trueloop.server.traces import Trace
 
 routes = router("/cell")
-
-
-@dataclass(frozen=True)
-class OfferView:
-    """The next task: `program` is the text as sent, in base64."""
-
-    run: Run
-    block: Block
-    program: str
-    checks: tuple[str, ...]
-    mode: str
 
 
 @dataclass(frozen=True)
@@ -95,13 +85,10 @@ class Heartbeat:
 
 
 @routes.post("/next")
-def next_block(here: Here, who: By) -> OfferView | None:
+def next_block(here: Here, who: By) -> Offer | None:
     """The task that the machine may run now, again under the same key on a repeated request. Null: none."""
-    offer = carry_out(here.store, ask.NextBlock(who.machine, witnessed), of(who), here.clock()).answer
-    if offer is None:
-        return None
-    program = b64encode(offer.program).decode()
-    return OfferView(offer.run, offer.block, program, offer.checks, offer.mode)
+    offer: Offer | None = carry_out(here.store, ask.NextBlock(who.machine, witnessed), of(who), here.clock()).answer
+    return offer
 
 
 @routes.post("/facts")

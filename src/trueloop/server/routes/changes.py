@@ -1,6 +1,6 @@
 """What people change: each address one request to the factory, which judges it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from hashlib import sha256
 from typing import Annotated, Any, Literal
 
@@ -8,7 +8,6 @@ from fastapi import Request, Response
 from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 
-from trueloop.domain.factory import Block, Conditions
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.shown.orders import order_view
@@ -23,26 +22,6 @@ from trueloop.server.identity.who import Who
 
 routes = router()
 Text = Annotated[str, Field(max_length=2000)]
-
-
-@dataclass(frozen=True)
-class Order:
-    """Parts of one type, by one route; `job_toml`: the job by which corrections are computed.
-
-    `probe_toml`: the probe that the job names; gauging runs then write the log of `probe_control`. `new_machine`: the
-    machine may be one that the store does not know.
-    """
-
-    part_type: str
-    revision: str
-    machine: str
-    serials: Annotated[tuple[str, ...], Field(max_length=1000)]
-    blocks: Annotated[tuple[Block, ...], Field(max_length=100)]
-    job_toml: str = ""
-    conditions: Conditions = field(default_factory=Conditions)
-    probe_toml: str = ""
-    probe_control: Literal["linuxcnc", "fanuc", "haas", "renishaw", "siemens", "ge2000t"] = "linuxcnc"
-    new_machine: bool = False
 
 
 @dataclass(frozen=True)
@@ -109,7 +88,7 @@ class Said:
 
 
 @routes.post("/orders", status_code=201)
-async def plan(given: Order, here: Here, who: By, response: Response) -> OrderView:
+async def plan(given: ask.PlanOrder, here: Here, who: By, response: Response) -> OrderView:
     """A new order; its route is frozen."""
     for name, text in (("job_toml", given.job_toml), ("probe_toml", given.probe_toml)):
         if text:
@@ -118,12 +97,8 @@ async def plan(given: Order, here: Here, who: By, response: Response) -> OrderVi
     return await run_in_threadpool(_planned, given, here, who, response)
 
 
-def _planned(given: Order, here: Service, who: Who, response: Response) -> OrderView:
-    wanted = ask.PlanOrder(
-        *(given.part_type, given.revision, given.machine, given.serials, given.blocks, given.job_toml),
-        *(given.conditions, given.probe_toml, given.probe_control, given.new_machine),
-    )
-    done = carry_out(here.store, wanted, factory_by(who), here.clock())
+def _planned(given: ask.PlanOrder, here: Service, who: Who, response: Response) -> OrderView:
+    done = carry_out(here.store, given, factory_by(who), here.clock())
     return _shown(here, done.orders[0].order.id, response)
 
 
