@@ -73,7 +73,7 @@ def check_program(file: ProgramFile, reading: Reading, tables: Tables, as_json: 
     else:
         _print_findings(findings, f"{dialect} program of {checked.block_count} blocks", errors)
         if obstacles:
-            command = f"trueloop nc map {file} --dialect {dialect} --scale {_SCALE_OF_CHECK:g} --dry-run"
+            command = f"trueloop nc map {reading.options(file, dialect)} --scale {_SCALE_OF_CHECK:g} --dry-run"
             typer.echo(f"{_count(obstacles)} to `nc map`: `{command}` lists them")
     if errors:
         raise typer.Exit(ExitStatus.FINDINGS)

@@ -1,6 +1,7 @@
 """`trueloop new`: a job from a finish program, asking for what the program does not say."""
 
 import re
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -107,7 +108,7 @@ def new(
             f"{len(made.features)} features in order: {', '.join(made.features)}",
             *(f"written: {file}" for file in (job, *others)),
             f"written: {to_fill_in}, with {made.places} places to measure",
-            f"next: fill in the values, then  trueloop compensate {job}",
+            f"next: fill in the values, then  trueloop compensate {shlex.quote(str(job))}",
         ]
     )
 

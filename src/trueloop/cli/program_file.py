@@ -1,6 +1,7 @@
 """Options of every command on a program file, and reading that file."""
 
 import re
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -77,6 +78,13 @@ class Reading:
         from trueloop.formats.input_file import read_program
 
         return read_program(file, self.dialect, self.unit)
+
+    def options(self, file: Path, dialect: str) -> str:
+        """The file and these options as a shell takes them, for a command that reads the program alike."""
+        words = [str(file), "--dialect", dialect]
+        words += [f"--set={one}" for one in self.settings or ()]
+        words += [f"--unit={self.unit}"] * bool(self.unit) + ["--skipped-blocks"] * self.skipped_blocks
+        return shlex.join(words)
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from difflib import get_close_matches
+from shlex import quote
 from typing import Final
 
 from trueloop.domain.life import (
@@ -369,7 +370,7 @@ def _held(life: EdgeLife, edge: Edge) -> TrueloopError:
     hint = (
         "remove it there first; of two alike, name one otherwise: number the inserts or the holders"
         if same
-        else f"remove it first: `trueloop tool remove {tool_name(life.edge)}`; in another machine, name it by --machine"
+        else f"remove it first: `trueloop tool remove {quote(tool_name(life.edge))}`; in another machine, use --machine"
     )
     return Code.EDG_POCKET.refusal(
         f"{edge_name(edge)} cannot be mounted: {where(life)} is, since {time(life.set_at)}",
@@ -384,11 +385,11 @@ def _corner(life: EdgeLife, corner: str, used: Sequence[EdgeLife]) -> TrueloopEr
         said, hint = f"{name}: the corner has no name", "name it as it is marked on the insert: --corner 2"
     elif corner == life.edge.corner:
         said = f"corner {corner!r} of {name} is already mounted, since {time(life.set_at)}"
-        hint = f"name the new corner; for a new insert `trueloop tool mount {name}`"
+        hint = f"name the new corner; for a new insert `trueloop tool mount {quote(name)}`"
     elif used:
         end = used[-1].events[-1]
         said = f"corner {corner!r} of {name} cut before, until {time(end.at)}"
-        hint = f"with --again its form is taken as it was then; for a new insert `trueloop tool mount {name}`"
+        hint = f"with --again its form is taken as it was then; for a new insert `trueloop tool mount {quote(name)}`"
     else:
         said = f"corner {corner!r} of {name} never cut: nothing is known that could hold again"
         hint = "leave out --again"

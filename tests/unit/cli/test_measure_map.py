@@ -1,5 +1,7 @@
 """`trueloop measure map`: the mapping that is proposed, shown and written, and what is said where there is a choice."""
 
+import shlex
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -30,11 +32,16 @@ def test_the_mapping_is_written_beside_the_table_and_reads_it(tmp_path: Path) ->
 
 
 def test_a_choice_is_left_to_the_user_with_the_command_that_makes_it(tmp_path: Path) -> None:
-    path = _file(tmp_path, "Name;Nominal [mm];Istwert;Messwert\nD1;25;25,01;25,02\n")
+    folder = tmp_path / "Serie 1"
+    folder.mkdir()
+    path = _file(folder, "Name;Nominal [mm];Istwert;Messwert\nD1;25;25,01;25,02\n")
     refused = output_of("measure", "map", path, status=3)
     assert "2 columns may be the actual: 'Istwert', 'Messwert'" in refused
-    assert "measure map part.csv --column actual=Istwert" in " ".join(refused.split())
-    assert not (tmp_path / "part.map.toml").exists()
+    assert not (folder / "part.map.toml").exists()
+    hint = refused.partition("hint: say which: trueloop ")[2]
+    command = [*takewhile(lambda word: word != "--column", shlex.split(hint)), "--column", "actual=Istwert"]
+    assert command[:3] == ["measure", "map", str(path)]
+    assert "25.0100" in run(*command, "--output", tmp_path / "other.toml")
     shown = run("measure", "map", path, "--column", "actual=Messwert", "--output", tmp_path / "own.toml")
     assert "25.0200" in shown
     assert "ignored          Istwert" in shown

@@ -73,6 +73,22 @@ def test_check_counts_the_obstacles_and_names_the_command_that_lists_them(
         assert f"{program}: {count} obstacle, nothing is written" in listed
 
 
+def test_the_command_that_check_names_reads_the_program_as_check_did(tmp_path: Path) -> None:
+    """In a folder with a blank; by the unit, the parameter and the skipped blocks that were given."""
+    folder = tmp_path / "Gehäuse 1"
+    folder.mkdir()
+    program = folder / "part.nc"
+    program.write_text("G90\nG0 X0 Y0 Z5.\n/M98 P7777\nIF [#100 EQ 1] GOTO 10\nG92 X0\nN10 G1 X1. F100\nM30\n")
+    given = ("-d", "fanuc-mill", "--set", "#100=1", "--unit", "inch", "--skipped-blocks")
+    shown = invoke("nc", "check", program, *given).stdout
+    found = re.search(r"(\d+) obstacle to `nc map`: `trueloop ([^`]+)` lists", " ".join(shown.split()))
+    assert found
+    (listed,) = json.loads(invoke(*shlex.split(found[2]), "--json", status=ExitStatus.FINDINGS).stdout)["obstacles"]
+    assert listed["place"]["line"] == 3
+    plain = json.loads(invoke("nc", "check", program, "-d", "fanuc-mill", "--json").stdout)
+    assert plain["obstacles_to_map"] == 2, "neither unit nor parameter"
+
+
 def test_a_program_without_obstacles_is_mapped_and_blocks_of_one_kind_are_counted(tmp_path: Path) -> None:
     (tmp_path / "good.nc").write_text("G21 G90\nG0 X0 Y0 Z5.\nG1 X30. F100\nM30\n")
     command = ("nc", "map", tmp_path / "good.nc", "-d", "fanuc-mill", "--shift", "0.1,0,0")

@@ -1,5 +1,6 @@
 """The lines of HAL for a configuration, its image, and the job that is run with them: refused where they differ."""
 
+import shlex
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -92,7 +93,8 @@ def _check_model(job: JobFiles, image: Image) -> None:
         held = f"sha256 {image.identity.model_sha256[:16]}…" if image.identity.model_sha256 else "no model"
         raise Code.RTC_HAL.refusal(
             f"the job's model {machine.model.name} has sha256 {found[:16]}…, the image holds {held}",
-            hint=f"make the image anew: `trueloop realtime image JOB.toml --model {machine.model}`",
+            hint=f"make the image anew: `trueloop realtime image {shlex.quote(str(job.path))} "
+            f"--model {shlex.quote(str(job.path.parent / machine.model))} --output FILE.img`",
             place=Place(str(job.path)),
         )
 

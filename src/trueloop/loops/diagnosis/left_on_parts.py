@@ -9,6 +9,7 @@ what the model left, at the positions, the stylus and the temperatures of *probi
 That is ERROR_MTG,RESID of [6876 §3.5] as far as the model errs at cutting as it does at probing [6876 footnote 6].
 """
 
+import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -155,7 +156,7 @@ def _with_signals(
         if not without:
             continue
         said = f"the signal {signal!r} was not kept of {len(without)} of {len(parts)} parts: {', '.join(without[:5])}"
-        hint = f"`trueloop machine decompose --probing {signal}=VALUE --supersede` keeps it"
+        hint = f"`trueloop machine decompose --probing {shlex.quote(signal)}=VALUE --supersede` keeps it"
         values = {"signal": signal, "parts": without}
         if Code.DIA_SIGNAL not in accept:
             raise Code.DIA_SIGNAL.refusal(said, hint=hint, override="--accept DIA-SIGNAL", values=values)

@@ -2,6 +2,7 @@
 
 import difflib
 import json
+import shlex
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +18,13 @@ from trueloop.formats.inspections.tables.roles import POINT, Role
 from trueloop.formats.toml_tables import Count, Table, read_tables
 
 HINT: Final = "docs/measurements.md, 'Tables by mapping'; `trueloop measure map FILE` writes one from the headings"
+
+
+def map_command(table: Path, options: str = "") -> str:
+    """Returns the command that writes a table's mapping, as a shell takes it."""
+    return f"trueloop measure map {shlex.quote(str(table))} {options}".strip()
+
+
 SEVERAL: Final = ("parts", "repeats", "characteristics", "ignored")
 PAIRS: Final = ((Role.UPPER_LIMIT, Role.UPPER_TOLERANCE), (Role.LOWER_LIMIT, Role.LOWER_TOLERANCE))
 

@@ -26,7 +26,7 @@ from trueloop.formats.inspections.tables.headings import (
     names_in,
     plain,
 )
-from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLabels, check
+from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLabels, check, map_command
 from trueloop.formats.inspections.tables.roles import LIMITS, NUMBERS, POINT, Role
 
 LOOKED_AT: Final = 200
@@ -183,7 +183,7 @@ class _Table:
 
     def _refusal(self, why: str, key: str, *headings: str) -> TrueloopError:
         options = " ".join(f"--column {key}={shlex.quote(heading)}" for heading in headings)
-        hint = f"say which: trueloop measure map {self.grid.path.name} {options}"
+        hint = f"say which: {map_command(self.grid.path, options)}"
         return _refusal(self.grid, why, self.header.row, hint)
 
     def labels(self, columns: Columns) -> RowLabels:
@@ -221,7 +221,7 @@ def _refusal(grid: Grid, why: str, row: int | None = None, hint: str = "") -> Tr
     place = Place(str(grid.path)) if row is None else grid.at(row)
     return Code.MSR_MEANING.refusal(
         f"{grid.path.name!r}: {why}",
-        hint=hint or f"name the columns: trueloop measure map {grid.path.name} --column actual=HEADING",
+        hint=hint or f"name the columns: {map_command(grid.path, '--column actual=HEADING')}",
         place=place,
         values={"file": grid.path.name},
     )

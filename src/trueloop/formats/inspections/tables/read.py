@@ -1,5 +1,6 @@
 """Tables of any columns, CSV or workbook, read by a mapping: one that is given, else the one their headings say."""
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -16,7 +17,7 @@ from trueloop.formats.inspections.tables.grid import Grid, grid_of_text, is_work
 from trueloop.formats.inspections.tables.header import Header, find_header, header_at, score
 from trueloop.formats.inspections.tables.long import Long, long_of
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
-from trueloop.formats.inspections.tables.mapping import read_mapping, require_columns
+from trueloop.formats.inspections.tables.mapping import map_command, read_mapping, require_columns
 from trueloop.formats.inspections.tables.propose import propose
 from trueloop.formats.inspections.tables.readings import (
     Common,
@@ -132,7 +133,7 @@ def grid_of(path: Path, sheet: str = "", separator: str = "") -> Grid:
     if sheet or len(names) != 1:
         listed = ", ".join(map(repr, names[:8]))
         why = f"has no sheet {sheet!r}" if sheet else f"has {len(names)} sheets that may be read"
-        hint = f"name one: trueloop measure map {path.name} --sheet {names[0] if names else 'NAME'!r}"
+        hint = f"name one: {map_command(path, '--sheet ' + shlex.quote(names[0] if names else 'NAME'))}"
         raise Code.MSR_MEANING.refusal(f"{path.name!r} {why}: {listed}", hint=hint, place=Place(str(path)),
             values={"file": path.name}
         )  # fmt: skip

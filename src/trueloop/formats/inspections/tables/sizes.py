@@ -24,7 +24,7 @@ from trueloop.formats.inspections.shared.quantities import (
 )
 from trueloop.formats.inspections.tables.headings import names_in, plain
 from trueloop.formats.inspections.tables.long import Long
-from trueloop.formats.inspections.tables.mapping import HINT
+from trueloop.formats.inspections.tables.mapping import HINT, map_command
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.roles import LENGTHS, Role, unit_named
 from trueloop.formats.inspections.tables.values import (
@@ -288,7 +288,7 @@ def _unknown(long: Long, role: Role, row: int, key: str) -> TrueloopError:
     name = long.grid.path.name
     return Code.MSR_MEANING.refusal(
         f"{name!r} does not say how its {role.replace('_', ' ')} is signed, and its values do not tell",
-        hint=f"say it in its mapping (trueloop measure map {name}): {key}. {HINT}",
+        hint=f"say it in its mapping ({map_command(long.grid.path)}): {key}. {HINT}",
         place=long.place(role, row),
         values={"file": name},
     )
