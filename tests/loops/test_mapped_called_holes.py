@@ -1,6 +1,7 @@
 """Holes of cycles that are called, of Sinumerik and Klartext: their heights are displaced where they are defined."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -151,6 +152,16 @@ def test_a_pattern_is_displaced_by_its_reference_point(tmp_path: Path) -> None:
     written = lines(tmp_path, "R1=1\n" + PATTERN, SHIFT, "siemens")
     assert written[3:6] == ["MCALL CYCLE81(29.9500,4.9500,2,-21.5500)", "HOLES2(R1+10+0.1,20.2000,5,0,0,4)", "MCALL"]
     assert written[6] == "G0 X50.1000"
+
+
+def test_a_defined_pattern_is_displaced_by_its_reference_point_and_surface(tmp_path: Path) -> None:
+    """`SHIFT` is 0.1, 0.2, -0.05 mm; the drilling cycle's own surface drills no hole and stays."""
+    cells = tomllib.loads((Path(__file__).parents[1] / "programs/controls/cells.toml").read_text())["cell"]
+    source = next(cell["program"] for cell in cells if cell["id"] == "HH cycle 221")
+    written = "\n".join(lines(tmp_path, source, SHIFT, "heidenhain"))
+    assert re.findall(r"Q(203|225|226)=(\S+)", written) == [
+        ("203", "+0"), ("225", "+100.1000"), ("226", "+0.2000"), ("203", "-0.0500")
+    ]  # fmt: skip
 
 
 def test_a_pattern_whose_holes_are_displaced_differently_is_refused(tmp_path: Path) -> None:

@@ -44,6 +44,11 @@ impl CalledHole {
         self.retract
     }
 
+    /// The hole from which the tool goes no further up than where feed begins.
+    pub fn ending_at_plane(self) -> Self {
+        Self { retract: self.plane, ..self }
+    }
+
     /// Raises all of it by a height that is written at those bytes.
     pub fn raise(&mut self, by: f64, span: (u32, u32)) {
         for height in [&mut self.surface, &mut self.plane, &mut self.bottom, &mut self.retract] {

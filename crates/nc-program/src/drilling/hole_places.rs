@@ -1,4 +1,4 @@
-//! Holes at places that a cycle or a call names itself: HOLES1, HOLES2 and CYCL CALL POS.
+//! Holes at places that a cycle or a call names itself: HOLES1, HOLES2, CYCL DEF 220 and 221, CYCL CALL POS.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,9 @@ use crate::drilling::cycle_arguments::numbers;
 use crate::modes::modal::Motion;
 use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
+use crate::reading::program::WordKind;
 use crate::run::{Runner, AXES};
+use crate::values::parameters::Key;
 
 /// More places of a pattern than this are a slip.
 const MOST: f64 = 10_000.0;
@@ -21,6 +23,40 @@ pub enum Pattern {
     Row,
     /// On a circle: HOLES2 (CPA, CPO, RAD, STA1, INDA, NUM).
     Circle,
+    /// On a circle, by the Q parameters behind CYCL DEF 220.
+    DefinedCircle,
+    /// On lines, to and fro, by the Q parameters behind CYCL DEF 221.
+    DefinedLines,
+}
+
+/// The Q parameters of a pattern, and where the coordinates of its reference point are written.
+struct Parameters {
+    values: Vec<(u32, f64, (u32, u32))>,
+}
+
+impl Parameters {
+    fn find(&self, number: u32) -> Option<&(u32, f64, (u32, u32))> {
+        self.values.iter().rev().find(|(known, ..)| *known == number)
+    }
+
+    fn get(&self, number: u32) -> Result<f64, String> {
+        let value = self.find(number).map(|(_, value, _)| *value).filter(|value| value.is_finite());
+        value.ok_or_else(|| format!("Q{number} is not given"))
+    }
+
+    fn count(&self, number: u32) -> Result<usize, String> {
+        let count = self.get(number)?;
+        let fits = count.fract() == 0.0 && (1.0..=MOST).contains(&count);
+        if fits {
+            Ok(count as usize)
+        } else {
+            Err(format!("Q{number} is {count}"))
+        }
+    }
+
+    fn spans(&self, numbers: [u32; 2]) -> Spans {
+        numbers.map(|number| self.find(number).map_or((0, 0), |(.., span)| *span))
+    }
 }
 
 /// A move to a place of a pattern, and where the coordinates are written from which its places count.
@@ -37,6 +73,12 @@ pub struct Placed {
 impl Runner<'_> {
     /// Goes to the places of a pattern at rapid, and drills at each what MCALL has put in force.
     pub(crate) fn pattern(&mut self, pattern: Pattern, word: i32) {
+        if matches!(pattern, Pattern::DefinedCircle | Pattern::DefinedLines) {
+            if let Err(why) = self.defined_pattern(pattern) {
+                self.not_followed(word, &why);
+            }
+            return;
+        }
         let (places, said) = match self.places(pattern, word) {
             Ok(found) => found,
             Err(why) => return self.not_followed(word, &why),
@@ -51,6 +93,70 @@ impl Runner<'_> {
                 self.drill_here(&hole);
             }
         }
+    }
+
+    /// CYCL DEF 220, 221: goes to each place, above the workpiece, and runs the cycle defined last there, with Q200, Q203
+    /// and Q204 of the pattern.
+    fn defined_pattern(&mut self, pattern: Pattern) -> Result<(), String> {
+        let q = self.parameters_behind();
+        let (places, reference) = match pattern {
+            Pattern::DefinedCircle => (circle(&q)?, [216, 217]),
+            _ => (lines(&q)?, [225, 226]),
+        };
+        for number in [200, 203, 204] {
+            let value = q.get(number)?;
+            self.state.store.set(Key::Number(number), value);
+        }
+        let high = match q.get(301)? {
+            0.0 => false,
+            1.0 => true,
+            other => return Err(format!("Q301 is {other}")),
+        };
+        if pattern == Pattern::DefinedCircle && q.find(365).is_some_and(|(_, way, _)| *way != 0.0) {
+            return Err("it goes from hole to hole by arcs (Q365)".to_owned());
+        }
+        self.state.defined.surface = q.spans([203, 203])[0];
+        let Some((number, drill)) = self.state.defined.cycle else {
+            return Err("the moves of the cycle defined last are not in the path".to_owned());
+        };
+        let hole = self.defined_hole(number, drill)?;
+        if hole.is_relative() {
+            return Err("the cycle defined last begins where the tool stands".to_owned());
+        }
+        let ((first, second, third), said) = (self.state.modal.plane.axes(), q.spans(reference));
+        let mm = self.state.modal.mm();
+        if self.state.position[third] < hole.retract() {
+            self.height(MoveKind::Rapid, self.state.position, third, hole.retract(), INHERITED);
+        }
+        let between = if high { hole } else { hole.ending_at_plane() };
+        for (index, place) in places.iter().enumerate() {
+            let mut end = self.state.position;
+            (end[first], end[second]) = (place[0] * mm, place[1] * mm);
+            self.path.placed.push(Placed { of_move: self.path.len(), axes: [first, second], said });
+            self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
+            self.drill_here(if index + 1 < places.len() { &between } else { &hole });
+        }
+        Ok(())
+    }
+
+    /// The Q parameters of the block and of the lines below it that continue it.
+    fn parameters_behind(&mut self) -> Parameters {
+        let (program, mut values) = (self.program, Vec::new());
+        for block in self.block..program.blocks().len() {
+            let text = program.blocks().get(block).and_then(|b| program.source().get(b.start as usize..b.end as usize));
+            if block > self.block && text.is_none_or(|text| text.trim_ascii_start().first() != Some(&b'Q')) {
+                break;
+            }
+            for word in program.words_of(block).iter().filter(|word| word.kind == WordKind::Assignment) {
+                let span = (program.value_start(word), word.end());
+                let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
+                if let Some(Key::Number(number)) = key {
+                    let value = self.assigned(span.0, span.1);
+                    values.push((number, value, (span.0 as u32, span.1 as u32)));
+                }
+            }
+        }
+        Parameters { values }
     }
 
     /// The places in their order, mm, and where the reference point is written.
@@ -85,7 +191,7 @@ impl Runner<'_> {
         let [third, fourth, fifth] = [third, fourth, fifth].map(|value| value.unwrap_or(0.0));
         let mut places: Vec<[f64; 2]> = match pattern {
             Pattern::Row => (0..count).map(|index| place(fourth + index as f64 * fifth, third)).collect(),
-            Pattern::Circle => {
+            _ => {
                 let step = if fifth == 0.0 { TAU.to_degrees() / count as f64 } else { fifth };
                 (0..count).map(|index| place(third, fourth + index as f64 * step)).collect()
             }
@@ -134,4 +240,35 @@ impl Runner<'_> {
         self.state.modal.feed = before;
         self.drill_here(&hole);
     }
+}
+
+/// Places of CYCL DEF 220, program units. A step of 0 divides the way from the first angle to the last, and a whole circle
+/// by the number of holes.
+fn circle(q: &Parameters) -> Result<Vec<[f64; 2]>, String> {
+    let (x, y, radius, start) = (q.get(216)?, q.get(217)?, q.get(244)? / 2.0, q.get(245)?);
+    let count = q.count(241)?;
+    let way = q.get(246)? - start;
+    let parts = if way.abs() == 360.0 { count } else { count.saturating_sub(1).max(1) };
+    let step = Some(q.get(247)?).filter(|step| *step != 0.0).unwrap_or(way / parts as f64);
+    let place = |index: usize| {
+        let angle = (start + index as f64 * step).to_radians();
+        [x + radius * angle.cos(), y + radius * angle.sin()]
+    };
+    Ok((0..count).map(place).collect())
+}
+
+/// Places of CYCL DEF 221, program units: every second line is run back.
+fn lines(q: &Parameters) -> Result<Vec<[f64; 2]>, String> {
+    let (x, y, along, across) = (q.get(225)?, q.get(226)?, q.get(237)?, q.get(238)?);
+    let (columns, rows, turn) = (q.count(242)?, q.count(243)?, q.get(224)?.to_radians());
+    if columns.saturating_mul(rows) as f64 > MOST {
+        return Err(format!("it has {columns} x {rows} holes"));
+    }
+    let place = |index: usize| {
+        let (row, column) = (index / columns, index % columns);
+        let column = if row % 2 == 0 { column } else { columns - 1 - column };
+        let (u, v) = (column as f64 * along, row as f64 * across);
+        [x + u * turn.cos() - v * turn.sin(), y + u * turn.sin() + v * turn.cos()]
+    };
+    Ok((0..columns * rows).map(place).collect())
 }
