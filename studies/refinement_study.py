@@ -26,7 +26,7 @@ from trueloop.machine.refine.guilty import Guilty
 from trueloop.machine.refine.left import LeftOnParts
 from trueloop.machine.refine.refine import Refined, left_by, refine
 from trueloop.statistics import rms
-from trueloop_lab.files.readings_csv import angles_csv, lengths_csv, signals_csv
+from trueloop_lab.realtime.demo import angles_csv, lengths_csv, signals_csv
 from trueloop_lab.simulator.lathe import UNTIL_S, WarmLathe, WarmUp, measured_day, warm_up
 from trueloop_lab.simulator.process import Backlash
 

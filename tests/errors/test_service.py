@@ -11,7 +11,7 @@ from starlette.requests import Request
 
 from tests.support.awaited import awaited
 from trueloop.errors import Code, TrueloopError
-from trueloop.server import cursors, etags, manual, once, problems
+from trueloop.server import etags, manual, once, problems
 from trueloop.server.access import ADMIN, require
 from trueloop.server.apart.reading import not_read
 from trueloop.server.gates import too_large
@@ -20,6 +20,7 @@ from trueloop.server.identity import accounts, attempts, keys, passwords, sessio
 from trueloop.server.identity.oidc import SignIns
 from trueloop.server.identity.provider import Oidc, require_safe_issuer
 from trueloop.server.identity.who import Who
+from trueloop.server.routes import shown
 from trueloop.server.run import Listening, listen, require_safe
 from trueloop.server.settings import Settings, require_packages
 from trueloop.storage.store import Store, open_store
@@ -90,7 +91,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRV_REUSED: _twice,
     Code.SRV_STALE: lambda: etags.require_same(_request(if_match='"1"'), "2"),
     Code.SRV_MATCH: lambda: etags.require_same(_request(), "2"),
-    Code.SRV_CURSOR: lambda: cursors.place_of(b"secret", "parts", "AAAA"),
+    Code.SRV_CURSOR: lambda: shown.place_of(b"secret", "parts", "AAAA"),
     Code.SRV_ACCOUNT: lambda: accounts.change_account(_store(), "otto", accounts.Change(disabled=True), AT),
     Code.SRV_PASSWORD: lambda: passwords.hashed("short"),
     Code.SRV_KEYS: lambda: keys.end_key(_store(), 7, AT),

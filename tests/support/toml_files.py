@@ -12,7 +12,8 @@ from trueloop.formats.jobs import job, machine_toml, probe_toml, surface_job
 from trueloop.formats.realtime import signals_toml
 from trueloop.formats.tables import offsets_toml
 from trueloop.formats.toml_tables import Table
-from trueloop_lab.files import virtual_machine_toml, virtual_mill_toml
+from trueloop_lab.files import virtual_machine_toml
+from trueloop_lab.files.job import VirtualMillFile
 
 KINDS: Final[dict[str, type[Table]]] = {
     "job": job.Job,
@@ -20,7 +21,7 @@ KINDS: Final[dict[str, type[Table]]] = {
     "surface": surface_job.SurfaceJobFile,
     "machine": machine_toml.MachineFile,
     "virtual-machine": virtual_machine_toml.VirtualMachineFile,
-    "virtual-mill": virtual_mill_toml.VirtualMillFile,
+    "virtual-mill": VirtualMillFile,
     "offsets": offsets_toml.OffsetsFile,
     "mapping": mapping.Mapping,
     "meaning": meaning.Meaning,

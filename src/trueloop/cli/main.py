@@ -102,10 +102,10 @@ COMMANDS: Final = {
     "link": "trueloop.cli.link:app",
     "mtconnect": "trueloop.cli.mtconnect:app",
     "tool": "trueloop.cli.tool:app",
-    "record": "trueloop.cli.record:app",
+    "record": "trueloop.cli.offsets:records",
     "db": "trueloop.cli.db:app",
     "user": "trueloop.cli.user:app",
-    "key": "trueloop.cli.key:app",
+    "key": "trueloop.cli.user:keys",
     "cell": "trueloop.cli.cell:app",
 }
 """Where each command or group of commands is, in the order of `--help`."""

@@ -1,4 +1,4 @@
-"""`trueloop offsets`: tool tables of controls, and a correction's offset in them."""
+"""`trueloop offsets` and `trueloop record`: a correction's offset in tool tables of controls, and its record."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -70,3 +70,29 @@ def program(
     with busy(f"reading {correction}"):
         text = offset_words(correction, control, x_is)
     put(text, output, [correction])
+
+
+records = Group("Records of corrections: what was corrected, from what, by which model.")
+
+
+@records.callback()
+def _commands() -> None:
+    """Makes typer keep the name of a single command."""
+
+
+@records.command()
+def show(
+    file: Annotated[Path, argument("A record.json or STEM.record.json.", metavar="RECORD.json")],
+    as_json: AsJson = False,
+) -> None:
+    """Show what was corrected, from what, by which model, within which limits, what was decided, by whom and when."""
+    from trueloop.formats.record_file import read_record
+    from trueloop.report.record import as_dict, words
+
+    record = read_record(file)
+    if as_json:
+        print_json(as_dict(record))
+        return
+    typer.echo(f"Correction {record.id}")
+    for heading, lines in words(record):
+        typer.echo("\n".join([f"\n{heading}", *(f"  {line}" for line in lines)]))

@@ -1,12 +1,15 @@
-"""`trueloop user`: accounts of the service."""
+"""`trueloop user` and `trueloop key`: accounts of people, keys of cells and of programs that read the figures."""
 
 import sys
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from trueloop.cli.shared_options import Db, argument, option
 from trueloop.cli.terminal import AsJson, Group, print_json, print_table
+
+if TYPE_CHECKING:
+    from trueloop.storage.store import Store
 
 app = Group("Accounts of the service: who may sign in, and as what.")
 Name = Annotated[str, argument("The account.", metavar="NAME")]
@@ -26,15 +29,11 @@ def add(
     db: Db = None,
 ) -> None:
     """Make an account. The password is asked for, twice."""
-    from trueloop.server.settings import require_packages
-
-    require_packages()
-    from trueloop.jobs.store.opened import opened
+    store = _store(db)
     from trueloop.jobs.user import user_name
     from trueloop.server.identity.accounts import NewAccount, add_account
     from trueloop.server.settings import now
 
-    store = opened(db)
     password = _password(password_stdin)
     made = add_account(store, NewAccount(name, role, password, display, language), now(), by=user_name())  # type: ignore[arg-type]  # what is no role is refused there
     typer.echo(f"made: {made.name}, {made.role}", err=True)
@@ -43,13 +42,10 @@ def add(
 @app.command()
 def list_(db: Db = None, as_json: AsJson = False) -> None:
     """List the accounts."""
-    from trueloop.server.settings import require_packages
-
-    require_packages()
-    from trueloop.jobs.store.opened import opened
+    store = _store(db)
     from trueloop.server.identity.accounts import accounts
 
-    found = accounts(opened(db))
+    found = accounts(store)
     if as_json:
         rows = [{"name": one.name, "display": one.display, "role": one.role, "disabled": one.disabled} for one in found]
         print_json({"accounts": rows})
@@ -92,16 +88,23 @@ def password(name: Name, password_stdin: FromStdin = False, db: Db = None) -> No
     _changed(name, db, password=_password(password_stdin))
 
 
-def _changed(name: str, db: str | None, **what: object) -> None:
+def _store(db: str | None) -> "Store":
+    """Returns the store. Raises SRV errors where the service's packages are not installed."""
     from trueloop.server.settings import require_packages
 
     require_packages()
     from trueloop.jobs.store.opened import opened
+
+    return opened(db)
+
+
+def _changed(name: str, db: str | None, **what: object) -> None:
+    store = _store(db)
     from trueloop.jobs.user import user_name
     from trueloop.server.identity.accounts import Change, change_account
     from trueloop.server.settings import now
 
-    changed = change_account(opened(db), name, Change(**what), now(), by=user_name())  # type: ignore[arg-type]
+    changed = change_account(store, name, Change(**what), now(), by=user_name())  # type: ignore[arg-type]
     state = "disabled" if changed.disabled else changed.role
     typer.echo(f"changed: {changed.name}, {state}; its sessions have ended", err=True)
 
@@ -110,3 +113,69 @@ def _password(from_stdin: bool) -> str:
     if from_stdin:
         return sys.stdin.readline().rstrip("\r\n")
     return str(typer.prompt("Password", hide_input=True, confirmation_prompt=True, err=True))
+
+
+keys = Group("Keys by which cells of machines and monitoring get in.")
+
+
+@keys.command("add")
+def add_key(
+    name: Annotated[str, argument("What to call it: who or what uses it.", metavar="NAME")],
+    machine: Annotated[str, option("The machine whose cell it is for.")] = "",
+    days: Annotated[int, option("How many days it holds.")] = 365,
+    metrics: Annotated[bool, option("For /metrics instead of a machine.", "--metrics")] = False,
+    db: Db = None,
+) -> None:
+    """Make a key and print it, this once: the store holds its hash alone."""
+    store = _store(db)
+    from trueloop.jobs.user import user_name
+    from trueloop.server.identity import keys as of_service
+    from trueloop.server.settings import now
+
+    new = of_service.NewKey(machine, name, days, "metrics" if metrics else "cell")
+    made = of_service.add_key(store, new, user_name(), now())
+    typer.echo(made.key)
+    typer.echo(f"made: key {made.row.id}, until {made.row.expires_at:%Y-%m-%d}; it is not shown again", err=True)
+
+
+@keys.command("list")
+def list_keys(db: Db = None, as_json: AsJson = False) -> None:
+    """List the keys, newest first, without what they are used by."""
+    store = _store(db)
+    from trueloop.server.identity import keys as of_service
+
+    found = of_service.keys(store)
+    if as_json:
+        rows = [
+            {
+                "id": one.id,
+                "machine": one.machine,
+                "name": one.name,
+                "scope": one.scope,
+                "made_by": one.made_by,
+                "expires_at": one.expires_at.isoformat(),
+                "ended_at": one.ended_at.isoformat() if one.ended_at else None,
+            }
+            for one in found
+        ]
+        print_json({"keys": rows})
+        return
+    cells = [
+        (str(one.id), one.machine, one.name, one.scope, f"{one.expires_at:%Y-%m-%d}", "ended" if one.ended_at else "")
+        for one in found
+    ]
+    print_table(("key", "machine", "name", "for", "until", ""), cells)
+
+
+@keys.command("end")
+def end_key(
+    number: Annotated[int, argument("Its number, as `key list` shows it.", metavar="KEY")], db: Db = None
+) -> None:
+    """End a key: from now on nothing gets in by it."""
+    store = _store(db)
+    from trueloop.jobs.user import user_name
+    from trueloop.server.identity import keys as of_service
+    from trueloop.server.settings import now
+
+    of_service.end_key(store, number, now(), by=user_name())
+    typer.echo(f"ended: key {number}", err=True)

@@ -1,7 +1,7 @@
 """The demo of the real-time corrector: a virtual lathe is measured, its model found, a part cut without and with it."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -25,7 +25,6 @@ from trueloop.realtime.image import Identity, Image, RealTimeLimits
 from trueloop.realtime.judge import Judged, due, judge
 from trueloop.report.realtime.page import run_page
 from trueloop.report.realtime.run import FinishedPart, Residual, RunPage, timing_of, trace_of
-from trueloop_lab.files.readings_csv import angles_csv, lengths_csv, signals_csv
 from trueloop_lab.realtime.cutting import (
     Drives,
     MeasuredPart,
@@ -43,6 +42,7 @@ from trueloop_lab.simulator.lathe import (
     UNTIL_S,
     X_TRAVEL_MM,
     Z_TRAVEL_MM,
+    Reading,
     WarmLathe,
     WarmUp,
     measured_day,
@@ -234,3 +234,37 @@ def _page(made: Demo, runs: dict[str, WarmingRun]) -> RunPage:
         (timing_of("rtec.write", samples.columns["write_ns"]), timing_of("servo thread", samples.columns["thread_ns"])),
         notes=tuple(causes),
     )
+
+
+HEADER: Final = "time_s,X_mm,Z_mm,travel_X,travel_Z,{along},{reading},{u},tool_x_mm,tool_z_mm,tool_y_mm,absolute,run"
+VIRTUAL_WAYS: Final = {1: "+", -1: "-", 0: ""}
+
+
+def lengths_csv(readings: Iterable[Reading]) -> str:
+    """Displacements along directions; angles are left out."""
+    along = "along_x,along_y,along_z"
+    rows = [
+        _row(reading, f"{reading.along[0]:.9f},0,{reading.along[1]:.9f}") for reading in readings if not reading.angle
+    ]
+    return "\n".join([HEADER.format(along=along, reading="reading_um", u="u_um"), *rows, ""])
+
+
+def angles_csv(readings: Iterable[Reading]) -> str:
+    """Rotations about Y; displacements are left out."""
+    rows = [_row(reading, "B") for reading in readings if reading.angle]
+    return "\n".join([HEADER.format(along="along", reading="reading_urad", u="u_urad"), *rows, ""])
+
+
+def signals_csv(time_s: Array, signals_degc: Mapping[str, Array]) -> str:
+    """Temperatures over time, as sensors of a hundredth of a kelvin give them."""
+    header = ",".join(["time_s", *(f"{name}_degC" for name in signals_degc)])
+    rows = zip(time_s.tolist(), *(values.tolist() for values in signals_degc.values()), strict=True)
+    return "\n".join([header, *(f"{t:.3f}," + ",".join(f"{v:.2f}" for v in values) for t, *values in rows), ""])
+
+
+def _row(reading: Reading, along: str) -> str:
+    (x, z), (way_x, way_z), (tool_x, tool_z) = reading.at_mm, reading.way, reading.tool_mm
+    ways = f"{VIRTUAL_WAYS[way_x]},{VIRTUAL_WAYS[way_z]}"
+    absolute = "slope" if reading.slope_known else "no"
+    value, tool = f"{reading.value:.3f},{reading.u:g}", f"{tool_x:g},{tool_z:g},0"
+    return f"{reading.time_s:.3f},{x:.6f},{z:.6f},{ways},{along},{value},{tool},{absolute},{reading.run}"

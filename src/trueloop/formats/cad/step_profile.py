@@ -19,8 +19,7 @@ from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.part21 import read_records
 from trueloop.formats.cad.section import contours_of
 from trueloop.formats.cad.step import CadFace
-from trueloop.formats.cad.step_pmi import stated_in
-from trueloop.formats.cad.step_tolerances import Proposals, proposals
+from trueloop.formats.cad.step_tolerances import Proposals, proposals, stated_in
 from trueloop.formats.cad.turned_faces import Meridian, edge_places, meridians, run_on
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.curve import Curve

@@ -1,4 +1,7 @@
-"""Characteristics of a profile from the tolerances of a STEP file: of which feature each is, and what it limits."""
+"""Characteristics of a profile from the tolerances of a STEP file: of which feature each is, and what it limits.
+
+Dimensions and tolerances are those that the file attaches to its faces (AP242, ISO 10303-47), as they stand there.
+"""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -7,12 +10,157 @@ from typing import Final
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import TrueloopError
-from trueloop.formats.cad.step_pmi import Stated
+from trueloop.formats.cad.part21 import FACES, Record, Records, Typed, Value
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.profile import Profile, kind_of
 from trueloop.tolerances.text import limits_of
 from trueloop.turned.characteristics.measurand import feature_index
 from trueloop.turned.characteristics.nominal import checked, edge_of, with_nominal
+
+SIZES: Final = ("DIMENSIONAL_SIZE", "ANGULAR_SIZE")
+LOCATIONS: Final = ("DIMENSIONAL_LOCATION", "DIRECTED_DIMENSIONAL_LOCATION", "ANGULAR_LOCATION")
+PREFIX: Final = {"MILLI": 1e-3, "CENTI": 1e-2, "DECI": 1e-1, "MICRO": 1e-6, "KILO": 1e3}
+DEEPEST: Final = 4
+"""A unit is stated in another one, that in a third; no further."""
+FORM: Final = "_TOLERANCE"
+NO_FORM: Final = ("PLUS_MINUS_TOLERANCE", "GEOMETRIC_TOLERANCE", "MODIFIED_GEOMETRIC_TOLERANCE")
+
+
+@dataclass(frozen=True)
+class Stated:
+    """One dimension or tolerance: `kind` in the file's words ("diameter", "cylindricity"), lengths in mm, angles in
+    degrees. Limits are absolute; `fit` such as "h6" stands instead of them. `faces`: for each of the one or two
+    features it is of, the numbers of the faces' records.
+    """
+
+    kind: str
+    faces: tuple[tuple[int, ...], ...]
+    nominal: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    fit: str = ""
+
+
+def stated_in(records: Records) -> Iterator[Stated]:
+    """Yields all of a file: dimensions with the limits that they have, then geometric tolerances."""
+    pmi = _Pmi(records)
+    for record, values in records.typed(*SIZES, *LOCATIONS):
+        yield pmi.dimension(record, values)
+    for record in records.of.values():
+        if kinds := [kind for kind in record.types if kind.endswith(FORM) and kind not in NO_FORM]:
+            yield pmi.geometric(record, kinds[0])
+
+
+class _Pmi:
+    """The records, and which of them say something of which."""
+
+    def __init__(self, records: Records) -> None:
+        self.records = records
+        self.about: dict[int, list[Record]] = {}
+        for record in records.of.values():
+            for number in record.refs():
+                self.about.setdefault(number, []).append(record)
+
+    def dimension(self, record: Record, values: Sequence[Value]) -> Stated:
+        """Its nominal, its limits as given, by deviations or by a fit."""
+        values = values or record.types.get("SHAPE_ASPECT_RELATIONSHIP", [])
+        location = any(kind in record.types for kind in LOCATIONS)
+        name, of = ([*values, ""][0], values[2:4]) if location else ([*values, "", ""][1], values[:1])
+        kind = "angle" if any(one.startswith("ANGULAR") for one in record.types) else str(name).lower()
+        nominal, limits = self._nominal(record)
+        fit = ""
+        for about in self.about.get(record.number, ()):
+            if "PLUS_MINUS_TOLERANCE" in about.types:
+                zone = self.records.at(about.value("PLUS_MINUS_TOLERANCE", 0))
+                fit, limits = _fit(zone) or fit, self._deviated(zone, nominal) or limits
+        return Stated(kind, tuple(self.faces(one) for one in of), nominal, *limits, fit)
+
+    def geometric(self, record: Record, kind: str) -> Stated:
+        """Returns a geometric tolerance; the width of its zone is its upper limit."""
+        values = record.types.get("GEOMETRIC_TOLERANCE") or record.types[kind]
+        width = self.measure(self.records.at(values[2])) if len(values) > 2 else None
+        words = kind.removesuffix(FORM).replace("_", " ").lower()
+        return Stated(words, (self.faces(values[3]) if len(values) > 3 else (),), upper=width)
+
+    def _nominal(self, dimension: Record) -> tuple[float | None, tuple[float | None, float | None]]:
+        """What stands in its representation: the nominal, and limits where they are given as such."""
+        found: dict[str, float] = {}
+        for about in self.about.get(dimension.number, ()):
+            shape = self.records.at(about.value("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION", 1))
+            items = shape.value("SHAPE_DIMENSION_REPRESENTATION", 1) if shape else None
+            for item in items if isinstance(items, list) else []:
+                record = self.records.at(item)
+                if record is not None and (size := self.measure(record)) is not None:
+                    found[_item_name(record)] = size
+        limits = found.pop("lower limit", None), found.pop("upper limit", None)
+        return found.get("nominal value", next(iter(found.values()), None)), limits
+
+    def _deviated(self, zone: Record | None, nominal: float | None) -> tuple[float, float] | None:
+        if zone is None or nominal is None or "TOLERANCE_VALUE" not in zone.types:
+            return None
+        low, high = (self.measure(self.records.at(zone.value("TOLERANCE_VALUE", k))) for k in (0, 1))
+        return None if low is None or high is None else (nominal + low, nominal + high)
+
+    def measure(self, record: Record | None, deep: int = 0) -> float | None:
+        """Returns a value with its unit, in mm or degrees; None of one whose unit rests on others without end."""
+        for values in record.types.values() if record and deep < DEEPEST else ():
+            if len(values) >= 2 and isinstance(values[-2], Typed | float):
+                value = next(iter(values[-2].values), None) if isinstance(values[-2], Typed) else values[-2]
+                scale = self._scale(values[-1], deep)
+                return value * scale if isinstance(value, float) and scale is not None else None
+        return None
+
+    def _scale(self, unit: Value, deep: int) -> float | None:
+        """Millimetres, or degrees, in the unit."""
+        record = self.records.at(unit)
+        if record is None:
+            return None
+        if "SI_UNIT" in record.types:
+            prefix, name = record.value("SI_UNIT", -2), record.value("SI_UNIT", -1)
+            factor = PREFIX.get(str(prefix), 1.0) if prefix else 1.0
+            base = {"METRE": 1e3, "RADIAN": math.degrees(1)}.get(str(name))
+            return None if base is None else factor * base
+        if "CONVERSION_BASED_UNIT" in record.types:
+            return self.measure(self.records.at(record.value("CONVERSION_BASED_UNIT", 1)), deep + 1)
+        return None
+
+    def faces(self, aspect: Value, known: frozenset[int] = frozenset()) -> tuple[int, ...]:
+        """Returns the faces of a feature of the shape, also by way of the features that it is composed of."""
+        record = self.records.at(aspect)
+        if record is None or record.number in known:
+            return ()
+        found: list[int] = []
+        for about in self.about.get(record.number, ()):
+            if "GEOMETRIC_ITEM_SPECIFIC_USAGE" in about.types or "ITEM_IDENTIFIED_REPRESENTATION_USAGE" in about.types:
+                found += [n for n in self._reached(about) if set(self.records.of[n].types) & FACES]
+            for kind in about.types:
+                values = about.types[kind]
+                if kind.startswith("SHAPE_ASPECT") and len(values) >= 4 and self.records.at(values[2]) is record:
+                    found += self.faces(values[3], known | {record.number})
+        return tuple(dict.fromkeys(found))
+
+    def _reached(self, usage: Record) -> Iterator[int]:
+        """Returns the items that a usage identifies, through sets of them."""
+        for number in usage.refs():
+            record = self.records.of.get(number)
+            if record is not None:
+                yield number
+                if "SET_REPRESENTATION_ITEM" in record.types or "COMPOUND_REPRESENTATION_ITEM" in record.types:
+                    yield from (n for n in record.refs() if n in self.records.of)
+
+
+def _item_name(record: Record) -> str:
+    values = record.types.get("REPRESENTATION_ITEM") or next(iter(record.types.values()))
+    return str(values[0]).lower() if values else ""
+
+
+def _fit(zone: Record | None) -> str:
+    """Returns the fit's class, such as "h6"."""
+    if zone is None or "LIMITS_AND_FITS" not in zone.types:
+        return ""
+    form, grade = zone.value("LIMITS_AND_FITS", 0), zone.value("LIMITS_AND_FITS", 2)
+    return f"{form}{str(grade).upper().removeprefix('IT')}"
+
 
 RADII: Final = ("radius", "spherical radius", "toroidal minor radius")
 SAME_DEG: Final = 1e-3

@@ -5,8 +5,10 @@ error, a slip), the touches contain it, and the process must not be blamed for i
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Final
 
 import numpy as np
 
@@ -21,7 +23,6 @@ from trueloop.nc.check.rapid import sides_of_cuts
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.matching import match_contour
-from trueloop.nc.match.repeated import of_one_run
 from trueloop.nc.match.sides import require_side
 from trueloop.nc.match.tip import CENTRE, ORIENTATIONS, of_centre, tip_mm
 from trueloop.nc.program.called import Called, called
@@ -302,3 +303,34 @@ def _notes(profile: Profile, deviations: tuple[Shift, ...], real: list[bool], pr
         for feature, deviation, it_is in zip(profile.features, deviations, real, strict=True)
         if it_is
     ]
+
+
+SAME_PLACE_MM: Final = 1e-6
+
+
+def of_one_run(
+    moves: Sequence[FeedMove], stated: Callable[[FeedMove], bool]
+) -> tuple[tuple[FeedMove, ...], tuple[FeedMove, ...]]:
+    """Returns the feed moves without the chains that their lines repeat at equal places, and the moves left out.
+
+    Of repeated chains the last by the job's tool (`stated`) counts, else the last of all: it leaves the surface.
+    The way to the first end may differ.
+    """
+    chains = [list(members) for _, members in groupby(moves, key=lambda move: move.chain)]
+    counts: dict[tuple[object, ...], int] = {}
+    for place, chain in enumerate(chains):
+        key = tuple(map(_key, chain))
+        before = counts.get(key)
+        if before is None or stated(chain[0]) or not stated(chains[before][0]):
+            counts[key] = place
+    kept = set(counts.values())
+    taken, left = (
+        tuple(move for place, chain in enumerate(chains) if (place in kept) is wanted for move in chain)
+        for wanted in (True, False)
+    )
+    return taken, left
+
+
+def _key(move: FeedMove) -> tuple[object, ...]:
+    x, z = (round(value / SAME_PLACE_MM) for value in move.path.end_mm)
+    return move.line, x, z, move.compensation

@@ -1,5 +1,10 @@
 """Tests of a part against the prediction of earlier parts: level, form and gain of its correction, and possible
-causes.
+causes. Touches that all others contradict are left out: one grain of dirt must not raise an alarm about an edge.
+
+Innovations e ~ N(0, V) are what n places showed beyond their prediction. Those of level are H δ, H = (sin φ, cos φ):
+the generalised least-squares δ explains T = δᵀ(HᵀV⁻¹H)δ of eᵀV⁻¹e, which is χ² with the rank of H; the rest is that of
+shape, with what degrees of freedom are left. A correction C of which the share g arrived leaves e = (1 − g) C, as
+E = F + C counts it whole.
 """
 
 from collections.abc import Sequence
@@ -7,13 +12,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.special import chdtrc, ndtr, ndtri
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Integers
 from trueloop.domain.life import Stage
+from trueloop.estimate.weights import plain
 from trueloop.memory.edge.predict import innovations
 from trueloop.memory.made_part import MadePart
-from trueloop.memory.noticing.alarm import Alarm, Noticed, What
-from trueloop.memory.noticing.left_out import kept
+from trueloop.memory.noticing.alarm import Alarm, LeftOut, Noticed, What
 from trueloop.memory.noticing.sentences import (
     SLIPS,
     SLIPS_OF_MEMORY,
@@ -24,7 +30,68 @@ from trueloop.memory.noticing.sentences import (
     of_memory,
     of_shape,
 )
-from trueloop.memory.noticing.tests import Gain, White, gain_of, level_and_shape
+
+SAME_DIRECTION: Final = 1e-3
+"""The share of the largest singular value below which a direction is unseen: with all touches on a cylinder nothing is
+seen along Z."""
+
+
+@dataclass(frozen=True)
+class White:
+    """Innovations and what they are compared with, multiplied by L⁻¹, V = L Lᵀ: independent, with variance 1."""
+
+    error: Array
+    lower: Array
+
+    @classmethod
+    def of(cls, error: Array, covariance: Array) -> "White":
+        """Raises `LinAlgError` where the covariance is not positive definite."""
+        lower: Array = np.asarray(np.linalg.cholesky(covariance), np.float64)
+        return cls(np.asarray(np.linalg.solve(lower, error), np.float64), lower)
+
+    def seen(self, directions: Array) -> Array:
+        """Columns (n, m) as the white innovations see them."""
+        return np.asarray(np.linalg.solve(self.lower, directions))
+
+
+def level_and_shape(white: White, contact_angle_rad: Array) -> tuple[Array, float, float]:
+    """Returns (dX, dZ), mm, the shortest for that level; probabilities of level and of shape, 1 where unseen."""
+    directions = white.seen(np.column_stack([np.sin(contact_angle_rad), np.cos(contact_angle_rad)]))
+    u, sizes, v = np.linalg.svd(directions, full_matrices=False)
+    seen = sizes > SAME_DIRECTION * sizes[0]
+    along = u.T @ white.error
+    level = float(np.sum(along[seen] ** 2))
+    rest = float(white.error @ white.error) - level
+    shift = v.T @ np.where(seen, along / np.where(seen, sizes, 1.0), 0.0)
+    return shift, _chance(level, int(seen.sum())), _chance(rest, len(white.error) - int(seen.sum()))
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Share of a correction that arrived, its standard uncertainty, and probabilities: `by_chance` that of such a share
+    if all arrived, `rest` that of what it leaves unexplained.
+    """
+
+    share: float
+    u: float
+    by_chance: float
+    rest: float
+
+
+def gain_of(white: White, correction_mm: Array) -> Gain:
+    """Estimates the gain by regressing the innovations on the correction."""
+    seen = white.seen(correction_mm)
+    square, all_chi2, n = float(seen @ seen), float(white.error @ white.error), len(white.error)
+    if square == 0:
+        return Gain(1.0, float("inf"), 1.0, _chance(all_chi2, n))
+    missing, u = float(seen @ white.error) / square, 1 / np.sqrt(square)
+    rest = _chance(all_chi2 - (missing / u) ** 2, n - 1)
+    return Gain(1 - missing, float(u), float(2 * ndtr(-abs(missing) / u)), rest)
+
+
+def _chance(chi2: float, degrees: int) -> float:
+    return float(chdtrc(degrees, max(chi2, 0.0))) if degrees else 1.0
+
 
 BY_CHANCE: Final = 0.001
 """Probability below which a test raises an alarm."""
@@ -160,3 +227,43 @@ def _of_gains(gain: Gain | None, memory: Gain | None) -> list[_Found]:
         alarm = Alarm(What.MEMORY_GAIN, memory.by_chance, of_memory(memory.share))
         found.append(_Found(alarm, memory.rest, memory.share))
     return found
+
+
+CONTRADICTED: Final = 3.0
+"""Standard deviations, of up to twenty touches."""
+BY_CHANCE_ABOVE: Final = 0.027
+"""With more, so that parts with many touches have no more of them left out: expected number above the limit."""
+MOST: Final = 2
+SHARE: Final = 0.15
+"""More contradicted touches than two, or than this share of many, are no accident. Where 2 % of touches are gross,
+0.7 % of parts have three or more among twenty, and 0.06 % four.
+"""
+FOR_TWO, FOR_ONE = 6, 3
+"""The least numbers of touches to leave out two and one: fewer do not decide which of them is wrong."""
+
+
+def kept(error: Array, covariance: Array, points: Sequence[str]) -> tuple[Integers, tuple[LeftOut, ...]]:
+    """Indices of the errors that stay, and those left out, the most contradicted first."""
+    stay = np.arange(len(error))
+    left: list[LeftOut] = []
+    while len(left) < _most(len(error)):
+        found = plain(covariance[np.ix_(stay, stay)], error[stay])
+        z = found.left_out_mm / found.left_out_u_mm
+        worst = int(np.argmax(np.abs(z)))
+        if abs(z[worst]) <= _contradicted(len(stay)):
+            break
+        index = int(stay[worst])
+        left.append(LeftOut(index, points[index], float(z[worst])))
+        stay = np.delete(stay, worst)
+    return stay, tuple(left)
+
+
+def _contradicted(n: int) -> float:
+    """Returns the number of standard deviations by which a touch among n has to differ: by chance one of them does so
+    in 1 of 37 parts.
+    """
+    return max(CONTRADICTED, float(ndtri(1.0 - BY_CHANCE_ABOVE / n)))
+
+
+def _most(n: int) -> int:
+    return max(MOST, int(SHARE * n)) if n >= FOR_TWO else 1 if n >= FOR_ONE else 0

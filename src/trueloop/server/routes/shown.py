@@ -1,6 +1,9 @@
 """Views read from the store by `factory/shown`, each list with its place signed."""
 
-from collections.abc import Callable, Mapping
+import hmac
+import json
+from base64 import urlsafe_b64decode, urlsafe_b64encode
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, TypeVar
 
@@ -10,6 +13,7 @@ from pydantic import TypeAdapter
 
 from trueloop.domain.factory import PartState
 from trueloop.domain.option import Language
+from trueloop.errors import Code, TrueloopError
 from trueloop.factory.shown import machines, orders, parts, programs, records, series
 from trueloop.factory.shown.orders import today
 from trueloop.factory.tasks import Task, task_of
@@ -35,9 +39,42 @@ from trueloop.jobs.factory.links import links_view
 from trueloop.jobs.factory.memory import tool_memory
 from trueloop.report.turned.figures.curves import CurvePicture
 from trueloop.server import etags, pages
-from trueloop.server.cursors import Cursor, Limit, cursor_of, place_of
 from trueloop.server.etags import Say
 from trueloop.server.guarded import Here, RowPath, Service, router
+
+Limit = Annotated[int, Query(ge=1, le=500)]
+Cursor = Annotated[str | None, Query(max_length=1000)]
+_SIGNED: Final = 16
+
+
+def cursor_of(secret: bytes, of: str, after: Sequence[str | int]) -> str:
+    """Makes the cursor of the list `of` (its address and the request), after the row with these values."""
+    said = json.dumps(list(after)).encode()
+    return urlsafe_b64encode(_signature(secret, of, said) + said).decode().rstrip("=")
+
+
+def place_of(secret: bytes, of: str, cursor: str) -> list[str | int]:
+    """Returns the values that `cursor_of` was given. Raises SRV-CURSOR for anything else."""
+    try:
+        raw = urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4))
+    except ValueError:
+        raise _refused(cursor) from None
+    signature, said = raw[:_SIGNED], raw[_SIGNED:]
+    if not hmac.compare_digest(signature, _signature(secret, of, said)):
+        raise _refused(cursor)
+    found: list[str | int] = json.loads(said)
+    return found
+
+
+def _signature(secret: bytes, of: str, said: bytes) -> bytes:
+    return hmac.digest(secret, of.encode() + b"\n" + said, "sha256")[:_SIGNED]
+
+
+def _refused(cursor: str) -> TrueloopError:
+    return Code.SRV_CURSOR.refusal(
+        f"{cursor[:40]!r} is no place in this list that this service gave since it was started",
+        hint="ask for the list from its beginning, without cursor",
+    )
 
 
 @dataclass(frozen=True)

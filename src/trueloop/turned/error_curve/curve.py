@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 from trueloop.arrays import Array, by_content
 from trueloop.turned.error_curve.budget import Budget, remembered_only
 from trueloop.turned.error_curve.coverage import COVERAGE, student_t_factor
-from trueloop.turned.fit.between_cuts import BetweenCuts
-from trueloop.turned.fit.next_cut import NextCut
+from trueloop.turned.fit.between_cuts import BetweenCuts, NextCut
 from trueloop.turned.fit.spline import EndConditions, Spline
 
 SAME_MM: Final = 1e-9

@@ -23,7 +23,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 from trueloop.wording import wording
 
 
@@ -65,3 +65,27 @@ PRIOR: Final = BetweenCuts(0.002, 0.0015, wording("prior for turning in general"
 
 NONE: Final = BetweenCuts(0.0, 0.0, wording("switched off"))
 """Two cuts of one process that differ by nothing but their scatter."""
+
+
+@by_content
+@dataclass(frozen=True)
+class NextCut:
+    """The prediction of the next cut of a chain, at n arc lengths along it: expected error and standard uncertainty,
+    mm.
+
+    The uncertainty holds everything, the scatter of that cut and what it does otherwise included. A correction of 1 is
+    expected to take off `gain`.
+    """
+
+    arc_length_mm: Array
+    mean_mm: Array
+    standard_u_mm: Array
+    gain: float
+
+    def expected_mm(self, arc_length_mm: Array) -> Array:
+        """Returns the expected error, (k,)."""
+        return np.atleast_1d(np.interp(arc_length_mm, self.arc_length_mm, self.mean_mm))
+
+    def u_mm(self, arc_length_mm: Array) -> Array:
+        """Returns its standard uncertainty, (k,)."""
+        return np.atleast_1d(np.interp(arc_length_mm, self.arc_length_mm, self.standard_u_mm))

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
+from trueloop.turned.fit.between_cuts import NextCut
 from trueloop.turned.fit.chain import Chain, End
-from trueloop.turned.fit.next_cut import NextCut
 from trueloop.turned.fit.spline import SplineFit
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

@@ -8,17 +8,17 @@ the place of all these.
 
 from collections.abc import Callable, Hashable
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.arc_fit import fit_arcs, fit_bent
 from trueloop.turned.fit.chain import Chain, TangentPolicy, chains_of
-from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, touches_of
+from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, own_fit, touches_of
 from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, choose
 from trueloop.turned.fit.conditions import chain_conditions
-from trueloop.turned.fit.line_fit import fit_lines
+from trueloop.turned.fit.knots import Knots, fit_determined, joint_repeats
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.prior.from_state import fit_from_state
 from trueloop.turned.fit.prior.part_state import PartState
@@ -26,6 +26,7 @@ from trueloop.turned.fit.prior.remembered import Remembered
 from trueloop.turned.fit.prior.remembered_fit import fit_remembered
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.wording import wording
 
 Known: TypeAlias = dict[Hashable, ChainFit]
 """Fits of single chains by all that they depend on: whoever fits many subsets of the touches makes each once."""
@@ -140,3 +141,39 @@ def _fitted(
     if options.knot_every is not None or set(names).intersection(options.straight):
         return straight
     return fit_bent(names, chain, touches, options, sources, straight) or straight
+
+
+SHORT_SPAN: Final = 0.1
+"""Touches that span less than this share of a line say nothing of its slope: drawn out to the ends, their scatter would
+be multiplied by ten and more. The line gets a constant."""
+
+
+def fit_lines(
+    name: str,
+    chain: Chain,
+    touches: ChainTouches,
+    policy: TangentPolicy,
+    conditions: EndConditions,
+    sources: Sources,
+) -> ChainFit:
+    """Fits a straight line; a constant where the touches carry no more. Lines in line with each other are fitted as
+    one.
+
+    Under the policy PART the line may bend where one feature ends and the next begins, under PATH it may not.
+    """
+    s = touches.arc_length_mm
+    short = len(s) > 1 and float(np.ptp(s)) < SHORT_SPAN * chain.length_mm and not conditions.count
+    degree = 0 if short else 1
+    repeats = joint_repeats(policy, degree)
+    knots = Knots((), chain.joints_mm if repeats > 0 else (), repeats)
+    fit, _ = fit_determined(s, touches.error_mm, knots, chain.length_mm, degree, conditions)
+    note = wording("straight line through {n} touches by least squares", n=len(s))
+    if short:
+        note = wording("{n} touches span less than a tenth of the length: their mean, no slope", n=len(s))
+    elif fit.spline.degree == 0:
+        note = wording(
+            "one touch: its error holds for the whole feature, a taper cannot be seen, nor whether the touch is bad"
+        )
+    elif len(s) == 2:
+        note = wording("straight line through its two touches: a bad one would look like a taper")
+    return own_fit(chain, touches, fit, sources, wording("{feature}: {note}", feature=name, note=note))

@@ -9,9 +9,7 @@ from scipy import stats
 from trueloop.arrays import Array
 from trueloop.estimate.weights import plain
 from trueloop.memory.noticing.alarm import What
-from trueloop.memory.noticing.left_out import kept
-from trueloop.memory.noticing.notice import notice
-from trueloop.memory.noticing.tests import White, gain_of, level_and_shape
+from trueloop.memory.noticing.notice import White, gain_of, kept, level_and_shape, notice
 
 ANGLES = np.linspace(0.1, 1.5, 20)
 NAMES = [f"P{k + 1}" for k in range(20)]

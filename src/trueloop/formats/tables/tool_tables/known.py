@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from decimal import Decimal
+from decimal import ROUND_HALF_EVEN, Decimal
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
@@ -22,7 +22,6 @@ from trueloop.formats.tables.tool_tables.tool_table import (
     XIs,
     replaced,
 )
-from trueloop.turned.program.table_row import changed_number, in_mm
 
 
 def row_of(table: ToolTable, tool: int, edge: int = 1, name: str = "") -> ToolRow:
@@ -269,3 +268,20 @@ def tool_table_of(path: Path, source: bytes, unit: Unit | None = None) -> ToolTa
         place=Place(str(path)),
         values={"file": path.name},
     )
+
+
+def changed_number(
+    old: Decimal, change_mm: float, unit_mm: float, counts: Literal["radius", "diameter"], step: Decimal
+) -> Decimal:
+    """Returns `old` plus a change along an axis, rounded to `step`; a table that counts diameters gets twice the
+    change.
+
+    `change_mm` of x is that of the radius; `unit_mm` is the table's unit.
+    """
+    factor = 2 if counts == "diameter" else 1
+    return old + Decimal(factor * change_mm / unit_mm).quantize(step, ROUND_HALF_EVEN)
+
+
+def in_mm(value: Decimal, unit_mm: float, counts: Literal["radius", "diameter"]) -> float:
+    """Returns a number of a table in mm, a diameter as a radius."""
+    return float(value) * unit_mm / (2 if counts == "diameter" else 1)

@@ -13,10 +13,10 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
+from trueloop.turned.fit.between_cuts import NextCut
 from trueloop.turned.fit.chain import Chain, TangentPolicy
 from trueloop.turned.fit.chain_fit import ChainFit, touches_of
 from trueloop.turned.fit.knots import Knots, fit_determined, joint_repeats
-from trueloop.turned.fit.next_cut import NextCut
 from trueloop.turned.fit.nose_curve import carried
 from trueloop.turned.fit.prior.from_state import name_of, root_of
 from trueloop.turned.fit.prior.remembered import Remembered, angles_along
