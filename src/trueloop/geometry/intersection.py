@@ -16,7 +16,7 @@ from trueloop.geometry.feature import Arc, Feature, Line, Point
 _PARALLEL: Final = 1e-13
 """Sine of the angle below which two lines count as parallel."""
 
-_TOUCH_MM: Final = 1e-9
+TOUCH_MM: Final = 1e-9
 """A line or circle that misses a circle by less touches it."""
 
 
@@ -61,8 +61,8 @@ def _with_curve(curve: Curve, other: Feature) -> list[Point]:
     for at_end in (False, True):
         for point in intersections(beyond_end(curve, at_end), other):
             along, off = (float(value) for value in curve.locate(point))
-            is_beyond = along > curve.length_mm - _TOUCH_MM if at_end else along < _TOUCH_MM
-            if is_beyond and abs(off) < 1e-6 and all(math.dist(point, known) > _TOUCH_MM for known in found):
+            is_beyond = along > curve.length_mm - TOUCH_MM if at_end else along < TOUCH_MM
+            if is_beyond and abs(off) < 1e-6 and all(math.dist(point, known) > TOUCH_MM for known in found):
                 found.append(point)
     return found
 
@@ -89,7 +89,7 @@ def _pair(line: Line, along: float, half_chord: float) -> list[Point]:
 
 def _circle_circle(first: Arc, second: Arc) -> list[Point]:
     apart = math.dist(first.centre_mm, second.centre_mm)
-    if apart < _TOUCH_MM:
+    if apart < TOUCH_MM:
         return []
     to_chord = (apart + (first.radius_mm - second.radius_mm) * (first.radius_mm + second.radius_mm) / apart) / 2
     half_chord = _half_chord(first.radius_mm, abs(to_chord))
@@ -102,7 +102,7 @@ def _circle_circle(first: Arc, second: Arc) -> list[Point]:
 
 def _half_chord(radius_mm: float, distance_mm: float) -> float | None:
     """Returns half the chord that a circle cuts from a line at a distance from its centre; None where it misses."""
-    if distance_mm > radius_mm + _TOUCH_MM:
+    if distance_mm > radius_mm + TOUCH_MM:
         return None
     return math.sqrt(max((radius_mm - distance_mm) * (radius_mm + distance_mm), 0.0))
 
@@ -117,15 +117,15 @@ def _box(feature: Feature) -> tuple[Array, Array]:
     if isinstance(feature, Curve):
         (s, points), tightest = feature.sampled_mm, min(feature.radius_range_mm())
         sagitta = float(np.max(np.diff(s))) ** 2 / (8 * tightest)
-        return points.min(axis=0) - sagitta - _TOUCH_MM, points.max(axis=0) + sagitta + _TOUCH_MM
+        return points.min(axis=0) - sagitta - TOUCH_MM, points.max(axis=0) + sagitta + TOUCH_MM
     points = feature.point_mm(np.array([0.0, 0.5, 1.0]) * feature.length_mm)
     sagitta = feature.radius_mm * (1 - math.cos(feature.sweep_rad / 4)) if isinstance(feature, Arc) else 0.0
-    return points.min(axis=0) - sagitta - _TOUCH_MM, points.max(axis=0) + sagitta + _TOUCH_MM
+    return points.min(axis=0) - sagitta - TOUCH_MM, points.max(axis=0) + sagitta + TOUCH_MM
 
 
 def _on_both(first: Feature, second: Feature, point: Point) -> bool:
     return all(
-        -_TOUCH_MM <= float(feature.locate(point)[0]) <= feature.length_mm + _TOUCH_MM for feature in (first, second)
+        -TOUCH_MM <= float(feature.locate(point)[0]) <= feature.length_mm + TOUCH_MM for feature in (first, second)
     )
 
 

@@ -11,7 +11,7 @@ import pytest
 from tests.support.refusals import refused
 from trueloop.errors import Code
 from trueloop.formats.cad import dxf_entities
-from trueloop.formats.cad.dxf import read_dxf
+from trueloop.formats.cad.dxf import read_dxf, read_dxf_sheet
 
 XY = tuple[float, float]
 LIMIT_S = 10.0
@@ -41,6 +41,23 @@ def hatching() -> list[tuple[XY, XY]]:
     """12,000 lines of one length, one above the other, and a shaft."""
     level = [((0.0, 100.0 + 3 * k), (30.0, 100.0 + 3 * k)) for k in range(12_000)]
     return [*level, *SHAFT]
+
+
+def test_half_of_60_000_entities_are_arcs(tmp_path: Path) -> None:
+    """A knob of half circles with lines between them: each arc looked at by itself, they take a quarter of a minute."""
+    count = 30_000
+    lines = [((0.1 * k, 10.0), (0.1 * k + 0.05, 10.0)) for k in range(count)]
+    end = 0.1 * count
+    path = drawn(tmp_path / "part.dxf", [((0.0, 0.0), (0.0, 10.0)), *lines, ((end, 10.0), (end, 0.0))], axis=False)
+    head, tail = path.read_text("ascii").rsplit("0\nENDSEC", 1)
+    arcs = "".join(f"0\nARC\n8\n0\n10\n{0.1 * k + 0.075}\n20\n10\n40\n.025\n50\n0\n51\n180\n" for k in range(count))
+    path.write_text(f"{head}{arcs}0\nENDSEC{tail}", "ascii")
+    began = time.process_time()
+    read = read_dxf_sheet(path)
+    contours = read.sheet.candidates  # by its cells too, as of a drawing with more than the chain
+    seconds = time.process_time() - began
+    assert seconds < LIMIT_S
+    assert len(read.chosen().features) == len(contours[0].features) == 2 * count + 2
 
 
 @pytest.mark.parametrize(("lines", "axis", "greatest_mm"), [(ring(), True, 16.0), (hatching(), False, 8.0)])

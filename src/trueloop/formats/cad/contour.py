@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import combinations, compress, pairwise
 
 import numpy as np
 from scipy.optimize import brentq
@@ -52,11 +52,15 @@ def chained(pieces: Sequence[Piece], body: str, within_mm: float = WITHIN_MM) ->
     if not pieces:
         return []
     z = [z for piece in pieces for _, z in (piece.feature.start_mm, piece.feature.end_mm)]
-    bent = [piece for piece in pieces if not isinstance(piece.feature, Line)]
-    z += [z for piece in bent for _, z in _poles(piece.feature, within_mm)]
+    poles = {
+        k: list(_poles(one.feature, within_mm)) for k, one in enumerate(pieces) if not isinstance(one.feature, Line)
+    }
+    z += [z for own in poles.values() for _, z in own]
     low, high = min(z), max(z)
-    if bent:
-        pieces = [part for piece in pieces for part in _at_extremes(piece, low, high, within_mm)]
+    extremes = {k: [at for at in own if min(at[1] - low, high - at[1]) < within_mm] for k, own in poles.items()}
+    if any(extremes.values()):
+        parts = (cut_at(one.feature, extremes.get(k, ()), within_mm) for k, one in enumerate(pieces))
+        pieces = [replace(one, feature=part) for one, of in zip(pieces, parts, strict=True) for part in of]
     chains = _chains(pieces, within_mm)
     return [found for chain in chains for found in _sides(chain, (low, high), body, within_mm)]
 
@@ -65,9 +69,9 @@ def _poles(feature: Feature, within_mm: float) -> Iterator[Point]:
     """Where an arc or a curve runs straight across, between its ends: its lowest and highest z are there."""
     if isinstance(feature, Arc):
         (x, z), radius = feature.centre_mm, feature.radius_mm
-        for pole in ((x, z - radius), (x, z + radius)):
-            if within_mm < float(feature.locate(pole)[0]) < feature.length_mm - within_mm:
-                yield pole
+        both = [(x, z - radius), (x, z + radius)]
+        inside = (within_mm < s < feature.length_mm - within_mm for s in feature.locate(both)[0].tolist())
+        yield from compress(both, inside)
     elif isinstance(feature, Curve):
         s = feature.sampled_mm[0]
         along = feature.tangent(s)[:, 1]
@@ -85,11 +89,6 @@ def crossing(contours: Sequence[Contour], within_mm: float = WITHIN_MM) -> Point
             if all(within_mm < s < length - within_mm for s, length in along):
                 return point
     return None
-
-
-def _at_extremes(piece: Piece, low: float, high: float, within_mm: float) -> list[Piece]:
-    at = [pole for pole in _poles(piece.feature, within_mm) if min(abs(pole[1] - low), abs(pole[1] - high)) < within_mm]
-    return [replace(piece, feature=part) for part in cut_at(piece.feature, at, within_mm)] if at else [piece]
 
 
 def _chains(pieces: Sequence[Piece], within_mm: float) -> Iterator[list[Piece]]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
+from trueloop.collector import put_off
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.box_index import TooDenseError
 from trueloop.formats.cad.dxf_document import Document, open_document
@@ -64,6 +65,7 @@ class DxfSheet:
     notes: tuple[str, ...]
     file: Path
 
+    @put_off()
     def chosen(
         self, outline: int | None = None, *, x_is: Literal["radius", "diameter"] = "radius", zero: Zero = "drawing"
     ) -> DxfProfile:
@@ -74,15 +76,18 @@ class DxfSheet:
             raise self._choice(outline)
         one = self.contours[outline - 1]
         features = list(_halved(one, self.file)) if x_is == "diameter" else one.features
-        up = np.array([0.0, -self._zero_mm(one, zero)])
+        with _refusing_damage(self.file):
+            up = np.array([0.0, -self._zero_mm(one, zero)])
         moved = Edges.of(features, one.layers[:1] * len(features)).mapped(np.eye(2), up).features if up[1] else features
         return DxfProfile(named_by_kind(moved), (*self.notes, *_about(one, self, zero)))
 
     def _zero_mm(self, one: Candidate, zero: Zero) -> float:
         """Where z of the view is to be 0: at an end of all that is drawn of the part."""
+        if zero == "drawing":
+            return 0.0
         whole = [each for each in (*self.sheet.candidates, one) if each.view is one.view]
         z = [z for each in whole for z in each.box_mm[1:]]
-        return {"drawing": 0.0, "free-end": max(z), "chuck-end": min(z)}[zero]
+        return max(z) if zero == "free-end" else min(z)
 
     def _choice(self, number: int | None) -> TrueloopError:
         several = enumerate(self.contours[:LISTED], 1)
@@ -122,6 +127,7 @@ def read_dxf(
     return read_dxf_sheet(path, layer=layer, unit=unit, side=side).chosen(outline, x_is=x_is, zero=zero)
 
 
+@put_off()
 def read_dxf_sheet(
     path: FilePath,
     *,
@@ -140,8 +146,8 @@ def read_dxf_sheet(
             sheet = hidden if _of_side(hidden, side) else sheet
         if not any(len(half.edges) for view in sheet.views for half in view.halves):
             raise _nothing(layer, document, path)
-    contours = _single_chain(sheet, side, path) or _of_side(sheet, side)
-    return DxfSheet(sheet, contours, (unit_note, *sheet.notes), path)
+        contours = _single_chain(sheet, side, path) or _of_side(sheet, side)
+        return DxfSheet(sheet, contours, (unit_note, *sheet.notes), path)
 
 
 def _of_side(sheet: Sheet, side: Side) -> tuple[Candidate, ...]:
@@ -161,7 +167,7 @@ def _single_chain(sheet: Sheet, side: Side, path: Path) -> tuple[Candidate, ...]
         if not sheet.candidates:
             raise
         return ()
-    if sheet.candidates and (len(chains) != 1 or len(sheet.views) != 1):
+    if (len(chains) != 1 or len(sheet.views) != 1) and sheet.candidates:
         return ()
     features = edges.features
     ways = [[features[k].reversed() if back else features[k] for k, back in chain] for chain in chains]

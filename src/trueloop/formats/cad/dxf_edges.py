@@ -9,15 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.formats.cad.box_index import Pairs, overlapping
+from trueloop.formats.cad.box_index import Pairs
 from trueloop.formats.cad.contour import cut_at
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_building import mapped
 from trueloop.geometry.feature import Arc, Feature, Line
-from trueloop.geometry.intersection import intersections
 
-PARALLEL: Final = 1e-13
-"""Sine of the angle below which two lines count as parallel."""
 BOXED_AT: Final = np.linspace(0, 1, 17)
 """Places of a curved feature, as shares of its length, that state how far it reaches."""
 
@@ -182,19 +179,32 @@ class Edges:
         far from them.
         """
         i, j = pairs.T
-        line = self.is_line[i]
-        found = np.zeros(len(pairs), dtype=bool)
-        a, length, off = i[line], self.length_mm[i[line]], points_mm[j[line]] - self.start_mm[i[line]]
-        direction = (self.end_mm[a] - self.start_mm[a]) / length[:, None]
-        along, aside = np.sum(off * direction, axis=1), cross(off, direction)
-        found[line] = (np.abs(aside) <= within_mm) & (along > -beyond_mm) & (along < length + beyond_mm)
-        for k in np.unique(i[~line]).tolist():
-            mine = i == k
-            feature = self.feature(k)
-            along, aside = feature.locate(points_mm[j[mine]])
-            ends = (along > -beyond_mm) & (along < feature.length_mm + beyond_mm)
-            found[mine] = (np.abs(aside) <= within_mm) & ends
-        return found
+        along, aside = self.locate(i, points_mm[j])
+        ends = (along > -beyond_mm) & (along < self.length_mm[i] + beyond_mm)
+        return np.asarray((np.abs(aside) <= within_mm) & ends)
+
+    def locate(self, edges: Numbers, points_mm: Array) -> tuple[Array, Array]:
+        """Returns for edge `edges[k]` and point k what `Feature.locate` returns: arc length and distance, (n,) each."""
+        off = points_mm - self.start_mm[edges]
+        chord = self.end_mm[edges] - self.start_mm[edges]
+        with np.errstate(divide="ignore", invalid="ignore"):  # a whole circle has no chord
+            direction = chord / np.hypot(*chord.T)[:, None]
+        along, aside = np.sum(off * direction, axis=1), -cross(direction, off)
+        (round_,) = np.nonzero(~self.is_line[edges] & ~self.is_curve[edges])
+        if len(round_):
+            k = edges[round_]
+            sweep, side = self.sweep_rad[k], np.sign(self.sweep_rad[k])
+            spoke, spread = self.start_mm[k] - self.centre_mm[k], points_mm[round_] - self.centre_mm[k]
+            half_gap, radius = np.pi - np.abs(sweep) / 2, np.hypot(*spoke.T)
+            turned = side * (np.arctan2(*spoke.T) - np.arctan2(*spread.T)) + half_gap
+            along[round_] = (turned % (2 * np.pi) - half_gap) * radius
+            aside[round_] = side * (np.hypot(*spread.T) - radius)
+        curved = np.flatnonzero(self.is_curve[edges])
+        curved = curved[np.argsort(edges[curved], kind="stable")]
+        of = edges[curved]
+        for mine in np.split(curved, np.flatnonzero(np.diff(of)) + 1) if len(of) else ():
+            along[mine], aside[mine] = self.curve[edges[mine[0]]].locate(points_mm[mine])
+        return along, aside
 
     def cut(self, edges: Numbers, points_mm: Array, within_mm: float) -> "Edges":
         """Returns the edges in pieces, edge `edges[k]` cut at `points_mm[k]`, in their order."""
@@ -222,59 +232,3 @@ def _objects(values: Iterable[object]) -> NDArray[np.object_]:
 def cross(a: Array, b: Array) -> Array:
     """Returns a_x b_z − a_z b_x, (n,)."""
     return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-
-
-def cut_where_met(edges: Edges, within_mm: float) -> Edges:
-    """Returns edges cut where others meet or cross them between their ends; what is drawn twice, once."""
-    if not len(edges):
-        return edges
-    low, high = edges.boxes()
-    points = np.concatenate([edges.start_mm, edges.end_mm, _all_crossings(edges, low, high)])
-    points = points[_first_of_each(points)]
-    pairs = overlapping(low - within_mm, high + within_mm, points, points)
-    i, j = pairs[edges.on(pairs, points, within_mm, -within_mm)].T
-    return _once(edges.cut(i, points[j], within_mm), within_mm)
-
-
-def _first_of_each(rows: Array) -> Numbers:
-    """Numbers of the rows, ascending, of which none before is equal."""
-    order = np.lexsort(rows.T)  # stable: of equal rows the first comes first
-    new = np.any(np.diff(rows[order], axis=0, prepend=np.nan) != 0, axis=1)
-    return np.sort(order[new])
-
-
-def _once(pieces: Edges, within_mm: float) -> Edges:
-    """The pieces without those that run, in either direction, through the places of an earlier one."""
-    start, end = pieces.start_mm, pieces.end_mm
-    exchanged = (start[:, 0] > end[:, 0]) | ((start[:, 0] == end[:, 0]) & (start[:, 1] > end[:, 1]))
-    places = pieces.turned(exchanged)
-    runs = np.concatenate([places.start_mm, places.end_mm, pieces.middle_mm], axis=1)
-    return pieces.take(_first_of_each(np.rint(runs / within_mm)))
-
-
-def _all_crossings(edges: Edges, low: Array, high: Array) -> Array:
-    """Returns the places where edges cross each other, (n, 2)."""
-    pairs = overlapping(low, high, low, high)
-    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
-    both = edges.is_line[pairs].all(axis=1)
-    bent = {k: edges.feature(k) for k in np.unique(pairs[~both]).tolist()}
-    found = [
-        point
-        for i, j in pairs[~both].tolist()
-        for point in intersections(bent[i], bent[j])
-        if all(0 < float(one.locate(point)[0]) < one.length_mm for one in (bent[i], bent[j]))
-    ]
-    return np.concatenate([_line_crossings(edges, pairs[both]), np.array(found, dtype=np.float64).reshape(-1, 2)])
-
-
-def _line_crossings(edges: Edges, pairs: Pairs) -> Array:
-    """Returns the places where pairs of lines cross between their ends, (n, 2)."""
-    start, (i, j), along = edges.start_mm, pairs.T, edges.end_mm - edges.start_mm
-    apart = start[j] - start[i]
-    sine = cross(along[i], along[j])
-    crossing = np.abs(sine) > PARALLEL * edges.length_mm[i] * edges.length_mm[j]
-    safe = np.where(crossing, sine, 1.0)
-    first, second = cross(apart, along[j]) / safe, cross(apart, along[i]) / safe
-    on = crossing & (first > 0) & (first < 1) & (second > 0) & (second < 1)
-    crossings: Array = (start[i] + first[:, None] * along[i])[on]
-    return crossings

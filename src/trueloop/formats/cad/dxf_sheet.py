@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Final
 
@@ -45,14 +46,26 @@ AT_ZERO: Final = CentreLine(False, 0.0, -np.inf, np.inf, "y = 0")
 
 @dataclass(frozen=True)
 class Sheet:
-    """`edges` in mm, x up and z to the right; `views` with contours, the `candidates` of all of them, from the left; in
-    words what was decided.
-    """
+    """`edges` in mm, x up and z to the right; `views` with contours; in words what was left out of them."""
 
     edges: Edges
     views: tuple[View, ...]
-    candidates: tuple[Candidate, ...]
-    notes: tuple[str, ...]
+    left_out: tuple[str, ...]
+
+    @property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Returns the contours of all views, from the left; they are sought only where a drawing has several chains."""
+        return self._found[0]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Returns in words what was decided."""
+        return self.left_out if len(self.views) == 1 else (*self.left_out, *self._found[1])
+
+    @cached_property
+    def _found(self) -> tuple[tuple[Candidate, ...], tuple[str, ...]]:
+        found, again = _candidates(self.views)
+        return tuple(found), tuple(again)
 
 
 def read_sheet(document: Document, mm_per_unit: float, layer: str | None = None, *, hidden: bool = False) -> Sheet:
@@ -66,9 +79,7 @@ def read_sheet(document: Document, mm_per_unit: float, layer: str | None = None,
     axes = centre_lines(edges_of([one for one in everything if meanings.is_centre(one)], mm_per_unit))
     hatched = _hatched([one for one in entities if one.kind == "HATCH"], mm_per_unit)
     views, notes = _views(edges, axes, hatched)
-    candidates, more = _candidates(views)
-    left_out = [*_left_out(entities, drawn, hidden), *notes, *more]
-    return Sheet(edges, tuple(views), tuple(candidates), tuple(left_out))
+    return Sheet(edges, tuple(views), (*_left_out(entities, drawn, hidden), *notes))
 
 
 def _views(edges: Edges, axes: Sequence[CentreLine], hatched: Hatched) -> tuple[list[View], list[str]]:
