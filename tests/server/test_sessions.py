@@ -163,6 +163,18 @@ def test_a_clock_that_was_a_day_ahead_locks_nothing(service: Running) -> None:
         assert caller.post("session", {"name": name, "password": PASSWORD}).status_code == 200
 
 
+@pytest.mark.parametrize(("ahead_min", "stays"), [(24 * 60, False), (10, True)])
+def test_a_session_of_a_clock_that_was_ahead_is_not_open_for_longer(
+    service: Running, ahead_min: float, stays: bool
+) -> None:
+    service.clock.set(minutes=ahead_min)
+    otto = service.signed_in("viewer")
+    service.clock.set(minutes=-ahead_min)
+    assert otto.get("me").status_code == (200 if stays else 401)
+    service.clock.turn(minutes=61)
+    assert problem(otto.get("me")) == "SRV-SIGN-IN"
+
+
 def test_setting_the_clock_does_not_shorten_the_delay(service: Running) -> None:
     caller = service.caller()
     for _ in range(5):

@@ -80,9 +80,10 @@ def still_open(store: Store, settings: Settings, id_sha256: str, now: datetime, 
     if row is None or row.ended_at is not None or row.disabled:
         return None
     last, expires = datetime.fromisoformat(row.seen_at), datetime.fromisoformat(row.expires_at)
-    if now >= expires or (now - last).total_seconds() >= settings.idle_s:
+    since_used = abs(now - last)  # used in the future: the clock was ahead then, and may not keep it open until then
+    if now >= expires or since_used.total_seconds() >= settings.idle_s:
         return None
-    if seen and now - last >= SEEN:
+    if seen and since_used >= SEEN:
         with store.writing() as connection:
             still = (SESSION.c.id_sha256 == id_sha256) & SESSION.c.ended_at.is_(None)
             connection.execute(update(SESSION).where(still).values(seen_at=stamp(now)))
