@@ -1,36 +1,15 @@
-"""A bank, written to an image and evaluated by plain sums, is the model: at any place, signals, travel and tool."""
+"""The bank of a model: bodies, signals, tool. That it is the model is shown with the core, in test_core_model."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 
-from tests.support import image_reference
-from tests.support.banks import Asked, any_asked, bank_for, by_the_model, columns
 from tests.support.machines import any_model, chain_with_travel, set_back_chain
-from trueloop.arrays import Array
-from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import PRESETS
 from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.realtime.bank import Stated, bank_of, signals_of
-from trueloop.realtime.image import Bank, Identity, Image, RealTimeLimits
-
-LIMITS = RealTimeLimits(((-300.0, 400.0),) * 3)
-
-
-def by_plain_sums(bank: Bank, at: Asked) -> Array:
-    found = image_reference.read(image_to_bytes(Image(Identity("any", ""), LIMITS, bank)))
-    rows = zip(at.positions, at.travel, columns(bank, at), at.offset, strict=True)
-    return np.array([image_reference.error_mm(found, *map(list, row)) for row in rows])
-
-
-@settings(max_examples=60)
-@given(any_asked())
-def test_the_bank_is_the_model(at: Asked) -> None:
-    found = by_plain_sums(bank_for(at.model, at.tool), at)
-    np.testing.assert_allclose(found, by_the_model(at), rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("structure", sorted(PRESETS))
