@@ -11,6 +11,10 @@ TODAY: Final = "0006"
 """The schema that this version of trueloop writes: the newest of `migrations/versions`."""
 _VERSION_TABLE: Final = "trueloop_schema"
 _SCRIPTS: Final = Path(__file__).with_name("migrations")
+NEW_FILE: Final = _SCRIPTS / "today.sql"
+"""The statements that make a new SQLite store, a line each: the result of all migrations, without Alembic, whose import
+and run take 0.3 s.
+"""
 
 
 def schema_of(connection: Connection) -> str | None:
@@ -61,7 +65,18 @@ def bring_up_to_date(connection: Connection, where: str) -> None:
             f"{where!r} holds tables that are not trueloop's: {', '.join(sorted(others)[:5])}",
             hint="give the store a file or a database of its own",
         )
+    if found is None and connection.dialect.name == "sqlite":
+        for statement in NEW_FILE.read_text("utf-8").splitlines():
+            connection.exec_driver_sql(statement)
+        return
     migrate_to("head", connection)
+
+
+def statements_of(connection: Connection) -> str:
+    """Returns the statements that make the store in a SQLite database as it is, as in `NEW_FILE`."""
+    made = connection.scalars(text("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY rowid"))
+    version = f"INSERT INTO {_VERSION_TABLE} VALUES ('{schema_of(connection)}')"
+    return "".join(f"{' '.join(statement.split())}\n" for statement in (*made, version))
 
 
 def migrate_to(revision: str, connection: Connection) -> None:

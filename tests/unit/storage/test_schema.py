@@ -44,6 +44,15 @@ def test_the_migrations_lead_to_the_tables_of_today() -> None:
         assert compare_metadata(context, METADATA) == []
 
 
+def test_a_new_file_is_made_as_all_migrations_make_it() -> None:
+    """Those of a later version are added by `NEW_FILE.write_text(statements_of(connection))`, migrated from nothing."""
+    with create_engine("sqlite://").begin() as migrated:
+        schema.migrate_to("head", migrated)
+        assert schema.NEW_FILE.read_text("utf-8") == schema.statements_of(migrated)
+    with open_store("sqlite://", create=True).reading() as connection:
+        assert schema.statements_of(connection) == schema.NEW_FILE.read_text("utf-8")
+
+
 def test_the_newest_migration_is_the_schema_of_today() -> None:
     scripts = ScriptDirectory(str(Path(schema.__file__).with_name("migrations")))
     assert scripts.get_heads() == [schema.TODAY]
