@@ -181,6 +181,7 @@ PLATE = "0 BEGIN PGM A MM\n1 L X+20 Y+1 Z+1 R0 FMAX\n"
         ("siemens", "G71 G18 G90 F100\nG0 X1 Z1\nG1 X5\n", Code.NC_DIAMETER, 2, "diameter"),
         ("siemens", "G71 G90 F100\nG0 X1 Y1 Z1\nG18 G1 X5\n", Code.NC_DIAMETER, 3, "diameter"),
         ("siemens", "G71 G17 G90 F100\nG0 X1 Z1\nG18 G1 X5\n", Code.NC_DIAMETER, 3, "diameter"),
+        ("siemens", "G71 G17 G90 G95 F0.2\nG0 X1 Y0 Z1\nG18\nG0 X5\n", Code.NC_DIAMETER, 4, "diameter"),
         ("siemens", HEAD + "SUPA G0 Z9\nG1 X2\n", Code.NC_MAP, 4, "place of the machine"),
         ("heidenhain", PLATE + "2 Q1 = 5\n3 L X+Q1\n", Code.NC_MAP, 4, "takes no sum"),
         ("heidenhain", PLATE + "2 Q1 = 5\n3 L X+Q1 Y+1\n4 CT X+9 Y+3\n", Code.NC_EDIT, 5, "it depends on X+Q1"),

@@ -86,6 +86,21 @@ def test_a_cycle_states_the_height_that_a_new_work_offset_left_unknown(
         assert body(tmp_path, source, "fanuc-mill")[3] == f"{plane} X100.010 Z-4.995 R2.012 P20 ;"
 
 
+@pytest.mark.parametrize("away", ["G80 G55 X0. Y0.", "G80\nG91 G28 Z0.\nG90 G00 X0. Y0."])
+@pytest.mark.parametrize(("after", "refused"), [("G00 X300.", False), ("G01 X300. F90.", True), ("G00 Z9.", False)])
+def test_a_return_to_an_unknown_height_stays_unknown_after_holes_that_end_at_the_plane_r(
+    tmp_path: Path, away: str, after: str, refused: bool
+) -> None:
+    """G99, then G98 in one series: the rapid after it goes across at that height, without a word Z."""
+    head = f"G21 G90 G54 G00 X0. Y0. Z20.\nG98 G81 Z-5. R2. F100.\n{away}\n"
+    source = head + f"G99 G82 X100. Z-5. R2. P20\nG98 X200.\nG80\n{after}\nM30\n"
+    if refused:
+        with pytest.raises(TrueloopError, match=r"Z (has no position since|stands at a place of the machine)"):
+            body(tmp_path, source, "fanuc-mill")
+    else:
+        assert body(tmp_path, source, "fanuc-mill")[-2] == {"G00 X300.": "G00 X300.", "G00 Z9.": "G00 Z9.029"}[after]
+
+
 def test_holes_that_are_put_off_are_displaced_where_they_are_drilled(tmp_path: Path) -> None:
     source = "O1\nG21 G90\nG0 X0. Y0. Z20.\nG83 G99 Z-5. R2. Q3. F100. L0\nX200.\nG80\nG0 X0.\nM30\n"
     written = body(tmp_path, source, "haas-mill")

@@ -113,6 +113,8 @@ struct Writing {
     standing: [Standing; 3],
     /// How often each axis' positions were renamed before the last move.
     renamed: [u32; 3],
+    /// The last series of holes that began at an unknown height, and what was known of it.
+    begun_at: Option<(u32, Standing)>,
     /// The way each axis went last.
     travel: [i8; 3],
     register: Register,
@@ -134,6 +136,7 @@ impl Mapper {
             turning: [0.0; 3],
             standing: standing::at_start(named),
             renamed: [0; 3],
+            begun_at: None,
             travel: [0; 3],
             register: Register::default(),
             summary: Summary::default(),

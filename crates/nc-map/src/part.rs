@@ -123,7 +123,6 @@ impl Writing {
         let mut called = path.drilled.iter().filter(|hole| hole.said.is_some()).peekable();
         let mut own = path.drilled.iter().filter(|hole| states_heights(program, hole)).peekable();
         let mut placed = path.placed.iter().peekable();
-        let mut came_from = None;
         for index in 0..path.len() {
             let role = roles.get(&(path.block[index] as usize));
             let saying = Saying::of(path, index);
@@ -140,7 +139,7 @@ impl Writing {
             if let Some(hole) = own.peek().filter(|hole| hole.first <= index) {
                 let height = &mut self.standing[hole.third];
                 if height.is_elsewhere() {
-                    came_from = came_from.or(Some(*height)).filter(|_| !hole.ends_at_plane);
+                    self.begun_at = Some((hole.series, *height));
                     *height = Standing::Said;
                 }
             }
@@ -163,9 +162,10 @@ impl Writing {
                 }
             }
             courses.push(Course { fate, standing: before });
-            if let Some(hole) = own.next_if(|hole| hole.end <= index + 1) {
+            if let Some(hole) = own.next_if(|hole| hole.end <= index + 1).filter(|hole| !hole.ends_at_plane) {
                 // back to where the series began, which no position of the program states
-                self.standing[hole.third] = came_from.take().unwrap_or(self.standing[hole.third]);
+                let begun = self.begun_at.filter(|(series, _)| *series == hole.series);
+                self.standing[hole.third] = begun.map_or(self.standing[hole.third], |(_, height)| height);
             }
         }
         Ok(courses)

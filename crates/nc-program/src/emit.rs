@@ -23,14 +23,10 @@ impl Runner<'_> {
         if !self.state.unit.is_used {
             self.use_unit(words.into_iter().find(|word| *word >= 0).unwrap_or(INHERITED));
         }
-        if !self.state.diameter_is_known && words[0] >= 0 {
-            match self.state.modal.plane {
-                // a mill's program: X was a radius beside Y, and stays so in G18
-                Plane::Xy if self.state.xy_is_stated && words[1] >= 0 => self.state.diameter_is_known = true,
-                Plane::Zx => self.warn_diameter(words[0]),
-                _ => {}
-            }
+        if !self.state.diameter_is_known && words[0] >= 0 && self.state.modal.plane == Plane::Zx && !self.mills() {
+            self.warn_diameter(words[0]);
         }
+        self.state.xy_is_milled |= self.state.xy_is_stated && self.state.modal.plane == Plane::Xy && words[1] >= 0;
         if let Some(turn) = self.put_corner(kind, end, turn) {
             let (first, second, _) = self.state.modal.plane.axes();
             let mut centre = self.state.position;
@@ -48,6 +44,12 @@ impl Runner<'_> {
         };
         self.path.push(kind, self.state.position, end, words, self.block as i32, state);
         self.state.position = end;
+    }
+
+    /// Whether a move in G18 is a mill's, as a lead-in by an arc: the program has stated G17 and moved Y in it, where X was
+    /// a radius, and feeds by the minute. Turning feeds by the revolution.
+    fn mills(&self) -> bool {
+        self.state.xy_is_milled && self.state.modal.feed_mode == FeedMode::PerMinute
     }
 
     fn warn_diameter(&mut self, word: i32) {

@@ -250,6 +250,9 @@ fn circle(q: &Parameters) -> Result<Vec<[f64; 2]>, String> {
     let way = q.get(246)? - start;
     let parts = if way.abs() == 360.0 { count } else { count.saturating_sub(1).max(1) };
     let step = Some(q.get(247)?).filter(|step| *step != 0.0).unwrap_or(way / parts as f64);
+    if step == 0.0 && count > 1 {
+        return Err("its angles of start (Q245) and stop (Q246) are equal, without a step (Q247)".to_owned());
+    }
     let place = |index: usize| {
         let angle = (start + index as f64 * step).to_radians();
         [x + radius * angle.cos(), y + radius * angle.sin()]

@@ -27,6 +27,8 @@ pub(crate) struct State {
     pub diameter_is_known: bool,
     /// A word of the program has chosen the plane XY.
     pub xy_is_stated: bool,
+    /// Y has moved in it.
+    pub xy_is_milled: bool,
     pub frame: Frame,
     /// Where the tool is, in the frame in force.
     pub position: [f64; 3],
@@ -101,6 +103,7 @@ impl State {
             unit: Unit::new(options.unit_is_known),
             diameter_is_known: options.diameter_is_known || !dialect.rules.diameter_is_machine_data,
             xy_is_stated: false,
+            xy_is_milled: false,
             frame: Frame {
                 rotary: Rotary::new(options.rotary.unwrap_or_else(|| rotary_letters(program))),
                 ..Frame::new(&options.work_offsets, dialect.tool_offset == ToolOffset::Code)
