@@ -4,6 +4,7 @@ import math
 from itertools import combinations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -74,3 +75,18 @@ def test_crossings_are_those_of_each_two(seed: int) -> None:
     for some, others in ((found, expected), (expected, found)):
         distance = np.linalg.norm(some[:, None] - others, axis=2).min(axis=1, initial=np.inf) if len(some) else some
         assert np.all(distance < 1e-7)
+
+
+@pytest.mark.parametrize("reach_mm", [100.0, 200.0, 800.0])
+def test_a_short_hook_of_a_long_spline_is_crossed(reach_mm: float) -> None:
+    """The line leaves with the spline from its first point and crosses its hook, which is shorter than a 16th of it."""
+    poles = [(0, 0), (-0.1, 0.1), (-0.1, 0.25), (0, 0.3), (0.4, 0.2), (1, 0), (3, 0), (10, 0), (30, 0), (60, 0)]
+    last = np.array([*poles, (reach_mm / 2, 0.0), (reach_mm, 0.0)])
+    spans = len(last) - 3
+    spline = b_spline("", last, [0.0] * 3 + list(map(float, range(spans + 1))) + [float(spans)] * 3, 3)
+    line = Line("", (0.0, 0.0), (-0.05, 1.0))
+    edges = Edges.of([spline, line], ["0", "0"])
+    found = all_crossings(edges, *edges.boxes())
+    expected = [at for at in intersections(spline, line) if math.hypot(*at) > 1e-6]
+    assert len(found) == len(expected) == 1
+    assert found[0] == pytest.approx(expected[0], abs=1e-7)

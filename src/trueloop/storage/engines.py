@@ -7,6 +7,7 @@ they appear.
 
 import shlex
 import sqlite3
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -133,7 +134,11 @@ def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool, held_op
 
 def _sqlite_file(url: URL, create: bool, read_only: bool, held_open: int) -> Engine:
     path = Path(str(url.database))
-    if not path.is_file() and (not create or path.exists()):
+    try:
+        usable = stat.S_ISREG(path.stat().st_mode)
+    except OSError:  # another process may make it between two looks
+        usable = create
+    if not usable:
         raise Code.STO_FILE.refusal(
             f"there is no store '{path}'",
             hint=f"make it by `trueloop db init {shlex.quote(str(path))}`, or name another by --db",

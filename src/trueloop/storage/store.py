@@ -9,6 +9,8 @@
 ['2511']
 """
 
+import sqlite3
+import time
 import weakref
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -35,6 +37,8 @@ T = TypeVar("T")
 
 WAIT_S = 10.0
 """The time to wait, s, for another program that writes."""
+
+RETRY_S: Final = 0.01
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,7 @@ def open_store(
     store = Store(engine, codec or values.CODEC.with_more(Correction), name or shown(str(where)), unmade)
     weakref.finalize(store, engine.dispose)  # commands end without closing it; PostgreSQL's connections are held open
     try:
-        _made_ready(store, create or unmade, read_only)
+        _made_ready(store, create or unmade, read_only, wait_s)
     except BaseException:
         store.close()
         raise
@@ -130,7 +134,7 @@ def find(store: Store, kind: type[T], *, superseded: bool = False, **columns: st
         return list(found(connection, store.codec, Query(kind_of(kind), columns, superseded)))
 
 
-def _made_ready(store: Store, create: bool, read_only: bool) -> None:
+def _made_ready(store: Store, create: bool, read_only: bool, wait_s: float) -> None:
     if not create:
         with store.reading() as connection:
             if not check_schema(connection, store.where):
@@ -139,15 +143,25 @@ def _made_ready(store: Store, create: bool, read_only: bool) -> None:
                 raise older(connection, store.where)
     with store.writing() as connection:
         bring_up_to_date(connection, store.where)
-    _keep_a_log(store)
+    _keep_a_log(store, wait_s)
 
 
-def _keep_a_log(store: Store) -> None:
+def _keep_a_log(store: Store, wait_s: float) -> None:
     """Writers then do not disturb readers: SQLite remembers it in the file."""
     if store.engine.dialect.name == "sqlite":
         with understood(store.where), store.engine.connect() as connection:
             raw: Any = connection.connection.dbapi_connection
-            raw.execute("PRAGMA journal_mode = WAL")
+            if raw.execute("PRAGMA journal_mode").fetchone()[0] == "wal":
+                return
+            until = time.monotonic() + wait_s
+            while True:  # SQLite does not wait for this by itself, and anyone who reads the new file is in its way
+                try:
+                    raw.execute("PRAGMA journal_mode = WAL")
+                    return
+                except sqlite3.OperationalError:
+                    if time.monotonic() > until:
+                        raise
+                    time.sleep(RETRY_S)
 
 
 AT_ONCE: Final = 1000

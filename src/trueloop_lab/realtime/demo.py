@@ -49,6 +49,8 @@ from trueloop_lab.simulator.lathe import (
     warm_up,
 )
 
+HEADER: Final = "time_s,X_mm,Z_mm,travel_X,travel_Z,{along},{reading},{u},tool_x_mm,tool_z_mm,tool_y_mm,absolute,run"
+VIRTUAL_WAYS: Final = {1: "+", -1: "-", 0: ""}
 MACHINE: Final = "realtime/machine.toml"
 NO_Y_MM: Final = (-1.0, 1.0)
 LONGEST_S: Final = 90.0
@@ -234,10 +236,6 @@ def _page(made: Demo, runs: dict[str, WarmingRun]) -> RunPage:
         (timing_of("rtec.write", samples.columns["write_ns"]), timing_of("servo thread", samples.columns["thread_ns"])),
         notes=tuple(causes),
     )
-
-
-HEADER: Final = "time_s,X_mm,Z_mm,travel_X,travel_Z,{along},{reading},{u},tool_x_mm,tool_z_mm,tool_y_mm,absolute,run"
-VIRTUAL_WAYS: Final = {1: "+", -1: "-", 0: ""}
 
 
 def lengths_csv(readings: Iterable[Reading]) -> str:

@@ -62,6 +62,35 @@ def test_two_writers_of_the_same_keep_each_once(place: str) -> None:
     store.close()
 
 
+MAKER = """
+import sys, time
+from pathlib import Path
+from trueloop.storage.store import open_store
+print(flush=True)
+while not Path(sys.argv[2]).exists():
+    time.sleep(0.0005)
+open_store(sys.argv[1], create=True, wait_s=60).close()
+"""
+
+
+def test_six_processes_make_one_store_at_once(tmp_path: Path) -> None:
+    store, start = tmp_path / "new.db", tmp_path / "start"
+    makers = [
+        subprocess.Popen([sys.executable, "-c", MAKER, str(store), str(start)], stdout=subprocess.PIPE, text=True)
+        for _ in range(6)
+    ]
+    for maker in makers:
+        assert maker.stdout is not None
+        maker.stdout.readline()
+    start.touch()
+    for maker in makers:
+        maker.communicate(timeout=LONGEST_S)
+    assert [maker.returncode for maker in makers] == [0] * 6
+    made = open_store(store)
+    assert damage(made) == []
+    made.close()
+
+
 def test_a_store_that_another_writes_into_says_so(place: str) -> None:
     first = open_store(place, create=True)
     second = open_store(place, wait_s=0.2)

@@ -6,6 +6,7 @@ axis, is no edge of the part. An open chain, a half section, a section of a holl
 give contours.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,12 +14,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
+from scipy.spatial import KDTree
 
+from trueloop.arrays import Array
 from trueloop.collector import put_off
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.box_index import TooDenseError
 from trueloop.formats.cad.dxf_document import Document, open_document
-from trueloop.formats.cad.dxf_edges import Edges
+from trueloop.formats.cad.dxf_edges import Edges, Numbers
 from trueloop.formats.cad.dxf_entities import CHAIN_WITHIN_MM
 from trueloop.formats.cad.dxf_sheet import Sheet, read_sheet
 from trueloop.formats.cad.dxf_views import Candidate, View
@@ -30,12 +33,6 @@ from trueloop.units import MM_PER_INCH
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
-import math
-
-from scipy.spatial import KDTree
-
-from trueloop.arrays import Array
-from trueloop.formats.cad.dxf_edges import Numbers
 
 MM_PER_UNIT: Final = {1: MM_PER_INCH, 2: 12 * MM_PER_INCH, 4: 1.0, 5: 10.0, 6: 1000.0, 9: MM_PER_INCH / 1000, 13: 1e-3}
 """DXF header $INSUNITS: inch, foot, mm, cm, m, mil, µm."""

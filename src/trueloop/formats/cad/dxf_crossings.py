@@ -17,6 +17,8 @@ MEETS_MM: Final = 1e-6
 AHEAD: Final = 0.5
 """A chord runs away from another edge by more than this share of its length, along the difference of the unit vectors
 in which the two set out."""
+CHORDS: Final = len(BOXED_AT) - 1
+"""Number of chords of an edge, of one arc length."""
 TAUT: Final = 0.95
 """A chord of at least this share of its arc has no loop or spike beside it."""
 
@@ -74,11 +76,15 @@ def all_crossings(edges: Edges, low: Array, high: Array) -> Array:
 
 
 def _part_for_good(edges: Edges, pairs: Pairs) -> Mask:
-    """Whether two edges that meet at an end only go away from each other, by their chords: they cross nowhere else."""
+    """Whether two edges that meet at an end only go away from each other, by their chords: they cross nowhere else.
+
+    A curve of pieces shorter than a chord may have a hook that the chord does not show: it is not judged so.
+    """
     numbers, row = np.unique(pairs, return_inverse=True)
     some, row = edges.take(numbers), row.reshape(pairs.shape)
     points = some.at_shares(BOXED_AT)
     taut = TAUT * np.diff(BOXED_AT) * some.length_mm[:, None]
+    even = np.array([one is None or np.diff(one.breaks_mm).min() >= one.length_mm / CHORDS for one in some.curve])
     parts = np.zeros(len(pairs), dtype=bool)
     ways = ((points[k], points[k, ::-1]) for k in row.T)
     for first, second in product(*ways):
@@ -89,7 +95,7 @@ def _part_for_good(edges: Edges, pairs: Pairs) -> Mask:
             ahead, chord = sign * np.einsum("nki,ni->nk", chords, away), np.linalg.norm(chords, axis=2)
             meet &= np.all((chord > taut[row[:, k]]) & (ahead > AHEAD * chord), axis=1)
         parts |= meet
-    return parts
+    return np.asarray(parts & even[row].all(axis=1))
 
 
 def _circle_crossings(edges: Edges, pairs: Pairs) -> Array:
