@@ -120,27 +120,25 @@ impl Writing {
     fn courses(&mut self, part: &Part, ways: &Ways, unknown: &HashSet<usize>) -> Result<Vec<Course>, Refused> {
         let Part { program, path, roles, .. } = part;
         let mut courses = Vec::with_capacity(path.len());
-        let mut called = path.drilled.iter().filter(|hole| hole.said.is_some()).peekable();
-        let mut own = path.drilled.iter().filter(|hole| states_heights(program, hole)).peekable();
+        let known = |hole: &&Drilled| hole.said.is_some() || states_heights(program, hole);
+        let mut holes = path.drilled.iter().filter(known).peekable();
         let mut placed = path.placed.iter().peekable();
         for index in 0..path.len() {
             let role = roles.get(&(path.block[index] as usize));
             let saying = Saying::of(path, index);
             let before = standing::before(self.standing, &mut self.renamed, &saying);
             self.standing = standing::after(before, program, &saying, role);
-            while called.next_if(|hole| hole.end <= index).is_some() {}
-            if let Some(hole) = called.peek().filter(|hole| hole.first <= index) {
-                self.standing[hole.third] = Standing::Said; // by the cycle, in its definition
-                let named = |axis: usize| axis == hole.third || path.words[hole.place][axis] >= 0;
-                if index == hole.first && !(0..3).all(named) {
-                    displace_way(path, &mut courses, roles);
-                }
-            }
-            if let Some(hole) = own.peek().filter(|hole| hole.first <= index) {
+            if let Some(hole) = holes.peek().filter(|hole| hole.first <= index) {
                 let height = &mut self.standing[hole.third];
-                if height.is_elsewhere() {
+                if hole.said.is_none() && height.is_elsewhere() {
                     self.begun_at = Some((hole.series, *height));
-                    *height = Standing::Said;
+                }
+                if hole.said.is_some() || height.is_elsewhere() {
+                    *height = Standing::Said; // by the cycle
+                }
+                let named = |axis: usize| axis == hole.third || path.words[hole.place][axis] >= 0;
+                if hole.said.is_some() && index == hole.first && !(0..3).all(named) {
+                    displace_way(path, &mut courses, roles);
                 }
             }
             while let Some(place) = placed.next_if(|place| place.of_move <= index) {
@@ -162,10 +160,13 @@ impl Writing {
                 }
             }
             courses.push(Course { fate, standing: before });
-            if let Some(hole) = own.next_if(|hole| hole.end <= index + 1).filter(|hole| !hole.ends_at_plane) {
+            if let Some(hole) = holes.next_if(|hole| hole.end <= index + 1).filter(|hole| !hole.ends_at_plane) {
                 // back to where the series began, which no position of the program states
-                let begun = self.begun_at.filter(|(series, _)| *series == hole.series);
-                self.standing[hole.third] = begun.map_or(self.standing[hole.third], |(_, height)| height);
+                if let Some((_, height)) =
+                    self.begun_at.filter(|(series, _)| *series == hole.series && hole.said.is_none())
+                {
+                    self.standing[hole.third] = height;
+                }
             }
         }
         Ok(courses)

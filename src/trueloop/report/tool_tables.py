@@ -81,12 +81,8 @@ def change_as_dict(record_id: str, table: ToolTable, new: NewTable, written: Pat
 def _row(row: ToolRow) -> tuple[str, ...]:
     tool = f"T{row.tool}" + (f" D{row.edge}" if row.edge != 1 else "")
     others = " ".join(f"{name} {value}" for name, value in row.others.items())
-    numbers = [_text(number) for number in (row.x, row.z, row.nose)]
+    numbers = ["–" if number is None else f"{number.value:f}" for number in (row.x, row.z, row.nose)]
     return tool, row.kind, *numbers, "" if row.tip is None else str(row.tip), row.name, others
-
-
-def _text(number: Number | None) -> str:
-    return "–" if number is None else f"{number.value:f}"
 
 
 def _value(number: Number | None) -> float | None:

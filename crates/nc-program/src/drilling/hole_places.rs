@@ -29,6 +29,9 @@ pub enum Pattern {
     DefinedLines,
 }
 
+/// Places by the parameters of a pattern, program units.
+type Places = fn(&Parameters) -> Result<Vec<[f64; 2]>, String>;
+
 /// The Q parameters of a pattern, and where the coordinates of its reference point are written.
 struct Parameters {
     values: Vec<(u32, f64, (u32, u32))>,
@@ -54,8 +57,8 @@ impl Parameters {
         }
     }
 
-    fn spans(&self, numbers: [u32; 2]) -> Spans {
-        numbers.map(|number| self.find(number).map_or((0, 0), |(.., span)| *span))
+    fn span(&self, number: u32) -> (u32, u32) {
+        self.find(number).map_or((0, 0), |(.., span)| *span)
     }
 }
 
@@ -71,51 +74,54 @@ pub struct Placed {
 }
 
 impl Runner<'_> {
-    /// Goes to the places of a pattern at rapid, and drills at each what MCALL has put in force.
+    /// Goes to the places of a pattern at rapid, and drills at each.
     pub(crate) fn pattern(&mut self, pattern: Pattern, word: i32) {
-        if matches!(pattern, Pattern::DefinedCircle | Pattern::DefinedLines) {
-            if let Err(why) = self.defined_pattern(pattern) {
-                self.not_followed(word, &why);
-            }
-            return;
-        }
-        let (places, said) = match self.places(pattern, word) {
-            Ok(found) => found,
-            Err(why) => return self.not_followed(word, &why),
+        let done = match pattern {
+            Pattern::Row | Pattern::Circle => self.holes_of_call(pattern, word),
+            Pattern::DefinedCircle => self.defined_holes(circle, [216, 217]),
+            Pattern::DefinedLines => self.defined_holes(lines, [225, 226]),
         };
-        let (first, second, _) = self.state.modal.plane.axes();
+        if let Err(why) = done {
+            self.not_followed(word, &why);
+        }
+    }
+
+    /// HOLES1, HOLES2: what MCALL has put in force, at each place.
+    fn holes_of_call(&mut self, pattern: Pattern, word: i32) -> Result<(), String> {
+        let (places, said) = self.places(pattern, word)?;
         for place in places {
-            let mut end = self.state.position;
-            (end[first], end[second]) = (place[0], place[1]);
-            self.path.placed.push(Placed { of_move: self.path.len(), axes: [first, second], said });
-            self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
+            self.go_to_place(place, said);
             if let Some(hole) = self.state.modal_cycle {
                 self.drill_here(&hole);
             }
         }
+        Ok(())
+    }
+
+    /// At rapid to a place of the plane, mm.
+    fn go_to_place(&mut self, place: [f64; 2], said: Spans) {
+        let (first, second, _) = self.state.modal.plane.axes();
+        let mut end = self.state.position;
+        (end[first], end[second]) = (place[0], place[1]);
+        self.path.placed.push(Placed { of_move: self.path.len(), axes: [first, second], said });
+        self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
     }
 
     /// CYCL DEF 220, 221: goes to each place, above the workpiece, and runs the cycle defined last there, with Q200, Q203
-    /// and Q204 of the pattern.
-    fn defined_pattern(&mut self, pattern: Pattern) -> Result<(), String> {
+    /// and Q204 of the pattern. `places` are in program units; `reference` numbers the coordinates from which they count.
+    fn defined_holes(&mut self, places: Places, reference: [u32; 2]) -> Result<(), String> {
         let q = self.parameters_behind();
-        let (places, reference) = match pattern {
-            Pattern::DefinedCircle => (circle(&q)?, [216, 217]),
-            _ => (lines(&q)?, [225, 226]),
-        };
+        let places = places(&q)?;
         for number in [200, 203, 204] {
             let value = q.get(number)?;
             self.state.store.set(Key::Number(number), value);
         }
+        self.state.defined.surface = q.span(203);
         let high = match q.get(301)? {
             0.0 => false,
             1.0 => true,
             other => return Err(format!("Q301 is {other}")),
         };
-        if pattern == Pattern::DefinedCircle && q.find(365).is_some_and(|(_, way, _)| *way != 0.0) {
-            return Err("it goes from hole to hole by arcs (Q365)".to_owned());
-        }
-        self.state.defined.surface = q.spans([203, 203])[0];
         let Some((number, drill)) = self.state.defined.cycle else {
             return Err("the moves of the cycle defined last are not in the path".to_owned());
         };
@@ -123,17 +129,13 @@ impl Runner<'_> {
         if hole.is_relative() {
             return Err("the cycle defined last begins where the tool stands".to_owned());
         }
-        let ((first, second, third), said) = (self.state.modal.plane.axes(), q.spans(reference));
-        let mm = self.state.modal.mm();
+        let (mm, third) = (self.state.modal.mm(), self.state.modal.plane.axes().2);
         if self.state.position[third] < hole.retract() {
             self.height(MoveKind::Rapid, self.state.position, third, hole.retract(), INHERITED);
         }
         let between = if high { hole } else { hole.ending_at_plane() };
         for (index, place) in places.iter().enumerate() {
-            let mut end = self.state.position;
-            (end[first], end[second]) = (place[0] * mm, place[1] * mm);
-            self.path.placed.push(Placed { of_move: self.path.len(), axes: [first, second], said });
-            self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
+            self.go_to_place(place.map(|coordinate| coordinate * mm), reference.map(|number| q.span(number)));
             self.drill_here(if index + 1 < places.len() { &between } else { &hole });
         }
         Ok(())
@@ -184,10 +186,7 @@ impl Runner<'_> {
         if [first, second].iter().any(|axis| self.state.modal.axis_mm(*axis) != mm) {
             return Err("an axis of its plane counts diameters".to_owned());
         }
-        let place = |distance: f64, angle_deg: f64| {
-            let angle = angle_deg.to_radians();
-            [(x + distance * angle.cos()) * mm, (y + distance * angle.sin()) * mm]
-        };
+        let place = |distance: f64, angle_deg: f64| around([x, y], distance, angle_deg).map(|at| at * mm);
         let [third, fourth, fifth] = [third, fourth, fifth].map(|value| value.unwrap_or(0.0));
         let mut places: Vec<[f64; 2]> = match pattern {
             Pattern::Row => (0..count).map(|index| place(fourth + index as f64 * fifth, third)).collect(),
@@ -245,6 +244,9 @@ impl Runner<'_> {
 /// Places of CYCL DEF 220, program units. A step of 0 divides the way from the first angle to the last, and a whole circle
 /// by the number of holes.
 fn circle(q: &Parameters) -> Result<Vec<[f64; 2]>, String> {
+    if q.find(365).is_some_and(|(_, way, _)| *way != 0.0) {
+        return Err("it goes from hole to hole by arcs (Q365)".to_owned());
+    }
     let (x, y, radius, start) = (q.get(216)?, q.get(217)?, q.get(244)? / 2.0, q.get(245)?);
     let count = q.count(241)?;
     let way = q.get(246)? - start;
@@ -253,25 +255,27 @@ fn circle(q: &Parameters) -> Result<Vec<[f64; 2]>, String> {
     if step == 0.0 && count > 1 {
         return Err("its angles of start (Q245) and stop (Q246) are equal, without a step (Q247)".to_owned());
     }
-    let place = |index: usize| {
-        let angle = (start + index as f64 * step).to_radians();
-        [x + radius * angle.cos(), y + radius * angle.sin()]
-    };
+    let place = |index: usize| around([x, y], radius, start + index as f64 * step);
     Ok((0..count).map(place).collect())
 }
 
 /// Places of CYCL DEF 221, program units: every second line is run back.
 fn lines(q: &Parameters) -> Result<Vec<[f64; 2]>, String> {
     let (x, y, along, across) = (q.get(225)?, q.get(226)?, q.get(237)?, q.get(238)?);
-    let (columns, rows, turn) = (q.count(242)?, q.count(243)?, q.get(224)?.to_radians());
+    let (columns, rows, turn) = (q.count(242)?, q.count(243)?, q.get(224)?);
     if columns.saturating_mul(rows) as f64 > MOST {
         return Err(format!("it has {columns} x {rows} holes"));
     }
     let place = |index: usize| {
         let (row, column) = (index / columns, index % columns);
         let column = if row % 2 == 0 { column } else { columns - 1 - column };
-        let (u, v) = (column as f64 * along, row as f64 * across);
-        [x + u * turn.cos() - v * turn.sin(), y + u * turn.sin() + v * turn.cos()]
+        around(around([x, y], column as f64 * along, turn), row as f64 * across, turn + 90.0)
     };
     Ok((0..columns * rows).map(place).collect())
+}
+
+/// The point at a distance from another, in a direction in degrees from the first axis towards the second.
+fn around(centre: [f64; 2], distance: f64, angle_deg: f64) -> [f64; 2] {
+    let angle = angle_deg.to_radians();
+    [centre[0] + distance * angle.cos(), centre[1] + distance * angle.sin()]
 }

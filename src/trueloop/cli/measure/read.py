@@ -219,7 +219,9 @@ def _print_table(rows: "list[ValueRow]", *, matched: bool) -> None:
     if placed:
         table.add_column("place mm")
     for row in rows[:MOST]:
-        table.add_row(*_cells(row, matched=matched), *([_place(row)] if placed else []))
+        table.add_row(
+            *_cells(row, matched=matched), *([" ".join(f"{one:.4f}" for one in row.place_mm)] if placed else [])
+        )
     wide_console().print(table)
     if len(rows) > MOST:
         print_lines([f"… and {len(rows) - MOST} more: --json has all"])
@@ -239,10 +241,6 @@ def _cells(row: "ValueRow", *, matched: bool) -> list[str]:
 
 def _number(value: float | None, form: str) -> str:
     return "" if value is None else format(value, form)
-
-
-def _place(row: "ValueRow") -> str:
-    return " ".join(f"{one:.4f}" for one in row.place_mm)
 
 
 def _print_left(rows: "list[ValueRow]") -> None:

@@ -17,7 +17,6 @@ from urllib.error import HTTPError
 from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import (
     LARGEST,
     Current,
-    Observation,
     fetched,
     is_address,
     read_current,
@@ -225,11 +224,7 @@ def _next(url: str, answer: Current) -> int:
 def _seen(answer: Current, items: Mapping[str, Item]) -> Iterator[Seen]:
     for one in sorted(answer.all, key=lambda one: one.sequence):
         value = one.kind.upper() if one.kind in LEVELS else one.text
-        yield Seen(items.get(one.item) or _unknown(one), one.stamp, one.sequence, value)
-
-
-def _unknown(one: Observation) -> Item:
-    return Item(one.item, one.name, one.kind)
+        yield Seen(items.get(one.item) or Item(one.item, one.name, one.kind), one.stamp, one.sequence, value)
 
 
 def _item(given: Mapping[str, str]) -> Item:

@@ -76,9 +76,9 @@ def all_crossings(edges: Edges, low: Array, high: Array) -> Array:
 
 
 def _part_for_good(edges: Edges, pairs: Pairs) -> Mask:
-    """Whether two edges that meet at an end only go away from each other, by their chords: they cross nowhere else.
+    """Pairs of edges that share an end and diverge from it chord by chord, so that they do not cross elsewhere.
 
-    A curve of pieces shorter than a chord may have a hook that the chord does not show: it is not judged so.
+    Chords do not show a hook in a piece shorter than a chord: curves with such pieces are left to `intersections`.
     """
     numbers, row = np.unique(pairs, return_inverse=True)
     some, row = edges.take(numbers), row.reshape(pairs.shape)

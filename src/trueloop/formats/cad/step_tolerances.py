@@ -83,7 +83,7 @@ class _Pmi:
         return Stated(words, (self.faces(values[3]) if len(values) > 3 else (),), upper=width)
 
     def _nominal(self, dimension: Record) -> tuple[float | None, tuple[float | None, float | None]]:
-        """What stands in its representation: the nominal, and limits where they are given as such."""
+        """The nominal of its representation, and the limits where it gives limits."""
         found: dict[str, float] = {}
         for about in self.about.get(dimension.number, ()):
             shape = self.records.at(about.value("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION", 1))

@@ -9,7 +9,7 @@ import numpy as np
 
 from trueloop.diagnosis.causes.cause import SeenBy, SeenPart
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeaturePlace
-from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection
 from trueloop.domain.life import Cut, EdgeEvent, Identity, Ran
 from trueloop.domain.part import Part
@@ -62,7 +62,7 @@ class Corrections:
                 if series in by_series and series not in done and asked.quantity in KINDS:
                     done.add(series)
                     kind, share = KINDS[asked.quantity]
-                    yield _feature(asked), kind, share * by_series[series]
+                    yield asked.feature or asked.name, kind, share * by_series[series]
 
     def _programmed(self, cut: Cut | None) -> Iterator[tuple[str, ErrorKind, float]]:
         """Returns what a corrected program or its tool offset takes off each feature, by the feature's touches."""
@@ -79,10 +79,6 @@ class Corrections:
             if len(rows):
                 before_mm = payload.in_force_mm(k, payload.touches.arc_length_mm[rows])
                 yield feature.name, ErrorKind.RADIUS, float(np.mean(taken_mm[rows] - before_mm))
-
-
-def _feature(asked: Characteristic) -> str:
-    return asked.feature or asked.name
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,7 +41,7 @@ def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turne
         return _whole(store, part, named, f"with the id {said.record!r}")
     of_part = _of_part(store, part)
     if said.program is not None:
-        marked = [one for one in _every(store) if _is_of(one, said.program)]
+        marked = [one.value for one in find(store, Correction) if _is_of(one.value, said.program)]
         own = [one for one in marked if any(i.part.identity == part.identity for i in one.record.inspections)]
         return _whole(store, part, own or marked, "whose program this is")
     cut = next(iter(reversed(cuts_of(store, part, Stage.FINISH))), None)
@@ -123,10 +123,6 @@ def _of_part(store: Store, part: Part) -> list[Correction[Any]]:
 
 def _is_about(kept: Kept[Correction[Any]], part: Part) -> bool:
     return any(one.part.identity == part.identity for one in kept.value.record.inspections)
-
-
-def _every(store: Store) -> Iterable[Correction[Any]]:
-    return (one.value for one in find(store, Correction))
 
 
 def _is_of(correction: Correction[Any], program: bytes) -> bool:

@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.option import PageOptions
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, in_file
@@ -158,7 +157,7 @@ def _in_setup(
     """What is of the features of one set-up, in its frame; `profile` is the part's."""
     frame, own = of.setup.frame, {*of.features}
     vectors = vectors_in(frame, _of_features(measured.vectors, profile, own), profile)
-    asked = [one for one in measured.characteristics if _features_of(one) <= own]
+    asked = [one for one in measured.characteristics if {one.feature, one.other} - {""} <= own]
     mine = replace(measured, vectors=vectors, characteristics=characteristics_in(frame, asked))
     after = None if finish is None else vectors_in(frame, _of_features(finish, profile, own), profile)
     return ReadFiles(of.setup.program, of.profile, mine, after, machine)
@@ -200,10 +199,6 @@ def _of_features(vectors: ErrorVectors, profile: Profile, features: set[str]) ->
     rows = np.flatnonzero([profile.names[index] in features for index in vectors.feature_index.tolist()])
     own = [index for index, name in enumerate(profile.names) if name in features]
     return replace(vectors.chosen(rows), seen=own_seen(vectors.seen, own))
-
-
-def _features_of(asked: Characteristic) -> set[str]:
-    return {asked.feature, asked.other} - {""}
 
 
 def _of_none(measured: Measured, read: ReadSetups) -> list[str]:

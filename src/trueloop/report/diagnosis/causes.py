@@ -108,7 +108,7 @@ def verdict(causes: CausesShape | None, parts: int, say: Texts, unexplained: Seq
         words = say(
             "<strong>Probably sound</strong> ({share}); most probable otherwise: {causes}.",
             share=share(causes.sound, say),
-            causes=_named(_guilty(causes)[:1], causes, say),
+            causes=_named([one for one in causes.hypotheses if one.causes][:1], causes, say),
         )
     else:
         words = _guilty_verdict(causes, say)
@@ -169,10 +169,6 @@ def _guilty_verdict(causes: CausesShape, say: Texts) -> str:
         causes=_named(found, causes, say),
         share=share(causes.sound, say),
     )
-
-
-def _guilty(causes: CausesShape) -> list[HypothesisShape]:
-    return [one for one in causes.hypotheses if one.causes]
 
 
 def credible(hypotheses: Sequence[HypothesisShape]) -> list[HypothesisShape]:

@@ -72,7 +72,7 @@ def _signature(secret: bytes, of: str, said: bytes) -> bytes:
 
 def _refused(cursor: str) -> TrueloopError:
     return Code.SRV_CURSOR.refusal(
-        f"{cursor[:40]!r} is no place in this list that this service gave since it was started",
+        f"{cursor[:40]!r} is not a cursor of this list that the service has issued since its start",
         hint="ask for the list from its beginning, without cursor",
     )
 

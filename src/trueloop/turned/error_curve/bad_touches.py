@@ -173,7 +173,7 @@ def suspect_touches(profile: Profile, vectors: ErrorVectors, options: FitOptions
     named: list[int] = []
     for _ in range(MOST + 1):
         kept = np.setdiff1d(everything, removed)
-        worst = _worst(_deletions(search, kept, _standing_out(search, kept)))
+        worst = max(_deletions(search, kept, _standing_out(search, kept)), key=lambda one: one.times, default=None)
         if worst is None:
             break
         removed.append(worst.position)
@@ -182,10 +182,6 @@ def suspect_touches(profile: Profile, vectors: ErrorVectors, options: FitOptions
         elif worst.times < GOES_ON:
             break
     return _judged(search, named) if named else ()
-
-
-def _worst(found: Sequence[_Deletion]) -> _Deletion | None:
-    return max(found, key=lambda one: one.times, default=None)
 
 
 def _standing_out(search: _Search, kept: NDArray[np.intp]) -> list[int]:

@@ -58,11 +58,7 @@ def _dressed(text: str, row: int, where: Where, units: dict[int, str], symbols: 
             symbols[row] = match[1]
         if match[3]:
             units[row] = unit_named(match[3])
-    return number_in(number, *_parts(place))
-
-
-def _parts(place: Place) -> tuple[Path, int, int | None]:
-    return Path(place.file or ""), place.line or 0, place.column
+    return number_in(number, Path(place.file or ""), place.line or 0, place.column)
 
 
 def tolerances_of(texts: Sequence[str]) -> tuple[Array, Array, list[int]]:
