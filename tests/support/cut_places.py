@@ -24,7 +24,7 @@ def places(
     """n places; the number of the part is its order and the age of its edge."""
     angle, z, along, groups = np.broadcast_arrays(contact_angle_rad, z_mm, share, group)
     angle, z, along, groups = (np.atleast_1d(column) for column in (angle, z, along, groups))
-    labels = {"edge": edge, "setting": "setting", "part_type": part_type, "part": part}
+    labels = {"tool": "tool", "edge": edge, "setting": "setting", "part_type": part_type, "part": part}
     numbers = {
         "age": float(part),
         "order": float(part),

@@ -1,11 +1,11 @@
 """The terms of a turned part's error, with the priors of their sizes.
 
-Columns of a place: `edge`, `setting` (of the tool: a mounting or touch-off), `part_type`, `part`, `group` (labels; a
-group of features that meet tangentially), `age` (of the edge, in parts: the clock of wear), `order` (of the part, in
-parts), `contact_angle_rad` (of the outward normal from +z to +x), `radius_mm` (from the axis of the spindle), `z_mm`
-(from the middle of the part), `share` (along the group, 0 to 1), `finish` (1 of the finish cut, 0 of the cut before),
-`taken_off_mm` (what a correction was commanded to take off; 0 where an error is asked for that nothing had been taken
-off from).
+Columns of a place: `tool`, `edge` (one mounting of it), `setting` (of the tool: a mounting or touch-off), `part_type`,
+`part`, `group` (labels; a group of features that meet tangentially), `age` (of the edge, in parts: the clock of wear),
+`order` (of the part, in parts), `contact_angle_rad` (of the outward normal from +z to +x), `radius_mm` (from the axis
+of the spindle), `z_mm` (from the middle of the part), `share` (along the group, 0 to 1), `finish` (1 of the finish cut,
+0 of the cut before), `taken_off_mm` (what a correction was commanded to take off; 0 where an error is asked for that
+nothing had been taken off from).
 
 The two cuts of one part share nose, setting, clamping, form; what the finish cut does otherwise is terms of its own, so
 that inspections of finished parts teach it. Medians are from turning in general (`source`). With the tables of NISTIR
@@ -15,7 +15,7 @@ may be off by much (`TAIL`), that a cut differs near the axis (`axis`), and the 
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
 
@@ -128,12 +128,20 @@ what one finish cut is displaced by: a chip under the tool, an offset entered th
 """
 
 
+SHARED: Final = ("nose", "setting", "finish level", "finish form")
+"""Terms of an edge that other edges of its tool have a share in. Short waves of the nose are notches of one edge."""
+
+
 @lru_cache(maxsize=32)
-def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi, drifting: bool = False) -> Catalogue:
+def turned_catalogue(
+    lowest_rad: float = 0.0, highest_rad: float = np.pi, drifting: bool = False, several_edges: bool = False
+) -> Catalogue:
     """Returns the terms for parts whose contact angles lie within [lowest, highest]; one catalogue for all that ask.
 
     `drifting`: with wear that goes on at a constant rate along all normals, of which parts measured before their
-    finish cut need no knowledge: their own touches show it.
+    finish cut need no knowledge: their own touches show it. `several_edges`: half of the variance of the terms in
+    `SHARED` is common to all edges of a tool, whose holder, geometry and grade of insert stay; the other half, and all
+    wear, begins anew with each edge. Of one edge alone the two halves do what the whole does.
     """
     angles = Waves(lowest_rad, highest_rad, 0.35)
     short = Waves(lowest_rad, highest_rad, 0.1)
@@ -151,7 +159,7 @@ def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi, drifti
     def waves(of: Waves, size: str, length: str) -> Callable[[Sizes], Array]:
         return lambda sizes: of.spread(sizes[size], sizes[length])
 
-    terms = (
+    terms: tuple[Term, ...] = (
         Term(
             "nose",
             ("edge",),
@@ -173,7 +181,7 @@ def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi, drifti
         Term("group", ("part_type", "group"), _constant, _flat("group"), tail=TAIL),
         Term("group of the part", ("part", "group"), _constant, _flat("group_part"), tail=TAIL),
         Term("tilt of the part", ("part", "group"), _tilt, _flat("tilt_part"), tail=TAIL),
-        Term("gain", ("edge",), _taken_off, _flat("gain")),
+        Term("gain", ("tool",), _taken_off, _flat("gain")),
         Term("finish level", ("edge",), _finish(_constant), _flat("finish_level")),
         Term("finish form", ("edge",), _finish(of_angle), waves(angles, "finish", "finish_length")),
         Term(
@@ -191,10 +199,22 @@ def turned_catalogue(lowest_rad: float = 0.0, highest_rad: float = np.pi, drifti
         ),
         Term("finish group of the part", ("part", "group"), _finish(_constant), _flat("finish_group")),
     )
+    if several_edges:
+        terms = tuple(share for term in terms for share in (_halves(term) if term.name in SHARED else (term,)))
     if not drifting:
         return Catalogue(terms, _repeatability_mm2, PRIORS)
     rate = Term("wear rate", ("edge",), _aged, _flat("wear_rate"))
     return Catalogue((*terms, rate), _repeatability_mm2, {**PRIORS, "wear_rate": WEAR_RATE})
+
+
+def _halves(term: Term) -> tuple[Term, Term]:
+    """Returns the share of each edge and setting, and the share of their tool, which does not wear."""
+
+    def half(sizes: Sizes) -> Array:
+        return np.asarray(term.spread(sizes) / math.sqrt(2.0))
+
+    of_tool = replace(term, name=f"{term.name} of the tool", scope=("tool",), spread=half, step=None)
+    return replace(term, spread=half), of_tool
 
 
 def _flat(size: str, count: int = 1) -> Callable[[Sizes], Array]:

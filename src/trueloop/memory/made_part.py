@@ -81,8 +81,9 @@ class MadePart:
     after it (F), None while there is none; `correction_mm` (n,) is what the correction took off at the places of
     `finish`, along their normals, positive where material was taken off (C), so that E = F + C is the finish error had
     nothing been corrected. `from_memory_mm` (n,) is the share of C that came from memory and not from own touches.
-    `order` counts the parts of this edge as they were cut; `order_in_doubt`: other facts contradict it. `setting` names
-    the setting of the tool (one mounting or touch-off), `minutes_in_cut` the edge's age. `depth_of_cut_mm` and
+    `order` counts the parts of this edge as they were cut, those of the tool's edges before it below 0;
+    `order_in_doubt`: other facts contradict it. `setting` names the setting of the tool (one mounting or touch-off),
+    `edge` the edge in one mounting, `minutes_in_cut` is the edge's age. `depth_of_cut_mm` and
     `feed_mm` are those of the finish cut.
     """
 
@@ -98,6 +99,7 @@ class MadePart:
     depth_of_cut_mm: float | None = None
     feed_mm: float | None = None
     order_in_doubt: bool = False
+    edge: str = ""
 
     @property
     def uncorrected_mm(self) -> Array | None:

@@ -16,8 +16,9 @@ from trueloop.domain.life import Cut, Quarantine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.tool import Edge
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.store.history import history_of, with_history
+from trueloop.jobs.store.history import history_of
 from trueloop.jobs.store.order import Dated, cutting_order
+from trueloop.jobs.store.tool_history import with_history
 from trueloop.jobs.store.where import named_store, store_of
 from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.loops.turned.made_parts import made_part

@@ -25,7 +25,8 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.jobs.diagnose.records import part_named
 from trueloop.jobs.measure.probing import by_setup, program_of, reached, read_measuring, read_probing
-from trueloop.jobs.store.history import REMEMBERED, history_from, life_of
+from trueloop.jobs.store.history import REMEMBERED
+from trueloop.jobs.store.tool_history import history_of_tool
 from trueloop.jobs.store.where import Choice, store_of
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.compensate import with_memory
@@ -35,7 +36,7 @@ from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.shares import stored_inputs
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.cut_errors import cut_errors
-from trueloop.loops.turned.made_parts import made_part
+from trueloop.loops.turned.made_parts import made_part, name_of
 from trueloop.loops.turned.next_measurement import (
     Candidate,
     Edge,
@@ -359,15 +360,14 @@ def _parts_of(store: Store, correction: Correction) -> tuple[tuple[MadePart, ...
     """
     record, of_machine = correction.record, correction.composed is not None
     part = record.inspections[0].part
-    life = () if record.edge is None else life_of(store, record.edge)
-    life = tuple(one for one in life if one.of_machine == of_machine)
-    parts = () if record.edge is None else history_from(store, record.edge, life)
-    for k, one in enumerate(life):
-        if one.cut.part.identity == part.identity:
-            return parts[:k], parts[k]
+    parts = () if record.edge is None else history_of_tool(store, record.edge, (), of_machine)
+    own = (name_of(part.part_type), part.serial)
+    for k, one in enumerate(parts):
+        if one.order >= 0 and (one.part_type, one.serial) == own:
+            return parts[:k], one
     stage = Stage.SEMIFINISH if record.cut_with is None else Stage.FINISH
     setting = None if record.edge is None else Setting(record.edge, record.edge_set_at)
-    return parts, made_part(correction, Cut(part, stage, setting, order=len(parts)), None)
+    return parts, made_part(correction, Cut(part, stage, setting, order=sum(one.order >= 0 for one in parts)), None)
 
 
 def _frame(correction: Correction) -> SetupFrame:

@@ -13,15 +13,13 @@ from trueloop.errors import Code, Finding, Severity
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.store.order import Dated, cutting_order, since_mounting
 from trueloop.loops.turned import correction as turned
-from trueloop.loops.turned.correction import Inputs
-from trueloop.loops.turned.made_parts import made_part, name_of
+from trueloop.loops.turned.made_parts import made_part
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
-from trueloop.wording import wording
 
 
 def order_in_doubt(store: Store, cut: Cut, inspected_at: datetime | None) -> Iterator[Finding]:
@@ -103,7 +101,7 @@ def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequ
     ages = _ages_min(store, edge, also)
     return tuple(
         replace(
-            _made(lived, order),
+            made_of(lived, order),
             minutes_in_cut=ages.get(lived.cut.identity),
             order_in_doubt=lived.order_in_doubt,
         )
@@ -167,8 +165,10 @@ def errors_of(profile: Profile, inspection: Inspection) -> ErrorVectors | None:
     return error_vectors(profile, in_order(profile, touches), Gauging(z_reference=inspection.z_reference))
 
 
-def _made(lived: LivedPart, order: int) -> MadePart:
-    """Without S where the correction was made from another part, or from this one when it was finished."""
+def made_of(lived: LivedPart, order: int) -> MadePart:
+    """Returns a part of a history: without S where its correction was made from another part, or from this one when it
+    was finished.
+    """
     part = made_part(lived.correction.payload, replace(lived.cut, order=order), _finish_errors(lived))
     identities = [] if lived.finish is None else [lived.finish.identity]
     own = [one for one in lived.correction.record.inspections if one.part.identity == lived.cut.part.identity]
@@ -181,6 +181,17 @@ def _finish_errors(lived: LivedPart) -> ErrorVectors | None:
     if lived.of_machine and lived.by_own_probe:
         return None
     return None if lived.finish is None else errors_of(lived.correction.payload.profile, lived.finish)
+
+
+def whole_of_cut(store: Store, cut: Cut) -> LivedPart | None:
+    """Returns a finish cut with its correction and inspection; None of one in quarantine or without a correction."""
+    word = quarantine_of(store, cut)
+    if cut.setting is None or (word is not None and not word.lifted):
+        return None
+    edge, serial = joined(cut.setting.edge.identity), cut.part.serial
+    made = _whole(find(store, Correction, edge=edge, serial=serial, product=REMEMBERED))
+    correction = _correction_of(cut, made)
+    return None if correction is None else LivedPart(cut, correction, finish_inspection(store, cut), False)
 
 
 def _correction_of(cut: Cut, corrections: list[Kept[Correction[Any]]]) -> Correction[turned.Correction] | None:
@@ -233,43 +244,3 @@ def _ages_min(store: Store, edge: Edge, also: Sequence[Cut]) -> Mapping[Identity
             break
         age += minutes
     return ages
-
-
-def with_history(store: Store, inputs: Inputs) -> Inputs:
-    """Returns the job with the parts of its edge that were cut before its own; unchanged where no edge is stated.
-
-    A job that is run again for a part long finished gets what was known then, and gives the same again. Raises STO
-    errors.
-    """
-    if inputs.edge is None or inputs.memory.memory == "off":
-        return inputs
-    serials = [one.part.serial for one in inputs.inspections if one.part.serial]
-    own = (name_of(inputs.part), serials[0] if serials else "")
-    edge = inputs.edge
-    every = life_of(store, edge)
-    life = [one for one in every if one.of_machine == (inputs.machine is not None)]
-    inputs = replace(inputs, notes=(*inputs.notes, *_left_out(len(every) - len(life), inputs.machine is not None)))
-    parts = history_from(store, edge, life)
-    before = next((k for k, part in enumerate(parts) if (part.part_type, part.serial) == own), len(parts))
-    if not before:
-        first = wording("First part of this edge: corrected by the fit of its own touches.")
-        return replace(inputs, notes=(*inputs.notes, first))
-    return replace(inputs, history=parts[:before])
-
-
-def _left_out(count: int, of_machine: bool) -> tuple[str, ...]:
-    if not count:
-        return ()
-    if of_machine:
-        return (
-            wording(
-                "Parts of this edge corrected without the machine's known errors: {count}. Their errors contain these.",
-                count=count,
-            ),
-        )
-    return (
-        wording(
-            "Parts of this edge corrected for known errors of the machine: {count}. Today's touches contain these.",
-            count=count,
-        ),
-    )

@@ -9,8 +9,9 @@ from scipy.special import ndtr
 
 from trueloop.domain.life import Quarantine, Stage
 from trueloop.errors import Code, Finding, Severity
-from trueloop.jobs.store.history import LivedPart, errors_of, history_of, quarantine_of
+from trueloop.jobs.store.history import LivedPart, errors_of, quarantine_of
 from trueloop.jobs.store.of_this_part import link_of
+from trueloop.jobs.store.tool_history import history_of_tool
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.loops.turned.outcome import Obtained, obtained
@@ -62,9 +63,9 @@ def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> No
         return Noticed()
     edge, part = lived.cut.setting.edge, lived.cut.part
     others = [one for one in earlier if one.cut.identity != lived.cut.identity]
-    history = history_of(store, edge, [*others, lived], lived.of_machine)
+    history = history_of_tool(store, edge, [*others, lived], lived.of_machine)
     own = (name_of(part.part_type), part.serial)
-    at = next((k for k, one in enumerate(history) if (one.part_type, one.serial) == own), None)
+    at = next((k for k, one in enumerate(history) if one.order >= 0 and (one.part_type, one.serial) == own), None)
     return Noticed() if at is None else notice_part(history[:at], history[at]).get(Stage.FINISH, Noticed())
 
 

@@ -92,17 +92,18 @@ def since_mounting(store: Store, edge: Edge, cuts: Sequence[Kept[Cut]]) -> list[
     be after the edge was turned away or removed is another edge's (EDG-ENDED names it). A cut of unknown time counts as
     long as there was one mounting alone. Without events the cuts are as they were kept.
     """
+    return [kept for ago, kept in mountings(store, edge, cuts) if not ago]
+
+
+def mountings(store: Store, edge: Edge, cuts: Sequence[Kept[Cut]]) -> Iterator[tuple[int, Kept[Cut]]]:
+    """Yields cuts as `since_mounting` takes them, of all mountings, each with how many mountings ago it was made."""
     known = lives(kept.value for kept in find(store, EdgeEvent, edge=joined(edge.identity)))
-    if not known:
-        return list(cuts)
-
-    def of_latest() -> Iterator[Kept[Cut]]:
-        for kept in cuts:
-            at = time_of(kept.value)
-            then = None if at is None else known[-1].before(at)
-            if at is None and len(known) == 1:
-                yield kept
-            elif then is not None and then.ended is None:
-                yield replace(kept, value=replace(kept.value, setting=then.setting))
-
-    return list(of_latest())
+    for kept in cuts:
+        at = time_of(kept.value)
+        life = next((life for life in reversed(known) if at is not None and life.began <= at), None)
+        then = None if at is None or life is None else life.before(at)
+        if not known or (at is None and len(known) == 1):
+            yield 0, kept
+        elif then is not None and life is not None and then.ended is None:
+            ago = len(known) - 1 - known.index(life)
+            yield ago, replace(kept, value=replace(kept.value, setting=then.setting))

@@ -230,8 +230,8 @@ def with_memory(store: "Store | None", inputs: Inputs, memory: Use | None) -> In
         inputs = replace(inputs, memory=replace(inputs.memory, memory=memory))
     if store is None:
         return inputs
-    from trueloop.jobs.store.history import with_history
     from trueloop.jobs.store.keep_correction import part_of
+    from trueloop.jobs.store.tool_history import with_history
     from trueloop.jobs.tools import with_edge
     from trueloop.jobs.turned.stored_cut import with_stored_cut  # slow to import, and some jobs have no store
 

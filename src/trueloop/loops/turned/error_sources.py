@@ -44,8 +44,8 @@ class Source(StrEnum):
 
 
 TERMS: Final = {
-    Source.SETTING: ("setting", "part zero"),
-    Source.NOSE: ("nose", "short nose"),
+    Source.SETTING: ("setting", "setting of the tool", "part zero"),
+    Source.NOSE: ("nose", "nose of the tool", "short nose"),
     Source.PART: (
         "clamping",
         "form of the part",
@@ -61,6 +61,8 @@ TERMS: Final = {
     Source.NEXT_CUT: (
         "finish level",
         "finish form",
+        "finish level of the tool",
+        "finish form of the tool",
         "finish form of the type",
         "finish clamping",
         "finish form of the part",

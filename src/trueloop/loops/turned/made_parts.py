@@ -43,6 +43,7 @@ def made_part(correction: Correction, cut: Cut, finish: ErrorVectors | None) -> 
         from_memory_mm=None if finish is None or rows is None else from_memory_mm(correction, finish.chosen(rows), ran),
         depth_of_cut_mm=conditions.depth_of_cut_mm,
         feed_mm=conditions.feed_mm_per_rev,
+        edge="" if cut.setting is None else " ".join(cut.setting.edge.identity),
     )
 
 

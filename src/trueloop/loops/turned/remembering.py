@@ -79,6 +79,7 @@ def today_of(inputs: Inputs, touches: CutErrors) -> MadePart:
         setting="" if setting is None else " ".join(setting.identity),
         order=max(part.order for part in inputs.history) + 1.0,
         semifinish=touches,
+        edge="" if inputs.edge is None else " ".join(inputs.edge.identity),
     )
 
 

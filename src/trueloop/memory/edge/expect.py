@@ -8,7 +8,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.predict import latest, predict
-from trueloop.memory.edge.refuse import flags, nearest_rad, refuse, refuse_gain, up_to
+from trueloop.memory.edge.refuse import FIRST, by_itself, flags, nearest_rad, refuse, refuse_gain, up_to
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
 
@@ -28,10 +28,11 @@ NEARLY: Final = 1.1
 def expect(history: Sequence[MadePart], today: MadePart, at: CutErrors, options: MemoryOptions) -> Expected:
     """Predicts the finish error of today's part, had nothing been corrected, at n places, whose values are not used.
 
-    `history` holds the edge's earlier parts in cutting order, `today` the part in hand, without its finish inspection;
-    of neither is anything used that comes later. Command `weight` × `mean_mm` as the correction: positive where
-    material is to be taken off. Where `own_fit` is set, correct by the fit of today's touches as without memory: it is
-    the first part of the edge, or the options say so; the rest then is what the state says of today's touches.
+    `history` holds the earlier parts of the tool in cutting order, those of the edge last; `today` is the part in hand,
+    without its finish inspection; of neither is anything used that comes later. Command `weight` × `mean_mm` as the
+    correction: positive where material is to be taken off. Where `own_fit` is set, correct by the fit of today's
+    touches as without memory: it is the first part of the tool, or of an edge at angles that its touches do not show,
+    or the options say so; the rest then is what the state says of today's touches.
 
     Raises MEM-UNSEEN where a contact angle is too far from all that were seen, MEM-SETTING without a touch after a new
     setting, MEM-TYPE without a touch of a part type that the edge has never cut, MEM-GAIN where corrections hardly
@@ -39,7 +40,8 @@ def expect(history: Sequence[MadePart], today: MadePart, at: CutErrors, options:
     """
     learned = latest(remembered(history, options), today.part_type)
     angle = at.contact_angle_rad
-    if learned:
+    alone = by_itself(learned, today, at, options)
+    if not alone:
         refuse(learned, today, at, options)
     found = predict(learned, today, at)
     parts = sum(part.uncorrected_mm is not None for part in learned)
@@ -54,10 +56,10 @@ def expect(history: Sequence[MadePart], today: MadePart, at: CutErrors, options:
         nearest_rad(learned, today, angle),
         parts,
         enough_touches(found.covariance_mm2, found.touches),
-        flags(learned, today, found.gain),
+        (FIRST,) if alone else flags(learned, today, found.gain),
         gain=found.gain,
         gain_u=found.gain_u,
-        own_fit=not learned or options.memory == "bands",
+        own_fit=alone or options.memory == "bands",
     )
 
 

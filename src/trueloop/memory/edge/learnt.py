@@ -15,10 +15,11 @@ from trueloop.memory.made_part import CutErrors, MadePart
 
 LATEST: Final = 40
 """The largest number of parts used: parts of long ago say little of an edge."""
-FORM: Final = ("nose", "short nose")
-TRANSFER: Final = ("finish level", "finish form")
+FORM: Final = ("nose", "nose of the tool", "short nose")
+TRANSFER: Final = ("finish level", "finish form", "finish level of the tool", "finish form of the tool")
+SETTING: Final = ("setting", "setting of the tool")
 OF_TYPE: Final = ("part zero", "finish form of the type", "taper", "form along", "group")
-LASTING: Final = (*FORM, "setting", *TRANSFER, *OF_TYPE)
+LASTING: Final = (*FORM, *SETTING, *TRANSFER, *OF_TYPE)
 """Terms that a finish cut shares with other parts of its edge, setting and type."""
 
 
@@ -96,7 +97,7 @@ def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | No
         return given.of(LASTING, _like(parts, name, angle), name)
 
     # At 90° an offset is its x, at 0 its z.
-    setting = given.of(("setting",), CutErrors.asked(np.array([np.pi / 2, 0.0])), last.part_type)
+    setting = given.of(SETTING, CutErrors.asked(np.array([np.pi / 2, 0.0])), last.part_type)
     return Learnt(
         contact_angle_rad=at,
         form=given.of(FORM, CutErrors.asked(at), last.part_type),

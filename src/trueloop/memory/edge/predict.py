@@ -10,7 +10,7 @@ from trueloop.arrays import Array, by_content
 from trueloop.domain.life import Stage
 from trueloop.estimate.observed import Observed
 from trueloop.estimate.state import Normal, State
-from trueloop.memory.edge.state import EDGE, KnownEdge, cut_of, known_edge, observed
+from trueloop.memory.edge.state import TOOL, KnownEdge, cut_of, known_edge, observed
 from trueloop.memory.made_part import CutErrors, MadePart
 
 REMEMBERED: Final = 40
@@ -58,7 +58,7 @@ def predict(history: Sequence[MadePart], part: MadePart, asked: CutErrors) -> Pr
     covariance[t:, t:] += state.noise_mm2(Observed(places, np.zeros(n), np.zeros(n), functional))
     # what only the asked places are of is added after the touches: no value has scaled its tails
     after = (known.state.given(seen).state if t else known.state).expecting(places)
-    where = after.blocks["gain", EDGE]
+    where = after.blocks["gain", TOOL]
     return Prediction(
         t,
         rows[t:] @ state.mean,

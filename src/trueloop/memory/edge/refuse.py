@@ -22,6 +22,7 @@ SMOOTH_RAD: Final = PRIORS["nose_length"].median
 """Over so much contact angle a nose's form is smooth."""
 
 LEAST_GAIN: Final = 1 / 3
+FIRST: Final = wording("First part of this edge: corrected by the fit of its own touches.")
 OFF: Final = 'correct by today\'s touches alone: [memory] use = "off"'
 
 
@@ -40,8 +41,16 @@ def up_to(history: Sequence[MadePart], last_part: str) -> tuple[MadePart, ...]:
 
 
 def nearest_rad(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array) -> Array:
-    """Returns the distance of the nearest contact angle that parts or touches have measured, (n,); inf without any."""
-    return _nearest(np.concatenate([today.semifinish.contact_angle_rad, _measured(history)]), contact_angle_rad)
+    """Returns the distance of the nearest contact angle that parts of today's edge or touches have measured, (n,); inf
+    without any.
+    """
+    measured = _measured(of_edge(history, today))
+    return _nearest(np.concatenate([today.semifinish.contact_angle_rad, measured]), contact_angle_rad)
+
+
+def of_edge(history: Sequence[MadePart], today: MadePart) -> tuple[MadePart, ...]:
+    """Returns the parts that the edge of today's part has cut; the others are of earlier edges of its tool."""
+    return tuple(part for part in history if part.edge == today.edge)
 
 
 def is_seen(
@@ -54,7 +63,7 @@ def is_seen(
     then is what the fit of today's touches would assume.
     """
     near = nearest_rad(history, today, contact_angle_rad) <= options.unseen_rad
-    earlier = _measured(history)
+    earlier = _measured(of_edge(history, today))
     between = (contact_angle_rad >= earlier.min(initial=np.inf)) & (contact_angle_rad <= earlier.max(initial=-np.inf))
     smooth = _nearest(earlier, contact_angle_rad) <= SMOOTH_RAD
     return np.asarray(near | ((touches >= FEW) & between & smooth))
@@ -75,12 +84,25 @@ def refuse(history: Sequence[MadePart], today: MadePart, at: CutErrors, options:
     """Raises where nothing may be predicted at places; `history` is not empty."""
     if not len(today.semifinish.error_mm):
         _refuse_untouched(history, today)
-    count = Counter(today.semifinish.groups)
-    touches = np.array([count[group] for group in at.groups], dtype=np.intp)
-    unseen = np.flatnonzero(~is_seen(history, today, at.contact_angle_rad, touches, options))
+    unseen = np.flatnonzero(~_seen(history, today, at, options))
     if len(unseen):
         angles = at.contact_angle_rad[unseen]
         raise _unseen(today, angles, nearest_rad(history, today, angles), options)
+
+
+def by_itself(history: Sequence[MadePart], today: MadePart, at: CutErrors, options: MemoryOptions) -> bool:
+    """Returns whether a part has to be corrected by its own touches alone: the first that a tool cuts, and the first of
+    an edge where its touches do not show all contact angles. Earlier edges say nothing of this one's form there.
+    """
+    if of_edge(history, today):
+        return False
+    return not history or (len(today.semifinish) > 0 and not np.all(_seen(history, today, at, options)))
+
+
+def _seen(history: Sequence[MadePart], today: MadePart, at: CutErrors, options: MemoryOptions) -> Flags:
+    count = Counter(today.semifinish.groups)
+    touches = np.array([count[group] for group in at.groups], dtype=np.intp)
+    return is_seen(history, today, at.contact_angle_rad, touches, options)
 
 
 def refuse_gain(gain: float) -> None:
@@ -99,10 +121,10 @@ def refuse_gain(gain: float) -> None:
 
 def flags(history: Sequence[MadePart], today: MadePart, gain: float) -> tuple[str, ...]:
     """Returns the remarks beside a prediction, as sentences."""
-    if not history:
-        return (wording("First part of this edge: corrected by the fit of its own touches."),)
     inspected = [part for part in history if part.uncorrected_mm is not None]
     said = []
+    if not of_edge(history, today):
+        said.append(wording("First part of this edge: corrected by its own touches and what earlier edges show."))
     if not inspected:
         said.append(wording("No earlier part was inspected: what the finish cut does differently is assumed."))
     elif len(inspected) < 3:
@@ -164,5 +186,5 @@ def _order_in_doubt(parts: Sequence[MadePart]) -> bool:
     if any(part.order_in_doubt for part in parts):
         return True
     order = [part.order for part in parts]
-    age = [part.minutes_in_cut for part in parts if part.minutes_in_cut is not None]
+    age = [part.minutes_in_cut for part in of_edge(parts, parts[-1]) if part.minutes_in_cut is not None]
     return any(later <= earlier for earlier, later in pairwise(order)) or age != sorted(age)

@@ -15,8 +15,8 @@ from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Sizes
 from trueloop.memory.made_part import CutErrors, MadePart
 
-EDGE: Final = "edge"
-"""The label of the one edge that a history is of."""
+TOOL: Final = "tool"
+"""The label of the one tool that a history is of."""
 
 FITTED_PARTS: Final = 8
 FITTED_VALUES: Final = 500
@@ -53,7 +53,8 @@ def known_edge(history: Sequence[MadePart], part: MadePart, asked: CutErrors | N
     """
     parts = [*history, part]
     ages = _ages(parts)
-    catalogue = _catalogue([errors for one in parts for errors in _cuts(one)] + ([] if asked is None else [asked]))
+    every = [errors for one in parts for errors in _cuts(one)] + ([] if asked is None else [asked])
+    catalogue = _catalogue(every, len({one.edge for one in parts}) > 1)
     cuts = [observed(one, age) for one, age in zip(history, ages[:-1], strict=True)]
     state = State.before(catalogue, sizes_of(catalogue, cuts))
     left = []
@@ -115,7 +116,8 @@ def cut_of(part: MadePart, age: float, errors: CutErrors, finish: bool, correcti
 def _columns(part: MadePart, age: float, errors: CutErrors, finish: bool, taken_off_mm: Array | None) -> Places:
     n = len(errors)
     same = {
-        "edge": EDGE,
+        "tool": TOOL,
+        "edge": part.edge,
         "setting": part.setting,
         "part_type": part.part_type,
         "part": f"{part.order} {part.serial}",
@@ -142,16 +144,24 @@ def _cuts(part: MadePart) -> list[CutErrors]:
     return [*cuts, *(cut.reference for cut in cuts if cut.reference is not None)]
 
 
-def _catalogue(cuts: Sequence[CutErrors]) -> Catalogue:
+def _catalogue(cuts: Sequence[CutErrors], several_edges: bool) -> Catalogue:
     angles = np.concatenate([np.zeros(1), *(cut.contact_angle_rad for cut in cuts)])
     low, high = np.floor(angles.min() / ROUND_RAD), np.ceil(angles.max() / ROUND_RAD)
-    return turned_catalogue(ROUND_RAD * float(low), ROUND_RAD * float(high))
+    return turned_catalogue(ROUND_RAD * float(low), ROUND_RAD * float(high), several_edges=several_edges)
 
 
 def _ages(parts: Sequence[MadePart]) -> Array:
-    """Returns the edge's age at each part, in parts of mean duration, counted from the first of these: by minutes in
-    cut where every part states them, else by the order of the parts.
+    """Returns the age of its edge at each part, in parts of mean duration, counted from the edge's first of these: by
+    minutes in cut where every part of the edge states them, else by the order of the parts.
     """
+    ages = np.zeros(len(parts))
+    for edge in {part.edge for part in parts}:
+        mine = [k for k, part in enumerate(parts) if part.edge == edge]
+        ages[mine] = _ages_of_edge([parts[k] for k in mine])
+    return ages
+
+
+def _ages_of_edge(parts: Sequence[MadePart]) -> Array:
     order = np.array([part.order for part in parts], dtype=np.float64)
     minutes = np.array([np.nan if part.minutes_in_cut is None else part.minutes_in_cut for part in parts])
     span = np.ptp(minutes) if np.all(np.isfinite(minutes)) else 0.0

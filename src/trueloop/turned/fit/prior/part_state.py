@@ -95,7 +95,8 @@ def places_on(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: 
     """Places (n,) of the measured cut as the terms know them, of the `part`-th part; z counts from the middle of the
     part.
     """
-    same = {"edge": 0.0, "setting": 0.0, "part_type": 0.0, "part": part, "age": part, "order": part, "finish": 0.0}
+    lasting = dict.fromkeys(("tool", "edge", "setting", "part_type", "finish"), 0.0)
+    same = {**lasting, "part": part, "age": part, "order": part}
     group, share = profile.in_groups(feature_index, arc_length_mm)
     point_mm = np.empty((len(arc_length_mm), 2))
     for i in np.unique(feature_index).tolist():
