@@ -10,6 +10,7 @@ use crate::modes::modal::Modal;
 use crate::modes::request::Request;
 use crate::modes::state::State;
 use crate::modes::tool::Tool;
+use crate::order::endless::Watch;
 use crate::order::flow::Table;
 use crate::order::labels::Labels;
 use crate::order::visit::Visit;
@@ -21,7 +22,9 @@ use crate::values::parameters::Key;
 /// Axis letters, in order of index.
 pub(crate) const AXES: [u8; 3] = *b"XYZ";
 
-/// Blocks that are run beyond those of the program where a parameter has no value: half a second of a loop.
+/// Blocks that are run beyond those of the program: a second of a loop.
+const BLOCKS_AGAIN: usize = 3_000_000;
+/// The same where a parameter has no value, for which the loop may wait.
 const BLOCKS_IN_DOUBT: usize = 500_000;
 
 /// How to run a program.
@@ -45,7 +48,8 @@ pub struct Options {
     pub tools: Vec<Tool>,
     /// Work offsets by their number, from 1 (G54): machine position of the zero, mm, X a radius.
     pub work_offsets: Vec<(usize, [f64; 3])>,
-    /// Most blocks to execute, every turn of a loop counted, and most moves; `usize::MAX`: nothing jumps.
+    /// Most blocks to execute, every turn of a loop counted, and most moves; 3,000,000 more than the program has are
+    /// enough. `usize::MAX`: nothing jumps.
     pub block_limit: usize,
     /// Note every block executed in the path.
     pub trace: bool,
@@ -124,6 +128,9 @@ pub(crate) struct Runner<'a> {
     pub executed: usize,
     /// Most blocks to execute: less from the first parameter without a value on.
     pub most_blocks: usize,
+    pub watch: Watch,
+    /// A loop without an end was refused: nothing more is run.
+    pub endless: bool,
 }
 
 impl<'a> Runner<'a> {
@@ -146,7 +153,12 @@ impl<'a> Runner<'a> {
             roughed: Vec::new(),
             draws: false,
             executed: 0,
-            most_blocks: options.block_limit,
+            most_blocks: match options.block_limit {
+                usize::MAX => usize::MAX,
+                limit => limit.min(program.blocks().len() + BLOCKS_AGAIN),
+            },
+            watch: Watch::default(),
+            endless: false,
         }
     }
 
@@ -166,7 +178,7 @@ impl<'a> Runner<'a> {
     /// Runs the blocks; false when the program ended before the last of them.
     pub(crate) fn blocks(&mut self) -> bool {
         let mut request = Request::new();
-        while self.executed < self.most_blocks && self.path.len() <= self.options.block_limit {
+        while !self.endless && self.executed < self.most_blocks && self.path.len() <= self.most_blocks {
             if self.upcoming().is_none() {
                 return true;
             }
@@ -174,28 +186,19 @@ impl<'a> Runner<'a> {
                 return false;
             }
         }
-        if self.upcoming().is_some() {
-            self.refuse_more();
+        if self.upcoming().is_some() && !self.endless {
+            self.refuse_blocks(
+                &format!("stopped after {} blocks or moves", self.most_blocks),
+                "check what ends the program's loops",
+            );
         }
         true
     }
 
-    fn refuse_more(&mut self) {
-        let most = self.options.block_limit.min(self.most_blocks);
-        let without = self.state.undefined.first().filter(|_| self.most_blocks < self.options.block_limit);
-        let (message, hint) = match without.map(|key| key.text(self.program.dialect())) {
-            Some(name) => (
-                format!("stopped after {most} blocks, in which {name} has no value"),
-                format!("if a loop waits for it, give it one: --set '{name}=…'; check what ends the program's loops"),
-            ),
-            None => (format!("stopped after {most} blocks or moves"), "check what ends the program's loops".to_owned()),
-        };
-        self.refuse(finding::LIMIT, self.block_start(), message, &hint);
-    }
-
     /// Runs the next block; false when there is none, or the program ends with it.
     pub(crate) fn step(&mut self, request: &mut Request) -> bool {
-        let Some(block) = self.upcoming().filter(|_| self.executed < self.most_blocks) else { return false };
+        let may_run = !self.endless && self.executed < self.most_blocks;
+        let Some(block) = self.upcoming().filter(|_| may_run) else { return false };
         self.executed += 1;
         self.block = self.next;
         self.next += 1;
@@ -207,6 +210,9 @@ impl<'a> Runner<'a> {
             return false;
         }
         self.end_contour();
+        if self.next <= self.block {
+            self.watch_loops();
+        }
         true
     }
 

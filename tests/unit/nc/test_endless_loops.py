@@ -1,4 +1,4 @@
-"""Loops that wait for a parameter without a value end soon, at a line of theirs, in every dialect and every command."""
+"""Loops that never end are refused soon, at a line of theirs, in every dialect and every command."""
 
 import shutil
 from pathlib import Path
@@ -11,8 +11,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.nc.check.check import check
 from trueloop.nc.program.program import read_program
 
-MOST = 600_000
-"""Moves that a loop makes before it is given up; without a bound of its own it makes millions."""
+MOST = 10_000
+"""Moves of a loop that repeats itself until it is refused; without a comparison of states it makes millions."""
 LOOPS = {
     "fanuc while": ("fanuc-lathe", "O1\nG21 G90 G99\nWHILE [#500 LT 10] DO1\nG1 X1. F.1\nX2.\nEND1\nM30\n"),
     "fanuc while not": ("fanuc-mill", "O1\nG21 G90 G94\n#1=#500\nWHILE [#1 NE 10] DO1\nG1 X1. F.1\nX2.\nEND1\nM30\n"),
@@ -46,6 +46,80 @@ def test_a_loop_that_waits_for_a_parameter_without_a_value_ends(name: str) -> No
     assert refused.value.code in (Code.NC_PARAMETER, Code.NC_LIMIT)
     assert 1 < (refused.value.place.line or 0) < len(text.splitlines())
     assert {Code.NC_PARAMETER} <= {one.code for one in check(program)}
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_a_loop_whose_values_never_change_is_refused_with_its_line(name: str) -> None:
+    dialect, text = LOOPS[name]
+    parameter = {"siemens": "R500", "heidenhain": "Q500"}.get(dialect, "#500")
+    program = read_program(text.encode(), dialect, "part.nc")
+    path = program.run({parameter: 0.0}, strict=False)
+    (refused,) = [found for found in path.findings if found.code is Code.NC_LIMIT]
+    assert len(path) < MOST and 2 < (refused.place.line or 0) < len(text.splitlines())
+    assert "a loop without an end: all is as it was" in refused.message
+
+
+ENDLESS = {
+    "goto with a tool": (
+        "fanuc-mill",
+        "O1\nG21 G90 G94\nN1 T1 M6\nG54 G43 H1 G0 Z5.\nG1 X1. F9.\nG0 X0.\nGOTO 1\nM30\n",
+    ),
+    "subprogram": ("fanuc-mill", "O1\nG21 G90 G94\nN1 M98 P2 L3\nGOTO 1\nM30\nO2\nG1 X1. F9.\nG0 X0.\nM99\n"),
+    "macro": ("fanuc-mill", "O1\nG21 G90 G94\nN1 G65 P2 A1.\nGOTO 1\nM30\nO2\n#2=#1+1.\nG1 X#2 F9.\nG0 X0.\nM99\n"),
+    "long turn": ("fanuc-mill", "O1\nG21 G90 G94\nN1 M98 P2 L9000\nGOTO 1\nM30\nO2\nG1 X1. F9.\nG0 X0.\nM99\n"),
+    "call": (
+        "linuxcnc",
+        "G21 G90 G94\no1 sub\n#<_b>=[#1+1]\n#<_a>=2\n#<c>=#1\nG1 X#1 F1\no1 endsub\n"
+        "o2 while [1]\no1 call [1]\no1 call [2]\no2 endwhile\nM2\n",
+    ),
+    "section": (
+        "heidenhain",
+        "0 BEGIN PGM A MM\n1 LBL 1\n2 CALL LBL 2\n3 FN 9: IF +1 EQU +1 GOTO LBL 1\n4 M30\n"
+        "5 LBL 2\n6 L X+1 F100\n7 L X+2\n8 LBL 0\n9 END PGM A MM\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_tools_and_calls_in_an_endless_loop_hide_nothing(name: str) -> None:
+    dialect, text = ENDLESS[name]
+    path = read_program(text.encode(), dialect, "part.nc").run(strict=False)
+    (refused,) = [found for found in path.findings if found.code is Code.NC_LIMIT]
+    assert "all is as it was" in refused.message and len(path) < 100_000
+
+
+def test_a_loop_that_only_counts_is_refused_where_a_control_would_stand_for_minutes() -> None:
+    program = read_program(b"G21 G90 G94\no1 while [1]\n#1=[#1+1]\no1 endwhile\nM2\n", "linuxcnc", "part.ngc")
+    with pytest.raises(TrueloopError, match="blocks without a move") as refused:
+        program.run({"#1": 0.0})
+    assert refused.value.code is Code.NC_LIMIT and refused.value.place.line == 4
+
+
+LEGAL = {
+    "counted by a variable": (
+        "linuxcnc",
+        "G21 G90 G94\n#5=0\no1 while [#5 lt 100000]\nG1 X1 F1\nX0\n#5=[#5+1]\no1 endwhile\nM2\n",
+    ),
+    "repeated": ("linuxcnc", "G21 G90 G94\no1 repeat [100000]\nG1 X1 F1\nX0\no1 endrepeat\nM2\n"),
+    "called": ("fanuc-mill", "O1\nG21 G90 G94\nM98 P2 L100000\nM30\nO2\nG1 X1. F9.\nG0 X0.\nM99\n"),
+    "increments": ("haas-mill", "%\nO1\nG21 G90 G94\nM98 P2 L100000\nM30\nO2\nG91 G1 X.001 F9.\nX.001\nM99\n%\n"),
+    "section": (
+        "heidenhain",
+        "0 BEGIN PGM A MM\n1 LBL 1\n2 L X+1 F100\n3 L X+0\n4 CALL LBL 1 REP 99999\n5 END PGM A MM\n",
+    ),
+    "for": ("siemens", "G710 G90 G95\nFOR R1=1 TO 100000\nG1 X1 F.1\nX0\nENDFOR\nM30\n"),
+    "a name counts": (
+        "siemens",
+        "DEF INT COUNT=0\nG710 G90 G95\nAA: G1 X1 F.1\nX0\nCOUNT=COUNT+1\nIF COUNT<100000 GOTOB AA\nM30\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LEGAL)
+def test_a_long_loop_that_ends_is_run_to_its_end(name: str) -> None:
+    dialect, text = LEGAL[name]
+    path = read_program(text.encode(), dialect, "part.nc").run(strict=False)
+    assert len(path) == 200_000 and Code.NC_LIMIT not in {found.code for found in path.findings}
 
 
 def test_a_value_lets_the_loop_run_as_long_as_it_may() -> None:

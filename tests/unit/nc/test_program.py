@@ -186,21 +186,6 @@ def test_flow_control_that_does_not_fit_or_end(text: str, code: Code, line: int)
     assert (refused.value.code, refused.value.place.line) == (code, line)
 
 
-@pytest.mark.parametrize(
-    ("text", "dialect"),
-    [
-        ("o100 while [1 GT 0]\no100 endwhile\nM2\n", "linuxcnc"),
-        ("O1\n#100=1\nWHILE[#100 EQ 1]DO1\nEND1\nM30\n", "fanuc-lathe"),
-        ("R1=1\nAGAIN:\nIF R1==1 GOTOB AGAIN\nM30\n", "siemens"),
-    ],
-)
-def test_a_loop_that_never_ends_runs_its_blocks_three_million_times_at_most(text: str, dialect: str) -> None:
-    program = read_program(text.encode(), dialect)
-    with pytest.raises(TrueloopError, match=f"stopped after {3_000_000 + program.block_count} blocks") as refusal:
-        program.run()
-    assert refusal.value.code is Code.NC_LIMIT and refusal.value.place.line is not None
-
-
 def test_the_unit_is_asked_for_when_the_program_does_not_say_it() -> None:
     program = read_program(b"G0 X10\nG1 X11 F1", "linuxcnc")
     (finding,) = program.run(strict=False).findings

@@ -1,6 +1,6 @@
 //! What a position is called: work offset, position register and tool offset over the machine position, mm.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use crate::finding::{self, Severity};
 use crate::modes::request::Request;
@@ -16,7 +16,7 @@ const EXTENDED: f64 = 100.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
     /// Work offsets by number, from 1; what is not there is zero. Those of G54.1 P1 … stand from `EXTENDED` on.
-    pub work: HashMap<usize, [f64; 3]>,
+    pub work: BTreeMap<usize, [f64; 3]>,
     /// The one in force.
     pub active: usize,
     /// Offset made by setting the position register.

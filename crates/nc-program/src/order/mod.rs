@@ -1,5 +1,6 @@
 //! Which block comes next: jumps, loops, calls.
 
+pub(crate) mod endless;
 pub(crate) mod flow;
 pub(crate) mod follow;
 pub(crate) mod labels;

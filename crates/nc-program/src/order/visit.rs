@@ -32,6 +32,16 @@ pub(crate) enum Visit {
     Contour { last: usize, back: usize, from: Option<[f64; 3]>, after: Option<Modal> },
 }
 
+impl Visit {
+    /// Runs that are left.
+    pub(crate) fn left(&self) -> u64 {
+        match self {
+            Self::Program { left, .. } => *left,
+            Self::Contour { .. } => 0,
+        }
+    }
+}
+
 impl Runner<'_> {
     /// Whether the run ends here: the next program's O number is reached. In a call the call ends.
     pub(crate) fn leaves_program(&mut self) -> bool {

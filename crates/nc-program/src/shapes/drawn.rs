@@ -36,10 +36,12 @@ impl Runner<'_> {
         let state = self.state.clone();
         let (visits, returns, counters) = (self.visits.clone(), self.returns.clone(), self.counters.clone());
         let (path, here) = (std::mem::take(&mut self.path), (self.block, self.next));
+        let watch = std::mem::take(&mut self.watch);
         self.draws = true;
         self.run_between(first, last);
         self.close_contour();
         self.draws = false;
+        self.watch = watch;
         (self.block, self.next) = here;
         (self.visits, self.returns, self.counters) = (visits, returns, counters);
         let undefined = std::mem::replace(&mut self.state, state).undefined;

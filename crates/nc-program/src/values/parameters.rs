@@ -1,7 +1,7 @@
 //! Parameters: numbered and named values, local to a subroutine or not.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::dialect::{Dialect, Naming};
@@ -104,13 +104,13 @@ fn latin_1(name: &[u8]) -> String {
 #[derive(Clone, Debug, Default)]
 pub struct Store {
     numbered: Vec<Option<f64>>,
-    global: HashMap<Vec<u8>, f64>,
-    local: HashMap<Vec<u8>, f64>,
+    global: BTreeMap<Vec<u8>, f64>,
+    local: BTreeMap<Vec<u8>, f64>,
     callers: Vec<Locals>,
 }
 
 /// Local parameters put away: numbered and named.
-type Locals = (Vec<Option<f64>>, HashMap<Vec<u8>, f64>);
+type Locals = (Vec<Option<f64>>, BTreeMap<Vec<u8>, f64>);
 
 impl Store {
     /// The value, where one was given.
@@ -152,6 +152,17 @@ impl Store {
                 self.local.remove(&**name);
             }
         }
+    }
+
+    /// Whether the numbered parameter of that index is alike in both, bit by bit.
+    pub(crate) fn agrees_at(&self, other: &Self, index: usize) -> bool {
+        let bits = |store: &Self| store.numbered.get(index).copied().flatten().map(f64::to_bits);
+        bits(self) == bits(other)
+    }
+
+    /// Index of the first numbered parameter that is not alike in both.
+    pub(crate) fn first_difference(&self, other: &Self) -> Option<usize> {
+        (0..self.numbered.len().max(other.numbered.len())).find(|index| !self.agrees_at(other, *index))
     }
 
     /// Enters a subroutine: the arguments become #1, #2, …, the rest of #1 to #30 zero; the other local parameters are put away.

@@ -28,7 +28,7 @@ def check(
     skipped_blocks: bool = False,
     tools: Sequence[CutterTool] = (),
     arc_tolerance_mm: float | None = None,
-    block_limit: int | None = None,
+    block_limit: int = BLOCK_LIMIT,
 ) -> list[Finding]:
     """Returns every finding, in order of place.
 
@@ -52,7 +52,7 @@ def check(
         parameters, skipped_blocks=skipped_blocks, block_limit=block_limit, tools=tools, strict=False
     ) if tools else path  # fmt: skip
     if any(finding.code is Code.NC_LIMIT for finding in driven.findings):  # endless: every turn is odd alike
-        once_round = min(block_limit or BLOCK_LIMIT, max(2 * program.block_count, _ENDLESS_BLOCKS))
+        once_round = min(block_limit, max(2 * program.block_count, _ENDLESS_BLOCKS))
         path = program.run(parameters, skipped_blocks=skipped_blocks, block_limit=once_round, strict=False)
     of_moves = Geometry(program.source, arc_tolerance_mm).and_then(path, Lines(program, program.block_count, 0))
     of_run = [found for found in driven.findings if arc_tolerance_mm is None or found.code is not Code.NC_ARC_FIT]

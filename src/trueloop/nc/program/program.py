@@ -17,8 +17,6 @@ from trueloop.nc.program.tool_path import ToolPath
 
 BLOCK_LIMIT = 10_000_000
 """The most blocks that a run executes, every turn of a loop counted."""
-AGAIN_LIMIT = 3_000_000
-"""The most of them beyond the program's own number: a loop without an end is known within a second."""
 
 Unit: TypeAlias = Literal["mm", "inch"]
 """The unit of a program's lengths."""
@@ -177,7 +175,7 @@ class Program:
         plane: int | None = None,
         tools: Sequence[CutterTool] = (),
         work_offsets_mm: Mapping[int, tuple[float, float, float]] | None = None,
-        block_limit: int | None = None,
+        block_limit: int = BLOCK_LIMIT,
         strict: bool = True,
         trace: bool = False,
         roughing: bool = True,
@@ -192,7 +190,7 @@ class Program:
         work_offsets_mm: where the zeros of work offsets are in machine coordinates, X a radius, by number from 1 (G54);
         `offset_number` knows their names. trace: note the blocks executed and the state after each. roughing: take
         roughing cycles (G71 to G73) apart; without it their passes, which only follow the contour, are
-        not in the path. block_limit: the most blocks or moves; by default `AGAIN_LIMIT` more than the program has.
+        not in the path. block_limit: the most blocks or moves, never more than 3,000,000 beyond those of the program.
         strict: raise the first of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT,
         NC-UNIT (a length before the unit is stated, or one stated against the one given), NC-DUPLICATE (two codes of
         one group), NC-FEED (one below zero) and, with tools, NC-TOOL (one that is
@@ -201,8 +199,6 @@ class Program:
         """
         if inch is None and self.unit is not None:
             inch = self.unit == "inch"
-        if block_limit is None:
-            block_limit = min(BLOCK_LIMIT, self.block_count + AGAIN_LIMIT)
         try:
             moves, states, rows, unit = self.core.run(
                 list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane,
