@@ -38,7 +38,7 @@ root mean squares over the arc in µm. `make demo-memory` writes every point (`o
 """
 
 FOOT: Final = """
-What was chosen with these figures in sight is listed in [memory](memory.md#chosen-with-the-figures-in-sight). Ten
+[Memory](memory.md#choices-made-after-seeing-the-figures) lists the choices made after seeing these figures. Ten
 parts, one edge, one machine, arcs only: other metal will show more.
 
 `python -m studies.nist_memory_page --write` makes this page; a test compares it with what the code gives.
