@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Flags
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.part import Part
@@ -98,6 +98,12 @@ LARGEST: Final = 2.0
 """A cut whose correction was not run leaves what was touched before it, one corrected twice as much on the other side:
 errors this many times as large as those, and as the bands of the prediction, have another cause."""
 
+MOVED_MM: Final = 0.1
+"""A tool that was moved (an offset that nobody stated, a chip in its seat) leaves errors up to this size."""
+
+SHOWS_MOVED: Final = 6
+"""The least number of points that show a moved tool: two coordinates of any few explain all of them."""
+
 
 def other_points(part: Part, before: Correction, after: ErrorVectors) -> Iterator[Finding]:
     """Yields a warning where the points are not those that were touched before the finish cut.
@@ -119,13 +125,15 @@ def other_points(part: Part, before: Correction, after: ErrorVectors) -> Iterato
 
 
 def require_size(before: Correction, after: ErrorVectors) -> None:
-    """Raises STO-UNIT for errors too large to be what a finish cut left, for those that a unit would explain, and for
-    errors that are all exactly zero.
+    """Raises STO-UNIT for errors too large to be what a finish cut left, moved or not, for those that a unit would
+    explain, and for errors that are all exactly zero.
     """
     size, touched = rms(after.error_mm), rms(before.model.vectors.error_mm)
     band = rms(before.prediction.expanded_u_mm)
     by_unit = _unlike_mm(before, after) > LARGEST * band and size / MM_PER_INCH <= band
-    if 0.0 < size <= LARGEST * (touched + band) and not by_unit:
+    every = np.ones(len(after.point), dtype=np.bool_)
+    moved = len(every) >= SHOWS_MOVED and size <= MOVED_MM and _unmoved_mm(after, every) <= LARGEST * band
+    if size > 0.0 and (moved or size <= LARGEST * (touched + band)) and not by_unit:
         return
     factor = f"; {MM_PER_INCH} or {UM_PER_MM:g} times too much?" if size else ": filled in, not measured?"
     raise Code.STO_UNIT.refusal(
@@ -146,9 +154,15 @@ def _unlike_mm(before: Correction, after: ErrorVectors) -> float:
     if not np.any(common):
         return 0.0
     found, was = after.error_mm[common], before.model.vectors.error_mm[distances.argmin(axis=1)[common]]
-    normal = after.outward_normal[common]
-    left = found - normal @ np.linalg.lstsq(normal, found, rcond=None)[0]
-    return min(rms(left), *(rms(found - share * was) for share in (0.0, 1.0, -1.0)))
+    return min(_unmoved_mm(after, common), *(rms(found - share * was) for share in (0.0, 1.0, -1.0)))
+
+
+def _unmoved_mm(after: ErrorVectors, rows: Flags) -> float:
+    """Returns what a tool that was moved does not leave, RMS at some of the points: in another unit it is as many times
+    too large as all else.
+    """
+    found, normal = after.error_mm[rows], after.outward_normal[rows]
+    return rms(found - normal @ np.linalg.lstsq(normal, found, rcond=None)[0])
 
 
 def _distances_mm(before: Correction, place: Array) -> Array:
