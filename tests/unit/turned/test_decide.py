@@ -128,3 +128,36 @@ def test_touches_that_have_all_in_common_know_an_offset_no_better_than_one() -> 
     assert alone.variance(normals) == pytest.approx(np.full(4, 0.25))
     assert common.variance(normals) == pytest.approx(np.full(4, 0.5))
     assert common.leverage(normals) == pytest.approx(np.full(4, 0.25))
+
+
+def test_what_was_in_force_is_the_offset_and_the_best_one_of_the_contour() -> None:
+    """An offset of (3, −2) µm, and a contour that stood 5 µm out on the cylinder and 7 µm back on the face."""
+    contour = NORMALS @ [0.005, -0.007]
+    found = decide(
+        *(errors(0.02, -0.01), NORMALS, SIGMA_MM, 8, 1e-4, 1.0),
+        in_force_mm=(0.003, -0.002),
+        contour_in_force_mm=contour,
+    )
+    assert found.in_force_mm == pytest.approx((0.008, -0.009), abs=1e-12)
+    assert found.whole_offset_mm == pytest.approx((0.008 - 0.02, -0.009 + 0.01), abs=1e-4)
+    assert decide(errors(0.02, -0.01), NORMALS, SIGMA_MM, 8, 1e-4, 1.0).in_force_mm == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(("freedom", "student"), [(4.0, 2.776445), (8.0, 2.306004), (math.inf, 1.959964)])
+def test_u_of_an_offset_by_the_tables_of_student(freedom: float, student: float) -> None:
+    """Six touches of σ = 1 µm a side: t · 1 µm/√6, and 1.96 · 3 µm of what moves the next cut as a whole."""
+    alone = decide(NORMALS @ [0.02, -0.01], NORMALS, SIGMA_MM, freedom, 1e-4, 1.0)
+    assert alone.expanded_u_mm == pytest.approx([student * SIGMA_MM / math.sqrt(6)] * 2, rel=1e-6)
+    both = decide(NORMALS @ [0.02, -0.01], NORMALS, SIGMA_MM, freedom, 1e-4, 1.0, common_u_mm=0.003)
+    assert both.expanded_u_mm == pytest.approx(
+        [math.hypot(student * SIGMA_MM / math.sqrt(6), 1.96 * 0.003)] * 2, rel=1e-5
+    )
+
+
+def test_u_holds_what_touches_deviate_from_any_offset_by() -> None:
+    """Residuals of ±10 µm on both sides, 12 touches less two constants: √(12/10) · 10 µm in place of σ."""
+    apart = 0.01 * np.tile([1.0, -1.0], 6)
+    found = decide(apart, NORMALS, SIGMA_MM, 8.0, 1e-4, 1.0)
+    assert found.expanded_u_mm == pytest.approx([2.306004 * math.sqrt(1.2) * 0.01 / math.sqrt(6)] * 2, rel=1e-6)
+    bare = decide(np.array([0.02, -0.01]), np.eye(2), SIGMA_MM, 8.0, 1e-4, 1.0)  # none left over
+    assert bare.expanded_u_mm == pytest.approx([2.306004 * SIGMA_MM] * 2, rel=1e-6)

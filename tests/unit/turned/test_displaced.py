@@ -9,7 +9,7 @@ import pytest
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Arc
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
-from trueloop.turned.compensation.displaced import displaced_pieces, magnitude
+from trueloop.turned.compensation.displaced import Constant, Then, displaced_pieces, magnitude
 from trueloop.turned.compensation.shift import Shift, constant
 
 OFFSET_MM, STRETCH = np.array([0.03, -0.02]), np.array([[0.001, 0.002], [-0.0005, 0.0015]])
@@ -68,3 +68,12 @@ def test_its_size_and_change_count_with_a_shift_of_the_feature_s_own(side: float
     by_mm = (1.0 + side * (NOSE_MM + U_MM) / 20.0) * tangent @ STRETCH.T + 0.004 * normal
     np.testing.assert_allclose(size, np.hypot(*vector.T), rtol=1e-12)
     np.testing.assert_allclose(change, np.hypot(*by_mm.T), rtol=1e-6)
+
+
+def test_the_second_displacement_is_that_where_the_first_has_moved_to() -> None:
+    """50 mm in x and −20 mm in z first, so that the stretch between the places counts."""
+    at, first = np.array([[10.0, -3.0], [-7.0, 4.0]]), np.array([50.0, -20.0])
+    both = Then(Constant((50.0, -20.0)), Affine()).displacement_mm(at)
+    np.testing.assert_allclose(both, first + OFFSET_MM + (at + first) @ STRETCH.T, rtol=1e-14)
+    turned_round = Then(Affine(), Constant((50.0, -20.0))).displacement_mm(at)
+    np.testing.assert_allclose(both - turned_round, np.tile(first @ STRETCH.T, (2, 1)), atol=1e-12)
