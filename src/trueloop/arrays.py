@@ -26,7 +26,7 @@ def by_content(kind: type[T]) -> type[T]:
 
 
 def same_content(one: object, other: object) -> bool:
-    """Whether two values hold the same, arrays element by element, NaN being NaN."""
+    """Returns whether two values hold the same, arrays element by element, NaN being NaN."""
     if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
         return one.dtype == other.dtype and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
     if isinstance(one, float) and isinstance(other, float):

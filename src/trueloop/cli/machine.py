@@ -79,7 +79,7 @@ def signals_of(
 
 
 def logs_of(given: "Sequence[str] | None") -> list[Path]:
-    """What of the values given are files: without an equals sign."""
+    """Returns the values that name files: those without an equals sign."""
     return [Path(text) for text in given or () if "=" not in text]
 
 
@@ -167,7 +167,7 @@ class InMachine:
 
     @property
     def files(self) -> list[Path]:
-        """What is read beside program and model."""
+        """Files that are read beside program and model."""
         return [*logs_of(self.temperatures), *([self.offsets_file] if self.offsets_file else [])]
 
     def setup(self, known: "MachineModel") -> "Setup":

@@ -280,7 +280,7 @@ class _Cut:
 
     @property
     def several(self) -> bool:
-        """Whether the table says which tool."""
+        """True if the table says which tool."""
         return len(self.tools) > 1
 
     @property
@@ -298,7 +298,9 @@ class _Cut:
 
 @dataclass(frozen=True)
 class _Found:
-    """What a job's programs cut. `uncut`, `doubtful`: features that no set-up cuts, and why others are of none."""
+    """The features that a job's programs cut. `uncut`, `doubtful`: features that no set-up cuts, and why others are of
+    none.
+    """
 
     part: str
     cuts: tuple[_Cut, ...]

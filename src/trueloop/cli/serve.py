@@ -56,7 +56,7 @@ class Where:
         return f"{at.partition(':')[0]}://{self.name[0]}{port}/"
 
     def _proxies(self) -> tuple[str, ...]:
-        """Raises a usage error for what is no address: anybody could then name himself."""
+        """Raises a usage error for anything that is not an address: anybody could then name himself."""
         from ipaddress import ip_network
 
         for given in self.forwarded_allow_ips or ():

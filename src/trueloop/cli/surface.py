@@ -211,7 +211,7 @@ def deviations(job: JobFile, run: Run, as_json: AsJson = False) -> None:
 
 @app.command()
 def model(job: JobFile, run: Run, as_json: AsJson = False) -> None:
-    """What is deterministic and what is random in each part: a table, and a CSV file a part."""
+    """Deterministic and random deviations of each part: a table, and one CSV file per part."""
     from trueloop.formats.measurements.surface_csv import separation_to_csv
     from trueloop.report.surface.summary import as_words, part_line, part_row
 

@@ -35,7 +35,7 @@ def add(
     from trueloop.server.settings import now
 
     password = _password(password_stdin)
-    made = add_account(store, NewAccount(name, role, password, display, language), now(), by=user_name())  # type: ignore[arg-type]  # what is no role is refused there
+    made = add_account(store, NewAccount(name, role, password, display, language), now(), by=user_name())  # type: ignore[arg-type]  # what is not a role is refused there
     typer.echo(f"made: {made.name}, {made.role}", err=True)
 
 

@@ -22,7 +22,7 @@ from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, Wording, wording
 
 WIDEST_MM = 0.1
-"""What the discrepancy of all parts may be beforehand, standard deviation at the part's largest coordinate."""
+"""Prior of the discrepancy of all parts, standard deviation at the part's largest coordinate."""
 LEAST_MM, MOST_MM = 1e-5, 0.064
 """Limits of the discrepancy of one part, and of the error left at a place."""
 FAINTEST = 1e-6
@@ -45,7 +45,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Frames:
-    """What all parts have in common, what each has besides, and what stays at the places.
+    """The discrepancy common to all parts, that of each part, and the remainder at the places.
 
     `left_mm` (n,) is what the model left at each point apart from rigid motions of every part, `u_left_mm` (n,) its
     standard uncertainty; 0 where no place is seen in several parts. `moved` are parts that are not like the others,

@@ -42,7 +42,9 @@ def fits(value: object, hint: Any) -> bool:
 
 
 def _holds(value: object, inner: tuple[Any, ...]) -> bool:
-    """Whether the elements of a container are of the types in its annotation; of another generic type, always."""
+    """Returns whether the elements of a container are of the types in its annotation; of another generic type,
+    always.
+    """
     if isinstance(value, Mapping):
         return all(fits(key, inner[0]) and fits(one, inner[1]) for key, one in value.items())
     if isinstance(value, tuple) and inner[-1] is not Ellipsis and len(inner) > 1:
@@ -85,7 +87,7 @@ class Codec:
         return Codec(named)
 
     def to_json(self, value: object) -> str:
-        """Writes a value as a JSON document. Raises TypeError for what is no value of this codec."""
+        """Writes a value as a JSON document. Raises TypeError for anything that is not a value of this codec."""
         return json.dumps(self.plain(value), ensure_ascii=False, allow_nan=False) + "\n"
 
     def from_json(self, text: str | bytes, kind: type[T]) -> T:

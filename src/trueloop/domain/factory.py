@@ -112,7 +112,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Conditions:
-    """What has to hold before a finish cut starts; None: whoever planned the order does without it.
+    """Conditions that must hold before a finish cut starts; None: the order's plan does without it.
 
     Temperatures and the calibration of the probe are not older than this. `model_sha256`: of the image that the
     machine's corrector is to hold; empty: it is to be off; None: as it is.

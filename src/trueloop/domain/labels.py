@@ -152,7 +152,7 @@ def read_label(text: str) -> Label:
 
 
 def labels_in(name: str) -> tuple[Label, ...]:
-    """Returns the labels that a file's name, or another text, contains, from left to right. None is no mistake."""
+    """Returns the labels that a file's name, or another text, contains, from left to right. None is not a mistake."""
     return tuple(read_label(found[0]) for found in IN_NAMES.finditer(name))
 
 

@@ -267,7 +267,7 @@ def time_of(cut: Cut) -> datetime | None:
 
 
 def _in_time(event: EdgeEvent) -> tuple[datetime, bool]:
-    """What ends a life comes before what begins one at the same time."""
+    """Sort key: by time, events that end a life before those that begin one."""
     return event.at, event.kind not in ENDS
 
 

@@ -31,7 +31,7 @@ XZ = tuple[float, float]
 
 @dataclass(frozen=True)
 class CutWith:
-    """What cut a part, as stated in the job or in the store; a known input of every estimate of its errors.
+    """How a part was cut, as stated in the job or the store; a known input of every estimate of its errors.
 
     `ran` is the program, or that an offset was entered; `correction` the id of the record, "" where none was in force;
     `program_sha256` the hash of the text that ran, "" where it is not known. `offset_mm` is how far the tool stood off
@@ -132,7 +132,7 @@ class ChangedWord:
 
 @dataclass(frozen=True)
 class Component:
-    """What a correction is composed of at one touch, along its normal, µm: of the machine, of the process, and both."""
+    """Components of a correction at one touch, along its normal, µm: of the machine, of the process, and both."""
 
     feature: str
     point: str
@@ -202,7 +202,7 @@ class Record:
 
 
 def _plain(value: object) -> object:
-    """As JSON gives it back: lists for tuples, None for what is not finite."""
+    """As JSON gives it back: lists for tuples, None for anything that is not finite."""
     if isinstance(value, Mapping):
         return {str(key): _plain(one) for key, one in value.items()}
     if isinstance(value, list | tuple):

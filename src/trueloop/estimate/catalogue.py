@@ -248,7 +248,7 @@ def _tilt(places: Places) -> Array:
 
 
 def _taken_off(places: Places) -> Array:
-    """What is left on where the machine makes less of a correction than was commanded: (1 − gain) of it."""
+    """Error left on if the machine makes less of a correction than was commanded: (1 − gain) of it."""
     return np.asarray((places.number("taken_off_mm") * places.number("finish"))[:, None])
 
 

@@ -1,1 +1,3 @@
-"""What a shop does: orders, proposals, decisions, runs, certificates. Pure decisions, and one shell that does them."""
+"""The operations of a shop: orders, proposals, decisions, runs, certificates. Pure decisions, and one shell that does
+them.
+"""

@@ -38,7 +38,7 @@ __all__ = ["Done", "carry_out"]
 
 
 class Done(NamedTuple):
-    """What came of a request: the decision's answer, and the orders that changed, as they are now."""
+    """The result of a request: the decision's answer, and the orders that changed, as they are now."""
 
     answer: Any
     orders: tuple[OrderNow, ...]

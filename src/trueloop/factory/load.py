@@ -1,4 +1,4 @@
-"""What decisions need to know, read within one transaction."""
+"""Reads the inputs of decisions within one transaction."""
 
 import json
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""What people and cells ask of the factory, each a frozen value: `carry_out` takes any of them.
+"""Requests of people and cells to the factory, each a frozen value: `carry_out` takes any of them.
 
 A part is named by the number of its row in the store, a step by its place in the route (from 0), a program by the
 hash of its text.
@@ -53,7 +53,7 @@ class NextBlock:
 
 @dataclass(frozen=True)
 class RecordFacts:
-    """What witnesses say of runs, in any order, as often as they like. Answered with the keys of the runs."""
+    """Facts that witnesses report about runs, in any order and repeatable. Answered with the keys of the runs."""
 
     facts: tuple[RunFact, ...]
 

@@ -41,7 +41,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Working:
-    """What a running task reports by: `say` renews the lease, and is False where another worker has the task."""
+    """The reporter of a running task: `say` renews the lease, and is False where another worker has the task."""
 
     store: Store
     task: Task

@@ -42,7 +42,7 @@ SIGNATURES: Final = (
     (b"\x1f\x8b", ARCHIVE),
     (b"7z\xbc\xaf", ARCHIVE),
 )
-"""The same by their first bytes."""
+"""Kinds of files by their first bytes."""
 
 
 def read_input(path: Path, code: Code, *, hint: str) -> bytes:
@@ -54,7 +54,7 @@ def read_input(path: Path, code: Code, *, hint: str) -> bytes:
 
 
 def require_text(beginning: bytes, path: Path, code: Code) -> None:
-    """Raises `code` for a file that by its first bytes or by its name is no plain text in UTF-8."""
+    """Raises `code` for a file that by its first bytes or by its name is not plain text in UTF-8."""
     found = next((what for sign, what in SIGNATURES if beginning.startswith(sign)), None)
     found = found or OTHER_KINDS.get(path.suffix.lower()) or _utf_16(beginning)
     if found is not None:

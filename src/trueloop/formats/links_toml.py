@@ -32,11 +32,11 @@ class LinkTable(Table):
     """Keys of every link."""
 
     passes: tuple[Literal["capitals", "blanks", "line ends"], ...] = ()
-    """What this control changes in a program that it stores; any other difference refuses the transfer."""
+    """Changes that this control makes in a program that it stores; any other difference refuses the transfer."""
     replaced: str = "replaced"
     """The folder into which what is replaced at the control is written first."""
     dialect: Annotated[str, AfterValidator(_dialect)] = ""
-    """What the control's programs are written in: one of [dialects.md](dialects.md); else found from them."""
+    """Dialect of the control's programs, one of [dialects.md](dialects.md); else found from them."""
     tool_table: str = ""
     """The name of the control's tool table among its programs; while any program runs it is not written."""
     table_unit: Literal["mm", "inch"] | None = None
@@ -96,7 +96,7 @@ class FocasTable(LinkTable):
     timeout_s: Positive = 10.0
     """How long to wait for an answer."""
     increment: Annotated[float, AfterValidator(_increment)] | None = None
-    """What the control counts offsets in, in `table_unit`; offsets are neither read nor written without it."""
+    """The control's increment of offsets, in `table_unit`; offsets are neither read nor written without it."""
     tool_table: Literal["OFFSETS"] = "OFFSETS"
     """The name of its offsets among its programs."""
 

@@ -122,7 +122,7 @@ def _umask() -> int:
 
 
 def _require_different(folder: Path, names: Sequence[str], inputs: Iterable[Path]) -> None:
-    """No file to be written is another one, nor one that was read, nor in the place of what is no file."""
+    """No file to be written is another one, nor one that was read, nor in the place of what is not a file."""
     resolved = {path.resolve(): path for path in inputs}
     for name in names:
         if names.count(name) > 1:
@@ -157,7 +157,7 @@ def _make(folder: Path, made: list[Path]) -> None:
 
 
 def _write(folder: Path, files: Sequence[Named], needed: int | None) -> None:
-    """What makes a content may fail too: that is no failure to write."""
+    """Writes the files; an error while making a content is not a failure to write."""
     with _refusing(folder, needed):
         staging = Path(tempfile.mkdtemp(prefix=".trueloop-", dir=folder))
     try:

@@ -53,7 +53,7 @@ class Statement:
 
     @property
     def defines(self) -> Location:
-        """What it alone may define: of the first of several tables their array, else its location."""
+        """The name that it alone may define: for the first of several tables their array, else its location."""
         first = self.kind == "tables" and self.location[-1] == 0
         return self.location[:-1] if first else self.location
 
@@ -67,7 +67,7 @@ class Collision:
 
     @property
     def twice(self) -> bool:
-        """Whether it is one key or one table, given twice."""
+        """True if it is one key or one table, given twice."""
         return self.later.kind == self.earlier.kind and self.later.location == self.earlier.location
 
     @property
@@ -112,7 +112,7 @@ def statements(text: str) -> Iterator[Statement]:
 
 
 def collision(text: str, line: int) -> Collision | None:
-    """What a reader of TOML complains of in a line, which may be the last of a value; None where nothing collides."""
+    """Returns the collision that a TOML reader reports in a line, maybe the last of a value; None without one."""
     before = [statement for statement in statements(text) if statement.line <= line]
     for k in range(len(before) - 1, -1, -1):
         earlier = next((statement for statement in before[:k] if _collide(statement, before[k])), None)
@@ -122,7 +122,9 @@ def collision(text: str, line: int) -> Collision | None:
 
 
 def _collide(earlier: Statement, later: Statement) -> bool:
-    """Whether the later one defines what the earlier one has defined; a heading may open what keys do not fill."""
+    """Returns whether the later one defines what the earlier one has defined; a heading may open what keys do not
+    fill.
+    """
     old, new = earlier.location, later.defines
     shared = min(len(old), len(new))
     if old[:shared] != new[:shared]:
@@ -173,7 +175,7 @@ Moment = Annotated[datetime, Field(strict=True), AfterValidator(_zoned)]
 
 SYNTAX_HINT: Final = "text values stand in quotes, tables in [brackets]: see examples/modbas2/job.toml"
 COLLIDES: Final = re.compile("overwrite a value|twice|redefine namespace|immutable namespace|Duplicate")
-"""What Python's reader says where two statements define one name."""
+"""Pattern of the messages of Python's reader on two statements that define one name."""
 
 
 @dataclass(frozen=True)
@@ -221,7 +223,7 @@ def read_located(
     path: Path, model: type[T], code: Code, *, hint: str, missing: Code | None = None, syntax: Code | None = None
 ) -> Located[T]:
     """The file as a model. Raises `code`, with the line, for a key that is wrong; `missing` for a file that cannot be
-    read and `syntax` for one that is no TOML, where they differ. `hint` says where the keys are listed.
+    read and `syntax` for one that is not TOML, where they differ. `hint` says where the keys are listed.
     """
     text = read_text(path, missing or code, hint=hint)
     content = _parsed(text, path, syntax or code)

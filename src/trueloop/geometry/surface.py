@@ -182,7 +182,7 @@ def _projected(h: Array, hu: Array, hv: Array, huu: Array, huv: Array, hvv: Arra
 
 
 def _check(surface: Surface) -> None:
-    """Refuses what is no patch."""
+    """Refuses what is not a patch."""
     n, m, _ = surface.control_mm.shape
     wrong = ""
     for name, knots, degree, count in (

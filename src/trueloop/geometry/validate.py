@@ -1,4 +1,4 @@
-"""Refuses a chain of features that is no profile, and says where and why."""
+"""Refuses a chain of features that is not a profile, and says where and why."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,7 +15,7 @@ from trueloop.geometry.offset import RUNS_TOGETHER_RAD
 from trueloop.geometry.profile import JunctionKind, Profile, Side, junctions_of
 
 GAP_MM: Final = 1e-3
-"""Ends that lie closer meet: coordinates rounded to 1e-5 in or 1e-3 mm are no gap, a drawing's slip is."""
+"""Ends that lie closer meet: coordinates rounded to 1e-5 in or 1e-3 mm are not a gap, a drawing's slip is."""
 
 
 def checked_profile(

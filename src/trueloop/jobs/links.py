@@ -39,7 +39,7 @@ Key: TypeAlias = tuple[int, int, str, int]
 def differing_rows(name: str, first: bytes, second: bytes, unit: Unit | None) -> list[Difference]:
     """Returns the rows whose numbers differ, or that one table alone has; comments and spelling do not count.
 
-    Raises OFS errors for what is no tool table.
+    Raises OFS errors for anything that is not a tool table.
     """
     one, other = (tool_table_of(Path(name), content, unit) for content in (first, second))
     if one.unit != other.unit:
@@ -139,7 +139,7 @@ def link_of(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link |
 
 
 Replace: TypeAlias = bool | bytes
-"""Whether another program of that name may be replaced; bytes: this one may, and no other."""
+"""Permission to replace another program of that name; bytes: only this program."""
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ def require_same(name: str, found: list[Difference], state: str) -> None:
 
 
 def _line_of(one: Difference) -> str:
-    """The first word that differs, or the line where it is no word."""
+    """The first word that differs, or the line where it is not a word."""
     if not one.words:
         return f"sent {one.before!r}, came back {one.after!r}"
     word = one.words[0]
@@ -259,7 +259,7 @@ def send_by_line(
 def drip(opened: Opened, content: bytes, name: str) -> None:
     """Feeds a program to a control that cuts as it comes, and holds the line while it cuts. It cannot come back.
 
-    Raises LNK-LINE, LNK-CODE, and LNK-NAME for a link that is no serial line.
+    Raises LNK-LINE, LNK-CODE, and LNK-NAME for a link that is not a serial line.
     """
     if not isinstance(opened.link, Line):
         raise Code.LNK_NAME.refusal(

@@ -47,7 +47,7 @@ from trueloop.turned.program.wear_words import CONTROLS, Control, counted, offse
 
 @dataclass(frozen=True)
 class Adding:
-    """What is said of the files: part type and serial number where a file does not say them, unit and mapping.
+    """Options for the files: part type and serial number if a file does not state them, unit and mapping.
 
     `cut_with`: the proposals that were in force when the parts were cut, by id; (): none was; None: all that were
     accepted before the part was measured, or before now.
@@ -113,7 +113,7 @@ def _is_new(one: Inspection, kept: Sequence[Kept[Inspection]]) -> bool:
 
 
 def _content(inspection: Inspection) -> Identity:
-    """Part, time and values: the same measurement in another file is no other one."""
+    """Part, time and values: the same measurement in another file is not another one."""
     when = "" if inspection.measured_at is None else inspection.measured_at.isoformat()
     values = (f"{asked.name}={error_mm!r}" for asked, error_mm in sizes_of(inspection))
     return *inspection.part.identity, when, *values
@@ -184,7 +184,7 @@ def _again(serials: dict[str, Inspection], one: Inspection) -> Iterator[Finding]
 
 
 def _cut_with(store: Store, part_type: str, adding: Adding, inspections: Sequence[Inspection]) -> list[PartCutWith]:
-    """What each part was cut with, where any proposal was accepted before: stated, or all accepted before it.
+    """Returns the proposals in force for each part, if any was accepted before: stated, or all accepted before it.
 
     Raises SER-PROPOSAL for a proposal that was not accepted.
     """

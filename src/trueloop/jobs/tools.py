@@ -254,7 +254,7 @@ class Happened:
 
 @dataclass(frozen=True)
 class Mounting:
-    """What is mounted as `tool`. `nose_radius_mm` None: not stated. `again`: this very edge, which was removed."""
+    """The edge mounted as `tool`. `nose_radius_mm` None: not stated. `again`: the same edge, removed before."""
 
     tool: str
     holder: str = ""
@@ -314,7 +314,7 @@ def of_mounted(known: Sequence[EdgeLife], tool: str, kind: EdgeEventKind, happen
 
 
 def require_values(values: dict[str, float]) -> None:
-    """Raises EDG-VALUE for what is no finite number, and for a radius, wear or time below 0."""
+    """Raises EDG-VALUE for anything that is not a finite number, and for a radius, wear or time below 0."""
     for name, value in values.items():
         signed = name in ("x_mm", "z_mm")
         if not math.isfinite(value) or (value < 0 and not signed):

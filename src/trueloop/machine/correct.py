@@ -67,7 +67,7 @@ def axis_table(
     other axes.
 
     A table does not know from which side the other axes came to their positions: it holds the mean of both ways.
-    Raises MCH-AXIS where `input_axis` and `output` are no linear axes of the machine, MCH-TRAVEL for an axis without
+    Raises MCH-AXIS where `input_axis` and `output` are not linear axes of the machine, MCH-TRAVEL for an axis without
     travel and for others beyond theirs, MCH-RANGE for signals beyond the data that `extrapolate` does not name.
     """
     chain = model.machine.chain
@@ -197,7 +197,7 @@ def displace_points(program: Program, field: PlanarField, no_positions: frozense
     """Adds −E(x, y) to every programmed point. Blocks with a G code of `no_positions` are left alone.
 
     Words are as fine afterwards as the control resolves, or as the program itself writes them. The plane is that of the
-    words: under a rotation (G68) the field turns with it. Raises MCH-PROGRAM for a dialect that is no mill's, an
+    words: under a rotation (G68) the field turns with it. Raises MCH-PROGRAM for a dialect that is not a mill's, an
     incremental coordinate, one that is computed when the program runs, arcs, and frames that are not followed.
     """
     if not program.dialect.plane_of_points:
@@ -402,7 +402,8 @@ def state_at(
 ) -> State:
     """Axis positions at program points (n, 3): point + work zero − tool vector; travel (n, 3) along X, Y, Z.
 
-    `offset_mm` (n, 3) are the tool offsets in force, none unless given. Raises MCH-FRAME for what is not known.
+    `offset_mm` (n, 3) are the tool offsets in force, none unless given. Raises MCH-FRAME for
+    unknown ones.
     """
     offset_mm = np.zeros((len(points_mm), 3)) if offset_mm is None else offset_mm
     return _state(model, setup, points_mm, work, travel, _tool_points_mm(setup, tool, offset_mm))

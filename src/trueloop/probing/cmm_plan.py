@@ -82,7 +82,7 @@ def turned(point: Point, angle_deg: float) -> Vector:
     """Turns a point or vector (x, z) of the profile's half plane about +z by an angle that is counted from x to y."""
     x, z = point
     quarter, beyond = divmod(angle_deg, 90.0)
-    if beyond == 0.0:  # cos 90° is no 6e-17
+    if beyond == 0.0:  # cos 90° is not 6e-17
         cosine, sine = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter) % 4]
     else:
         cosine, sine = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))

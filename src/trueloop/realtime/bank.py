@@ -126,7 +126,7 @@ def bank_of(model: MachineModel, tool_mm: Vector, signals: tuple[Signal, ...], s
 
 
 def _body(body: CompiledBody, added: list[Array]) -> Body:
-    """What a signal does not touch is the same to the last bit with it and without: those tables are left out."""
+    """Leaves out tables that a signal does not affect: they are equal to the last bit with it and without."""
     per_unit = tuple((place, table) for place, table in enumerate(added) if table.any())
     return Body(body.axis, body.breaks, body.powers, per_unit, body.arm_mm, body.carries)
 

@@ -21,7 +21,7 @@ MOST: Final = 1200
 class Envelope:
     """`low` and `high` (columns, stretches) of `names`; a stretch begins at its number times `step_s`.
 
-    Where nothing was recorded, or what is no number, both are NaN.
+    Where nothing was recorded, or what is not a number, both are NaN.
     """
 
     names: tuple[str, ...]

@@ -72,7 +72,7 @@ def as_pdf(page: str) -> bytes:
 
 
 def _run(command: list[str], home: str) -> str:
-    """What the browser said; it is ended, with its helpers, where it takes too long."""
+    """Runs the browser and returns its output; ends it, with its helpers, if it takes too long."""
     browser = command[0]
     environment = os.environ | {"HOME": home}
     try:

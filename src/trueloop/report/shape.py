@@ -1,4 +1,4 @@
-"""What a page says, as JSON: the shapes of its parts. Their fields and the texts below them make the JSON schema."""
+"""Shapes of a page's parts as JSON. Their fields and the texts below them make the JSON schema."""
 
 import math
 from enum import Enum

@@ -155,7 +155,7 @@ def _trace(trace: Trace, panel: Panel) -> list[str]:
 
 
 def _said_along(xs: list[float], ys: list[float], hover: list[str], panel: Panel) -> list[str]:
-    """What a line says when pointed at: places without extent along it, no more of them than can be distinguished."""
+    """Draws the hover texts of a line: places without extent along it, as many as can be distinguished."""
     some = range(0, len(hover), max(1, len(hover) // SAID))
     return [f'<path d="M{panel.x(xs[k]):.1f} {panel.y(ys[k]):.1f}h0">{_title(hover[k])}</path>' for k in some]
 
@@ -172,7 +172,7 @@ def _strokes(xs: list[float | None], ys: list[float | None], panel: Panel) -> li
 
 
 def _title(hover: str) -> str:
-    """What a mark says when pointed at; of tags, hover texts have <br> and <b>."""
+    """Returns the hover text of a mark; its only tags are <br> and <b>."""
     return f"<title>{re.sub('</?b>', '', hover).replace('<br>', chr(10))}</title>" if hover else ""
 
 

@@ -219,7 +219,7 @@ def _about_itself() -> APIRouter:
 def _add_monitoring(app: FastAPI, figures: Figures) -> None:
     @app.get("/healthz", include_in_schema=False)
     def health(request: Request) -> PlainTextResponse:
-        """Whether it runs and its store answers; for whoever asks, and so no more than that."""
+        """Reports that it runs and its store answers, and nothing else, since anybody may ask."""
         with request.app.state.service.store.reading() as connection:
             connection.exec_driver_sql("SELECT 1")
         return PlainTextResponse("ok\n")

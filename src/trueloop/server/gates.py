@@ -31,7 +31,7 @@ class Figures:
         self.streams = 0
 
     def count(self, scope: MutableMapping[str, Any], status: int, took_s: float) -> None:
-        """Counts one request, by the address's pattern: names of parts are no labels."""
+        """Counts one request, by the address's pattern: names of parts are not labels."""
         route = scope.get("route")
         path = str(getattr(route, "path", "")) or "other"
         with self._lock:

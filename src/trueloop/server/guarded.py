@@ -52,7 +52,7 @@ def who_of(request: Request) -> Who:
 
 
 def factory_by(who: Who) -> FactoryBy:
-    """The same to the factory, which judges by rules of its own."""
+    """Returns who was let in, in the form that the factory's decisions use."""
     return FactoryBy(who.name, Role(who.role), who.machine, who.once)
 
 
@@ -68,9 +68,9 @@ async def _by(request: Request) -> Who:
 Here = Annotated[Service, Depends(_here)]
 By = Annotated[Who, Depends(_by)]
 Row = Annotated[int, Field(ge=0, lt=1 << 31)]
-"""The number of a row in a body: a larger one than databases count to is no number of a row."""
+"""The number of a row in a body: a larger one than databases count to is not a number of a row."""
 RowPath = Annotated[int, Path(ge=0, lt=1 << 31)]
-"""The same in an address."""
+"""The number of a row in an address."""
 Handler = Callable[[Request], Coroutine[Any, Any, Response]]
 
 
@@ -151,7 +151,7 @@ async def _done_once(here: Service, request: Request, inner: Handler) -> Respons
 
 
 async def asked_of(request: Request) -> once.Asked:
-    """What is to be done once. Raises SRV-ONCE without a key."""
+    """Reads an action that is to be done once. Raises SRV-ONCE without a key."""
     key = request.headers.get("idempotency-key", "")
     if not 1 <= len(key) <= once.LONGEST_KEY or not key.isprintable():
         raise Code.SRV_ONCE.refusal(

@@ -66,7 +66,7 @@ class _Manual(SimpleHTTPRequestHandler):
         super().end_headers()
 
     def list_directory(self, path: object) -> None:
-        """Answers 404: a folder is no page."""
+        """Answers 404: a folder is not a page."""
         self.send_error(404)
 
     def log_message(self, format: str, *args: object) -> None:

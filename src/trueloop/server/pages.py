@@ -1,4 +1,4 @@
-"""The pages that came with the package: files by their names, and index.html for every address that is no file."""
+"""The pages that came with the package: files by their names, and index.html for every address that is not a file."""
 
 import secrets
 from importlib.resources import files

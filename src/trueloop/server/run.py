@@ -120,7 +120,7 @@ class Listening:
 
 
 def require_safe(where: Listening) -> None:
-    """Raises SRV-TLS where others could reach it without TLS, or where certificate and key are no pair."""
+    """Raises SRV-TLS where others could reach it without TLS, or where certificate and key are not a pair."""
     if (where.certificate is None) != (where.key is None):
         raise _no_tls(where.host, "a certificate needs its key, and a key its certificate")
     if where.certificate is None and not is_loopback(where.host):

@@ -43,7 +43,7 @@ class Keeping:
         return self._inserted(kind, value, content, len(rows) + 1, supersedes, kept_at or datetime.now(UTC))
 
     def _keep_named(self, kind: Kind, value: Any) -> None:
-        """What a value names stays as it was first kept: the value's own document says how it was named there."""
+        """Keeps the values that a value names as first stored; the value's own document has its names for them."""
         for named in kind.refers(value):
             table, identity = kind_of(type(named)).table, searchable(joined(named.identity))
             key = (table, str(identity))
@@ -63,7 +63,7 @@ class Keeping:
         return list(self.connection.execute(query.where(table.c.identity == identity).order_by(table.c.version)))
 
     def _equal(self, kind: Kind, row: int, value: Any) -> bool:
-        """Whether a row is the same value written otherwise, as an earlier version of trueloop did."""
+        """Returns whether a row is the same value written otherwise, as an earlier version of trueloop did."""
         with suppress(TrueloopError):
             (stored,) = found(self.connection, self.codec, Query(kind, superseded=True, row=row))
             return bool(stored.value == value)

@@ -26,7 +26,7 @@ def schema_of(connection: Connection) -> str | None:
 
 
 def check_schema(connection: Connection, where: str) -> bool:
-    """Refuses a database that is no store (STO-FILE) or has a newer schema (STO-SCHEMA); whether it has an older."""
+    """Refuses a database that is not a store (STO-FILE) or has a newer schema (STO-SCHEMA); whether it has an older."""
     found = schema_of(connection)
     if found is None:
         raise Code.STO_FILE.refusal(

@@ -111,7 +111,7 @@ def _stored(column: list[Cell], of: type) -> Sequence[Cell]:
 
 
 def _plain(column: Sequence[Cell], of: type) -> bool:
-    """Whether a database holds every cell of a column as it is."""
+    """Returns whether a database holds every cell of a column as it is."""
     if nothing_in(column):
         return True
     if of is str:

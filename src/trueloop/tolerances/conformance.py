@@ -1,4 +1,4 @@
-"""Whether a value is inside its limits, with its uncertainty: ISO 14253-1.
+"""Judges whether a value is inside its limits, with its uncertainty: ISO 14253-1.
 
 The default rule of ISO 14253-1:2017 asks for a probability of 95 %: a size is proven in where it is inside both limits
 by the guard band g = k·u, proven out where it is outside one of them by g, and else undecided. k is one-sided: 1.645,

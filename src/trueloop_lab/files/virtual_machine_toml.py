@@ -46,7 +46,7 @@ class ProcessTable(Table):
 
 
 class TransferTable(Table):
-    """What the finish cut does otherwise than the cuts before it: error over contact angle, negative: more taken."""
+    """Difference of the finish cut from the cuts before it: error over contact angle, negative: more taken."""
 
     contact_angle_deg: tuple[Finite, ...] = ()
     """Contact angles at which it is given; straight between them, constant beyond."""

@@ -40,7 +40,7 @@ CMM: Final = VirtualCmm(frame_mm=0.0003, tilt_rad=2e-6, mpe_mm=0.0009, mpe_per_m
 @by_content
 @dataclass(frozen=True)
 class Drives:
-    """What the drives did, period by period: time since the cold start (n,), positions in machine coordinates (n, 2),
+    """Motion of the drives, period by period: time since the cold start (n,), positions in machine coordinates (n, 2),
     and which of them cut, one mask (n,) a cut.
     """
 

@@ -141,7 +141,7 @@ def _image(model: MachineModel, content: bytes) -> Image:
 
 
 def _sensors(model: MachineModel, warm: WarmUp, rng: np.random.Generator | None) -> Sensors:
-    """What is brought to the corrector: ten readings a second with their noise, and lags computed from them."""
+    """Returns the corrector's inputs: ten readings a second with their noise, and lags computed from them."""
     times = np.arange(0.0, LONGEST_S, SENSOR_STEP_S)
     read = warm.at(times).sensors(rng)
     log = History(times, {name: np.round(values, 2) if rng else values for name, values in read.items()})
@@ -183,7 +183,7 @@ def _parts(
 
 
 def _added_when_set(model: MachineModel, run: WarmingRun, sensors: Sensors) -> Array:
-    """What the corrector adds where the tool is set, the machine cold, (2,): it is in force then, too."""
+    """Returns the corrector's displacement where the tool is set, machine cold, (2,): it is in force then, too."""
     asked = set_position(run.driven, {name: values[:1] for name, values in sensors.values.items()})
     return due(asked, model, (), 0.1, 1e9).correction_mm[-1, ::2]
 

@@ -56,7 +56,7 @@ COUNTED: Final = {column: pin.removeprefix("rtec.") for pin, (_, column) in STAT
 @by_content
 @dataclass(frozen=True)
 class Sensors:
-    """What the sensors say, a row a servo period: `time_s` (n,) of the machine's clock, values (n,) by signal."""
+    """Sensor readings, one row per servo period: `time_s` (n,) of the machine's clock, values (n,) by signal."""
 
     time_s: Array
     values: Mapping[str, Array]

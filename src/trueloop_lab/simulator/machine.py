@@ -83,7 +83,7 @@ class VirtualMachine:
         return stock.cut_by([one for at in actual for one in self._swept(at)])
 
     def _swept(self, at: Array) -> list[NoseSweep]:
-        """What the insert passes over with its nose centre at these positions; the body first, the nose finishes."""
+        """Returns the swept area of the insert for these nose centres; the body first, the nose finishes."""
         unworn = Nose(self.nose.radius_mm)
         return [*(sweep(at + np.array(apart), unworn) for apart in self.body_mm), sweep(at, self.nose)]
 

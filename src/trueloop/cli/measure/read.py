@@ -25,7 +25,7 @@ Output = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class Meant:
-    """What a file does not say itself, and which of its inspections are meant."""
+    """Options for information missing in a file, and the choice of its inspections."""
 
     unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]")] = None
     mapping: Annotated[
@@ -131,7 +131,7 @@ def read(
 
 
 def _kept(found: "list[FileOnPart]", job: Path, cut: CutShown, store: StoreChoice, meant: Meant) -> "KeptFacts | None":
-    """What was kept; None where nothing was to be."""
+    """Keeps the inspections and returns the result; None if nothing was requested."""
     if cut.after is None:
         return None
     from trueloop.formats.inspections.shared.text import feature_names

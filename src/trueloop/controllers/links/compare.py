@@ -1,4 +1,4 @@
-"""Whether two texts are the same program, but for what a control is known to change, and where not."""
+"""Compares two texts as programs, except for what a control is known to change, and where not."""
 
 import re
 from collections.abc import Iterator, Sequence, Set
@@ -35,8 +35,8 @@ BLANK: Final = b" \t\r\n"
 class WordDifference:
     """A word that differs: its columns in both lines, from 1 in bytes, and what stands there; None: no such word.
 
-    `what` is its letter or name; `comment`; `text` for what is no word; `blanks` or `line end` where nothing else
-    differs, and then before and after are the whole lines.
+    `what` is its letter or name; `comment`; `text` for anything that is not a word; `blanks` or `line end` where
+    nothing else differs, and then before and after are the whole lines.
     """
 
     what: str

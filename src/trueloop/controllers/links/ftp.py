@@ -14,7 +14,7 @@ from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, Listed, n
 from trueloop.errors import TrueloopError
 
 OLD: Final = ".old" + PART
-"""What a program is called while another takes its place, on servers that rename nothing onto what is there."""
+"""Name of a program while another takes its place, on servers that cannot rename onto an existing file."""
 NOT_THERE: Final = "550"
 WRONG: Final[tuple[type[Exception], ...]] = (ftplib.Error, OSError, EOFError, UnicodeError, ValueError)
 

@@ -25,7 +25,8 @@ class Listed:
 
 @dataclass(frozen=True)
 class Busy:
-    """What a control is busy with: programs in execution, and programs that it has read and would cut as it read them.
+    """The programs that a control is using: programs in execution, and programs that it has read and would cut as it
+    read them.
 
     Names as the control says them, with their folders or without.
     """

@@ -16,7 +16,7 @@ UNAVAILABLE: Final = "UNAVAILABLE"
 
 @dataclass(frozen=True)
 class Condition:
-    """NORMAL, WARNING, FAULT or UNAVAILABLE; the control's own code and words for what is not normal."""
+    """NORMAL, WARNING, FAULT or UNAVAILABLE; the control's own code and words for anything that is not normal."""
 
     level: str = "NORMAL"
     code: str = ""

@@ -136,7 +136,7 @@ class Source:
 
 
 class _Alive:
-    """Whether a counter goes on counting."""
+    """Watches that a counter goes on counting."""
 
     def __init__(self, limit_s: float) -> None:
         self._limit_s, self._seen, self._since = limit_s, float("nan"), float("-inf")

@@ -169,7 +169,7 @@ def _clocks(series: SeenSeries) -> tuple[Finding, ...]:
 
 
 GAINS: Final = {1.0: 0.98, 0.0: 0.01, 2.0: 0.01}
-"""What share of a recorded correction may have arrived on the parts, and how probable that is beforehand."""
+"""Possible shares of a recorded correction that arrived on the parts, with their prior probabilities."""
 SHOWN: Final = 0.001
 """Candidates that are less probable are left out."""
 LINE: Final = 2
@@ -240,7 +240,7 @@ def _size(given: Asked, whole: Weighed, errors: SurfaceErrors, hypothesis: Hypot
 
 
 def _waviness(errors: SurfaceErrors) -> Size:
-    """What points scatter by about a line on the waviest feature, root mean square over parts and devices."""
+    """Scatter of points about a line on the waviest feature, root mean square over parts and devices."""
     share, found = errors.places.number("share"), dict[str, list[tuple[float, float, int]]]()
     labels = errors.places.labels(("part", "device", "feature"))
     for label in dict.fromkeys(labels):

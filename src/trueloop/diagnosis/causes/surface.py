@@ -142,7 +142,7 @@ def _share(place: FeaturePlace | None, x: float, z: float) -> float:
 
 
 def _corrected(part: SeenPart, points: SeenPoints, share: Array, places: Mapping[str, FeaturePlace]) -> Array:
-    """What corrections took off at points, from what they took off radii, tapers and lengths."""
+    """Returns the amount that corrections took off at points, from that taken off radii, tapers and lengths."""
     taken, along_z = part.correction_mm, 0.0
     if not taken:
         return np.zeros(len(points.feature))

@@ -22,7 +22,7 @@ from trueloop.estimate.term import Term
 
 Basis = Callable[[Places], Array]
 Form = tuple[tuple[tuple[str, ...], Basis], ...]
-"""What shows together: scopes of coefficients (("feature",): each its own) with their basis functions."""
+"""Coefficients that show together: their scopes (("feature",): each its own) with their basis functions."""
 
 LEAST_STEP: Final = 2
 """Parts on either side of a step."""
@@ -35,7 +35,7 @@ class Way:
     """One way in which a cause may show: terms, how over the parts, on features of which tool.
 
     `signal` is the temperature that it follows ("": the order of the parts), `step` the part from which on it acts,
-    `form` the number of its form. `wavy`: waviness, which is no term of its own.
+    `form` the number of its form. `wavy`: waviness, which is not a term of its own.
     """
 
     cause: Cause
@@ -76,7 +76,8 @@ def ways(cause: Cause, errors: SurfaceErrors, series: SeenSeries) -> Iterator[Wa
 
 
 def block_of(way: Way, errors: SurfaceErrors) -> Array:
-    """What its coefficients leave on the errors, (n, k), the largest of each column 1; k = 0 where it shows nowhere.
+    """Returns the effect of its coefficients on the errors, (n, k), the largest of each column 1; k = 0 where it shows
+    nowhere.
 
     Of scatter the largest is 2, so that sizes begin where those of a sound process end.
     """

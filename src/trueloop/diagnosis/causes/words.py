@@ -65,7 +65,7 @@ def support(way: Way, seen: Shown | None, size: Size) -> tuple[str, ...]:
 
 
 def against(way: Way, seen: Shown | None, size: Size, series: SeenSeries) -> tuple[str, ...]:
-    """What does not fit, and what is not known."""
+    """Returns the contradictions and the unknowns as text."""
     if seen is None:
         return ()
     said: list[str] = [] if _agrees(way, seen) else [_by_device(seen)]

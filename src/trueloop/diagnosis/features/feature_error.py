@@ -113,7 +113,7 @@ def averaged(points: SeenPoints) -> Averaged:
 
     Repeats that scatter by more than is stated, over all points of the feature together, enlarge every uncertainty by
     √(χ²/ν), which then has ν degrees of freedom. What all readings of a feature have in common (the radius of the ball,
-    the offset of the probe) is no part of u, and is not averaged away by it: it is a cause to be found.
+    the offset of the probe) is not part of u, and is not averaged away by it: it is a cause to be found.
     """
     u = np.maximum(points.standard_u_mm, EXACT_MM)
     which, count = _same_point(points)

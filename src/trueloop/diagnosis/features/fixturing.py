@@ -1,4 +1,5 @@
-"""Whether a fixturing holds: repeats at one point of the part, of the tool probe or of the part probe [4773 §4.1].
+"""Tests whether a fixturing holds: repeats at one point of the part, of the tool probe or of the part probe [4773
+§4.1].
 
 The report names a large drift, a step and a large standard deviation. Here three tests say whether repeats do more
 than the device explains, and the pattern that explains them best names the cause:
@@ -187,7 +188,7 @@ def fixturing(values_mm: Array, standard_u_mm: float, limit_mm: float | None = N
 
 
 def unstable(what: str, found: Fixturing) -> Finding | None:
-    """What is to be said of a fixturing (of the part, of a probe) that does not hold: DIA-UNSTABLE; None: it holds.
+    """Returns the finding DIA-UNSTABLE on a fixturing (of the part, of a probe) that does not hold; None: it holds.
 
     The limit is the one given, without one what the device's own repeatability explains.
     """

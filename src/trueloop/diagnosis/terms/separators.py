@@ -46,7 +46,7 @@ class TermSet:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """EXX, EBZ … and `nominal X` for what is no error of an axis."""
+        """EXX, EBZ … and `nominal X` for anything that is not an error of an axis."""
         return tuple(str(error) for error in self.errors)
 
     @property

@@ -52,7 +52,7 @@ class Candidate:
 
 
 def checks_of(what: Candidate, machine: MachineFacts, now: datetime) -> tuple[str, ...]:
-    """Returns what was checked, in words. Raises FAC errors for what is not in order."""
+    """Returns what was checked, in words. Raises FAC errors for anything that is not in order."""
     found = (*_program(what),)
     return (*found, *_correction(what), *_machine(what, machine, now)) if what.step.kind is BlockKind.FINISH else found
 

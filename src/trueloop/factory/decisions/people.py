@@ -1,4 +1,4 @@
-"""What people decide of parts: `hold`, `decide_step`, `arm`, `record_step`; and what a task reports of a correction."""
+"""Decisions of people on parts, `hold`, `decide_step`, `arm`, `record_step`, and a task's reports on a correction."""
 
 from dataclasses import replace
 from datetime import datetime
@@ -56,7 +56,7 @@ def decide_step(order: OrderNow, request: DecideStep, by: By, now: datetime) -> 
 
 
 def _gauging_before(part: PartNow, step: StepNow) -> bool:
-    """Whether it is the gauging by whose touches the part is to be corrected next."""
+    """Returns whether it is the gauging by whose touches the part is to be corrected next."""
     following = part.next is not None and part.next.kind is BlockKind.CORRECT and part.next.no == step.no + 1
     return following and step.kind is BlockKind.PROBE
 

@@ -1,4 +1,4 @@
-"""Whether an order can be made: `plan_order`."""
+"""Decides whether an order can be made: `plan_order`."""
 
 import tomllib
 from collections.abc import Iterable, Iterator
@@ -53,7 +53,7 @@ def next_block(facts: NextFacts, request: NextBlock, by: By, now: datetime) -> C
     """Offers the block that the machine may run now, under a key of its own; requested again, under the same key.
 
     A cell that asks does not run anything: a run that has started and not ended becomes unknown, and its part is held.
-    Raises FAC errors for what is not in order.
+    Raises FAC errors for anything that is not in order.
     """
     what = facts.candidate
     if what is None:
@@ -109,7 +109,8 @@ _RANK: Final = {kind: k for k, kind in enumerate(BlockKind)}
 
 @dataclass(frozen=True)
 class PlanFacts:
-    """What the store knows of what is ordered: `ordered` are serial numbers with an order, `released` programs' hashes.
+    """The store's knowledge of an order's parts and programs: `ordered` are serial numbers with an order, `released`
+    programs' hashes.
 
     `part_type` and `machine` are as they are kept already; None: not kept. `machines`: names of all machines that the
     store knows, also by a key or because they were heard. `number` is that of the order to come.

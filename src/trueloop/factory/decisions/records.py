@@ -22,7 +22,7 @@ from trueloop.storage.factory_tables import stamp
 
 @dataclass(frozen=True)
 class ProgramFacts:
-    """Whether the store has a program's text, and whether it is released."""
+    """State of a program in the store: text known, released."""
 
     known: bool
     released: bool

@@ -67,7 +67,7 @@ def order_view(store: Store, order_id: str) -> OrderView:
 
 
 def _orders(known: Known, ids: Sequence[str]) -> Mapping[str, _Head]:
-    """What a list says of orders: the database reads it out of their documents, which name hundreds of parts each."""
+    """Returns the heads of listed orders, which the database reads from their documents of hundreds of parts."""
     table = TABLES["work_order"]
     within = (
         cast if known.connection.dialect.name == "postgresql" else type_coerce
@@ -98,7 +98,7 @@ def _row(order: _Head, state: str, counts: Mapping[tuple[str, str], int]) -> Ord
 
 
 MOST: Final = 100
-"""Of one kind of what waits: a longer list is no list of today."""
+"""Of one kind of what waits: a longer list is not a list of today."""
 _BY_HAND: Final = {
     BlockKind.REMOVE.value: ("remove", Role.OPERATOR),
     BlockKind.MEASURE.value: ("measure", Role.OPERATOR),

@@ -106,8 +106,8 @@ class MemoryPoint:
 
 @dataclass(frozen=True)
 class NextPart:
-    """What a next part of a type would need: of the `of` touches that the last one had, placed best, `touches` are
-    enough; `left_um` is then to be expected after the correction, RMS. `refusal`: why memory would not tell.
+    """The touches that the next part of a type needs: of the `of` touches that the last one had, placed best, `touches`
+    are enough; `left_um` is then to be expected after the correction, RMS. `refusal`: why memory would not tell.
     """
 
     part_type: str
@@ -130,7 +130,7 @@ class ToolEvent:
 
 @dataclass(frozen=True)
 class ToolMemory:
-    """What a tool's edge remembers, at contact angles; `seen`: whether parts have shown an angle near that one.
+    """Memory of a tool's edge, at contact angles; `seen`: whether parts have shown an angle near that one.
 
     `setting_um`: where the tip lies off its setting, along x (of the radius) and z, each ± `setting_band_um` with 95 %.
     """

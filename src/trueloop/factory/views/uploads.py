@@ -93,7 +93,7 @@ class UploadView:
 
 @dataclass(frozen=True)
 class ImportedView:
-    """What was kept of a file. `sha256` of a program's text; `kept` counts values, `new` those not there before."""
+    """The values kept from a file. `sha256` of a program's text; `kept` counts values, `new` those not there before."""
 
     sha256: str
     kept: int

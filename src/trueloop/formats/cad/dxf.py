@@ -2,8 +2,8 @@
 
 A horizontal centre line is the axis, its direction that of z (of a vertical one upwards); without one the axis is
 y = 0, or what both halves mirror at. What is drawn in another line type than continuous, on hidden layers, and on the
-axis, is no edge of the part. An open chain, a half section, a section of a hollow part and a view of both halves all
-give contours.
+axis, is not an edge of the part. An open chain, a half section, a section of a hollow part and a view of both halves
+all give contours.
 """
 
 import math

@@ -219,7 +219,7 @@ def _arc(entity: Any, mm_per_unit: float) -> Arc:
 
 
 def _spline(entity: Any) -> Any:
-    """The B-spline of an entity; None of a closed one, which is no edge of a turned part."""
+    """The B-spline of an entity; None of a closed one, which is not an edge of a turned part."""
     from ezdxf.math import BSpline
 
     if entity.dxftype() == "ELLIPSE":

@@ -176,7 +176,7 @@ def _encloses(outer: Candidate, inner: Candidate) -> bool:
 
 
 def _within(axis: CentreLine, other: View, candidates: Sequence[Candidate]) -> bool:
-    """Whether a centre line runs through the part that is drawn about another one."""
+    """Returns whether a centre line runs through the part that is drawn about another one."""
     boxes = [one.box_mm for one in candidates]
     if not boxes:
         return False
@@ -195,7 +195,7 @@ def _seen_from(axis: CentreLine) -> tuple[Array, Array]:
 
 
 def _twice(contours: Sequence[Contour], half: Half, within: float) -> bool:
-    """Whether most of it is drawn below the axis too."""
+    """Returns whether most of it is drawn below the axis too."""
     places = np.array([middle_mm(piece.feature) for one in contours for piece in one.pieces]).reshape(-1, 2)
     return bool(2 * half.are_mirrored(places, within).sum() > len(places))
 

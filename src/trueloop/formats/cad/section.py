@@ -90,7 +90,7 @@ def _cut(body: Body, axis: Axis) -> list[tuple[Meridian, list[CadFace]]]:
 
 
 def _same(a: Meridian, b: Meridian) -> bool:
-    """Whether two pieces run through the same places, in the same direction."""
+    """Returns whether two pieces run through the same places, in the same direction."""
     there = math.dist(a.feature.start_mm, b.feature.start_mm) + math.dist(a.middle_mm, b.middle_mm)
     return there < WITHIN_MM and alike(a.feature, b.feature, WITHIN_MM)
 
@@ -102,7 +102,7 @@ def _at_nodes(feature: Feature, points: Array) -> list[Feature]:
 
 
 def _inside(solid: Any) -> Callable[[Array], bool]:
-    """Whether a place is in the material, or on its surface."""
+    """Returns whether a place is in the material, or on its surface."""
     occ = kernel()
     classifier = occ.SolidClassifier(solid)
 
@@ -114,7 +114,7 @@ def _inside(solid: Any) -> Callable[[Array], bool]:
 
 
 def _pieces(bounding: Sequence[_Bounding], enough: float) -> list[Piece]:
-    """What has material on one side at more than so large a share of the angles, and on the other not."""
+    """Returns the pieces with material on one side, and not on the other, at more than this share of the angles."""
     return [
         Piece(one.piece.feature, one.here + one.buried)
         for one in bounding

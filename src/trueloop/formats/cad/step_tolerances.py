@@ -236,7 +236,7 @@ def _to_the_axis(one: Stated, cone: Feature) -> Stated | None:
 
 
 def _quantity(one: Stated, on: Sequence[Sequence[Feature]]) -> Quantity | None:
-    """What a dimension of the file is on the profile; None of one that the profile does not show."""
+    """Returns the quantity of a dimension on the profile; None if the profile does not show it."""
     kinds = {kind_of(feature) for group in on for feature in group}
     if one.kind == "diameter" and kinds == {"cylinder"}:
         return Quantity.DIAMETER

@@ -266,7 +266,7 @@ def _inspection(run: Key, rows: list[_Row], sha256: str) -> Inspection:
 
 
 def _statements(file: CsvFile) -> dict[str, tuple[str, int]]:
-    """What comments `# key: value` state, with their lines; other comments are left alone.
+    """Returns the values of comments `# key: value`, with their lines; other comments are left alone.
 
     Raises MSR-COLUMN for a key stated twice and for one that is nearly a known one: it would be ignored.
     """

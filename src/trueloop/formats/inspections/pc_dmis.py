@@ -320,7 +320,7 @@ def _factor(block: Block, path: Path, stated: Stated) -> float:
 
 
 def _signed(rows: Sequence[tuple[Block, Line]], path: Path) -> tuple[bool, list[Remark]]:
-    """Whether -TOL is printed with its sign: where it is negative whenever it is not 0, and no row contradicts.
+    """Returns whether -TOL is printed with its sign: where it is negative whenever it is not 0, and no row contradicts.
 
     One negative among positive ones is a lower limit above the nominal value, as the program prints it without signs.
     """
@@ -353,7 +353,7 @@ def _dated(run: Run) -> str:
 
 
 def _times(runs: Sequence[Run], path: Path) -> tuple[list[datetime | None], list[Remark]]:
-    """When each run was; a remark where day and month may be exchanged, or it is no date."""
+    """When each run was; a remark where day and month may be exchanged, or it is not a date."""
     texts, place = [_dated(run) for run in runs], Place(str(path))
     try:
         order = order_of(texts, place)

@@ -48,7 +48,7 @@ class Scan:
 
 
 def is_scan(path: Path) -> bool:
-    """Returns whether a file is a mesh, or text whose first line that is no comment does not name `x_mm`."""
+    """Returns whether a file is a mesh, or text whose first line that is not a comment does not name `x_mm`."""
     if path.suffix.lower() in MESHES:
         return True
     lines = read_text(path, Code.SRF_FILE, hint=HINT).splitlines()
@@ -59,8 +59,9 @@ def is_scan(path: Path) -> bool:
 def read_scan(path: Path, mm_per_unit: float | None, columns: Sequence[int] | None = None) -> Scan:
     """Reads the points of a scan; `columns`, from 1, of x, y, z in a text.
 
-    Raises SRF-FILE with the line for what is no number, where it is not certain which columns are x, y and z, for a
-    mesh that cannot be read; SRF-UNIT where neither headings nor job state the unit, or the two contradict each other.
+    Raises SRF-FILE with the line for anything that is not a number, where it is not certain which columns are x, y and
+    z, for a mesh that cannot be read; SRF-UNIT where neither headings nor job state the unit, or the two contradict
+    each other.
     """
     if path.suffix.lower() in MESHES:
         return _mesh(path, _known(path, mm_per_unit))

@@ -60,7 +60,7 @@ class GaugingTable(Table):
     measured_at: Moment | None = None
     """Date and time of the touches; from it their age is judged."""
     device: str = ""
-    """What measured: the probe, gauge or measuring machine, with its number. For the report and the record."""
+    """The device that measured: probe, gauge or measuring machine, with its number. For the report and the record."""
     operator: str = ""
     """Who measured. For the report and the record."""
     program_sha256: str | None = None
@@ -86,7 +86,7 @@ class GaugingTable(Table):
 
 
 class FeatureFitTable(Table):
-    """What one feature's error curve is held to: its knots, and error and slope of error at its ends."""
+    """Conditions on one feature's error curve: its knots, and error and slope of error at its ends."""
 
     knot_every: Annotated[Count | None, In("points")] = None
     """`knot_every` on this arc alone."""
@@ -118,8 +118,8 @@ class CompensationTable(Table):
     of squares) and changes no correction.
     """
     cut_to_cut_along_um: NotNegative | None = None
-    """The same of what varies along the cut, over more than the distance of touches. Where one of the two is given, the
-    other is 0 unless given too.
+    """As `cut_to_cut_um`, for the variation along the cut, over more than the distance of touches. Where one of the two
+    is given, the other is 0 unless given too.
     """
 
 

@@ -119,7 +119,7 @@ class Job(Table):
         return self
 
     def _require_known(self, feature: str, cut: CutByTable) -> None:
-        """What is decided of a feature is a set-up, and a tool of it."""
+        """Checks that the decision for a feature is a set-up, and a tool of it."""
         meant = [one for one in self.setups if cut.setup in (None, one.name)]
         if not meant:
             raise ValueError(f"`feature.{feature}.setup` is not one of [[setups]]")

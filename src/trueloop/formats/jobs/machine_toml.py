@@ -226,7 +226,7 @@ def _own_term(table: TermTable, chain: Chain) -> Term:
 
 
 def _expansions(table: TermTable, name: ErrorName, axis: Axis) -> list[Part]:
-    """What grows with the distance from the first place where the error is zero; from anywhere, where there is none."""
+    """Returns the terms that grow with the distance from the first zero of the error, or from anywhere without one."""
     if table.expansion and name.place:
         raise Code.MCH_FILE.refusal(
             f"{name} has no position that an expansion by {len(table.expansion)} signals could grow along",

@@ -43,7 +43,7 @@ class PolynomialTable(Table):
     coefficients: Annotated[tuple[Finite, ...], Field(min_length=1), In("`unit`¹⁻ⁱ")]
     """`[c0, c1, c2]` of c0 + c1 t + c2 t²."""
     gives: Literal["x", "z"] = "x"
-    """What it gives: `"x"` of t = z − `origin`, or `"z"` of t = x − `origin`."""
+    """The coordinate that it gives: `"x"` of t = z − `origin`, or `"z"` of t = x − `origin`."""
     origin: Annotated[Finite, In("`unit`")] = 0.0
     """Where t is 0."""
 
@@ -160,7 +160,7 @@ class PartTable(Table):
     unit: Literal["mm", "inch"] = "mm"
     """Unit of all coordinates and radii of the profile: `"mm"` or `"inch"` (25.4 mm)."""
     x_is: Literal["radius", "diameter"] = "radius"
-    """Whether an x coordinate is a `"radius"` or a `"diameter"`. Arc radii are radii either way."""
+    """Meaning of an x coordinate: `"radius"` or `"diameter"`. Arc radii are radii either way."""
     side: Literal["outside", "inside", "around"] = "outside"
     """`"outside"`; `"inside"`: a bore, its features in order from the free end to the chuck end; `"around"`: one
     profile along the outside, over the front face and back through the bore, or a back face alone. The material is
@@ -207,7 +207,7 @@ class PartTable(Table):
     face its length from z = 0, of a cone its angle, of an arc its radius.
     """
     characteristic: tuple[CharacteristicTable, ...] = ()
-    """What the drawing asks for: `[[part.characteristic]]` below."""
+    """The drawing's characteristics: `[[part.characteristic]]` below."""
     junctions: dict[str, Literal["corner", "tangent"]] = Field(default_factory=dict)
     """Junctions by design, `{ "neck/dome" = "tangent" }` or `"corner"`; the others are found from the geometry."""
 

@@ -76,7 +76,7 @@ class ProgramTable(Table):
 
 
 class ProbeTable(Table):
-    """What turns the probe on and off and holds the spindle: lines in the control's code, several in one text."""
+    """Lines in the control's code that turn the probe on and off and hold the spindle, several in one text."""
 
     on: str = ""
     """Lines in the control's code before the first touch, several in one text. `renishaw`: in place of `G65 P9832`."""

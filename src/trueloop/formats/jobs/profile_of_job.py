@@ -106,7 +106,7 @@ def _sweep_rad(table: FeatureTable, start: Point, end: Point, centre: Point) -> 
 
 
 def _could_read_otherwise(junction: Junction) -> bool:
-    """Whether the rounding of printed coordinates could take a corner for tangent, or the other way round."""
+    """Returns whether the rounding of printed coordinates could take a corner for tangent, or the other way round."""
     return abs(abs(junction.turn_rad) - TANGENT_WITHIN_RAD) < UNSURE_RAD
 
 

@@ -80,7 +80,7 @@ class ToolsTable(ToolTable):
     cut_to_cut_um: NotNegative | None = None
     """`compensation.cut_to_cut_um` of this edge; left out, that of the job."""
     cut_to_cut_along_um: NotNegative | None = None
-    """The same of `compensation.cut_to_cut_along_um`."""
+    """`compensation.cut_to_cut_along_um` of this edge; left out, that of the job."""
     tool_mm: Vector | None = None
     """`machine.tool_mm` of this tool: required where the job has a table [machine]."""
 
@@ -98,7 +98,7 @@ class ToolsTable(ToolTable):
 
 
 class CutByTable(Table):
-    """What is decided of a feature, where the program leaves it open."""
+    """Tool and set-up of a feature, where the program does not determine them."""
 
     tool: Annotated[int, Field(ge=0, le=1_000_000, strict=True)] | None = None
     """Number of the tool of [[tools]] that leaves its surface. 0: it is left alone, and nothing that was measured of it
@@ -116,7 +116,7 @@ class CutByTable(Table):
 
     @property
     def left_alone(self) -> bool:
-        """Whether nothing is to be corrected there."""
+        """True if nothing is to be corrected there."""
         return self.tool == 0
 
     @model_validator(mode="after")
@@ -139,13 +139,13 @@ class ProgramsTable(Table):
     the profile.
     """
     semifinish: Path | None = None
-    """The program that cut the surface that was touched. What it commands off the profile is no error of the process;
-    left out, the finish program's own deviation is taken.
+    """The program that cut the surface that was touched. What it commands off the profile is not an error of the
+    process; left out, the finish program's own deviation is taken.
     """
     semifinish_allowance_mm: NotNegative | None = None
-    """What the semi-finish program leaves on, along the normal."""
+    """Allowance that the semi-finish program leaves on, along the normal."""
     cut_with: str = ""
-    """What cut the finished part that was measured: `"given"`, the finish program as it is; or the record of the
+    """How the measured finished part was cut: by `"given"`, the finish program as it is; or by the record of the
     correction that was in force, `"o1/record.json"` (of several tools or set-ups `"o1/part.json"`), with a store its id
     too. The result is then the whole correction, of which the one in force is a part.
     """
@@ -171,7 +171,7 @@ class ProgramsTable(Table):
     """How the control reads a tool offset on X: as a `"radius"` or a `"diameter"`; left out, as the program's X words.
     """
     execute_deleted_blocks: bool = False
-    """Whether blocks that begin with `/` are run, as with the control's block-delete switch off."""
+    """Run blocks that begin with `/`, as with the control's block-delete switch off."""
     machine: str = ""
     """The machine that runs them, as the shop calls it, for report and record; `machine.model` states it too."""
     machine_serial: str = ""

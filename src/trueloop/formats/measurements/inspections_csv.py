@@ -105,7 +105,7 @@ def components_csv(points: tuple[str, ...], parts: Components) -> str:
 
 
 def _stated(file: CsvFile, name: str) -> float:
-    """What a comment line states under that name; 0 without one.
+    """Returns the value of the comment line with that name; 0 without one.
 
     Raises MCH-FILE with the line for a comment that begins as if it stated it and does not: it would be ignored.
     """

@@ -127,7 +127,7 @@ class Rows:
 
 
 def read_csv(path: Path, kind: CsvKind) -> CsvFile:
-    """Reads a file's header and lines. Raises `kind.file` for one that is no CSV, and where there is no row."""
+    """Reads a file's header and lines. Raises `kind.file` for one that is not a CSV, and where there is no row."""
     return csv_of(read_text(path, kind.file, hint=kind.hint), path, kind)
 
 

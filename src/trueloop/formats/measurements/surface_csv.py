@@ -108,8 +108,8 @@ class PointsFile:
 
 
 def read_points(path: Path) -> PointsFile:
-    """Reads the points of a file. Raises SRF-FILE with the line for what is no number, a missing column, a place of the
-    grid given twice.
+    """Reads the points of a file. Raises SRF-FILE with the line for anything that is not a number, a missing column, a
+    place of the grid given twice.
     """
     file = read_csv(path, KIND)
     rows = file.rows((*GRID, *COORDINATES))

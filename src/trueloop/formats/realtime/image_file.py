@@ -27,7 +27,7 @@ MOST_POWER: Final = 1e100
 
 
 class NoImageError(Exception):
-    """Why a file is no image: the refusal's name, as in docs/realtime-image.md, and what was found."""
+    """Why a file is not an image: the refusal's name, as in docs/realtime-image.md, and what was found."""
 
     def __init__(self, refusal: str, found: str) -> None:
         super().__init__(found)
@@ -86,7 +86,7 @@ def _of_body(name: str, body: Body, span: Array) -> Iterator[tuple[str, bool]]:
 
 
 def _reach(breaks: Array, powers: Array) -> float:
-    """What no error of these powers is beyond: of all segments the largest sum of |power| times width."""
+    """Returns a bound of the error of these powers: the largest sum of |power| times width over all segments."""
     width = np.diff(breaks)[:, None] ** np.arange(powers.shape[2])
     return float((np.abs(powers) * width[:, :, None]).sum(axis=2).max())
 

@@ -45,7 +45,7 @@ class MqttTable(Table):
     user_env: str = ""
     """The environment variable that holds the user's name."""
     password_env: str = ""
-    """The same of the password."""
+    """The environment variable that holds the password."""
     tls: Annotated[bool, Field(strict=True)] = False
     """The broker's certificate is checked."""
     ca_file: str = ""

@@ -46,7 +46,7 @@ class ToolTable(Table):
     tip: Annotated[int, Field(ge=0, le=9, strict=True)] | None = None
     """The control's number of the tip's orientation."""
     length_mm: Finite | None = None
-    """What G43 adds along Z, TOOL CALL along its axis, D of a Sinumerik's mill across the plane."""
+    """Length that G43 adds along Z, TOOL CALL along its axis, D of a Sinumerik's mill across the plane."""
     x_radius_mm: Finite | None = None
     """Offset of a lathe's tool along X, a radius."""
     z_mm: Finite | None = None

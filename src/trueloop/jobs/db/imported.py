@@ -29,7 +29,7 @@ NO_TYPE = PartType("")
 
 @dataclass(frozen=True)
 class Inspected:
-    """What is said of inspection files besides: the job of their part, its serial number, unit and mapping.
+    """Options for inspection files: the job of their part, its serial number, unit and mapping.
 
     `heed_labels`: a label in a file's name says of which part it is, and must not contradict what else is known.
     """
@@ -60,7 +60,7 @@ def _touches(path: Path, job: Job) -> Iterator[Inspection]:
 
 
 def _measured(path: Path, of: Inspected, files: JobFiles | None) -> Iterator[Inspection]:
-    """What the readers of gauges' and measuring machines' files give. What is an error on the job's part is refused."""
+    """Yields the inspections of gauge and measuring machine files. Errors on the job's part are refused."""
     part = None if files is None else PartOfJob(files.job.part.name, files.profile(), files.sources.files)
     for one in read_measured(path, of.stated, part).on_part:
         for found in one.findings:

@@ -80,7 +80,7 @@ def _parts(store: Store, what: str) -> list[Part]:
 
 
 def _labelled(store: Store, what: str) -> list[Part]:
-    """Those that a label means; none where it is no label."""
+    """Those that a label means; none where it is not a label."""
     try:
         label = read_label(what)
     except TrueloopError:

@@ -30,7 +30,7 @@ OFFERED: Final = "offered.json"
 
 @dataclass(frozen=True)
 class Refining:
-    """What is refined: the errors by name, or those that the diagnosis finds; by parts of which types.
+    """Terms to refine: the errors by name, or those that the diagnosis finds; by parts of which types.
 
     `element` names the signal of each axis' element; `share` is the part of the change that is made [4773 §2.5].
     """

@@ -75,7 +75,7 @@ def correct(
 
 
 def _kept_already(store: Store, made: Correction) -> bool:
-    """Whether a worker that was ended then had kept it: a record of that id, which is of its inputs, and the program.
+    """Returns whether a worker had kept it before it was ended: a record of that id, of its inputs, and the program.
 
     The record says when it was made, and so differs from the one that is there.
     """
@@ -119,7 +119,7 @@ def _corrected(store: Store, given: _Given) -> Corrected:
 
 
 def _with_log(read: ReadJob, given: _Given) -> ReadJob:
-    """What a gauging run wrote is an input of the correction, also where it is a log that touches were read from."""
+    """Adds a gauging run's file to the inputs of the correction, also a log that touches were read from."""
     route = given.order.order.route
     if not route.probe_toml:
         return read

@@ -134,7 +134,7 @@ def order_read(handed: Handed) -> int:
 
     Raises JOB, NC, GEO, TCH, PRB and MSR errors, and FAC-PLAN.
     """
-    from trueloop.jobs.turned.job import read_job  # most files that are handed over are no touches
+    from trueloop.jobs.turned.job import read_job  # most files that are handed over are not touches
 
     assert handed.order is not None
     with job_folder(handed.order, handed.programs, handed.file.read_bytes()) as job:

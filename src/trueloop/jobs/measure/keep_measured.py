@@ -1,4 +1,4 @@
-"""What was measured of a part, kept in the store and linked with the cut that it shows."""
+"""Keeps measurements of a part in the store and links them with the cut that they show."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -47,12 +47,12 @@ from trueloop.storage.store import Store, find
 from trueloop.turned.touches.touches import Gauging
 
 After: TypeAlias = Literal["semifinish", "finish", "released"]
-"""What a part went through before it was inspected; released: it had left the machine."""
+"""The stage after which a part was inspected; released: it had left the machine."""
 
 
 @dataclass(frozen=True)
 class Shown:
-    """What an inspection shows, as a person says it: after which stage, and of a finish cut what is known of it.
+    """The cut that an inspection shows, as stated by a person: the stage, and data of a finish cut.
 
     `measured_at` is the time of inspections that state none.
     """
@@ -64,7 +64,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class _Given:
-    """What is at hand while the inspections of a job are kept; refusals that are accepted go to `findings`.
+    """Context while the inspections of a job are kept; refusals that are accepted go to `findings`.
 
     `finished` has the parts with a finish cut, by the identity of that cut, each with the inspection that memory takes.
     """

@@ -61,8 +61,8 @@ class JobPoints:
 
 @dataclass(frozen=True)
 class ProbedPart:
-    """What a probe touches of a part in one clamping: the contour that one set-up cuts, in the frame of its program; of
-    a job without set-ups the whole profile.
+    """The surface that a probe touches in one clamping: the contour that one set-up cuts, in the frame of its program;
+    of a job without set-ups the whole profile.
 
     `features` are what it cuts, by name; `whole` is the part's own profile; `nose_radius_mm` has to fit everywhere.
     `allowance_mm` is what the semi-finish cut leaves on. `bar_radius_mm`: how thick the part is behind that contour,

@@ -46,7 +46,7 @@ SAME_MM: Final = 1e-6
 
 @dataclass(frozen=True)
 class Placing:
-    """What the caller says of where the program stands, as `Placed`.
+    """The caller's position of the program, as `Placed`.
 
     `origin_mm` (x as a radius, z) None: as the job's `[machine]` has it, `work_zero_mm` less `tool_mm`.
     """
@@ -170,7 +170,8 @@ Ends = tuple[float, float]
 
 @dataclass(frozen=True)
 class ImageOptions:
-    """What the source does not say. `travel_mm` by axis: where a drive may be sent, the model's own where left out.
+    """Options that the source does not contain. `travel_mm` by axis: where a drive may be sent, the model's own where
+    left out.
 
     `model`: beside a job or a correction. `serial`: of the machine that it must be for. `standing`: rotary axes that
     stand at 0. `origin_mm`, `tip`: as `Placing`. `db`: the store of a job or of corrections.

@@ -107,7 +107,7 @@ def _handler(live: LiveServer, page: bytes) -> type[BaseHTTPRequestHandler]:
                 return
 
         def log_message(self, format: str, *args: object) -> None:
-            """Requests are no news."""
+            """Requests are not news."""
 
     return Handler
 

@@ -61,7 +61,7 @@ class ImageProgram:
     def __call__(self) -> str:
         """Raises RTC-SOURCE where the image's signals are others than those that the pins carry.
 
-        A file that is no image changes nothing: the corrector refuses it too.
+        A file that is not an image changes nothing: the corrector refuses it too.
         """
         identity = self._identity()
         if identity is not None and identity != self._seen:

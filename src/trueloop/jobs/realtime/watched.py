@@ -99,7 +99,8 @@ ROWS: Final = 3_600_000
 
 @dataclass(frozen=True)
 class Order:
-    """What to watch, and where to write. `seconds` None: until it is stopped. `keep` None: all files of the record.
+    """Options of a watch: its source and output. `seconds` None: until it is stopped. `keep` None: all files of the
+    record.
 
     `cell`: the settings of the machine's cell, whose service shows it too; None: no service.
     """

@@ -17,7 +17,7 @@ from trueloop.storage.store import Kept, Store, find
 
 @dataclass(frozen=True)
 class SaidOfCut:
-    """What a person says of a finish cut; None: as stored before, else as the correction says.
+    """A person's statements on a finish cut; None: as stored before, else as in the correction.
 
     `record` is the id of its correction, `program` the text that ran, as the control has it. `minutes` of the edge in
     the cut; `order` counts the parts of the edge as they were cut.

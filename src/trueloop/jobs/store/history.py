@@ -49,7 +49,7 @@ def _inspected_at(store: Store, cut: Cut) -> datetime | None:
 
 
 REMEMBERED: Final = "turned"
-"""What memory is of: contours that an edge turned."""
+"""Kind of the cuts that memory uses: contours that an edge turned."""
 
 
 @dataclass(frozen=True)

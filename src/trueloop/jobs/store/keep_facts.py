@@ -32,13 +32,13 @@ NAMES: Final[dict[type, tuple[str, str]]] = {
     ModelDecision: ("decision on a model", "decisions on models"),
     StandardPart: ("standard part", "standard parts"),
 }
-"""What is said to be kept, in this order; what stands for these in the store besides (links, names) is not said."""
+"""Kinds that are reported as kept, in this order; links and names that the store adds are not reported."""
 LIFTED: Final = ("quarantine lifted", "quarantines lifted")
 
 
 @dataclass(frozen=True)
 class KeptFacts:
-    """What a command kept: where, the values as they stand in the store, and what was noticed about them.
+    """The values that a command kept: the store, the values as stored, and the findings about them.
 
     `obtained` compares inspections after a finish cut with what was expected of it. `made`: the store was made by it.
     """

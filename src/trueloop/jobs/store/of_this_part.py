@@ -108,7 +108,7 @@ SHOWS_MOVED: Final = 6
 def other_points(part: Part, before: Correction, after: ErrorVectors) -> Iterator[Finding]:
     """Yields a warning where the points are not those that were touched before the finish cut.
 
-    With memory few are touched: more that are inspected then are no other plan.
+    With memory few are touched: more that are inspected then are not another plan.
     """
     touched, found = len(before.touches.point), len(after.point)
     near = sum(bool(_distances_mm(before, place).min() <= ON_PROFILE_MM) for place in after.nominal_mm)

@@ -40,7 +40,7 @@ def migrated(db: str | None) -> tuple[str, str, str]:
     with understood(shown(place)), engine_of(url, 1.0, create=False, read_only=True).connect() as connection:
         before = schema_of(connection)
     if before is None:
-        open_store(place)  # refuses what is no store
+        open_store(place)  # refuses what is not a store
     with (store := open_store(place, create=True)).reading() as connection:
         after = schema_of(connection)
     return str(before), str(after), store.where

@@ -219,7 +219,7 @@ class Together:
 
 @dataclass(frozen=True)
 class Added:
-    """What was kept, how many parts there are by now, and what was noticed of the new ones."""
+    """The kept values, the number of parts now in the store, and the findings about the new parts."""
 
     kept: "KeptFacts"
     parts: int

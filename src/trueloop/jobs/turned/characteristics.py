@@ -1,4 +1,4 @@
-"""What a job's drawing asks for: characteristics with their limits, held against the profile."""
+"""Reads the characteristics of a job's drawing, with their limits, and checks them against the profile."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -85,7 +85,7 @@ def joined(
 
     `names`: the profile's name of a feature, by that in the file. The job speaks for the drawing: where both have a
     size at one place, its limits count, and a note states it if the file has others. What is of no feature of the
-    profile, or has no limits, or is no size of a turned part, is not judged, and noted.
+    profile, or has no limits, or is not a size of a turned part, is not judged, and noted.
     """
     found, notes = list(asked), list[str]()
     for theirs in of_file:

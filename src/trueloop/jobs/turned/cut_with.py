@@ -33,7 +33,7 @@ ALIKE: Final = 0.25
 SURE: Final = 3.0
 """Standard uncertainties that the mean error has to be beyond."""
 OF_ALL: Final = "part.json"
-"""What the corrections of several edges or set-ups are named by: their records stand beside it."""
+"""File that names the corrections of several edges or set-ups; their records are beside it."""
 
 
 def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:

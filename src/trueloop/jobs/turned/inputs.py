@@ -1,4 +1,4 @@
-"""What an edge of a job is corrected from: what the job names, whichever tool cuts, and what is of that tool."""
+"""Inputs of an edge's correction: those of the job, common to all tools, and those of the edge's tool."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -154,7 +154,7 @@ def read_cuts(files: JobFiles, unmeasured: Measured | None = None) -> ReadCuts:
 def _in_setup(
     of: OfSetup, profile: Profile, measured: Measured, finish: ErrorVectors | None, machine: PartOnMachine | None
 ) -> ReadFiles:
-    """What is of the features of one set-up, in its frame; `profile` is the part's."""
+    """Inputs for the features of one set-up, in its frame; `profile` is the part's."""
     frame, own = of.setup.frame, {*of.features}
     vectors = vectors_in(frame, _of_features(measured.vectors, profile, own), profile)
     asked = [one for one in measured.characteristics if {one.feature, one.other} - {""} <= own]
@@ -232,7 +232,8 @@ def read_part_on_machine(sources: Sources, job: Path, given: MachineTable, ball_
     """Reads the part on its machine. `ball_radius_mm` of the probe, where the table has none. Where several
     tools or set-ups cut it, what places these is stated in their own tables, and takes the place of zeros here.
 
-    Raises MCH-FILE for what is no model, MCH-MACHINE for a model of another machine, MCH-HISTORY and MCH-SIGNAL.
+    Raises MCH-FILE for anything that is not a model, MCH-MACHINE for a model of another machine, MCH-HISTORY and
+    MCH-SIGNAL.
     """
     file = sources.file(given.model)
     model = read_model(file)

@@ -32,7 +32,7 @@ from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
 @dataclass(frozen=True)
 class ReadReadings:
-    """What the job's files of readings hold of its part: as reported, by feature, and notes in words.
+    """The readings of the job's part: as reported, by feature, and notes in words.
 
     `touches` are points of a measuring machine as errors along the normal; `asked` the files' own characteristics.
     """
@@ -95,7 +95,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
 
 
 def require_features(mapping: Path | None, names: Mapping[str, str], profile: Profile) -> None:
-    """Raises MSR-MAPPING for a name of the mapping's list that is no feature of the part: it would match nothing."""
+    """Raises MSR-MAPPING for a name of the mapping's list that is not a feature of the part: it would match nothing."""
     for name, listed in names.items():
         for feature in filter(None, features_listed(profile, listed)):
             if feature_named(profile, feature) is None:

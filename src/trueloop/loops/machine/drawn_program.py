@@ -18,7 +18,7 @@ from trueloop.nc.program.understood import require_sound
 _SHAPING: Final = re.compile(
     rb",[ \t]*[RCA]|RND|CHF|CHR|ANG|A[RP]|RP|\bC[TP]|\bLP|CIP|[PI][AR][-+ \t\d]|A[ \t]*[-+\d.#]|[@^]", re.IGNORECASE
 )
-"""What a block may have whose words shape its move beside its end; it may match more."""
+"""Pattern of blocks whose words may shape a move beside its end; it may match more."""
 
 
 _SPLINE: Final = tuple(re.compile(letter + rb"[ \t]*0*5(?!\d)") for letter in (b"G", b"g"))

@@ -17,7 +17,7 @@ SHARE_FILLED_IN: Final = 0.75
 SAME_RATIO: Final = 1e-3
 """Nominals whose ratio is 25.4 to this share differ by their unit."""
 NEAR_RATIO: Final = 0.05
-"""The same of a value and its nominal, which differ by the error too."""
+"""Value and nominal whose ratio is 25.4 to this share differ by their unit: they differ by the error too."""
 
 
 def filled_in(inspection: Inspection) -> bool:

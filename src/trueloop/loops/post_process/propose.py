@@ -181,7 +181,7 @@ LEAST_U_MM: Final = 1e-4
 
 @dataclass(frozen=True)
 class JobTool:
-    """What a job says of its part and tool, or of one of its tools and what that cuts. `asked`: the requested
+    """Part and tool of a job, or one of its tools with the features that it cuts. `asked`: the requested
     characteristics of its features, by name.
 
     `tool` is the number of the offset that the job names, `x_is_diameter` how the control counts offsets on X.

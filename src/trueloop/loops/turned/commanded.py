@@ -160,7 +160,7 @@ def commanded(
     """Runs the programs and lays them on the profile. Raises NC errors of running and matching.
 
     Without a semi-finish program the finish program's own deviation is taken for that of the measured surface. The
-    contour of a corrected program in force is no deviation: it is kept, and errors are counted from it.
+    contour of a corrected program in force is not a deviation: it is kept, and errors are counted from it.
     """
     path = run.of(program)
     match, tip = _matched(program, path, run, profile, nose_radius_mm, 0.0)

@@ -17,7 +17,7 @@ SAMPLES: Final = 257
 
 FEWEST_CHORDS: Final = 4
 FACETS_MM: Final = 0.005
-"""Lines that leave deeper facets are no chords of a curve."""
+"""Lines that leave deeper facets are not chords of a curve."""
 
 STRETCHES: Final = 32
 """The ends of chords, each rounded by the programmer, deviate by what the mean of those in each of so many stretches

@@ -1,7 +1,7 @@
 """A corrected part as recorded in the memory of an edge: S, F and C of the model of `memory`, from stored data.
 
-What a program commands off the nominal is no error of the process: it is taken out of S as of F, so that E = F + C is
-the error of the finish cut had nothing been corrected [6811 §3.2], whichever program ran.
+What a program commands off the nominal is not an error of the process: it is taken out of S as of F, so that E = F + C
+is the error of the finish cut had nothing been corrected [6811 §3.2], whichever program ran.
 """
 
 import math

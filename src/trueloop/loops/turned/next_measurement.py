@@ -70,7 +70,7 @@ class Errors:
 
 
 class Known(Protocol):
-    """What is known of an edge's errors; `between`: what the next cut differs by besides."""
+    """Knowledge of an edge's errors; `between`: the additional difference of the next cut."""
 
     @property
     def between(self) -> BetweenCuts:
@@ -82,7 +82,7 @@ class Known(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class OfPart:
-    """What one part's touches and readings show; the next cut repeats the errors of the measured one."""
+    """Knowledge from one part's touches and readings; the next cut repeats the errors of the measured one."""
 
     state: PartState
     between: BetweenCuts
@@ -97,8 +97,8 @@ class OfPart:
 
 @dataclass(frozen=True, eq=False)
 class OfHistory:
-    """What earlier parts of an edge and `part` show. Measured is its finish cut where it is `finished`, and the next
-    cut is then that of another part of its type; else its cut before, and the next one is its finish cut.
+    """Knowledge from earlier parts of an edge and `part`. The measured cut is its finish cut where it is `finished`,
+    and the next cut is then that of another part of its type; else its cut before, and the next one is its finish cut.
     """
 
     profile: Profile
@@ -253,7 +253,7 @@ def _best(known: "Sequence[_Known]", limited: bool) -> tuple[int, int] | None:
 
 
 class _Known:
-    """What is known of one edge's errors while a plan is made: the covariance of the coefficients."""
+    """Knowledge of one edge's errors while a plan is made: the covariance of the coefficients."""
 
     def __init__(self, edge: Edge) -> None:
         self.edge, profile, between = edge, edge.profile, edge.known.between

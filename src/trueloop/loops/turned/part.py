@@ -39,8 +39,8 @@ DECIMALS: Final = 6
 """Two moves that agree to so many decimals of a millimetre are the same: controls resolve a tenth of a micrometre."""
 
 Cut: TypeAlias = tuple[OwnContour | None, Inputs]
-"""What an edge cuts (None: the whole profile, whichever tool the program calls), and inputs of the whole set-up with
-that edge's tool."""
+"""The features that an edge cuts (None: the whole profile, whichever tool the program calls), and inputs of the whole
+set-up with that edge's tool."""
 Known: TypeAlias = Callable[[Inputs, OwnContour | None], Inputs]
 """Adds to the inputs of one edge what is known of it."""
 

@@ -240,8 +240,8 @@ class Surface:
     """The machine's errors in measurements and in the surface that was measured, along the normals, (n,), mm.
 
     `touches`: part errors as they are, E(T_probing) added to what the control reported. `reported_mm`: that without.
-    `cut_in_mm`: E of the cut before, which the surface carries; it is no error of the process. `cut_in_seen_mm`: the
-    same at the places of each reading of a gauge.
+    `cut_in_mm`: E of the cut before, which the surface carries; it is not an error of the process. `cut_in_seen_mm`:
+    the same at the places of each reading of a gauge.
     """
 
     touches: ErrorVectors
@@ -340,7 +340,7 @@ def check_composed(
 ) -> None:
     """Refuses COMP_MTG, or its sum with COMP_PROC, where it is too large or too steep: CMP-SIZE, CMP-SLOPE.
 
-    `displacements` of the corrected path: COMP_MTG alone, and with it what of COMP_PROC is no shift of a feature.
+    `displacements` of the corrected path: COMP_MTG alone, and with it what of COMP_PROC is not a shift of a feature.
     """
     alone, whole = displacements
     for piece in pieces:

@@ -183,7 +183,7 @@ def corrected_paths(
 
 
 def bends_lines(model: ProfileErrorModel) -> bool:
-    """Returns whether the error of a straight feature is no straight line."""
+    """Returns whether the error of a straight feature is not a straight line."""
     curves = zip(model.profile.features, model.curves, strict=True)
     return any(isinstance(feature, Line) and curve.spline.degree > 1 for feature, curve in curves)
 

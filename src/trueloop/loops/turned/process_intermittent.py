@@ -337,8 +337,8 @@ def _by_tool(
     wear: WearOffset,
     tools: ContourTools,
 ) -> ByTool | None:
-    """What each tool gets; features cut before any T word are cut by the tool that gets the offset. None where no
-    offset can carry the correction.
+    """Returns the offset of each tool; features cut before any T word are cut by the tool that gets the offset. None
+    where no offset can carry the correction.
     """
     if inputs.machine is not None or inputs.no_offset:
         return None

@@ -43,7 +43,7 @@ class ErrorName:
 
 
 def error_name(text: str) -> ErrorName:
-    """Reads EXX, EB0C … Raises MCH-NAME for what is no such name."""
+    """Reads EXX, EB0C … Raises MCH-NAME for anything that is not such a name."""
     place = len(text) == 4 and text[2] == "0"
     if len(text) != 3 + place or text[0] != "E" or text[1] not in COMPONENTS or not text[-1].isalpha():
         raise Code.MCH_NAME.refusal(

@@ -150,7 +150,7 @@ def notice_part(history: Sequence[MadePart], part: MadePart) -> dict[Stage, Noti
     """Returns by cut how a part differs from the prediction of earlier parts of the edge, in cutting order.
 
     Its touches are judged by earlier parts, its finish inspection by these and by its own touches. A cut without places
-    is absent, and so are all of a part before which none was inspected: what is believed beforehand is no reason to
+    is absent, and so are all of a part before which none was inspected: what is believed beforehand is not a reason to
     call a part changed.
     """
     parts = sum(earlier.uncorrected_mm is not None for earlier in history)
@@ -235,7 +235,7 @@ BY_CHANCE_ABOVE: Final = 0.027
 """With more, so that parts with many touches have no more of them left out: expected number above the limit."""
 MOST: Final = 2
 SHARE: Final = 0.15
-"""More contradicted touches than two, or than this share of many, are no accident. Where 2 % of touches are gross,
+"""More contradicted touches than two, or than this share of many, are not an accident. Where 2 % of touches are gross,
 0.7 % of parts have three or more among twenty, and 0.06 % four.
 """
 FOR_TWO, FOR_ONE = 6, 3

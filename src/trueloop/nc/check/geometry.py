@@ -220,7 +220,7 @@ def _cuts_on_rapid(path: ToolPath, lines: tuple[Lines, ...], *, goes_on: bool = 
 
 
 def _homes(lines: tuple[Lines, ...], block: int) -> bool:
-    """Whether a block goes to machine coordinates: where these are in the part is seldom known."""
+    """Returns whether a block goes to machine coordinates: where these are in the part is seldom known."""
     of = next(one for one in lines if block < one.first + one.until)
     words = of.program.block(block - of.first).words
     meanings = (of.program.core.meaning(word.index) or "" for word in words)

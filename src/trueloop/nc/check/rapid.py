@@ -94,7 +94,7 @@ def _of_run(path: ToolPath, run: Integers, feed: Integers) -> Iterator[tuple[int
 
 
 def _bridges(path: ToolPath, run: Integers, position: int) -> bool:
-    """Whether the rapid move stands alone between two cuts of other blocks and does not retract."""
+    """Returns whether the rapid move stands alone between two cuts of other blocks and does not retract."""
     if not 0 < position < len(run) - 1:
         return False
     before, here, after = run[position - 1 : position + 2]
@@ -108,7 +108,9 @@ def _bridges(path: ToolPath, run: Integers, position: int) -> bool:
 
 
 def _is_internal(path: ToolPath, run: Integers, grid: "_Grid", final: Array) -> bool:
-    """Whether cuts retract towards the axis, and rapid moves beside cuts are for the most part nearer to the axis."""
+    """Returns whether cuts retract towards the axis, and rapid moves beside cuts are for the most part nearer to the
+    axis.
+    """
     outwards, nearer = _retracts(path, run, grid, final)
     return outwards < 0 and nearer > 0.5
 

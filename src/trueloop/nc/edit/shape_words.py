@@ -86,7 +86,7 @@ def asks_every_corner(program: Program, path: ToolPath, move: int) -> bool:
 
 
 def _is_about_pole(program: Program, path: ToolPath, move: int) -> bool:
-    """Whether an arc is a C of Klartext, with the CC before it."""
+    """Returns whether an arc is a C of Klartext, with the CC before it."""
     words = program.block(int(path.block[move])).data
     return program.dialect.klartext and any(word.text.upper() == "C" for word in words)
 

@@ -139,7 +139,7 @@ def _visits(program: Program, path: ToolPath, moves: set[int]) -> list[list[int]
 
 
 def _is_drawn(program: Program, path: ToolPath, move: int) -> bool:
-    """Whether a move is given with less than its points; those of cycles are left alone."""
+    """Returns whether a move is given with less than its points; those of cycles are left alone."""
     if makes_spline(program, path, move):
         return True
     return asks_corner(program, path, move) if is_made(path, move) else is_shaped(program, path, move)
@@ -158,7 +158,7 @@ def _by_visit(program: Program, path: ToolPath, moves: Iterable[int]) -> list[li
 
 
 def _hangs_on_next(program: Program, path: ToolPath, move: int) -> bool:
-    """Whether a move ends as the next one has it: a corner, or a line of which only the angle is known."""
+    """Returns whether a move ends as the next one has it: a corner, or a line of which only the angle is known."""
     named = [int(word) for word in path.word[move] if word >= 0]
     waits = len(named) == 2 and named[0] == named[1] and program.word(named[0]).letter in ANGLES
     return asks_corner(program, path, move) or waits

@@ -91,7 +91,7 @@ def _made_by(path: ToolPath, loop: Loop) -> NDArray[np.intp]:
 
 
 def _is_shaped(program: Program, path: ToolPath, loop: Loop) -> bool:
-    """Whether corners, angles or poles shape moves of it: each run of the loop would write them otherwise."""
+    """Returns whether corners, angles or poles shape moves of it: each run of the loop would write them otherwise."""
     return any(is_shaped(program, path, k) or asks_corner(program, path, k) for k in _made_by(path, loop).tolist())
 
 

@@ -90,7 +90,7 @@ class Explicit:
                 self.edits[block.index] = rewritten(self.program, block, every, (), ())
 
     def _begin(self, move: int, block: Block) -> None:
-        """What is in force before a move, where nothing before it was written out."""
+        """Reads the state in force before a move, if no move before it was written out."""
         path = self.path
         self._end, self._feed = path.start_mm[move] + self._carried(move), float(path.feed[move])
         tangent = path.motion[move] == Motion.ARC and not any(w.letter in "IJKRapq" for w in block.data)
@@ -233,7 +233,7 @@ class Explicit:
 
 
 def _is_increment(word: Word, in_force: bool) -> bool:
-    """Whether a word says how far its axis goes."""
+    """Returns whether a word says how far its axis goes."""
     return in_force if word.increment is None else word.increment
 
 

@@ -3,7 +3,7 @@
 A move cuts a feature where it runs along it, at the edge's own nose radius from it. Where several edges do, the one
 that goes deeper by more than edges err left the surface, whenever it runs; where none is that much deeper, the edge
 that left the measured surface is not known, and has to be stated. What is to be left alone (a thread, raw stock, a
-groove's floor in a cycle that is not followed) is no edge's.
+groove's floor in a cycle that is not followed) is not an edge's.
 """
 
 from collections.abc import Mapping, Sequence
@@ -134,7 +134,7 @@ def _cutter(
 
 
 def _is_deeper(cover: Cover, other: Cover) -> bool:
-    """Whether an edge surely cuts away what the other left, wherever that runs."""
+    """Returns whether an edge surely cuts away what the other left, wherever that runs."""
     where = np.isfinite(other.depth_mm)
     return bool(np.all(other.depth_mm[where] - cover.depth_mm[where] > DEEPER_MM))
 

@@ -116,7 +116,9 @@ class Passes:
         return _Cut(k, MatchedMove(move, float(ends[0]), float(ends[1])), float(s[0]), float(s[-1]))
 
     def _nearest_is(self, index: int, middle_mm: float, s: Array, points: Array) -> bool:
-        """Whether the move, in the middle of what it shares with the feature, is nearer to it than to any other."""
+        """Returns whether the move, in the middle of what it shares with the feature, is nearer to it than to any
+        other.
+        """
         order = np.argsort(s)
         middle = [float(np.interp(middle_mm, s[order], points[order, axis])) for axis in (0, 1)]
         return bool(Profile(self.path.features, ()).locate(middle).feature_index[0] == index)

@@ -135,7 +135,9 @@ def _with_the_rest(search: Passes, matches: tuple[FeatureMatch, ...]) -> Contour
 
 
 def _lengthens(path: CentrePath, move: Feature, tolerance_mm: float) -> bool:
-    """Whether a straight move only goes on from the path's free end along its tangent, or arrives so at its start."""
+    """Returns whether a straight move only goes on from the path's free end along its tangent, or arrives so at its
+    start.
+    """
     if isinstance(move, Arc):
         return False
     first, last = path.features[0], path.features[-1]

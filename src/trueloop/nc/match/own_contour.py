@@ -97,7 +97,7 @@ def _apart(before: Feature, after: Feature) -> bool:
 
 
 def _follow(before: Sequence[int], after: Sequence[int]) -> bool:
-    """Whether a move along one feature is next to one along the other."""
+    """Returns whether a move along one feature is next to one along the other."""
     return any(abs(a - b) == 1 for a in before for b in after)
 
 

@@ -56,7 +56,7 @@ def feed_moves(tool_path: ToolPath) -> tuple[FeedMove, ...]:
 
 
 def _breaks(tool_path: ToolPath, kept: NDArray[np.intp], cutting: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """For each kept move, whether no chain runs on into it: it or the one before is no cut, or they do not meet."""
+    """For each kept move, whether no chain runs on into it: it or the one before is not a cut, or they do not meet."""
     jump = np.abs(tool_path.start_mm[kept[1:]] - tool_path.end_mm[kept[:-1]]).max(axis=1, initial=0.0)
     same = tool_path.compensation[kept[1:]] == tool_path.compensation[kept[:-1]]
     joined = cutting[kept[1:]] & cutting[kept[:-1]] & (jump <= _SAME_PLACE_MM) & same

@@ -73,7 +73,7 @@ def machining_time(
 
 
 def _fed_mm(path: ToolPath, length_mm: Array) -> Array:
-    """What the feed of each move counts on (n,), mm: its length, of a thread the longer of its travels, X a radius."""
+    """Returns the length that each move's feed refers to (n,), mm: for a thread the longer travel, X a radius."""
     travel_mm = np.abs(path.end_mm - path.start_mm).max(axis=1)
     return np.asarray(np.where(path.motion == Motion.THREAD, travel_mm, length_mm))
 

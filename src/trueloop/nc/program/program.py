@@ -229,7 +229,7 @@ def contradicted(given: Unit | None, stated: tuple[int, bool] | None, file: str 
 
 
 def no_parameter(name: str, dialect: str) -> TrueloopError:
-    """Returns the error NC-PARAMETER of a name that is no parameter's."""
+    """Returns the error NC-PARAMETER of a name that is not a parameter's."""
     return Code.NC_PARAMETER.refusal(
         f"{name} names no parameter of the dialect {dialect}",
         hint="write P46=3.52 for ge2000t, #1=5 for fanuc and haas, #1=5 or #<depth>=2 for linuxcnc, "

@@ -9,7 +9,7 @@ _FIRST, _LAST, _EXTENDED_FROM = 54, 59, 100
 
 def offset_number(name: str) -> int | None:
     """Returns 1 to 6 for G54 to G59, 7 to 9 for G59.1 to G59.3, 5 to 99 for G505 to G599, 101 … for G54.1 P1
-    (G154 P1) …; None for what is no name of a work offset.
+    (G154 P1) …; None for anything that is not a name of a work offset.
     """
     if found := _EXTENDED.fullmatch(name):
         number = int(found[1])

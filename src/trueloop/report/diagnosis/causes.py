@@ -217,7 +217,7 @@ def causes_section(causes: CausesShape | None, say: Texts) -> str:
 
 
 def _below(causes: CausesShape, shown: Sequence[CandidateShape], say: Texts) -> str:
-    """What the likeliest without a card stays below."""
+    """Returns the bound of the most probable cause without a card."""
     likeliest = max((one.probability for one in causes.candidates if one not in shown), default=0.0)
     return share(max(LEAST, likeliest), say)
 

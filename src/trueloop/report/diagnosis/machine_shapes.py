@@ -58,7 +58,7 @@ class CorrelationShape(Shape):
 
 
 class LeftOutShape(Shape):
-    """What both models leave of parts, or of part types, that the refined one has not seen."""
+    """Errors that both models leave on parts, or part types, unseen by the refined one."""
 
     of: Literal["parts", "part types"]
     """The part or type that was left out."""
@@ -77,7 +77,7 @@ class LeftOutShape(Shape):
 
 
 class ChangeShape(Shape):
-    """What a refined model says otherwise of one axis error at one place."""
+    """Change of one axis error at one place in a refined model."""
 
     error: str
     """Its name."""
@@ -113,7 +113,7 @@ class RefinementShape(Shape):
     better: bool
     """It leaves less, beyond the uncertainty, and no more of part types left out."""
     changes: list[ChangeShape]
-    """What it says otherwise."""
+    """Its changes."""
     accepted: str | None
     """By whom and when; null: offered, not in force."""
 
@@ -132,7 +132,7 @@ class MachineDiagnosisShape(Shape):
     sound: float
     """Probability that nothing is wrong by as much as the residuals could show."""
     sets: list[TermSetShape]
-    """What is found, each of them; none: nothing wrong is likelier than not."""
+    """The findings; empty: no error is more likely than not."""
     scatter_um: float
     """The scatter of single points."""
     by_error: dict[str, float]
@@ -144,7 +144,7 @@ class MachineDiagnosisShape(Shape):
     frames: Words | None
     """How the part frames of machine and measuring machine lie to each other; null: one part."""
     own_way: list[CorrelationShape]
-    """What one correlation after another would have named."""
+    """Result of testing one correlation after another."""
     refinement: RefinementShape | None
     """Null: none was made."""
     findings: list[FindingShape]

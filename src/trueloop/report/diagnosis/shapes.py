@@ -156,7 +156,7 @@ class UnexplainedShape(Shape):
     size_um: float
     """The mean, or the standard deviation from part to part."""
     standard_u_um: float
-    """What chance and the device explain of it."""
+    """Its standard uncertainty, by chance and the device."""
 
 
 class PointShape(Shape):
@@ -187,7 +187,7 @@ class PointShape(Shape):
 
 
 class FrameShape(Shape):
-    """What was taken out as a difference of the part frames of CMM and machine."""
+    """Removed difference of the part frames of CMM and machine."""
 
     shift_um: list[float]
     """Along x, y, z."""

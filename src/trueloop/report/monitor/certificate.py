@@ -51,7 +51,7 @@ class CertifiedShape(Shape):
     inspection_sha256: str
     """Of the inspection's file."""
     missing: list[SkipValidation[str]]
-    """What is not known, and forbids to certify it."""
+    """Unknowns that forbid to certify it."""
     remarks: list[SkipValidation[str]]
     """Remarks for the reader."""
 
@@ -64,7 +64,7 @@ class InForceShape(Shape):
     identity: str
     """Its hash or id."""
     words: SkipValidation[str]
-    """What is known of it."""
+    """Its description."""
 
 
 class CertificateShape(Shape):
@@ -83,7 +83,7 @@ class CertificateShape(Shape):
     in_force: list[InForceShape]
     """When it was cut."""
     missing: list[SkipValidation[str]]
-    """What is not known of how it was cut."""
+    """Unknowns of its cut."""
     cut_at: datetime | None
     """When it was finished."""
     stated_u_um: float | None

@@ -34,7 +34,7 @@ TICKS: Final = 8
 
 @dataclass(frozen=True)
 class _Drawn:
-    """What is drawn, in which unit, from which part on."""
+    """Series to draw, its unit and its first part."""
 
     one: CharacteristicChartShape
     unit: str

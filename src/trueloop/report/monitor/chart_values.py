@@ -26,7 +26,7 @@ class ValueShape(Shape):
     value: float
     """In the unit of the chart."""
     in_baseline: bool
-    """Whether limits come from it, among others."""
+    """True if limits come from it, among others."""
     tool_set: bool
     """The tool was set or changed before it."""
 
@@ -77,7 +77,7 @@ class CauseShape(Shape):
     """tool set, proposal accepted, another program, correction not run, wear, temperature, another device, gauge; of a
     diagnosis the key of its cause."""
     words: SkipValidation[str]
-    """What is known of it."""
+    """Its description."""
     probability: float
     """That it is the cause, among those known and none of them."""
     size: float
@@ -163,7 +163,7 @@ class CharacteristicChartShape(Shape):
     capability: CapabilityShape | None
     """Null of residuals and without limits."""
     remarks: list[SkipValidation[str]]
-    """What limits and indices are not good for."""
+    """Warnings about limits and indices."""
 
 
 class ChartsShape(Shape):

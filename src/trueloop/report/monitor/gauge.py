@@ -61,7 +61,7 @@ class GaugeShape(Shape):
     alarm: bool
     """A check fails or the chart alarms at the last one, the bias or the drift is significant."""
     remarks: list[SkipValidation[str]]
-    """What is to be known, and done."""
+    """Findings and actions."""
     checks: list[CheckShape]
     """In order of time."""
     chart: CharacteristicChartShape

@@ -54,7 +54,7 @@ def parts_figure(parts: tuple[FinishedPart, ...], width: int) -> Figure:
 
 
 def _part(part: FinishedPart, panel: str, span_mm: float) -> list[dict[str, Any]]:
-    """What is above zero filled red, below it blue; the line over both says its values."""
+    """Returns the traces: areas above zero red, below it blue, and a line that shows the values."""
     order = np.argsort(part.along_mm, kind="stable")
     chosen = order[_telling(part.deviation_um[order])]
     along, deviation = part.along_mm[chosen], part.deviation_um[chosen]

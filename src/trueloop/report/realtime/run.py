@@ -60,7 +60,7 @@ def timing_of(name: str, each_ns: Array | Tally) -> Timing:
 
 @dataclass(frozen=True)
 class Residual:
-    """What a run left, as a model says that knows nothing of the corrector.
+    """Errors that a run left, by a model that does not know the corrector.
 
     `uncorrected_um`: root mean square of the error that there was to correct. `periods`: how many were judged;
     `left_out` and `why`: those that were not.

@@ -30,7 +30,7 @@ class PartShape(Shape):
     band_um: float | None
     """Half width of the 95 % band about it."""
     inside: bool | None
-    """Whether the band holds it."""
+    """True if the band holds it."""
     weight: float
     """Share of what this part showed unexpectedly that the next correction acts on."""
     reason: SkipValidation[str]  # a `Wording`, which a page says in its own language

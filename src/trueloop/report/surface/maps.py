@@ -227,7 +227,9 @@ def _shape(places: Places) -> tuple[int, ...]:
 
 
 def _on_one_grid(model: SurfaceModel) -> bool:
-    """Whether all parts were measured on grids of as many rows and columns; else they are drawn as single places."""
+    """Returns whether all parts were measured on grids of as many rows and columns; else they are drawn as single
+    places.
+    """
     shapes = {_shape(part.separation.places) for part in model.parts}
     return len(shapes) == 1 and len(shapes.pop()) == 2
 

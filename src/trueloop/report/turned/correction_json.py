@@ -150,7 +150,7 @@ def _programs(correction: Correction) -> Iterator[ProgramShape]:
 
 
 def _left_by_offset(correction: Correction) -> Iterator[LeftShape]:
-    """What the tool offset alone would leave at each feature's touches."""
+    """Returns the error that the tool offset alone would leave at each feature's touches."""
     left_um = correction.left_by_offset_mm * UM_PER_MM
     for i, name in enumerate(correction.profile.names):
         left = left_um[correction.touches.of_feature(i)]

@@ -1,4 +1,4 @@
-"""What a part that several edges cut, in one set-up or in several, is corrected by: the answer by set-up and tool, as
+"""Correction of a part that several edges cut, in one set-up or in several: the answer by set-up and tool, as
 text, JSON and page.
 """
 
@@ -62,7 +62,7 @@ def _to_do(of: SetupCorrection) -> str:
 
 
 def _notes_of(of: SetupCorrection) -> list[str]:
-    """What to know of all edges of a set-up together."""
+    """Returns the notes on all edges of a set-up together."""
     unmeasured = [
         wording(
             "{tool} cuts nothing that was measured: {features} stay as programmed.",
@@ -111,7 +111,7 @@ def _setup(one: SetupCorrection) -> dict[str, object]:
 
 
 def _program(of: SetupCorrection) -> dict[str, object]:
-    """What to do, the programs by hash, and by edge what it cuts, its answer and its record."""
+    """Returns the actions, the programs by hash, and for each edge its features, answer and record."""
     return {
         "record_id": of.record_id,
         "words": "; ".join(map(answer_of, of.edges)),
@@ -224,7 +224,7 @@ def _rows_of_edge(of: EdgeCorrection, report: str, say: Texts) -> Iterator[list[
 
 
 def _changes_of(of: SetupCorrection, say: Texts) -> str:
-    """What is changed in the program; "" where it is run as given."""
+    """Returns the changes of the program; "" if it is run as given."""
     if of.program is None:
         return ""
     gone, come = changed_lines(of.source, of.program)

@@ -147,7 +147,7 @@ def memory_as_dict(correction: Correction) -> dict[str, object] | None:
 
 
 def _shares(correction: Correction, memory: FromMemory) -> list[dict[str, object]]:
-    """What is taken off at each touch of an arc that memory tells, and the share of it that came from memory."""
+    """Returns the correction at each touch of an arc that memory predicts, and memory's share of it."""
     vectors, weight = correction.model.vectors, correction.options.weight
     rows = np.flatnonzero(np.isin(vectors.feature_index, memory.features))
     from_memory = weight * memory.taken_off_mm(

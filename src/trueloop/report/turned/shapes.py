@@ -116,7 +116,7 @@ class TouchShape(Shape):
     error_before_um: float
     """Measured."""
     commanded_um: float
-    """What of it the semi-finish program meant."""
+    """Share of it that the semi-finish program commanded."""
     gauging_standard_u_um: float
     """Standard uncertainty of gauging."""
     fitted_um: float
@@ -134,7 +134,7 @@ class TouchShape(Shape):
 
 
 class LeftShape(Shape):
-    """What the tool offset alone would leave at a feature's touches."""
+    """Error that the tool offset alone would leave at a feature's touches."""
 
     feature: str
     """Its name."""
@@ -192,7 +192,7 @@ class BeyondShape(Shape):
 
 
 class MovedShape(Shape):
-    """What the offset does to a feature that its tool cuts, along the outward normal: + leaves more on."""
+    """Effect of the offset on a feature that its tool cuts, along the outward normal: + leaves more on."""
 
     feature: str
     """Its name."""
@@ -205,9 +205,9 @@ class MovedShape(Shape):
     moved_there_um: float
     """The offset's there."""
     touched: bool
-    """Whether it was measured; else its own correction is an estimate."""
+    """True if it was measured; else its own correction is an estimate."""
     against: bool
-    """Whether the offset moves it the other way than its own correction would."""
+    """True if the offset moves it the other way than its own correction would."""
 
 
 class ByToolShape(Shape):
@@ -256,7 +256,7 @@ class SuspectShape(Shape):
 
 
 class ComponentShape(Shape):
-    """What of a correction is the machine's and what the process's, at one touch."""
+    """Shares of machine and process in a correction at one touch."""
 
     feature: str
     """The feature it is on."""
@@ -325,7 +325,7 @@ class MemorySharesShape(Shape):
 
 
 class MemoryTouchShape(Shape):
-    """What is taken off at one touch of an arc that earlier parts tell."""
+    """Correction at one touch of an arc that earlier parts predict."""
 
     feature: str
     """The arc."""
@@ -345,7 +345,7 @@ class MemoryShape(Shape):
     use: str
     """How earlier parts were to take part."""
     applied: bool
-    """Whether the correction is by them."""
+    """True if the correction is by them."""
     inspected_parts: int
     """How many of them were inspected after their finish cut."""
     touches_used: int
@@ -355,7 +355,7 @@ class MemoryShape(Shape):
     points_to_keep: list[str]
     """Touches that are enough for the next part and for judging it."""
     gain: float
-    """What the machine makes of a correction of 1."""
+    """The machine's response to a correction of 1."""
     features: list[MemorySharesShape]
     """The arcs that earlier parts tell."""
     touches: list[MemoryTouchShape]
@@ -367,7 +367,7 @@ class MemoryShape(Shape):
 
 
 class CutWithShape(Shape):
-    """What cut the part that was measured. Offsets: how far the tool stood off the path of the program that ran."""
+    """The cut of the measured part. Offsets: how far the tool stood off the path of the program that ran."""
 
     words: str
     """The cut in words."""
@@ -393,7 +393,7 @@ class CorrectionShape(Shape):
     schema_version: Literal[1] = 1
     """Of this shape; keys may be added to it."""
     header: Header
-    """What was corrected: part, machine, tool, gauge, program."""
+    """The corrected object: part, machine, tool, gauge, program."""
     part: str
     """Name of the part."""
     record_id: str
@@ -403,17 +403,17 @@ class CorrectionShape(Shape):
     carried_out_by: str
     """corrected, offsets or wear: corrected contour, program with tool offsets, offset to be entered at the control."""
     cut_with: CutWithShape | None
-    """What cut the finished part that was measured; null: the part was measured before its finish cut."""
+    """The cut of the measured finished part; null: the part was measured before its finish cut."""
     headline: str
     """The prediction, in words."""
     characteristics: list[CharacteristicShape]
-    """What the drawing asks for, in or out."""
+    """The drawing's characteristics, in or out."""
     features: list[FeatureShape]
     """From the chuck end to the free end."""
     predicted_is: str
-    """What predictions are."""
+    """The meaning of predictions."""
     between_cuts: str
-    """What is taken for the difference of two cuts, in words."""
+    """The assumed difference of two cuts, in words."""
     components: list[ComponentShape]
     """Of a correction of machine and process; else empty."""
     by_tool: ByToolShape | None

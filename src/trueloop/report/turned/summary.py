@@ -122,7 +122,7 @@ def _row(name: str, of: TouchFigures, u_um: float, kind: str, say: Texts) -> lis
 
 
 class Header(Shape):
-    """What the job, its files and the record state; empty or null where they state nothing."""
+    """Statements of the job, its files and the record; empty or null where they state nothing."""
 
     part: str
     """Name or number of the part type."""

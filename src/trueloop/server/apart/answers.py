@@ -44,7 +44,8 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Answer:
-    """What was read, or why not: refused, a fault of ours (its error and where), or the memory did not suffice.
+    """The result of reading, or why it failed: refused, a fault of ours (its error and where), or the memory did not
+    suffice.
 
     `memory_bytes`: how much more memory the process has now than at its start.
     """

@@ -22,7 +22,7 @@ from trueloop.server.apart.answers import CODEC, Answer, Question, Refusal
 READY: Final = b"ready\n"
 """Its first line, when everything is imported."""
 LATER: Final = ("ezdxf.filemanagement", "ezdxf.path", "python_calamine", "charset_normalizer")
-"""What readers import when they need it, and what is to count as memory of no file."""
+"""Modules that readers import when needed, whose memory must not count as that of a file."""
 
 
 def main() -> None:
@@ -78,7 +78,7 @@ def _written(answer: Answer, memory_bytes: int) -> bytes:
 
 @contextmanager
 def _limited(question: Question, begun_with: int) -> Iterator[None]:
-    """Memory as the system counts it; processor time where the service, which looks at the clock, is no more."""
+    """Memory as the system counts it; processor time where the service, which looks at the clock, has ended."""
     if sys.platform == "win32":
         yield
         return

@@ -45,7 +45,7 @@ class NewAccount:
 
 @dataclass(frozen=True)
 class Change:
-    """What is to be another; None: as it is."""
+    """Changes to an account; None: unchanged."""
 
     role: Role | None = None
     disabled: bool | None = None

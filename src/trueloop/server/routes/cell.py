@@ -74,7 +74,7 @@ class Temperatures:
 
 @dataclass(frozen=True)
 class Heartbeat:
-    """What the machine does now; nothing is decided by it."""
+    """The machine's present state; no decision uses it."""
 
     state: Annotated[str, Field(max_length=100)]
     program: Annotated[str, Field(max_length=200)] = ""
@@ -133,5 +133,5 @@ def heartbeat(given: Heartbeat, here: Here, who: By) -> None:
 
 @routes.post("/trace", status_code=204, response_class=Response)
 def trace(given: Trace, here: Here, who: By, request: Request) -> None:
-    """What its corrector did, as it is recorded beside the machine; shown, and not kept."""
+    """Takes the corrector's trace, as recorded beside the machine; shown, and not kept."""
     request.app.state.traces.add(who.machine, given, here.clock())

@@ -1,4 +1,4 @@
-"""What people change: each address one request to the factory, which judges it."""
+"""Changes by people: each address is one request to the factory, which decides it."""
 
 from dataclasses import dataclass
 from hashlib import sha256
@@ -41,7 +41,7 @@ class HoldPart:
 
 @dataclass(frozen=True)
 class Decision:
-    """What a step that is unknown or held has done to the part."""
+    """Decision on the effect of an unknown or held step on the part."""
 
     part: Row
     step: Row
@@ -75,7 +75,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class CalibratedBy:
-    """What the calibration found."""
+    """Result of a calibration."""
 
     values: dict[str, str]
 

@@ -48,7 +48,7 @@ class Me:
 
 @dataclass(frozen=True)
 class Mine:
-    """What everybody may change of his own account. A new password needs the present one, and ends all sessions."""
+    """Changes of people to their own account. A new password needs the present one, and ends all sessions."""
 
     language: Language | None = None
     unit: LengthUnit | None = None

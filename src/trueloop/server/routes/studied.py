@@ -1,4 +1,4 @@
-"""What is worked out of the store when it is asked for: control charts, and what makes parts wrong.
+"""Results computed from the store on request: control charts, and the causes of wrong parts.
 
 It is kept in memory until a fact comes, and said in the language and unit of who asks.
 """
@@ -53,7 +53,7 @@ def show_charts(
 
 @routes.get("/diagnosis/series/{part_type:path}")
 def diagnose_series(part_type: str, here: Here, request: Request, say: Say) -> SeriesDiagnosisShape:
-    """What makes the parts of a type wrong: causes with probabilities, evidence, remedy, and what would decide."""
+    """Diagnoses the parts of a type: causes with probabilities, evidence, remedy, and deciding measurement."""
     asked = Asked(part_type)
     shape = worked_out(request, here, ("series", part_type), lambda: diagnosed.series(here.store, asked))
     return said(shape, say)

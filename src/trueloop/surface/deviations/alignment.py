@@ -54,7 +54,7 @@ DATUM: Final = Alignment("datum", np.eye(3), np.zeros(3), np.zeros(3))
 
 @dataclass(frozen=True, eq=False)
 class RigidMotions:
-    """What small motions of points do to their deviations, from the one determined best to the one determined worst.
+    """Effects of small motions of points on their deviations, from the one determined best to the one determined worst.
 
     `shapes` (n, 6): the deviations each makes, orthonormal; `size` (6,): how much of them a motion of 1 mm makes;
     `motion` (6, 6): the motions, shift and turn, a row each; a turn is in mm at the points' spread.
@@ -83,7 +83,7 @@ def spread_of(points_mm: Array, centre_mm: Array) -> float:
 def form_size(motions: RigidMotions, u: Array, v: Array, error_mm: Array) -> float:
     """How much the form makes up of one smooth shape: root mean square over surfaces of low degree over (u, v).
 
-    Errors of form are no independent scatter: they look like motions, and more points do not average them out. What
+    Errors of form are not independent scatter: they look like motions, and more points do not average them out. What
     motions could have made is taken off first, so that a part that sits badly does not seem ill-formed.
     """
     at = [2 * (k - np.min(k)) / (np.ptp(k) or 1.0) - 1 for k in (u, v)]

@@ -87,7 +87,7 @@ class SurfaceDeviations:
 
     @property
     def measured(self) -> np.ndarray:
-        """Which points are no holes."""
+        """Which points are not holes."""
         return np.isfinite(self.error_mm)
 
 

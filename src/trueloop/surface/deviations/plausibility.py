@@ -17,7 +17,7 @@ BEYOND_MM: Final = 0.05
 """Sideways distance from the edge that a touch may have: its foot is then the edge."""
 AREA: Final = 40
 HOLES: Final = 0.25
-"""A grid with a larger share of holes is no grid."""
+"""A grid with a larger share of holes is not a grid."""
 
 
 def findings_of(
@@ -120,7 +120,7 @@ def refuse_twice(points: MeasuredPoints, at: Integers, first: Integers) -> None:
 
 
 def reported_twice(points: MeasuredPoints, found: Duplicates, at: Integers) -> Finding:
-    """What was averaged of the points `at` (n,); a warning where one place's values differ far more than neighbours."""
+    """Reports the averaged points among `at` (n,); a warning if one place's values differ far more than neighbours."""
     a, b = (int(at[number]) + 1 for number in found.pair)
     odd = found.difference_mm > CONFLICT * found.typical_mm
     return Finding(

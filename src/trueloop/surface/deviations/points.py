@@ -38,7 +38,7 @@ NEIGHBOURS: Final = 2000
 
 @dataclass(frozen=True, eq=False)
 class Duplicates:
-    """What was measured more than once: `spare` (m,) are the points, counted from 0, whose errors went into the mean of
+    """Points measured more than once: `spare` (m,) are the points, counted from 0, whose errors went into the mean of
     an earlier one; `places` is how many such places there are.
 
     Of all of them the two errors of one place that differ most: `difference_mm`, between the points `pair`.

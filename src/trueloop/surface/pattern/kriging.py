@@ -100,7 +100,7 @@ class Kriging:
 def fitted_process(at_mm: Array, values_mm: Array, sides_mm: Sides, step_mm: float) -> Process:
     """The likeliest process for values (n,) at places (n, 2), about `step_mm` apart, on a patch of such sides.
 
-    Waves are no shorter than half a step and no longer than the longer side.
+    Waves are not shorter than half a step and no longer than the longer side.
     """
     from scipy.optimize import minimize  # slow to import
 

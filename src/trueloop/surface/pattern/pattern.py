@@ -39,9 +39,10 @@ class Drift:
 def drift_of(models: Sequence[SplineSurface]) -> Drift | None:
     """The trend b of s parts' models m_k in cutting order, m_k = m̄ + b·(k − k̄); None for fewer than five parts.
 
-    By least squares b = Σ(k − k̄) m_k / Σ(k − k̄)². Its mean square times Σ(k − k̄)², over the variance of what it leaves,
-    follows F with ν and (s − 2) ν degrees of freedom where nothing changes; ν counts the shapes in which parts differ,
-    as for outlying parts (`outlier`). A single outlying part near either end looks like a trend: leave it out first.
+    By least squares b = Σ(k − k̄) m_k / Σ(k − k̄)². Its mean square times Σ(k − k̄)², over the variance of what it
+    leaves, follows F with ν and (s − 2) ν degrees of freedom where nothing changes; ν counts the shapes in which parts
+    differ, as for outlying parts (`outlier`). A single outlying part near either end looks like a trend: leave it out
+    first.
     """
     from scipy.special import fdtrc  # slow to import
 

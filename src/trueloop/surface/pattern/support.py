@@ -105,7 +105,7 @@ def faded(parts: Sequence[Separation]) -> tuple[tuple[SplineSurface, ...], Suppo
 
 @dataclass(frozen=True, eq=False)
 class _Expected:
-    """What kriging expects of every part at places, its variance by that part's points, (parts, m) both, and by those
+    """The kriging prediction of every part at places, its variance by that part's points, (parts, m) both, and by those
     of all parts (m,).
     """
 

@@ -1,4 +1,5 @@
-"""Whether residuals follow a normal law: Kolmogorov–Smirnov as published, and Lilliefors, which is the right form here.
+"""Tests whether residuals follow a normal law: Kolmogorov–Smirnov as published, and Lilliefors, which is the right form
+here.
 
 The Kolmogorov–Smirnov test asks for a law known beforehand. With mean and scatter taken from the residuals themselves
 its p-values are far too large, and it hardly ever rejects; Lilliefors (1967) is the same distance judged rightly.

@@ -26,7 +26,7 @@ from trueloop.surface.separation.spline_surface import (
 REGULAR: Final = 0.1
 """Points belong to a grid's rows when they stray from them by less than this share of the rows' distance."""
 WIDEST: Final = 2.5
-"""Rows farther apart than so many of their usual steps leave a gap: such a grid is no full one."""
+"""Rows farther apart than so many of their usual steps leave a gap: such a grid is not a full one."""
 SMOOTHING: Final = 1e-6
 """Weight of roughness, for scattered points and grids with holes: it decides only where the points do not."""
 

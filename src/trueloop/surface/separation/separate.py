@@ -1,4 +1,4 @@
-"""What is deterministic in a part's deviations and what is random.
+"""Separates the deterministic and the random deviations of a part.
 
 A least-squares spline surface follows what machining repeats; what it leaves should be normal and spatially random
 [MPM §§4–6]. Its size is the one under which the deviations are most likely, or, as published, the first that leaves
@@ -46,7 +46,7 @@ least squares, which does not shrink. Up to e¹⁸, shapes of 8 mm over noise of
 parabola finds the top.
 """
 ROUNDING: Final = 1e-15
-"""What rounding leaves of values that a surface follows exactly, as a share of their squares."""
+"""Rounding residual of values that a surface follows exactly, as a share of their squares."""
 
 
 def log_likelihood(places: Places, values: Array, size: Size) -> float:
@@ -171,7 +171,7 @@ class Separation:
 
     @cached_property
     def expected_geary_c(self) -> float:
-        """What C would be for a random part without order in space."""
+        """The expected C of a random part without order in space."""
         return expected_geary_c(self.near, self.chosen.size)
 
     @cached_property

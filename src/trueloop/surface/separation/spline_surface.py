@@ -30,7 +30,7 @@ class Projector(ABC):
 
     @abstractmethod
     def coordinates(self, values: Array) -> Array:
-        """What the columns hold of values (n, k): Qᵀ V, (rank, k)."""
+        """Returns the projection of values (n, k) on the columns: Qᵀ V, (rank, k)."""
 
     @abstractmethod
     def combined(self, factors: Array) -> Array:

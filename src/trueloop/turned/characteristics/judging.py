@@ -34,7 +34,7 @@ from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 
 ALIKE_RAD: Final = np.radians(30.0)
-"""What the edge does goes by contact angle, and differs from one angle to another this far off (`fit.between_cuts`)."""
+"""Distance in contact angle over which the edge's error differs (`fit.between_cuts`)."""
 CurveFunction: TypeAlias = Callable[[ErrorCurve, Array], Array]
 
 
@@ -187,7 +187,9 @@ def _reference_share(places: Places) -> Array:
 
 
 def _whole_cut(places: Places) -> Array:
-    """What moves a whole cut along x and z each; with a z reference, along x alone: the part's zero moves with it."""
+    """Returns the covariance by a displacement of a whole cut along x and z; with a z reference along x alone: the
+    part's zero moves too.
+    """
     difference = places.each(lambda curve, s: np.full(len(s), curve.between_cuts.common_difference_mm))
     axes = [1.0, 0.0] if np.any(places.model.vectors.at_reference) else [1.0, 1.0]
     moved = places.outward_normal * axes
@@ -201,7 +203,7 @@ def _alike_over_mm(feature: Feature) -> float:
 
 
 def _along_cut(places: Places, share: Array) -> Array:
-    """What varies along the cut, over more than the distance of touches, and what the reference has of it."""
+    """Returns the covariance by variation along the cut beyond the distance of touches, with the reference's share."""
     difference = places.each(lambda curve, s: np.full(len(s), curve.between_cuts.scatter_difference_mm))
     return np.asarray((_alike(places) + np.outer(share, share)) * np.outer(difference, difference))
 

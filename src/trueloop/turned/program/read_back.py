@@ -27,7 +27,7 @@ BESIDE: Final = 8
 SAME_MM: Final = 1e-9
 
 NO_CORNER_RAD: Final = 0.05
-"""Turns below this are no corner to a control that keeps the nose off the contour."""
+"""Turns below this are not a corner to a control that keeps the nose off the contour."""
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """An inspection on a turned profile: every value to a feature, by name first, then by geometry; nothing is guessed.
 
 A name is compared without case, blanks and signs, after the user's own list of names. A named feature whose size is
-another is no match. By geometry a size must be that of one feature, or pair of faces (`sizes.py`); where two fit, none
-is taken and both are named.
+another is not a match. By geometry a size must be that of one feature, or pair of faces (`sizes.py`); where two fit,
+none is taken and both are named.
 """
 
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ NO_ERRORS: Final = {
 }
 FROM: Final = " from "
 CENTRED_MM: Final = 1.0
-"""A circle whose centre is further from the axis is no section of a turned part."""
+"""A circle whose centre is further from the axis is not a section of a turned part."""
 FACTORS: Final = {2.0: "a radius among diameters?", 0.5: "a diameter among radii?"}
 
 
@@ -98,7 +98,9 @@ def _reading(profile: Profile, reading: Reading, inspection: Inspection, along: 
 
 
 def _no_size(profile: Profile, reading: Reading, index: int | None, along: Axis) -> Outcome:
-    """A coordinate of a named face along the axis is a touch of its middle: of what is no size, that alone is used."""
+    """A coordinate of a named face along the axis is a touch of its middle: of what is not a size, that alone is
+    used.
+    """
     feature = None if index is None else profile.features[index]
     if index is None or feature is None or not is_face(feature) or reading.axis != along or not reading.axis:
         return Left(reading, NO_ERRORS[reading.quantity], (), False)

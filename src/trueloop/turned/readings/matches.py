@@ -15,7 +15,7 @@ By: TypeAlias = Literal["name", "geometry"]
 class MatchedReading:
     """A reading with the feature it is of, by its index in the profile.
 
-    `other_index` is the feature from which a length counts; None: it counts from the part's zero, or is no length.
+    `other_index` is the feature from which a length counts; None: it counts from the part's zero, or is not a length.
     `by`: found by the feature's name, or by place and nominal value; then `distance_mm` is how far these are from the
     feature's own.
     """
@@ -107,7 +107,7 @@ class Matches:
 
     @property
     def kept(self) -> tuple[Left, ...]:
-        """Values that are no errors of the profile."""
+        """Values that are not errors of the profile."""
         return tuple(one for one in self.left if not one.is_error)
 
     @property

@@ -34,9 +34,9 @@ def with_readings(
 ) -> tuple[ErrorVectors, tuple[str, ...]]:
     """Orders touches (None: there are none) and readings together along the profile, and returns notes in words.
 
-    A reading where a touch was taken is seen by the fit and is no point of its own. `gauging` says what the cut was to
-    leave on, and the uncertainty of readings that state none. Raises MSR errors; MSR-NONE where no error of the profile
-    follows.
+    A reading where a touch was taken is seen by the fit and is not a point of its own. `gauging` says what the cut was
+    to leave on, and the uncertainty of readings that state none. Raises MSR errors; MSR-NONE where no error of the
+    profile follows.
     """
     used = repeated(profile, corrected(readings), gauging)
     if not used:

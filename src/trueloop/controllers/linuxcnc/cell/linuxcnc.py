@@ -163,7 +163,7 @@ class LinuxCnc:
         return time.monotonic() - self._active_at_s
 
     def _polled(self) -> bool:
-        """Whether the status is that of a task that runs."""
+        """Returns whether the status is that of a task that runs."""
         pid = self._task.pid()
         try:
             if pid is None:
@@ -242,7 +242,7 @@ def read_pins(
 
 
 def _value(program: str, pin: str) -> float:
-    """Raises ValueError for what is no number."""
+    """Raises ValueError for anything that is not a number."""
     said = subprocess.run(
         [program, "getp", pin], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=WAIT_S, check=True
     ).stdout

@@ -63,7 +63,7 @@ class Configuration:
 
 
 def read_configuration(ini: Path) -> Configuration:
-    """Reads the files. Raises RTC-HAL for one that cannot be read, and for what is no plain HAL."""
+    """Reads the files. Raises RTC-HAL for one that cannot be read, and for anything that is not plain HAL."""
     entries = tuple(_entries(ini))
     named = Configuration(ini, entries, ())
     lines: list[HalLine] = []

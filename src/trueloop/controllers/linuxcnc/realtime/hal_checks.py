@@ -25,7 +25,7 @@ def check_free(configuration: Configuration) -> None:
 
 
 def joints_of(configuration: Configuration) -> dict[int, int]:
-    """Returns the joint of each axis, 0, 1, 2 for X, Y, Z. Raises RTC-HAL where joints are no axes, or two are one."""
+    """Returns the joint of each axis, 0, 1, 2 for X, Y, Z. Raises RTC-HAL where joints are not axes, or two are one."""
     kinematics = configuration.all("KINS", "KINEMATICS")
     words = kinematics[0].value.split() if kinematics else []
     if words[:1] != ["trivkins"]:

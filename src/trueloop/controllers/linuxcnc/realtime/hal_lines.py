@@ -1,4 +1,4 @@
-"""What to change in a configuration of LinuxCNC so that the corrector stands between motion and the drives.
+"""Changes to a configuration of LinuxCNC so that the corrector stands between motion and the drives.
 
 In the lines there are, `joint.N.motor-pos-cmd` becomes `rtec.out-A`, `joint.N.motor-pos-fb` becomes `rtec.drive-fb-A`:
 whatever was wired to motion is wired to the corrector, whatever the drives are. All else is new. Nothing is edited.

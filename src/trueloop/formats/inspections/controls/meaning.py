@@ -35,7 +35,7 @@ XIs: TypeAlias = Literal["radius", "diameter"]
 
 
 class VariableTable(Table):
-    """What one variable holds. Its numbers are in the file's unit, of angles degrees."""
+    """The meaning of one variable. Its numbers are in the file's unit, angles in degrees."""
 
     quantity: Quantity
     """`"diameter"`, `"radius"`, `"length"`, `"angle"`, `"runout"`, `"position"`, `"form"`."""
@@ -82,7 +82,7 @@ class LogTable(Table):
     columns: tuple[Literal["x", "y", "z", "-"], ...] = ()
     """The meaning of each number in a line without letters; `"-"`: it is not read."""
     x_is: XIs | None = None
-    """Whether an X is a `"radius"` or a `"diameter"`."""
+    """Meaning of an X: `"radius"` or `"diameter"`."""
     lines: tuple[Count, Count] | None = None
     """`[from, to]`: the lines that hold touches; left out, all do."""
     ball_radius: NotNegative = 0.0

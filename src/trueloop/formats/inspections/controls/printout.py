@@ -6,9 +6,9 @@
 
 SIZE is a diameter where D stands before its nominal value, else a width; POSN is a coordinate; ANG an angle in degrees;
 TOL is relative to the nominal value, TOL TP the diameter of a position's zone. The component number counts parts at the
-control: it is no serial number. G800 is a nominal point with its normal and limits, G801 the ball's centre where it was
-touched, with the ball's radius. Read in public sources that write such files; nothing here is from memory but that TOL
-TP is a diameter.
+control: it is not a serial number. G800 is a nominal point with its normal and limits, G801 the ball's centre where it
+was touched, with the ball's radius. Read in public sources that write such files; nothing here is from memory but that
+TOL TP is a diameter.
 """
 
 import math

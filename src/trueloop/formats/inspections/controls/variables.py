@@ -125,7 +125,9 @@ def is_assignment(line: str) -> bool:
 
 
 def variables_in(text: str, path: Path) -> tuple[list[Variable], list[Remark]]:
-    """Returns all assignments in order, and other lines as remarks. Raises MSR-NUMBER for a value that is no number."""
+    """Returns all assignments in order, and other lines as remarks. Raises MSR-NUMBER for a value that is not a
+    number.
+    """
     found: list[Variable] = []
     remarks: list[Remark] = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -172,7 +174,7 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     """Reads the variables that the mapping gives a meaning, as readings and points of one part.
 
     Raises MSR-MEANING without a mapping, MSR-VALUE for a variable that it names and the dump has not, or with two
-    values, MSR-NUMBER for a value that is no number, MSR-UNIT, MSR-MAPPING.
+    values, MSR-NUMBER for a value that is not a number, MSR-UNIT, MSR-MAPPING.
     """
     text, encoding = read_decoded(path)
     found, remarks = variables_in(text, path)
@@ -202,7 +204,7 @@ class _Dump:
     mm_per_unit: float
 
     def readings(self) -> list[Reading]:
-        """Returns readings of all variables that are no coordinate of a point and not empty."""
+        """Returns readings of all variables that are not a coordinate of a point and not empty."""
         sizes = [(name, table, self._variable(name)) for name, table in self.tables.items() if not table.point]
         return [self._reading(name, table, one.value, one.line) for name, table, one in sizes if one.value is not None]
 

@@ -113,7 +113,7 @@ SLOTS_BOUNDED: Final = Slots.of(BOUNDED)
 def feature_of(statement: Words, settings: Settings) -> Feature | str | None:
     """Returns the feature of a statement; the reason, in words, why it cannot be one; None for an unknown kind.
 
-    Raises MSR-NUMBER for what is no number, MSR-UNIT for lengths without a unit.
+    Raises MSR-NUMBER for anything that is not a number, MSR-UNIT for lengths without a unit.
     """
     fields, line = statement.fields, statement.line
     kind = fields[0].upper() if fields else ""

@@ -294,7 +294,7 @@ def _result(at: Interpreter, statement: Words) -> None:
 def _stated(
     at: Interpreter, statement: Words, read: Callable[[], Feature | Tolerance | str | None]
 ) -> Feature | Tolerance | str | None:
-    """What the drawing asks for. A program may state it by variables: then it is not known, and said so."""
+    """Reads a feature or a tolerance. A program may state it by variables: then it is unknown, with a remark."""
     try:
         stated = read()
     except TrueloopError as error:

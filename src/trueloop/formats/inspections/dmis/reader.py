@@ -2,7 +2,7 @@
 
 A line is one statement. `$` at its end continues it, even inside a word; `$$` begins a comment; a comma before `$$`
 continues it too, and so does a line that begins with what begins no statement (a comma, a number). All of it was seen
-in files of measuring software; blanks at the beginning of a continued line are no part of it, outside of quoted text.
+in files of measuring software; blanks at the beginning of a continued line are not part of it, outside of quoted text.
 """
 
 import io
@@ -101,7 +101,7 @@ def _joined(pieces: list[str]) -> str:
 
 
 def _continues(state: str, body: str, begun: bool) -> bool:
-    """Whether a line belongs to the statement or, where none has begun, to the comment before it."""
+    """Returns whether a line belongs to the statement or, where none has begun, to the comment before it."""
     if state in (_CUT, _QUOTED):
         return True
     if state in (_COMMA, _COMMENT):
@@ -111,7 +111,9 @@ def _continues(state: str, body: str, begun: bool) -> bool:
 
 
 def _piece(body: str, *, quoted: bool, begun: bool) -> tuple[str, str]:
-    """What a line adds to its statement, and how it leaves it. A comment line within a statement adds nothing."""
+    """Returns the text that a line adds to its statement, and the state after it. A comment line within a statement
+    adds nothing.
+    """
     text = body if quoted else body.lstrip(BLANKS)
     if "$" not in text:
         return text, _CLOSED
@@ -128,7 +130,7 @@ def _piece(body: str, *, quoted: bool, begun: bool) -> tuple[str, str]:
 
 
 def _cut(body: str) -> bool:
-    """Whether a line ends with one `$`."""
+    """Returns whether a line ends with one `$`."""
     end = body.rstrip(BLANKS)
     return end.endswith("$") and not end.endswith("$$")
 

@@ -137,7 +137,7 @@ def _other(reading: Reading) -> Iterator[str]:
 
 
 def _is_plain(reading: Reading) -> bool:
-    """Whether a distance cannot be mistaken for a deviation: it is nearer to its nominal than to 0."""
+    """Returns whether a distance cannot be mistaken for a deviation: it is nearer to its nominal than to 0."""
     return reading.nominal is not None and abs(reading.actual) > abs(reading.actual - reading.nominal)
 
 

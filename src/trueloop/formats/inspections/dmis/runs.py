@@ -131,13 +131,15 @@ def _copied(tolerances: dict[str, dict[str, Tolerance]]) -> dict[str, dict[str, 
 
 
 def with_time(heading: Heading, numbers: tuple[int, ...]) -> Heading:
-    """Returns the heading at another time of its day. Raises ValueError for what is no time."""
+    """Returns the heading at another time of its day. Raises ValueError for anything that is not a time."""
     hour, minute, second = (*numbers, 0)[:3]
     datetime(2000, 1, 1, hour, minute, second)
     return replace(heading, time=(hour, minute, second))
 
 
 def with_date(heading: Heading, year: int, month: int, day: int) -> Heading:
-    """Returns the heading on another day, whose time is not known yet. Raises ValueError for what is no date."""
+    """Returns the heading on another day, whose time is not known yet. Raises ValueError for anything that is not a
+    date.
+    """
     datetime(year, month, day)
     return replace(heading, date=(year, month, day), time=(0, 0, 0))

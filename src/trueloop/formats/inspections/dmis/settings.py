@@ -126,7 +126,9 @@ def is_number(text: str) -> bool:
 
 
 def number_of(text: str, settings: Settings, line: int) -> float | None:
-    """Its value in the file's unit; None for an empty field. Raises MSR-NUMBER for what is no finite number."""
+    """Its value in the file's unit; None for an empty field. Raises MSR-NUMBER for anything that is not a finite
+    number.
+    """
     if not text:
         return None
     try:

@@ -29,7 +29,7 @@ LETTERS: Final[tuple[Axis, ...]] = ("x", "y", "z")
 AXIS_WORDS: Final = ("XAXIS", "YAXIS", "ZAXIS")
 SIZES: Final = ("DIAM", "RAD", "LENGTH", "WIDTH")
 EXACT_MM: Final = 0.005
-"""Numbers written in coarser steps than this are taken as exact: 30.0 of a drawing is no rounded 30.04."""
+"""Numbers written in coarser steps than this are taken as exact: 30.0 of a drawing is not a rounded 30.04."""
 LEAST_MM: Final = 1e-9
 
 
@@ -232,7 +232,9 @@ def _label(values: Values, key: str) -> str:
 
 
 def _which(result: Result) -> tuple[str, ...]:
-    """What is added to a characteristic's name: a profile may be stated by its least and its greatest deviation."""
+    """Returns the suffix of a characteristic's name: a profile may be stated by its least and its greatest
+    deviation.
+    """
     if result.what in PROFILES and len(result.values) > 1:
         return " least", " greatest"
     return ("",)
@@ -281,7 +283,7 @@ def _as_value(values: Values, result: Result, stated: float, nominal: float | No
 def _compare(
     values: Values, result: Result, value: float, nominal: float | None, limits: Tolerance | None, step_mm: float
 ) -> None:
-    """What a result states against what its features do: the deviation, or the value itself, and the verdict."""
+    """Compares a result with its features: the deviation, or the value itself, and the verdict."""
     close = step_mm + result.decimals_mm + LEAST_MM
     deviation = None if nominal is None else value - nominal
     stated = result.values[0]

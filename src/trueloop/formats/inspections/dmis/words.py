@@ -70,7 +70,7 @@ def unquoted(field: str) -> str:
 
 
 def label_in(field: str) -> tuple[str, str] | None:
-    """Returns `FA(D1)` as ("FA", "D1"); None for what is no label."""
+    """Returns `FA(D1)` as ("FA", "D1"); None for anything that is not a label."""
     kind, opened, label = field.partition("(")
     if not opened or not label.endswith(")") or not kind.strip().isalpha():
         return None

@@ -270,7 +270,7 @@ def _serial(columns: list[Column], number: int, said: Said) -> str:
 
 @lru_cache(maxsize=4096)
 def _time(text: str) -> datetime | None:
-    """A local time; None for none, for 01.01.1970, and for what is no time."""
+    """A local time; None for none, for 01.01.1970, and for anything that is not a time."""
     for form in TIMES if text else ():
         try:
             found = datetime.strptime(text, form)

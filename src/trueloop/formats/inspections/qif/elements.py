@@ -91,7 +91,7 @@ class Element:
 def records(path: Path) -> Iterator[tuple[str, Element]]:
     """Yields elements of `ALWAYS` or in a list of `WITHIN`, with the name of the element around, in the file's order.
 
-    Raises MSR-FILE for what is no XML, MSR-SIZE for what passes a bound.
+    Raises MSR-FILE for anything that is not XML, MSR-SIZE for what passes a bound.
     """
     reader = _Reader(path)
     yield from reader.read()

@@ -189,7 +189,7 @@ def _quantity(item: Element, definition: Element | None) -> Quantity:
 
 
 def _numbers(item: Element, name: str, definition: Element | None) -> bool:
-    """Whether a characteristic numbers the parts: by its name, unless what it measures is one of our words."""
+    """Returns whether a characteristic numbers the parts: by its name, unless what it measures is one of our words."""
     said = "" if definition is None else definition.words("WhatToMeasure")
     return kind_of(item).startswith("UserDefined") and said not in set(Quantity) and bool(NUMBERING.search(name))
 

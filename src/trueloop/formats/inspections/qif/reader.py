@@ -153,7 +153,7 @@ VERSIONS: Final = ("2.", "3.")
 
 @dataclass
 class _Read:
-    """What has been read so far; units are settled when the first value needs them."""
+    """State of the reader; units are settled when the first value needs them."""
 
     path: Path
     stated: Stated
@@ -199,10 +199,10 @@ OF_RESULTS: Final = {
 
 
 def read_qif(path: Path, stated: Stated) -> MeasuredFile:
-    """Reads a QIF document's results, in mm and degrees, with remarks on references to nothing, on what is no size and
-    on what was not measured.
+    """Reads a QIF document's results, in mm and degrees, with remarks on references to nothing, on what is not a size
+    and on what was not measured.
 
-    Raises MSR-FILE for what is no XML or has a DOCTYPE, MSR-UNIT for lengths whose unit is not stated,
+    Raises MSR-FILE for anything that is not XML or has a DOCTYPE, MSR-UNIT for lengths whose unit is not stated,
     MSR-NUMBER and MSR-SIZE, each with the line.
     """
     read = _Read(path, stated)

@@ -88,13 +88,15 @@ def _likeliest(content: bytes) -> str | None:
 
 
 def beginning(head: bytes) -> str:
-    """Returns a file's first bytes as text, for recognising it: bytes that are no letter of it are replaced."""
+    """Returns a file's first bytes as text, for recognising it: bytes that are not letters of it are replaced."""
     marked = next((name for mark, name in MARKS if head.startswith(mark)), "latin-1")
     return head.decode(marked, errors="replace")
 
 
 def _only_diameter_signs(content: bytes) -> bool:
-    """Whether western and central European text of it differ only in Ø and ø, which are Ř and ř in the latter."""
+    """Returns whether western and central European text of it differ only in Ø and ø, which are Ř and ř in the
+    latter.
+    """
     western, central = (content[:200_000].decode(name, errors="replace") for name in ("cp1252", "cp1250"))
     return {one for one, other in zip(western, central, strict=True) if one != other} <= {"Ø", "ø"}
 
@@ -102,7 +104,7 @@ def _only_diameter_signs(content: bytes) -> bool:
 def number_in(text: str, path: Path, line: int, column: int | None = None) -> float:
     """Reads a number with a decimal point or comma; the two may differ from number to number in a file.
 
-    Raises MSR-NUMBER for what is no number, for `1,234.5`, whose comma may group digits, and beyond `MOST`.
+    Raises MSR-NUMBER for anything that is not a number, for `1,234.5`, whose comma may group digits, and beyond `MOST`.
     """
     value = float(text.strip().replace(",", ".")) if NUMBER.fullmatch(text.strip()) else None
     if value is None or abs(value) > MOST:

@@ -43,7 +43,7 @@ def order_of(texts: Sequence[str], place: Place) -> Order | None:
 def moment(text: str, order: Order | None, place: Place) -> datetime | None:
     """Reads a date with or without a time, in this computer's zone where it names none; None for an empty text.
 
-    Raises MSR-TIME for what is no date.
+    Raises MSR-TIME for anything that is not a date.
     """
     if not text:
         return None

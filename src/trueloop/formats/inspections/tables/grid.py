@@ -59,7 +59,7 @@ def grid_of_text(
 ) -> Grid:
     """Splits a text into cells. Without a stated separator, the one whose rows have the best score is taken.
 
-    Raises MSR-FILE where it is no CSV.
+    Raises MSR-FILE where it is not a CSV.
     """
     body, stated = _without_separator_line(text)
     head = "\n".join(body.splitlines()[: 2 * SAMPLE])

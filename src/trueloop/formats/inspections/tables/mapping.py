@@ -37,7 +37,7 @@ class Columns(Table):
     feature: str | None = None
     """Name of the feature."""
     quantity: str | None = None
-    """What it is: diameter, length …; by words, symbols or letters of a GD&T font."""
+    """Its quantity, diameter, length …, by words, symbols or letters of a GD&T font."""
     nominal: str | None = None
     """Nominal values."""
     actual: str | None = None
@@ -91,7 +91,7 @@ class Columns(Table):
     repeat: str | None = None
     """Which reading of several."""
     verdict: str | None = None
-    """What the file says of the value; it is compared."""
+    """The file's verdict on the value; it is compared."""
     outside: str | None = None
     """By how much a value is beyond its limits; it is compared."""
     parts: tuple[str, ...] = ()
@@ -119,7 +119,7 @@ class Columns(Table):
 
     @property
     def has_values(self) -> bool:
-        """Whether the table holds sizes; else it holds points."""
+        """True if the table holds sizes; else it holds points."""
         return bool(self.values) or self.actual is not None or self.deviation is not None
 
     def all(self) -> Iterator[str]:
@@ -166,7 +166,7 @@ class Mapping(Table):
     deviation: Deviation | None = None
     """Which way deviations are counted, where the rows do not show it."""
     lower_tolerance: LowerTolerance | None = None
-    """Whether lower tolerances have a sign, where the rows do not show it."""
+    """Sign of lower tolerances, where the rows do not show it."""
     dates: Order | None = None
     """How dates are written, where they do not show it."""
     columns: Columns

@@ -97,7 +97,7 @@ class _Table:
         return [row[column] for row in self.rows if column < len(row) and not is_empty(row[column])]
 
     def is_number(self, column: int) -> bool:
-        """Whether most of that are numbers."""
+        """Returns whether most cells of a column are numbers."""
         cells = self.cells(column)
         return sum(map(begins_as_number, cells)) * 2 > len(cells) > 0
 

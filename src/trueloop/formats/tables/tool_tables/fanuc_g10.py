@@ -3,7 +3,7 @@
 Lathe: `G10 P1 X.. Z.. R.. Q..` is wear 1, `P10001` geometry 1; with L10 and L11 (Haas) geometry and wear of P1. Mill:
 `G10 L10 P1 R..` length, L11 its wear, L12 radius or diameter, L13 its wear. A number without a decimal point counts
 least increments: 0.001 mm, 0.0001 inch. G20 and G21 say the unit, where they stand. An increment (G91, U, W) is a
-change and no value in force: a program that holds one is no table.
+change and no value in force: a program that holds one is not a table.
 """
 
 import re

@@ -271,7 +271,7 @@ def _strip(outline: Array, correction: Correction, halves: tuple[Half, ...], mag
 
 
 def _headings(halves: tuple[Half, ...], strip: Strip, say: Texts) -> list[dict[str, Any]]:
-    """What each half shows, and at the top what the colours mean."""
+    """Labels each half, and explains the colours at the top."""
     notes = []
     for half in halves:
         at = strip.line(0) if half.side > 0 else strip.bottom

@@ -1,7 +1,7 @@
 """`rtec-signals`: sets the pins of LinuxCNC's corrector, several times a second, from what all threads have read.
 
 The heartbeat counts only while every thread lives: a fault here stops it, and the corrector's watchdog does the rest. A
-source that fails is no such fault: its signals grow old.
+source that fails is not such a fault: its signals grow old.
 """
 
 import hashlib

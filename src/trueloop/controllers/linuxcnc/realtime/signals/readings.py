@@ -37,7 +37,7 @@ class Intake(Protocol):
         """Stores a value as the sensor gives it, and when it was read."""
 
     def refuse(self, name: str, why: str) -> None:
-        """Notes that something is no reading of this signal: it grows old."""
+        """Notes that something is not a reading of this signal: it grows old."""
 
 
 class Feed(Protocol):
@@ -60,7 +60,7 @@ class Board:
         self._lock = threading.Lock()
 
     def put(self, name: str, value: float, time_s: float) -> None:
-        """Keeps a reading, unless it is no number or older than what is known."""
+        """Keeps a reading, unless it is not a number or older than what is known."""
         value = self._scale.get(name, float)(value)
         with self._lock:
             if math.isfinite(value) and time_s >= self._latest.get(name, NOTHING).time_s:
@@ -120,7 +120,7 @@ class Reader(threading.Thread):
         self._board.put(name, value, time_s)
 
     def refuse(self, name: str, why: str) -> None:
-        """Says what is no reading, once."""
+        """Says what is not a reading, once."""
         if self.refused.get(name) != why:
             self._say(f"{self.name}: {name}: {why}")
         self.refused = self.refused | {name: why}

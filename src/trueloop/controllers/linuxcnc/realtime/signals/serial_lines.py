@@ -54,7 +54,7 @@ class SerialLines:
         try:
             with opened as port:
                 self._read(port, intake, stop)
-        except termios.error as error:  # is no OSError
+        except termios.error as error:  # is not an OSError
             raise OSError(f"{self.port} went away: {error}") from error
 
     def _read(self, port: Any, intake: Intake, stop: threading.Event) -> None:

@@ -54,7 +54,9 @@ class OneWire:
 
 
 def temperature_degC(device: Path) -> float:
-    """Reads a sensor, °C. Raises `OSError` where it is not there, `ValueError` for what is no reading of it."""
+    """Reads a sensor, °C. Raises `OSError` where it is not there, `ValueError` for anything that is not a reading of
+    it.
+    """
     slave = device / "w1_slave"
     text = (slave if slave.exists() else device / "temperature").read_text(encoding="ascii", errors="replace")
     milli = _from_scratchpad(text) if slave.exists() else int(text)
