@@ -10,6 +10,7 @@ from tests.support.service import ORIGIN, PASSWORD, Caller, Running, problem, st
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.app import create_app
 from trueloop.server.identity.accounts import accounts
+from trueloop.server.identity.passwords import hashed
 from trueloop.server.settings import Settings
 from trueloop.storage.factory_tables import ACCOUNT, SESSION
 from trueloop.storage.store import Store
@@ -262,6 +263,10 @@ def test_a_key_ends(service: Running) -> None:
         *(("a" * 12, False), ("elevenchars", False), ("x" * 129, False), ("aB3$" * 18, False)),
         *(("password1234", False), ("qwertyuiop123", False), ("Passwort2024!", False), ("trueloop1234", False)),
         *(("new new new new", False), ("admin and so on", True), ("x2 y3 z4 w5 v", True)),
+        *(("Sommer2024!!", False), ("S0mmer-2024!!", False), ("Werkstatt2025", False), ("W3rkst4tt2025", False)),
+        *(("machine-shop1", False), ("Fräsen2025!!!", False), ("Fraesen-2025!", False), ("sinumerik840d", False)),
+        *(("correcthorsebatterystaple", False), ("Correct-Horse-Battery-Staple", False), ("new20252026!", False)),
+        *(("Zahnrad-Birne-Kabel", True), ("spindle otter plum kite", True), ("kQ7#vd92LmxZp1", True)),
     ],
 )
 def test_which_passwords_are_taken(service: Running, password: str, taken: bool) -> None:
@@ -309,3 +314,10 @@ def test_the_first_account_needs_the_secret_that_was_printed_and_is_made_once(st
     again = client.post("session/first", {"secret": secret, "name": "eve", "password": PASSWORD})
     assert problem(again) == "SRV-ACCOUNT" and [one.name for one in accounts(store)] == ["otto"]
     assert client.get("session/ways").json()["accounts"] is True and app.state.first.fragment == ""
+
+
+@pytest.mark.parametrize("password", ["anna.meyer2024", "Meyer-Anna-1987", "4nn4.M3y3r-99", "example2025!!"])
+def test_the_name_or_address_of_the_account_is_no_password(password: str) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        hashed(password, "anna.meyer@shop.example")
+    assert refused.value.code is Code.SRV_PASSWORD
