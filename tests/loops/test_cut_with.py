@@ -1,6 +1,7 @@
 """What cut a measured part is a fact: the next correction is the whole one, however the last one was carried out."""
 
 import math
+import shutil
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -174,11 +175,44 @@ def _lines(done: Done) -> list[str]:
 def test_it_is_asked_for_where_a_correction_lies_beside_the_job(tmp_path: Path) -> None:
     correct(tmp_path, 1, FIRST, "contour")
     correct(tmp_path, 1, FIRST, "contour")  # made from this measurement: it cannot have cut the part
-    with pytest.raises(TrueloopError) as asked:
-        correct(tmp_path, 2, SECOND, "contour")
-    assert asked.value.code is Code.CMP_CUT_WITH and "o1/record.json" in asked.value.message
+    for readings in (SECOND, FIRST):  # another part by its serial number, which may read as the first
+        with pytest.raises(TrueloopError) as asked:
+            correct(tmp_path, 2, readings, "contour")
+        assert asked.value.code is Code.CMP_CUT_WITH and "o1/record.json" in asked.value.message
     given = correct(tmp_path, 2, SECOND, "contour", 'cut_with = "given"')
     assert all("29.996" in line or "35.996" in line for line in diameters(given))
+
+
+@pytest.mark.parametrize(
+    ("first", "second"), [(".", "q"), ("o/1", "o/2"), ("../apart/1", "../apart/2"), ("../apart", "../apart")]
+)
+@pytest.mark.parametrize("stated", [True, False])
+def test_it_is_asked_for_wherever_the_outputs_are(tmp_path: Path, first: str, second: str, stated: bool) -> None:
+    """In the job's own folder, in deeper ones, in folders elsewhere; named in the job or by the caller."""
+    folder = tmp_path / "here"
+    folder.mkdir()
+
+    def corrected(part: int, errors_mm: tuple[float, ...], out: str, programs: str = "") -> Done:
+        correct(folder, part, (0.0,) * 4, "contour", 'cut_with = "given"')  # writes the job, and o1 or o2
+        shutil.rmtree(folder / f"o{part}")
+        readings = folder / f"r{part}.csv"
+        rows = [f"{name},{z},{d + e:.4f}" for (name, z, d), e in zip(PLACES, errors_mm, strict=True)]
+        readings.write_text("\n".join(["feature,z_mm,diameter_mm", *rows]) + "\n")
+        job = folder / f"j{part}.toml"
+        text = job.read_text().replace(f'serial = "{part}"\n', "").replace('cut_with = "given"', programs)
+        job.write_text(text.replace(f'folder = "o{part}"', f'folder = "{out}"') if stated else text)
+        return compensate_and_keep(job, None if stated else folder / out, Keeping(db=False))
+
+    corrected(1, FIRST, first)
+    with pytest.raises(TrueloopError) as asked:
+        corrected(2, SECOND, second)
+    assert asked.value.code is Code.CMP_CUT_WITH
+    named = asked.value.message.rpartition(": ")[2].partition(" (")[0]
+    third = corrected(2, SECOND, second + "/new", f'cut_with = "{named}"')
+    assert all("29.946" in line or "35.946" in line for line in diameters(third))
+    with pytest.raises(TrueloopError) as itself:
+        corrected(2, SECOND, "o3", f'cut_with = "{second}/new/record.json"')
+    assert itself.value.code is Code.CMP_CUT_WITH and "this very measurement" in itself.value.message
 
 
 @pytest.mark.parametrize("stored", [False, True])
@@ -337,6 +371,7 @@ def test_a_part_too_large_by_one_amount_on_all_sides_may_have_its_allowance_on(t
             f'[programs]\ndialect = "fanuc-lathe"\nfinish = "f.nc"\n{programs}\n[gauging]\n{correct_job}'
             '[output]\nfolder = "o"\n'
         )
+        shutil.rmtree(tmp_path / "out", ignore_errors=True)
         return compensate_and_keep(tmp_path / "j.toml", tmp_path / "out" / "o", Keeping(db=False))
 
     alike = (30.0, 31.0, 29.0, 30.0)
@@ -344,6 +379,10 @@ def test_a_part_too_large_by_one_amount_on_all_sides_may_have_its_allowance_on(t
         measured("", alike)
     assert asked.value.code is Code.CMP_ALLOWANCE and "0.030" in asked.value.hint
     assert measured('cut_with = "given"', alike).correction.decision.offset_mm[0] == pytest.approx(-0.030, abs=0.002)
+    with pytest.raises(TrueloopError) as asked:
+        measured("", alike[:3], square[:3])
+    assert asked.value.code is Code.CMP_ALLOWANCE
+    measured("", (30.0, 30.0, 31.0), (square[0], square[2], ("cylinder-2", 15, -5)))  # one direction: as a tool set off
     measured("", (30.0, 4.0, 31.0, 5.0))
     measured("", (-30.0, -31.0, -29.0, -30.0))
     slanted = (("cylinder-1", 18, -40), ("cylinder-2", 15, -20), ("cylinder-2", 15, -10), ("cone-2", 14.5, -0.5))

@@ -161,7 +161,7 @@ def compensate_and_keep(
     parts of the edges take part, where that is not to be the job's choice. Raises what reading and correcting refuse,
     STO, EDG, MEM and OUT errors.
     """
-    files = JobFiles.of(Path(job)).with_serial(keeping.serial)
+    files = JobFiles.of(Path(job)).with_serial(keeping.serial).with_output(output)
     cuts = read_cuts(files)
     beside: Beside = "made" if any(one.part.serial for one in cuts.measured.inspections) else "unused"
     store = store_of(files.path.parent, keeping.db, files.job.store.db, beside)

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
+from os.path import relpath
 from pathlib import Path
 from typing import Final
 
@@ -25,7 +26,7 @@ from trueloop.wording import wording
 GIVEN: Final = "given"
 """`programs.cut_with` of a part that the finish program cut as it is."""
 ID: Final = re.compile(r"[0-9a-f]{16}")
-FEWEST: Final = 4
+FEWEST: Final = 3
 ACROSS: Final = 0.75
 """Normals whose product is no more (41 degrees) look in two directions."""
 ALIKE: Final = 0.25
@@ -119,14 +120,18 @@ def with_possible(inputs: Inputs, known: Sequence[tuple[Record, str]]) -> Inputs
 
 
 def _beside(files: JobFiles, inputs: Inputs) -> Iterator[tuple[Record, str]]:
-    """Corrections of the job's program in folders beside it, and their words."""
-    given = sha256_of(inputs.program.source)
-    for file in sorted(files.path.parent.glob("*/record*.json")):
+    """Corrections of the job's program beside the job, in folders beside it, and in and beside the folder of its
+    outputs; and their words.
+    """
+    given, folder = sha256_of(inputs.program.source), files.path.parent.resolve()
+    out = files.output_folder.resolve()
+    within = [folder, *folder.glob("*/"), out, *out.parent.glob("*/")]
+    for file in sorted({file for one in within for file in one.glob("record*.json")}):
         try:
             if given in file.read_text(errors="replace"):
                 record = read_record(file)
                 if is_of_cut(record, inputs):
-                    yield record, f"{file.relative_to(files.path.parent).as_posix()} ({record.id})"
+                    yield record, f"{Path(relpath(file, folder)).as_posix()} ({record.id})"
         except (OSError, TrueloopError):
             continue
 
@@ -141,8 +146,17 @@ def is_of_cut(record: Record, inputs: Inputs) -> bool:
         return False
     if inputs.called is not None and record.options.get("edge") not in (None, inputs.called.words):
         return False
-    own = {one.sha256 for one in inputs.inspections}
-    return not own & {one.sha256 for one in record.inspections}
+    return not _is_from(record, inputs.inspections)
+
+
+def _is_from(record: Record, inspections: Sequence[Inspection]) -> bool:
+    """Returns whether a correction was made from these measurements: equal files, not of two parts by serial number."""
+    return any(
+        one.sha256 == other.sha256
+        and (one.part.serial == other.part.serial or not (one.part.serial and other.part.serial))
+        for one in inspections
+        for other in record.inspections
+    )
 
 
 def require_later(record: Record, inspections: Sequence[Inspection], job: Path, *, time_needed: bool) -> None:
@@ -168,11 +182,12 @@ def require_another_part(record: Record, inspections: Sequence[Inspection]) -> N
     """
     serials = {one.part.serial for one in inspections if one.part.serial}
     own = sorted(serials & {one.part.serial for one in record.inspections})
-    if record.cut_with is not None and own:
+    if record.cut_with is not None and (own or _is_from(record, inspections)):
+        part = f"finished part {own[0]!r}" if own else "this very measurement of a finished part"
         raise Code.CMP_CUT_WITH.refusal(
-            f"correction {record.id} was made from finished part {own[0]!r}, which is stated to be cut with it",
-            hint=f"state in programs.cut_with what cut part {own[0]!r}: {record.cut_with.words}; if it was cut again "
-            "with this correction, or is another part, give it a serial number of its own",
+            f"correction {record.id} was made from {part}, which is stated to be cut with it",
+            hint=f"state in programs.cut_with what cut the part: {record.cut_with.words}; if it was cut again with "
+            "this correction and measured anew, or is another part, give it a serial number of its own",
             values={"corrections": [record.id]},
         )
 

@@ -8,7 +8,7 @@ from typing import Final
 from trueloop.domain.option import Language, LengthUnit, PageOptions
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.input_file import read_input
+from trueloop.formats.input_file import FilePath, read_input
 from trueloop.formats.jobs.job import Job, locate_turned_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.jobs.tool_tables import CutByTable, SetupTable, ToolsTable
@@ -64,9 +64,16 @@ class JobFiles:
         part = job.part.model_copy(update={"serial": serial})
         return replace(self, located=replace(self.located, model=job.model_copy(update={"part": part})))
 
+    def with_output(self, folder: FilePath | None) -> "JobFiles":
+        """Returns the files of the job with another folder of the outputs, as seen from here; None: the job's."""
+        if folder is None:
+            return self
+        output = self.job.output.model_copy(update={"folder": Path(folder).resolve()})
+        return replace(self, located=replace(self.located, model=self.job.model_copy(update={"output": output})))
+
     @property
     def output_folder(self) -> Path:
-        """Returns the folder of the outputs, unless the caller names another."""
+        """Returns the folder of the outputs."""
         return self.path.parent / self.job.output.folder
 
     def page_options(self, language: Language | None = None, unit: LengthUnit | None = None) -> PageOptions:
