@@ -132,6 +132,11 @@ def test_at_a_free_end_the_sharpest_corner_is_looked_at(end: int, begins_mm: flo
         assert cramped_lines([Cut(0, 0, 0.0, 20.0)], [], moved, fitting) == found
 
 
+def test_the_centre_s_own_path_needs_no_room_before_corners() -> None:
+    cuts = [Cut(0, 0, 0.0, 4.0), Cut(1, 1, 0.0, 20.0), Cut(2, 2, 0.0, 2.0)]
+    assert cramped_lines(cuts, [], pieces(STEPS, ZERO, parabola(3.0, 4e-3, -1.0), ZERO), Fitting(1e-6)) == []
+
+
 def off_mm(moves: tuple[Move, ...], at: Array) -> Array:
     """Distances of points (n, 2) from the moves, each taken as 200 chords."""
     best = np.full(len(at), np.inf)

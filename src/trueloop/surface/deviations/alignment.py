@@ -90,7 +90,8 @@ def form_size(motions: RigidMotions, u: Array, v: Array, error_mm: Array) -> flo
     along, across = (np.polynomial.legendre.legvander(k, BENDS) for k in at)
     pairs = [(i, j) for i in range(BENDS + 1) for j in range(BENDS + 1 - i)]
     bends = np.stack([along[:, i] * across[:, j] for i, j in pairs], axis=1)
-    bends -= motions.shapes @ (motions.shapes.T @ bends)
+    made = motions.shapes[:, motions.size > 1e-12 * motions.size[0]]  # a slide along a plane makes nothing
+    bends -= made @ (made.T @ bends)
     sizes, shapes = np.linalg.eigh(bends.T @ bends)
     real = sizes > 1e-12 * sizes[-1]
     parts = (shapes.T @ (bends.T @ error_mm))[real] / np.sqrt(sizes[real])

@@ -198,7 +198,7 @@ def _arc(start: Array, leaving: Array, end: Array) -> Move:
     chord = end - start
     squared = float(chord @ chord)
     left = float(leaving[1] * chord[0] - leaving[0] * chord[1])
-    if squared == 0.0 or abs(left) / 4 < STRAIGHT_SAGITTA_MM:
+    if abs(left) / 4 < STRAIGHT_SAGITTA_MM:
         return Move(_point(start), _point(end))
     radius = squared / (2 * left)
     centre = start + radius * np.array([leaving[1], -leaving[0]])

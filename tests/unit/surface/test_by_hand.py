@@ -1,0 +1,165 @@
+"""Figures of a surface's correction by hand: ridges, places of a pass, a cutter's edge, motions of a part, lattices."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.support.surfaces import wavy_surface
+from trueloop.geometry.surface_fit import fit_grid
+from trueloop.nc.program.program import read_program
+from trueloop.surface.compensation.cutter import Cutter, edge_centres_mm, tool_axes
+from trueloop.surface.compensation.shift import moved_locations, places
+from trueloop.surface.compensation.zigzag import ZigzagOptions, scallop_step_mm, zigzag
+from trueloop.surface.deviations.alignment import count_told, form_alone_mm, form_size, rigid_motions, spread_of
+from trueloop.surface.separation.moran import lattice_of
+
+FLAT = wavy_surface(20.0, 0.0)
+
+
+@pytest.mark.parametrize("across_mm", [-12.0, math.inf, 12.0], ids=["hollow", "flat", "convex"])
+def test_the_step_between_passes_leaves_ridges_of_that_height(across_mm: float) -> None:
+    """Balls of 3 mm run on a circle of 9 mm in a hollow of 12 mm, of 15 mm around such a cylinder."""
+    step = float(scallop_step_mm(3.0, 0.002, np.array(1.0 / across_mm)))
+    if math.isinf(across_mm):
+        ridge = 3.0 - math.sqrt(9.0 - step**2 / 4.0)
+    else:
+        half, runs_mm = step / 24.0, abs(across_mm + 3.0)
+        crosses = math.copysign(math.sqrt(9.0 - (runs_mm * math.sin(half)) ** 2), -across_mm)
+        ridge = math.copysign(runs_mm * math.cos(half) + crosses - 12.0, 1.0)
+    assert ridge == pytest.approx(0.002, rel=0.01)
+
+
+def test_passes_of_a_zigzag_over_a_plane() -> None:
+    """20 mm in steps of at most √(8 · 3 · 0.002) = 0.219 mm: 92 of them, to and fro, two points each."""
+    passes = zigzag(FLAT, ZigzagOptions(3.0, 0.002, 0.001))
+    assert len(passes) == 93 and all(len(tips) == 2 for tips in passes)
+    for k, tips in enumerate(passes):
+        wanted = [[0.0, 20.0 * k / 92, 0.0], [20.0, 20.0 * k / 92, 0.0]]
+        np.testing.assert_allclose(tips, wanted[:: -1 if k % 2 else 1], atol=1e-9)
+
+
+@pytest.mark.parametrize("bend", [1.0, -1.0], ids=["ridge", "trough"])
+def test_points_of_a_pass_over_a_cylinder_keep_the_chord(bend: float) -> None:
+    """Of 8 mm, along its arc: the ball's centre goes on 8 ± 3 mm, where a step's sagitta is to be 1 µm at most."""
+    x, y = np.meshgrid(np.linspace(-5, 5, 61), np.linspace(-1, 1, 9), indexing="ij")
+    surface = fit_grid(np.stack([x, y, bend * (np.sqrt(64 - x**2) - 8)], axis=2)).surface
+    tips = zigzag(surface, ZigzagOptions(3.0, 0.01, 0.001))[0]
+    radius = np.hypot(tips[:, 0], tips[:, 2] + 3.0 + bend * 8.0)
+    np.testing.assert_allclose(radius, 8.0 + bend * 3.0, atol=2e-4)
+    chords = np.linalg.norm(np.diff(tips, axis=0), axis=1)
+    assert 0.5e-3 < np.max(chords) ** 2 / (8 * (8.0 + bend * 3.0)) < 1.1e-3
+
+
+def test_places_along_moves_are_no_further_apart_than_asked_for() -> None:
+    """10 mm in steps of 0.5 mm; 1 mm with a turn by 25° in steps of 1°; of a turn about two axes both count."""
+    text = "G21 G90 G94 G17\nG1 X0 Y0 Z0 A0 C0 F100\nX10\nX11 A25\nX12 A20 C-10\nM2\n"
+    program = read_program(text.encode(), "linuxcnc")
+    path = program.run()
+    axes = tool_axes(program, path, "CA", (0.0, 0.0, 1.0))
+    last = np.arange(len(path))[-3:]
+    np.testing.assert_allclose(axes.turned_deg(last), [0.0, 25.0, 15.0])
+    move, share = places(path, axes, last, 0.5)
+    for each, pieces in zip(last, (20, 25, 15), strict=True):
+        np.testing.assert_allclose(share[move == each], np.arange(pieces + 1) / pieces)
+
+
+def test_a_vector_turns_by_the_angle_between_its_ends() -> None:
+    text = "G21 G90 G94 G17\nG1 X0 Y0 Z0 I0 J0 K1 F100\nX10 I1 K1\nX11 I0 J-1 K0\nM2\n"
+    program = read_program(text.encode(), "linuxcnc")
+    path = program.run()
+    axes = tool_axes(program, path, "IJK", (0.0, 0.0, 1.0))
+    np.testing.assert_allclose(axes.turned_deg(np.arange(len(path))[-2:]), [45.0, 90.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.36, -0.48, 0.8), (0.0, 1.0, 0.0)])
+def test_the_corner_s_centre_runs_around_the_axis(axis: tuple[float, float, float]) -> None:
+    """Of a cutter of 5 mm with corners of 1 mm: a circle of 4 mm about the axis, 1 mm above the tip."""
+    tip, up = np.array([[1.0, 2.0, 3.0]]), np.array([axis])
+    arms = np.concatenate(list(edge_centres_mm(Cutter(5.0, 1.0), tip, up, 8))) - (tip + up)
+    np.testing.assert_allclose(np.linalg.norm(arms, axis=1), 4.0, rtol=1e-12)
+    np.testing.assert_allclose(arms @ np.array(axis), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.einsum("ij,ij->i", arms, np.roll(arms, 1, axis=0)), 16.0 * math.sqrt(0.5), rtol=1e-12)
+    assert list(edge_centres_mm(Cutter(3.0, 3.0), tip, up, 8)) == []
+
+
+def test_what_a_location_stands_off_is_kept_and_what_does_not_cut_stays() -> None:
+    """The corrected plane stands 30 µm higher. 49 µm off the nominal one, above or below, is cutting; 51 µm is not, and
+    neither is what lies 60 µm beside the patch.
+    """
+    raised = fit_grid(FLAT.grid_mm(np.linspace(0, 1, 9), np.linspace(0, 1, 9)) + np.array([0.0, 0.0, 0.03])).surface
+    z = [0.0, 0.049, -0.049, 0.051, -0.051, 0.0, 0.0]
+    x = [5.0, 6.0, 7.0, 8.0, 9.0, -0.04, -0.06]
+    tips = np.column_stack([x, np.full(7, 10.0), z])
+    found = moved_locations(FLAT, raised, Cutter(3.0, 3.0), tips, np.tile([0.0, 0.0, 1.0], (7, 1)))
+    cuts = np.array([True, True, True, False, False, True, False])
+    np.testing.assert_array_equal(found.cutting, cuts)
+    np.testing.assert_allclose(found.tips_mm - tips, np.outer(cuts, [0.0, 0.0, 0.03]), atol=1e-7)
+    np.testing.assert_allclose(found.gap_mm[:5], z[:5], atol=1e-9)
+
+
+SQUARE = np.array([[1.0, 1.0, 5.0], [1.0, -1.0, 5.0], [-1.0, 1.0, 5.0], [-1.0, -1.0, 5.0]])
+UP = np.tile([0.0, 0.0, 1.0], (4, 1))
+
+
+def test_motions_of_four_corners_of_a_square() -> None:
+    """1 mm along z moves all four deviations by 1: √4. A turn of 1 mm at the spread √2 tilts by 1/√2 at ±1: √2. The
+    plane says nothing of the other three.
+    """
+    centre = SQUARE.mean(axis=0)
+    assert spread_of(SQUARE, centre) == pytest.approx(math.sqrt(2.0))
+    found = rigid_motions(SQUARE, UP, centre, math.sqrt(2.0))
+    np.testing.assert_allclose(found.size[:3], [2.0, math.sqrt(2.0), math.sqrt(2.0)])
+    assert np.all(found.size[3:] < 1e-12)
+    np.testing.assert_allclose(np.abs(found.motion[0]), [0, 0, 1, 0, 0, 0], atol=1e-12)
+    for motion, shape, size in zip(found.motion[:3], found.shapes.T, found.size, strict=False):
+        turned = np.cross(motion[3:] / math.sqrt(2.0), SQUARE - centre)
+        np.testing.assert_allclose(size * shape, (motion[:3] + turned)[:, 2], atol=1e-12)
+    # Three standard deviations of 0.1 mm · 1/√2 = 0.2121 mm for the tilts, of half of it for the height.
+    assert [count_told(found, 0.1, setup) for setup in (0.149, 0.151, 0.212, 0.2122)] == [0, 1, 1, 3]
+
+
+def test_the_form_is_what_motions_do_not_explain_spread_over_twelve_shapes() -> None:
+    """Polynomials up to degree 4 in two variables are 15, less three motions of a plane. A tilt is no form: 10 nm."""
+    u, v = (a.ravel() for a in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9), indexing="ij"))
+    points, normal = np.stack([20 * u, 20 * v, 0 * u], axis=1), np.tile([0.0, 0.0, 1.0], (81, 1))
+    centre = points.mean(axis=0)
+    motions = rigid_motions(points, normal, centre, spread_of(points, centre))
+    saddle, tilt = 0.01 * (2 * u - 1) * (2 * v - 1), 0.003 + 0.02 * u - 0.01 * v
+    size = float(np.linalg.norm(saddle)) / math.sqrt(12.0)
+    assert form_size(motions, u, v, saddle) == pytest.approx(size, rel=1e-9)
+    assert form_size(motions, u, v, saddle + tilt) == pytest.approx(size, rel=1e-9)
+    assert form_size(motions, u, v, tilt) == pytest.approx(1e-5)
+    np.testing.assert_allclose(form_alone_mm(points, normal, u, v, saddle + tilt, 0.2), saddle, atol=1e-12)
+    np.testing.assert_allclose(form_alone_mm(points, normal, u, v, saddle + tilt, 1e-4), saddle + tilt, atol=1e-12)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 2.5, 3.0, 6.0, 9.0])
+@pytest.mark.parametrize(("rows", "columns", "holes"), [(5, 9, 0), (8, 4, 3), (4, 6, 5), (13, 3, 1)])
+def test_weights_on_a_lattice_are_those_of_all_pairs(rows: int, columns: int, holes: int, exponent: float) -> None:
+    """A skew lattice in space, in any order, with holes: beside the sum over all pairs written out."""
+    rng = np.random.default_rng(rows)
+    at = np.array([[i, j] for i in range(rows) for j in range(columns)])
+    at = rng.permutation(at)[holes:]
+    points = at @ np.array([[1.0, 0.2, 0.1], [-0.3, 0.7, 0.5]]) + [5.0, -7.0, 2.0]
+    found, values = lattice_of(points, exponent), rng.normal(size=(len(at), 2))
+    assert found is not None and sorted(found.shape) == sorted((rows, columns))
+    apart = np.linalg.norm(points[:, None] - points, axis=2)
+    np.fill_diagonal(apart, np.inf)
+    weights = apart**-exponent
+    np.testing.assert_allclose(found.times(values), weights @ values, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        found.products(values), np.sum(values * (weights @ values), axis=0), rtol=1e-8, atol=1e-8
+    )
+
+
+def test_places_off_a_lattice_have_none() -> None:
+    """One point a millionth of a step aside, two on one place, and rows that are no steps of one length."""
+    at = np.array([[i, j, 0] for i in range(5) for j in range(5)], float)
+    assert lattice_of(at, 3.0) is not None
+    assert lattice_of(at[:15], 3.0) is None  # too few to look for
+    aside, twice, uneven = at.copy(), at.copy(), at.copy()
+    aside[12, 0] += 1e-6
+    twice[12] = twice[13]
+    uneven[:, 0] = uneven[:, 0] ** 1.5
+    assert [lattice_of(points, 3.0) for points in (aside, twice, uneven)] == [None] * 3
