@@ -93,6 +93,7 @@ class NcProgram:
         trace: bool = ...,
         work_offsets: list[tuple[int, tuple[float, float, float]]] = ...,
         roughing: bool = ...,
+        placed: bool = ...,
     ) -> tuple[
         dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]], tuple[int, bool] | None
     ]:

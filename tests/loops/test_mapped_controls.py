@@ -168,7 +168,6 @@ PLATE = "0 BEGIN PGM A MM\n1 L X+20 Y+1 Z+1 R0 FMAX\n"
 @pytest.mark.parametrize(
     ("dialect", "text", "code", "line", "words"),
     [
-        ("siemens", HEAD + "ROT Z30\nG1 X2\n", Code.NC_OPAQUE, 3, "ROT"),
         ("siemens", HEAD + "$P_PFRAME[X,TR]=10\nG1 X2\n", Code.NC_OPAQUE, 3, "$P_PFRAME[X,TR]=10"),
         ("siemens", HEAD + "$P_UIFR[1]=$P_UIFR[2]\nG1 X2\n", Code.NC_OPAQUE, 3, "$P_UIFR[1]=$P_UIFR[2]"),
         ("siemens", HEAD + "CYCLE800(0,1)\nG1 X2\n", Code.NC_OPAQUE, 3, "CYCLE800"),
@@ -539,14 +538,10 @@ def test_what_leaves_positions_as_they_are_stops_no_correction(
     [
         ("heidenhain", PLATE + "2 CYCL DEF 10.1 ROT+Q1\n", "ROT"),
         ("heidenhain", PLATE + "2 CYCL DEF 10.1 IROT-5\n", "ROT"),
-        ("heidenhain", PLATE + "2 CYCL DEF 8.1 X\n", "8.1 X"),
         ("heidenhain", PLATE + "2 CYCL DEF 11.1 SCL 0.99\n", "SCL"),
         ("heidenhain", PLATE + "2 PLANE SPATIAL SPA+0 SPB+0 SPC+0 MOVE ABST50 F1000\n", "PLANE"),
         ("heidenhain", PLATE + "2 TOOL CALL 2 Z\n3 L X+9 F9\n", "Z has no position"),
-        ("siemens", HEAD + "AMIRROR X0\nG1 X2\n", "AMIRROR"),
         ("siemens", HEAD + "ROT Z=R0\nG1 X2\n", "ROT"),
-        ("siemens", HEAD + "ROT Z0.1\nG1 X2\n", "ROT"),
-        ("siemens", HEAD + "AROT RPL=0.5\nG1 X2\n", "AROT"),
         ("heidenhain", PLATE + "2 CYCL DEF 19.1 A+0.00000000 B+0.00000000 C+0.5\n", "19.1"),
         ("siemens", HEAD + "ASCALE X0\nG1 X2\n", "ASCALE"),
         ("siemens", HEAD + 'CYCLE800(0,"",0,57,0,0,0,0,30,0,0,0,0,1)\nG1 X2\n', "CYCLE800"),

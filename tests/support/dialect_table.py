@@ -211,6 +211,13 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "Offsets of tools that are given (T0101)": _for(lathe="T0101"),
     "Further work offsets (G54.1 P1)": _for(mill="G54.1 P1", haas_mill="G154 P1", haas_lathe="G154 P1"),
     "Offset data (G10)": _for(linuxcnc="G21 G10 L1 P1 X1", lathe="G21 G10 P1 X.01", mill="G21 G10 L10 P1 R1."),
+    "Turned and mirrored coordinates": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 CYCL DEF 10.1 ROT+30\n2 CYCL DEF 10.1 ROT+0\n3 CYCL DEF 8.1 X\n4 L X+1 Y+2 F9",
+        siemens="G71 G17\nAROT RPL=30\nAMIRROR X0\nG1 X1 Y1 F9",
+        linuxcnc="G21 G10 L2 P1 R30\nG0 X1 Y1",
+        mill="G21 G68 X0. Y0. R30.\nG00 X1. Y1.\nG69",
+        lathe="G21 G68",
+    ),
     "Polar coordinates in the plane": _for(
         heidenhain="0 BEGIN PGM A MM\n1 CC X+0 Y+0\n2 LP PR+5 PA+30 F9",
         siemens="G71 G111 X0 Y0\nG1 AP=30 RP=5 F9",

@@ -35,6 +35,7 @@ class Canon:
         self.axes = PLANE_AXES[1]
         self.position_mm: Vector = (0.0, 0.0, 0.0)
         self.offset_mm: dict[str, Vector] = {"g5x": (0.0, 0.0, 0.0), "g92": (0.0, 0.0, 0.0), "tool": (0.0, 0.0, 0.0)}
+        self.turned_degrees = 0.0
         self.moves: list[dict[str, Any]] = []
 
     def next_line(self, state: Any) -> None:
@@ -77,13 +78,25 @@ class Canon:
 
     def _shift_origin(self, name: str, offset_mm: Vector) -> None:
         """The tool stands still while the coordinates it is told in change."""
-        old = self.offset_mm[name]
-        self.position_mm = tuple(p + o - n for p, o, n in zip(self.position_mm, old, offset_mm, strict=True))
+        machine = self._machine_mm(self.position_mm)
         self.offset_mm[name] = offset_mm
+        self.position_mm = self._program_mm(machine)
 
     def set_xy_rotation(self, degrees: float) -> None:
-        if degrees:
-            raise ValueError(f"the judge does not follow a coordinate system turned by {degrees} degrees")
+        """machine = g5x + tool + turned(program + g92)."""
+        machine = self._machine_mm(self.position_mm)
+        self.turned_degrees = degrees
+        self.position_mm = self._program_mm(machine)
+
+    def _machine_mm(self, program_mm: Vector) -> Vector:
+        x, y, z = turned([p + o for p, o in zip(program_mm, self.offset_mm["g92"], strict=True)], self.turned_degrees)
+        g5x, tool = self.offset_mm["g5x"], self.offset_mm["tool"]
+        return tuple(p + o + t for p, o, t in zip((x, y, z), g5x, tool, strict=True))
+
+    def _program_mm(self, machine_mm: Vector) -> Vector:
+        g5x, g92, tool = (self.offset_mm[name] for name in ("g5x", "g92", "tool"))
+        flat = [m - o - t for m, o, t in zip(machine_mm, g5x, tool, strict=True)]
+        return tuple(p - o for p, o in zip(turned(flat, -self.turned_degrees), g92, strict=True))
 
     def set_plane(self, plane: int) -> None:
         self.axes = PLANE_AXES[plane]
@@ -112,6 +125,14 @@ class Canon:
 
     check_abort = comment = dwell = message = user_defined_function = ignored
     set_feed_rate = set_spindle_rate = set_traverse_rate = ignored
+
+
+def turned(position: Sequence[float], degrees: float) -> Vector:
+    """Turns X and Y anticlockwise about the origin."""
+    if not degrees:
+        return tuple(position)
+    (x, y, z), cosine, sine = position, math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return (cosine * x - sine * y, sine * x + cosine * y, z)
 
 
 def to_mm(inches: Sequence[float]) -> Vector:

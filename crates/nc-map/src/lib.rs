@@ -22,7 +22,7 @@ mod writer;
 
 use std::thread;
 
-use nc_program::{Dialect, Options, TooLarge};
+use nc_program::{Dialect, Linear, Options, TooLarge};
 
 use reader::{Part, Reader};
 use standing::Standing;
@@ -108,6 +108,8 @@ struct Writing {
     /// So many decimals are written at least.
     decimals: usize,
     carried: Vector,
+    /// The turned coordinates in which that counts.
+    linear: Option<Linear>,
     drilling: Drilling,
     turning: Vector,
     standing: [Standing; 3],
@@ -132,6 +134,7 @@ impl Mapper {
             comma,
             decimals,
             carried: [0.0; 3],
+            linear: None,
             drilling: Drilling::default(),
             turning: [0.0; 3],
             standing: standing::at_start(named),

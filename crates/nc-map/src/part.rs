@@ -69,9 +69,15 @@ impl Writing {
         let displaced: Vec<usize> = (0..path.len()).filter(|index| !stays(index)).collect();
         let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma, self.decimals));
         let flat_mm = program.dialect().about_pole.then(|| [steps[0].unit / 2.0, 25.4 * steps[1].unit / 2.0]);
-        let geometry = Geometry::new(path, &mut self.travel, field.knows_travel(), flat_mm);
-        let found = self.pieces(program, &geometry, &displaced, field, &courses)?;
+        let turned = path.origins.iter().any(|origin| origin.linear.is_some()).then(|| path.clone().placed());
+        let placed = Geometry::new(turned.as_ref().unwrap_or(path), &mut self.travel, field.knows_travel(), flat_mm);
+        let mut found = self.pieces(program, &placed, &displaced, field, &courses)?;
         self.check_limits(program, path, &found)?;
+        let programmed = turned.is_some().then(|| Geometry::new(path, &mut self.travel, false, flat_mm));
+        if programmed.is_some() {
+            found.iter_mut().for_each(|piece| piece.take_back(path));
+        }
+        let geometry = programmed.unwrap_or(placed);
         if self.refusals.gathers {
             refuse_without_pieces(&mut courses, &displaced, &found);
         }
@@ -84,13 +90,14 @@ impl Writing {
             poles: Poles::new(program, path),
             steps,
             carried: self.carried,
+            linear: self.linear,
             drilling: self.drilling,
             turning: self.turning,
             numbers: BlockNumbers::default(),
             heights: HashMap::new(),
             shared: Vec::new(),
             added: 0,
-            tolerance_mm: self.limits.tolerance_mm,
+            tolerance_mm: self.limits.tolerance_mm / self.linear.map_or(1.0, |linear| linear.stretch()),
             knows_travel: field.knows_travel(),
             whole: self.whole,
         };
@@ -106,6 +113,7 @@ impl Writing {
             self.summary.turns_back = self.summary.blocks + block + 1;
         }
         (self.carried, self.drilling, self.turning) = (writer.carried, writer.drilling, writer.turning);
+        self.linear = writer.linear;
         let stated = path.unit_stated.map(|(block, inch)| (self.summary.blocks + block + 1, inch));
         self.summary.unit_stated = self.summary.unit_stated.or(stated);
         if !self.refusals.gathers {
@@ -187,6 +195,7 @@ impl Writing {
         registers.sort_unstable();
         let mut registers = registers.into_iter().peekable();
         for (index, course) in courses.iter().enumerate() {
+            writer.turn_with(index);
             while let Some(register) = registers.next_if(|block| *block <= path.block[index] as usize) {
                 self.refusals.keep(require_on_position(program, register, &writer.carried))?;
             }
@@ -442,13 +451,17 @@ fn arrive(writer: &mut Writer, index: usize, pieces: &[Piece]) {
 /// A move that stays: the axes it takes to a place of the machine, or to a position, are there without displacement.
 fn stay(writer: &mut Writer, index: usize, role: Option<&Role>) {
     let (path, saying) = (writer.path, Saying::of(writer.path, index));
-    for axis in 0..3 {
-        let wordless = path.words[index].iter().all(|word| *word < 0);
+    // The machine's axes are not turned with the program's.
+    let linear = writer.linear.filter(|_| role.is_some_and(Role::is_to_machine));
+    let mut carried = linear.map_or(writer.carried, |linear| linear.vector(writer.carried));
+    let wordless = path.words[index].iter().all(|word| *word < 0);
+    for (axis, off) in carried.iter_mut().enumerate() {
         let goes = standing::is_position(writer.program, &saying, axis);
         if goes || wordless && leaves(writer.program, &saying, role, axis) {
-            writer.carried[axis] = 0.0;
+            *off = 0.0;
         }
     }
+    writer.carried = linear.map_or(carried, |linear| linear.inverse().vector(carried));
 }
 
 /// A fault by what it means for the program.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nc_program::{through, Arc, MoveKind, Plane};
+use nc_program::{through, Arc, MoveKind, Plane, ToolPath};
 
 use crate::field::{sum, Field, Trouble, Vector};
 use crate::geometry::Geometry;
@@ -33,6 +33,17 @@ pub(crate) struct Piece {
     pub largest: Vector,
     /// Steepest change of the displacement over its length; 0 for a rapid.
     pub slope: f64,
+}
+
+impl Piece {
+    /// Calls its points as the turned, mirrored or scaled coordinates do in which its move is programmed.
+    pub fn take_back(&mut self, path: &ToolPath) {
+        if let Some(linear) = path.origins[path.state[self.of_move] as usize].linear {
+            let back = linear.inverse();
+            (self.start, self.end) = (back.place(self.start), back.place(self.end));
+            self.centre = self.centre.map(|centre| back.place(centre));
+        }
+    }
 }
 
 /// Why a move has no pieces: a field's trouble, or no number of pieces that would do.

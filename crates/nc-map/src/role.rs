@@ -54,6 +54,7 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
                 | G::Shift(_)
                 | G::ToolOffset
                 | G::Dwell
+                | G::Rotate
                 | G::Pole(_)
                 | G::Setting(..)
                 | G::RoughContour(_)

@@ -16,7 +16,7 @@ mod turning_cycle;
 
 use std::collections::HashMap;
 
-use nc_program::{Modal, MoveKind, Program, ToolPath, Word};
+use nc_program::{Linear, Modal, MoveKind, Program, ToolPath, Word};
 
 use crate::edits::Edits;
 use crate::edits::{new_lines, BlockNumbers};
@@ -45,8 +45,10 @@ pub(crate) struct Writer<'a> {
     pub poles: Poles,
     /// In millimetres and in inches.
     pub steps: [Step; 2],
-    /// Actual less programmed position, mm.
+    /// Actual less programmed position in the program's coordinates, mm.
     pub carried: Vector,
+    /// How those are turned, mirrored and scaled.
+    pub linear: Option<Linear>,
     /// The drilling cycle in force.
     pub drilling: Drilling,
     /// By how much the end of the turning cycle in force is displaced, mm.
@@ -97,6 +99,18 @@ impl Here<'_> {
 }
 
 impl<'a> Writer<'a> {
+    /// Goes over to the coordinates in which a move is programmed: the tool stands as far off as before.
+    pub fn turn_with(&mut self, index: usize) {
+        let linear = self.path.origins[self.path.state[index] as usize].linear;
+        if linear != self.linear {
+            let carried = self.linear.map_or(self.carried, |before| before.vector(self.carried));
+            self.carried = linear.map_or(carried, |after| after.inverse().vector(carried));
+            let stretch = |linear: &Option<Linear>| linear.map_or(1.0, |linear| linear.stretch());
+            self.tolerance_mm *= stretch(&self.linear) / stretch(&linear);
+            self.linear = linear;
+        }
+    }
+
     /// Writes a move as its pieces.
     pub fn write(&mut self, index: usize, pieces: &[Piece], course: &Course) -> Result<(), Refused> {
         let here = self.here(index)?;

@@ -33,6 +33,9 @@ impl Runner<'_> {
             (centre[first], centre[second]) = (turn.centre[0], turn.centre[1]);
             self.path.arcs.push(Arc { of_move: self.path.len(), centre, sweep: turn.sweep, radius: turn.radius });
         }
+        if kind == MoveKind::Arc {
+            self.require_circles();
+        }
         let origin = self.state.frame.origin();
         let state = if kind == MoveKind::Thread {
             let feed = if self.lead_mm.is_nan() { self.state.modal.feed } else { self.lead_mm };

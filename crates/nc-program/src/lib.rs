@@ -32,6 +32,7 @@ pub use drilling::hole_places::Placed;
 pub use emit::Executed;
 pub use finding::{Finding, Severity};
 pub use lint::{first_unknown, lint};
+pub use modes::linear::Linear;
 pub use modes::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 pub use modes::rotary::rotary_letters;
 pub use modes::tool::{tip_direction, Tool};

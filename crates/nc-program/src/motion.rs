@@ -169,8 +169,9 @@ impl Runner<'_> {
     }
 
     /// End of the move that the block asks for, and the words that set it.
-    pub(crate) fn target(&self, request: &Request, in_machine: bool) -> ([f64; 3], [i32; 3]) {
+    pub(crate) fn target(&mut self, request: &Request, in_machine: bool) -> ([f64; 3], [i32; 3]) {
         let (mut end, mut words) = (self.state.position, [INHERITED; 3]);
+        let mut places = [None; 3];
         for axis in 0..3 {
             let letter = self.dialect_increments().map_or(0, |letters| letters[axis]);
             // Of a position and an increment the last one counts.
@@ -185,14 +186,12 @@ impl Runner<'_> {
             let increment = request.reference(AXES[axis]).unwrap_or(self.state.modal.incremental);
             let modal = &self.state.modal;
             let value = value * if increment { modal.increment_mm(axis) } else { modal.axis_mm(axis) };
-            end[axis] = if in_machine {
-                value - self.machine_origin()[axis]
-            } else if increment {
-                self.state.position[axis] + value
-            } else {
-                value
-            };
+            places[axis] = Some(value).filter(|_| in_machine);
+            end[axis] = if increment { self.state.position[axis] + value } else { value };
             words[axis] = request.word(AXES[axis]);
+        }
+        if in_machine {
+            end = self.on_machine(places, self.machine_origin());
         }
         if request.any(&POLAR) {
             self.polar_target(request, &mut end, &mut words);

@@ -3,6 +3,7 @@
 use crate::drilling::hole::Drilled;
 use crate::drilling::hole_places::Placed;
 use crate::emit::Executed;
+use crate::modes::linear::Linear;
 use crate::modes::modal::Modal;
 use crate::reading::program::Program;
 
@@ -55,6 +56,10 @@ pub struct Origin {
     pub renamed: [u32; 3],
     /// Letter of a rotary axis that stands or moves at another angle than 0, or at one that is not known; 0 for none.
     pub turned: u8,
+    /// The turned, mirrored or scaled coordinates in force: to the path of the work frame by [`ToolPath::placed`].
+    pub linear: Option<Linear>,
+    /// Coordinates have other directions, or another scale, than the machine's axes.
+    pub is_turned: bool,
 }
 
 /// A turning cycle: from where the tool stands to the end that its block states, and back.
@@ -72,8 +77,9 @@ pub struct Turned {
 
 /// A path, in the order of cutting: a column a property, an entry a move.
 ///
-/// Positions are program coordinates of the work frame in force, mm, X a radius.
-#[derive(Debug, Default)]
+/// Positions are program coordinates of the work frame in force, mm, X a radius; of turned, mirrored or scaled ones those
+/// of their words, until they are [`placed`](Self::placed).
+#[derive(Clone, Debug, Default)]
 pub struct ToolPath {
     /// What each move is.
     pub kind: Vec<MoveKind>,

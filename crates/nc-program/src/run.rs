@@ -80,7 +80,8 @@ impl Default for Options {
     }
 }
 
-/// Runs a program. What could not be run is in the findings; the path is then that of the rest.
+/// Runs a program. What could not be run is in the findings; the path is then that of the rest. It is not
+/// [`placed`](ToolPath::placed).
 pub fn run(program: &Program, options: &Options) -> (ToolPath, Vec<Finding>) {
     let mut findings = Vec::new();
     let table = Table::read(program, &mut findings);

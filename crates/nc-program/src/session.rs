@@ -31,7 +31,8 @@ impl Session {
         self.ended
     }
 
-    /// Runs the blocks before `until` of the next part; what comes after them is looked at, not run.
+    /// Runs the blocks before `until` of the next part; what comes after them is looked at, not run. The path is not
+    /// [`placed`](ToolPath::placed).
     pub fn run(&mut self, part: &Program, until: usize) -> (ToolPath, Vec<Finding>) {
         if self.ended {
             return Default::default();

@@ -202,7 +202,7 @@ impl NcProgram {
 
     /// Runs it: the columns of the tool path, those of its modal states, the findings, and the block that states the unit
     /// before any length, with whether it is the inch.
-    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false, work_offsets=Vec::new(), roughing=true))]
+    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false, work_offsets=Vec::new(), roughing=true, placed=true))]
     #[allow(clippy::too_many_arguments)]
     fn run<'py>(
         &self,
@@ -218,6 +218,7 @@ impl NcProgram {
         trace: bool,
         work_offsets: Vec<(usize, [f64; 3])>,
         roughing: bool,
+        placed: bool,
     ) -> PyResult<RunTuple<'py>> {
         let dialect = self.program.dialect();
         let mut initial = dialect.initial;
@@ -239,7 +240,10 @@ impl NcProgram {
             roughing,
             roughed_contours: false,
         };
-        let (path, findings) = py.detach(|| run(&self.program, &options));
+        let (path, findings) = py.detach(|| {
+            let (path, findings) = run(&self.program, &options);
+            (if placed { path.placed() } else { path }, findings)
+        });
         run_tuple(py, &self.program, path, findings)
     }
 }

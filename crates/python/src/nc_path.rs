@@ -146,6 +146,8 @@ pub fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDi
     columns.set_item("tool_offset", column(py, tool_number))?;
     let turned = origins.iter().map(|origin| origin.turned);
     columns.set_item("turned", column(py, turned))?;
+    let linear = origins.iter().map(|origin| origin.is_turned);
+    columns.set_item("linear", column(py, linear))?;
     Ok(columns)
 }
 

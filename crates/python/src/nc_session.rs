@@ -50,7 +50,7 @@ impl NcSession {
         until: usize,
     ) -> PyResult<RunTuple<'py>> {
         let (path, findings) = py.detach(|| self.session.run(&part.program, until));
-        run_tuple(py, &part.program, path, findings)
+        run_tuple(py, &part.program, path.placed(), findings)
     }
 }
 

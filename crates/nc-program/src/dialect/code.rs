@@ -115,6 +115,10 @@ pub enum G {
     OpaqueBlock,
     /// Changes where later positions are in a way that the runner does not follow.
     OpaqueMode,
+    /// Turns the plane by R about a point: G68.
+    Rotate,
+    /// Ends that.
+    EndRotation,
     /// Turns, scales or mirrors what follows; without influence where its values are those of a reset.
     Turn,
     /// The same, which takes shifts away, too.

@@ -7,6 +7,7 @@ use crate::finding::{self, Severity};
 use crate::modes::modal::{Compensation, FeedMode, FeedUnit, Motion, Plane};
 use crate::modes::request::{Jump, Request};
 use crate::modes::tool::{Called, NONE_CALLED};
+use crate::modes::turned_frame::TURNS;
 use crate::path::INHERITED;
 use crate::run::Runner;
 use crate::shapes::spline::Spline;
@@ -36,7 +37,7 @@ pub(crate) fn is_frame(code: G) -> bool {
     matches!(
         code,
         G::SetRegister | G::OffsetRegister | G::Shift(_) | G::Pole(_) | G::CancelRegister(_) | G::RestoreRegister
-    ) || matches!(code, G::SetData | G::SetWorkOffset | G::ToolOffset)
+    ) || matches!(code, G::SetData | G::SetWorkOffset | G::ToolOffset | G::Rotate)
 }
 
 /// Whether a code goes to a place of the machine, by positions or by none.
@@ -90,6 +91,8 @@ impl Runner<'_> {
                 self.call_cycle(request, self.path.len() > before);
             }
             G::DiameterByWord => self.diameter_by_word(request),
+            G::Rotate => self.rotate(request, word),
+            G::SetRegister | G::OffsetRegister | G::SetWorkOffset if self.is_turned() => {}
             G::SetRegister => self.set_register(request),
             G::OffsetRegister => self.offset_register(request),
             G::Pole(from) => self.set_pole(request, from),
@@ -220,6 +223,7 @@ impl Runner<'_> {
                 modal.motion = self.state.under_cycle
             }
             G::EndModalMacro => self.end_modal_macro(word),
+            G::EndRotation => self.set_part(TURNS, None, word),
             G::Plane(plane) => {
                 modal.plane = plane;
                 self.state.xy_is_stated |= plane == Plane::Xy;

@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 
 use crate::finding::{self, Severity};
+use crate::modes::linear::Linear;
+use crate::modes::modal::Plane;
 use crate::modes::request::Request;
 use crate::modes::rotary::Rotary;
-use crate::path::Origin;
+use crate::path::{Origin, INHERITED};
 use crate::reading::number;
 use crate::run::{Runner, AXES};
 
@@ -37,6 +39,15 @@ pub(crate) struct Frame {
     pub home: [[f64; 3]; 2],
     /// Where rotary axes stand.
     pub rotary: Rotary,
+    /// What mirrors, what scales and what turns coordinates, in this order from outside; the first alone where the program
+    /// has one frame of its own.
+    pub parts: [Option<Linear>; 3],
+    /// All of it together: from the program's coordinates to those of the work offset.
+    pub linear: Option<Linear>,
+    /// Angles of work offsets that are turned themselves, degrees: their coordinates are the part's.
+    pub angles: BTreeMap<usize, f64>,
+    /// With these: from the program's coordinates to the machine's directions.
+    pub whole: Option<Linear>,
 }
 
 impl Frame {
@@ -55,7 +66,31 @@ impl Frame {
             renamed: [0; 3],
             home: [[0.0; 3]; 2],
             rotary: Rotary::default(),
+            parts: [None; 3],
+            linear: None,
+            angles: BTreeMap::new(),
+            whole: None,
         }
+    }
+
+    /// Works out how coordinates are turned. A work offset turns what the register adds, too.
+    fn compose(&mut self) {
+        let together = |outer: Linear, inner: Linear| outer.after(&inner);
+        let own = self.angles.get(&self.active);
+        let own = own.map(|angle| Linear::turn(Plane::Xy, *angle, self.register.map(|value| -value)));
+        self.linear = self.parts.into_iter().flatten().reduce(together).and_then(Linear::unless_none);
+        self.whole = own.into_iter().chain(self.linear).reduce(together).and_then(Linear::unless_none);
+    }
+
+    /// A position of the program in machine coordinates.
+    pub fn machine(&self, position: [f64; 3]) -> [f64; 3] {
+        let (placed, total) = (self.whole.map_or(position, |whole| whole.place(position)), self.total());
+        [0, 1, 2].map(|axis| placed[axis] + total[axis])
+    }
+
+    /// The program's coordinates of a position that is the machine's but for what `total` adds.
+    pub fn back(&self, placed: [f64; 3]) -> [f64; 3] {
+        self.whole.map_or(placed, |whole| whole.inverse().place(placed))
     }
 
     /// Machine position minus program position.
@@ -74,6 +109,8 @@ impl Frame {
             tool_number: self.tool_number,
             renamed: self.renamed,
             turned: self.rotary.turned,
+            linear: self.linear,
+            is_turned: self.whole.is_some(),
         }
     }
 
@@ -86,10 +123,16 @@ impl Frame {
 impl Runner<'_> {
     /// Changes what positions are called: the tool stays where it is.
     pub(crate) fn reframe(&mut self, change: impl FnOnce(&mut Frame)) {
-        let before = self.state.frame.total();
-        change(&mut self.state.frame);
-        let after = self.state.frame.total();
-        self.state.position = [0, 1, 2].map(|axis| self.state.position[axis] + before[axis] - after[axis]);
+        let (frame, position) = (&mut self.state.frame, self.state.position);
+        let (before, linear, whole) = (frame.total(), frame.linear, frame.whole);
+        change(frame);
+        frame.compose();
+        let after = frame.total();
+        let placed = whole.map_or(position, |whole| whole.place(position));
+        self.state.position = frame.back([0, 1, 2].map(|axis| placed[axis] + before[axis] - after[axis]));
+        if frame.linear != linear || frame.whole.map(|whole| whole.matrix) != whole.map(|whole| whole.matrix) {
+            frame.rename(turned_axes([whole, linear], [frame.whole, frame.linear]));
+        }
     }
 
     /// The block's coordinates in mm, X a radius.
@@ -138,11 +181,18 @@ impl Runner<'_> {
             );
         }
         let kept = if adds { [0.0; 3] } else { self.kept_fine(request) };
+        if !adds && self.state.frame.parts[0].is_some() && self.refuses_new_frame(INHERITED) {
+            return;
+        }
         self.reframe(|frame| {
+            let given = frame.linear.filter(|_| adds).map_or(given, |linear| linear.vector(given));
             let before = if adds { frame.register } else { kept };
             frame.fine = if adds { [0, 1, 2].map(|axis| frame.fine[axis] + given[axis]) } else { kept };
             frame.register = [0, 1, 2].map(|axis| before[axis] + given[axis]);
             frame.set_aside = frame.register;
+            if !adds {
+                frame.parts = [None; 3];
+            }
         });
     }
 
@@ -175,15 +225,22 @@ impl Runner<'_> {
             0 => self.state.frame.active,
             number => usize::try_from(number).unwrap_or(usize::MAX),
         };
-        let rotated = request.get(b'R').is_some_and(|angle| angle != 0.0);
-        if !matches!(level, 2 | 20) || !(1..=9).contains(&system) || rotated {
-            let message = format!("G10 L{level}: only work offsets without rotation are followed");
+        let angle = request.get(b'R');
+        let turned = angle.is_some() || self.state.frame.angles.contains_key(&system);
+        if !matches!(level, 2 | 20) || !(1..=9).contains(&system) || level == 20 && turned {
+            let message = format!("G10 L{level}: only work offsets are followed, with L20 those that are not turned");
             let hint = "the path is given as if this block were not there";
             return self.warn(finding::OPAQUE, self.block_start(), message, hint);
+        }
+        if angle.is_some() && self.refuses_new_frame(request.word(b'R')) {
+            return;
         }
         let (given, position, total) = (self.given(request), self.state.position, self.state.frame.total());
         self.reframe(|frame| {
             let others = [0, 1, 2].map(|axis| frame.register[axis] + frame.tool[axis]);
+            if let Some(angle) = angle {
+                frame.angles.insert(system, angle);
+            }
             let offsets = frame.work.entry(system).or_default();
             *offsets = [0, 1, 2].map(|axis| match given[axis] {
                 Some(value) if level == 2 => value,
@@ -208,9 +265,9 @@ impl Runner<'_> {
 
     /// Stores where the tool is.
     pub(crate) fn store_home(&mut self, number: usize) {
-        let (position, total) = (self.state.position, self.state.frame.total());
+        let machine = self.state.frame.machine(self.state.position);
         if let Some(home) = self.state.frame.home.get_mut(number) {
-            *home = [0, 1, 2].map(|axis| position[axis] + total[axis]);
+            *home = machine;
         }
     }
 
@@ -236,18 +293,10 @@ impl Runner<'_> {
         }
     }
 
-    /// A turned, scaled or mirrored frame, which the path does not follow; ROT, SCALE and MIRROR (`anew`) put it in the
-    /// place of all shifts before it.
-    pub(crate) fn turn_frame(&mut self, anew: bool, word: i32) {
-        if !is_neutral(&self.whole_text(word)) {
-            return self.unfollowed(word);
-        }
-        if anew {
-            self.shift(&Request::new(), false);
-        }
-    }
-
     pub(crate) fn use_offset(&mut self, number: u16) {
+        if usize::from(number) != self.state.frame.active && self.is_turned() {
+            return;
+        }
         self.state.modal.work_offset = number;
         let number = usize::from(number);
         if number != self.state.frame.active {
@@ -257,36 +306,10 @@ impl Runner<'_> {
     }
 }
 
-/// Whether a code that turns, scales or mirrors what follows has no axis, or leaves all of them as they are.
-fn is_neutral(text: &str) -> bool {
-    if text.contains("SPATIAL") && !text.contains("STAY") && !text.contains("TURN") {
-        return false; // how the axes go there is not said
-    }
-    let mirrors = text.contains("MIRROR") || text.contains("DEF 8.");
-    let neutral =
-        if text.contains("SCALE") || text.contains("DEF 11.") || text.contains("DEF 26.") { 1.0 } else { 0.0 };
-    let after = |end: &str| text.find(end).map(|at| at + end.len());
-    let head = match text.as_bytes() {
-        [b'C', ..] => after(".1"),
-        [b'P', ..] => after("SPATIAL"),
-        _ => text.find(|letter: char| !letter.is_ascii_alphabetic()),
-    };
-    let (bytes, mut at) = (text.as_bytes(), head.unwrap_or(text.len()));
-    while at < bytes.len() {
-        let letters = bytes[at..].iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
-        let value = at + letters;
-        let blanks = bytes[value..].iter().take_while(|byte| matches!(byte, b' ' | b'=')).count();
-        let found = Some(letters).filter(|letters| *letters > 0).and_then(|_| number::read(bytes, value + blanks));
-        let same = match (&text[at..value], found) {
-            ("", _) => !bytes[at].is_ascii_digit(),
-            ("F", Some(_)) | ("STAY" | "TURN" | "SEQ" | "FMAX", None) => true,
-            (_, Some((given, _))) => !mirrors && given == neutral,
-            _ => false,
-        };
-        if !same {
-            return false;
-        }
-        at = found.map_or(value.max(at + 1), |(_, end)| end);
-    }
-    true
+/// The axes whose coordinates differ between two frames: their directions on the machine, and where they begin.
+fn turned_axes(before: [Option<Linear>; 2], after: [Option<Linear>; 2]) -> [bool; 3] {
+    let none = Linear::scaled([1.0; 3], [0.0; 3]);
+    let [before, after] = [before, after].map(|frame| frame.map(|linear| linear.unwrap_or(none)));
+    [0, 1, 2]
+        .map(|axis| before[0].matrix[axis] != after[0].matrix[axis] || before[1].shift[axis] != after[1].shift[axis])
 }

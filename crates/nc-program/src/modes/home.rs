@@ -18,11 +18,10 @@ impl Runner<'_> {
             let (through, words) = self.target(request, false);
             self.emit(MoveKind::Rapid, through, words);
         }
-        let total = self.state.frame.total();
         let home = self.state.frame.home.get(number).copied().unwrap_or_default();
         let increments = self.dialect_increments().unwrap_or([0; 3]);
         let goes = |axis: usize| !some || [AXES[axis], increments[axis]].iter().any(|l| request.get(*l).is_some());
-        let end = [0, 1, 2].map(|axis| if goes(axis) { home[axis] - total[axis] } else { self.state.position[axis] });
+        let end = self.on_machine([0, 1, 2].map(|axis| goes(axis).then_some(home[axis])), self.state.frame.total());
         self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
         if self.program.dialect().rules.home_ends_length {
             self.cancel_tool_offset();
@@ -68,9 +67,24 @@ impl Runner<'_> {
     }
 
     fn go_to_machine_zero(&mut self, axes: [bool; 3]) {
-        let total = self.state.frame.total();
-        let end = [0, 1, 2].map(|axis| if axes[axis] { -total[axis] } else { self.state.position[axis] });
+        let end = self.on_machine(axes.map(|goes| goes.then_some(0.0)), self.state.frame.total());
         self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
+    }
+
+    /// The program's coordinates of the place where some axes stand at those of the machine and the others where they are;
+    /// `origin` is what is taken from a place of the machine. Of turned coordinates it says where none is.
+    pub(crate) fn on_machine(&mut self, places: [Option<f64>; 3], origin: [f64; 3]) -> [f64; 3] {
+        let (frame, position) = (&mut self.state.frame, self.state.position);
+        let Some(linear) = frame.whole else {
+            return [0, 1, 2].map(|axis| places[axis].map_or(position[axis], |place| place - origin[axis]));
+        };
+        let stands = linear.place(position);
+        let goes = [0, 1, 2].map(|axis| places[axis].map_or(stands[axis], |place| place - origin[axis]));
+        let mixes = |axis: usize| (0..3).any(|other| other != axis && linear.matrix[axis][other] != 0.0);
+        if (0..3).any(|axis| places[axis].is_some() && mixes(axis)) {
+            frame.rename([0, 1, 2].map(mixes));
+        }
+        frame.back(goes)
     }
 
     /// The same of the axes named; without one nothing moves.

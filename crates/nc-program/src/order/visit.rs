@@ -2,6 +2,8 @@
 
 use crate::dialect::FlowStyle;
 use crate::finding;
+use crate::modes::frame::Frame;
+use crate::modes::linear::Linear;
 use crate::modes::modal::Modal;
 use crate::modes::request::{Jump, Request};
 use crate::order::labels::{label, program_name, Labels};
@@ -19,6 +21,7 @@ pub(crate) struct Saved {
     modal: Modal,
     register: [f64; 3],
     fine: [f64; 3],
+    frame: Option<Linear>,
 }
 
 /// Somewhere to come back from.
@@ -160,9 +163,10 @@ impl Runner<'_> {
     /// PROC with SAVE: the caller's modes and shift come back when the program ends.
     pub(crate) fn enter_procedure(&mut self, word: i32) {
         let saves = self.whole_text(word).as_bytes().split(|byte| !is_name(*byte)).any(|name| name == b"SAVE");
-        let (modal, register, fine) = (self.state.modal, self.state.frame.register, self.state.frame.fine);
+        let (modal, Frame { register, fine, parts: [frame, ..], .. }) = (self.state.modal, &self.state.frame);
+        let (register, fine, frame) = (*register, *fine, *frame);
         if let Some(Visit::Program { saved, .. }) = self.visits.last_mut().filter(|_| saves) {
-            *saved = saved.or(Some(Saved { modal, register, fine }));
+            *saved = saved.or(Some(Saved { modal, register, fine, frame }));
         }
     }
 
@@ -177,7 +181,9 @@ impl Runner<'_> {
             work_offset: now.work_offset,
             ..saved.modal
         };
-        self.reframe(|frame| (frame.register, frame.fine) = (saved.register, saved.fine));
+        self.reframe(|frame| {
+            (frame.register, frame.fine, frame.parts[0]) = (saved.register, saved.fine, saved.frame);
+        });
     }
 
     /// A finishing cycle runs the contour from N of P to N of Q.
@@ -198,8 +204,7 @@ impl Runner<'_> {
         returns: bool,
     ) {
         if !self.too_deep() {
-            let total = self.state.frame.total();
-            let from = [0, 1, 2].map(|axis| self.state.position[axis] + total[axis]);
+            let from = self.state.frame.machine(self.state.position);
             self.path.enter_call(self.block);
             self.visits.push(Visit::Contour { last, back, from: returns.then_some(from), after });
             self.next = first;
@@ -277,7 +282,7 @@ impl Runner<'_> {
         self.state.comes_at_rapid = false;
         let Some(from) = from else { return };
         let total = self.state.frame.total();
-        let end = [0, 1, 2].map(|axis| from[axis] - total[axis]);
+        let end = self.state.frame.back([0, 1, 2].map(|axis| from[axis] - total[axis]));
         if end != self.state.position {
             self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
             self.trace_return();

@@ -97,7 +97,7 @@ impl Runner<'_> {
         first.zip(second).map(|(first, second)| [first, second].map(|value| value * self.state.modal.mm()))
     }
 
-    fn here_and_end(&self, request: &Request) -> [Point; 2] {
+    fn here_and_end(&mut self, request: &Request) -> [Point; 2] {
         [self.state.position, self.target(request, false).0].map(|[x, y, _]| [x, y])
     }
 

@@ -91,9 +91,7 @@ impl Scope<'_> {
         match (name, axis) {
             (b"ac_mea", None) => Some(1.0),
             (b"aa_iw" | b"aa_mw" | b"p_ep", Some(axis)) => Some(work(axis)),
-            (b"aa_im" | b"aa_mm", Some(axis)) => {
-                Some((self.position[axis] + self.frame.total()[axis]) / self.modal.mm())
-            }
+            (b"aa_im" | b"aa_mm", Some(axis)) => Some(self.frame.machine(self.position)[axis] / self.modal.mm()),
             _ => None,
         }
     }

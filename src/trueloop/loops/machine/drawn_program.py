@@ -37,7 +37,7 @@ def written_out_file(
     """Writes the whole program out and returns both. Raises what running it strictly does, and NC-EDIT."""
 
     def run(program: Program) -> ToolPath:
-        return program.run(parameters, skipped_blocks=skipped_blocks, roughing=False)
+        return program.run(parameters, skipped_blocks=skipped_blocks, roughing=False, placed=False)
 
     path = run(program)
     require_sound(path)

@@ -179,6 +179,7 @@ class Program:
         strict: bool = True,
         trace: bool = False,
         roughing: bool = True,
+        placed: bool = True,
     ) -> ToolPath:
         """Runs the program and returns the tool path.
 
@@ -190,7 +191,8 @@ class Program:
         work_offsets_mm: where the zeros of work offsets are in machine coordinates, X a radius, by number from 1 (G54);
         `offset_number` knows their names. trace: note the blocks executed and the state after each. roughing: take
         roughing cycles (G71 to G73) apart; without it their passes, which only follow the contour, are
-        not in the path. block_limit: the most blocks or moves, never more than 3,000,000 beyond those of the program.
+        not in the path. placed: turned, mirrored and scaled coordinates are those of the work frame, otherwise those
+        of the words. block_limit: the most blocks or moves, never more than 3,000,000 beyond those of the program.
         strict: raise the first of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT,
         NC-UNIT (a length before the unit is stated, or one stated against the one given), NC-DUPLICATE (two codes of
         one group), NC-FEED (one below zero) and, with tools, NC-TOOL (one that is
@@ -202,7 +204,7 @@ class Program:
         try:
             moves, states, rows, unit = self.core.run(
                 list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane,
-                tool_rows(tools), trace, list((work_offsets_mm or {}).items()), roughing,
+                tool_rows(tools), trace, list((work_offsets_mm or {}).items()), roughing, placed,
             )  # fmt: skip
         except ValueError as refused:
             raise no_parameter(str(refused), self.dialect.name) from None

@@ -141,6 +141,8 @@ class ToolPath:
     """Count of the tools, tool offsets and work offsets that came into force so far, for X, Y, Z, (n, 3)."""
     turned = _of_state("turned")
     """The letter (as its code, 0 for none) of a rotary axis away from 0 or at an unknown position."""
+    linear = _of_state("linear")
+    """True where coordinates are turned, mirrored or scaled against the machine's axes."""
 
     def call_stack(self, move: int) -> tuple[int, ...]:
         """Lines of the calls in which that move is made, from 1, the outermost first."""

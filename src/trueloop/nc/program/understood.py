@@ -44,8 +44,23 @@ def require_unit(path: ToolPath) -> None:
             raise found.as_error()
 
 
+def require_plain_frame(path: ToolPath, moves: Sequence[int]) -> None:
+    """Raises NC-MAP for the first of the moves whose coordinates the program turns, mirrors or scales."""
+    framed = [move for move in moves if path.linear[move]]
+    if framed:
+        raise Code.NC_MAP.refusal(
+            f"coordinates are turned, mirrored or scaled in {len(framed)} of {len(moves)} moves that are corrected: "
+            "the correction is not turned with them",
+            hint="correct this program by `trueloop nc map`, which writes turned coordinates",
+            place=Place(line=int(path.line[framed[0]]), column=1),
+        )
+
+
 def require_unturned(path: ToolPath, moves: Sequence[int]) -> None:
-    """Raises NC-MAP for the first of the moves that a rotary axis turns: a displacement along X, Y, Z is not turned."""
+    """Raises NC-MAP for the first of the moves that a rotary axis or the program's own frame turns: a displacement
+    along X, Y, Z is not turned.
+    """
+    require_plain_frame(path, moves)
     turned = [move for move in moves if path.turned[move]]
     if turned:
         letter = chr(path.turned[turned[0]])

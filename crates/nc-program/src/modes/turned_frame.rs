@@ -1,0 +1,229 @@
+//! Codes that turn, mirror or scale the coordinates of what follows.
+
+use crate::dialect::FlowStyle;
+use crate::finding::{self, Severity};
+use crate::modes::linear::Linear;
+use crate::modes::modal::Compensation;
+use crate::modes::request::Request;
+use crate::reading::names::skip_blank;
+use crate::reading::number;
+use crate::run::{Runner, AXES};
+
+/// Of `Frame::parts`: what mirrors, what turns; between them what scales.
+const MIRRORS: usize = 0;
+pub(crate) const TURNS: usize = 2;
+
+impl Runner<'_> {
+    /// G68: the plane is turned by R about the point given, in the place of a turn before it. Under G91, without R or the
+    /// centre, and with a direction in space (I, J, K), machine data or the place where the tool stands decide.
+    pub(crate) fn rotate(&mut self, request: &Request, word: i32) {
+        let (plane, given) = (self.state.modal.plane, self.given(request));
+        let (angle, (first, second, _)) = (self.angle_of_turn(request), plane.axes());
+        let known = [given[first], given[second], angle].iter().all(|value| value.is_some_and(f64::is_finite));
+        if !known || self.state.modal.incremental || request.any(b"IJKABC") {
+            return self.unfollowed(word);
+        }
+        let about = given.map(|value| value.unwrap_or(0.0));
+        self.set_part(TURNS, Some(Linear::turn(plane, angle.unwrap_or(0.0), about)), word);
+    }
+
+    /// R in degrees; without a decimal point it counts thousandths, or whole ones, as lengths count steps.
+    fn angle_of_turn(&mut self, request: &Request) -> Option<f64> {
+        let angle = request.get(b'R')?;
+        let point = self.program.dialect().rules.point.filter(|_| request.pointless.has(b'R') && angle != 0.0);
+        let Some(point) = point else { return Some(angle) };
+        let what = "an angle without a decimal point counts thousandths or whole degrees";
+        let steps = self.ask(point, Severity::Error, request.word(b'R'), what)?;
+        Some(if steps == 0.0 { angle / 1000.0 } else { angle })
+    }
+
+    /// ROT, SCALE and MIRROR (`anew`) take the place of all shifts and turns before them, AROT, ASCALE and AMIRROR add to them;
+    /// cycles 8, 10 and 11 of Klartext set one of the three.
+    pub(crate) fn turn_frame(&mut self, anew: bool, word: i32) {
+        let text = self.whole_text(word);
+        let neutral = is_neutral(&text);
+        if self.program.dialect().flow == FlowStyle::Labels {
+            return self.turn_by_cycle(&text, neutral, word);
+        }
+        let linear = if neutral { None } else { self.linear_of(&text, word) };
+        if linear.is_none() && !neutral {
+            return self.unfollowed(word);
+        }
+        let changes = linear.is_some() || anew && self.state.frame.parts[0].is_some();
+        if changes && self.refuses_new_frame(word) {
+            return;
+        }
+        if anew {
+            self.shift(&Request::new(), false);
+        }
+        self.reframe(|frame| {
+            let before = frame.parts[0];
+            frame.parts[0] = before.into_iter().chain(linear).reduce(|outer, inner| outer.after(&inner));
+        });
+    }
+
+    /// The turn, mirror or scaling that a word of Sinumerik asks for; `None` where it is no such of the plane.
+    fn linear_of(&mut self, text: &str, word: i32) -> Option<Linear> {
+        let head = text.find(|letter: char| !letter.is_ascii_alphabetic())?;
+        let (name, plane) = (text[..head].trim_start_matches('A').to_owned(), self.state.modal.plane);
+        let values = self.named_values(word, head)?;
+        let axis = |name: &str| AXES.iter().position(|letter| name.as_bytes() == [*letter]);
+        match name.as_str() {
+            "ROT" => {
+                let mut angle = 0.0;
+                for (name, value) in &values {
+                    match axis(name) {
+                        _ if name == "RPL" => angle += value,
+                        Some(about) if about == plane.axes().2 => angle += value,
+                        Some(_) if *value == 0.0 => {}
+                        _ => return None,
+                    }
+                }
+                Some(Linear::turn(plane, angle, [0.0; 3]))
+            }
+            "SCALE" | "MIRROR" => {
+                let mut factors = [1.0; 3];
+                for (of, value) in &values {
+                    let factor = if name == "MIRROR" { -1.0 } else { *value };
+                    factors[axis(of)?] = Some(factor).filter(|factor| *factor != 0.0)?;
+                }
+                Some(Linear::scaled(factors, [0.0; 3]))
+            }
+            _ => None,
+        }
+    }
+
+    /// Names and values of a word, from a byte of its text on: `X2 Y=R1`. `None` where there is anything else.
+    fn named_values(&mut self, word: i32, head: usize) -> Option<Vec<(String, f64)>> {
+        let found = *self.program.word(word)?;
+        let (mut at, end, mut values) = (found.start as usize + head, found.end(), Vec::new());
+        loop {
+            let source = self.program.source();
+            at = skip_blank(source, at);
+            if at >= end {
+                return Some(values);
+            }
+            let letters = source[at..end].iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+            let name = String::from_utf8_lossy(&source[at..at + letters]).to_ascii_uppercase();
+            at = skip_blank(source, at + letters);
+            at = if source.get(at) == Some(&b'=') { skip_blank(source, at + 1) } else { at };
+            let (value, after) = self.value(at);
+            if letters == 0 || after <= at || after > end || !value.is_finite() {
+                return None;
+            }
+            values.push((name, value));
+            at = after;
+        }
+    }
+
+    /// Cycles 8 (mirror), 10 (turn) and 11 (scale) about the datum, each in the place of the one before; planes only where
+    /// they turn nothing.
+    fn turn_by_cycle(&mut self, text: &str, neutral: bool, word: i32) {
+        let part = ["DEF 8.", "DEF 11.", "DEF 10."].iter().position(|name| text.contains(name));
+        let head = text.find(".1").map_or(text.len(), |at| at + 2);
+        let linear = part.filter(|_| !neutral).and_then(|part| self.linear_of_cycle(part, text, head, word));
+        match part {
+            Some(part) if neutral || linear.is_some() => self.set_part(part, linear, word),
+            None if neutral => {}
+            _ => self.unfollowed(word),
+        }
+    }
+
+    fn linear_of_cycle(&mut self, part: usize, text: &str, head: usize, word: i32) -> Option<Linear> {
+        if part == MIRRORS {
+            let mut factors = [1.0; 3];
+            for name in text[head..].split_whitespace() {
+                factors[AXES.iter().position(|letter| name.as_bytes() == [*letter])?] = -1.0;
+            }
+            return Some(Linear::scaled(factors, [0.0; 3]));
+        }
+        let values = self.named_values(word, head)?;
+        match values.as_slice() {
+            // Whether the tool's axis is scaled, too, is machine data: a scaling is not followed.
+            [(name, angle)] if part == TURNS && name == "ROT" => {
+                Some(Linear::turn(self.state.modal.plane, *angle, [0.0; 3]))
+            }
+            _ => None,
+        }
+    }
+
+    /// Mirrors, scales or turns in the place of what did so before. Refused where the order of two of them would matter.
+    pub(crate) fn set_part(&mut self, part: usize, linear: Option<Linear>, word: i32) {
+        if self.state.frame.parts[part] == linear {
+            return;
+        }
+        let by_cycle = self.program.dialect().flow == FlowStyle::Labels;
+        let others =
+            |other: usize| other != part && (by_cycle || other > part) && self.state.frame.parts[other].is_some();
+        if (0..3).any(others) || self.refuses_new_frame(word) {
+            return self.unfollowed(word);
+        }
+        self.reframe(|frame| frame.parts[part] = linear);
+    }
+
+    /// Refuses to turn coordinates under compensation: how the tool comes from one frame to the other is not followed.
+    pub(crate) fn refuses_new_frame(&mut self, word: i32) -> bool {
+        let compensates = self.state.modal.compensation != Compensation::Off;
+        if compensates {
+            let message = "coordinates are turned, mirrored or scaled under G41 or G42".to_owned();
+            self.warn(finding::OPAQUE, self.word_start(word), message, "end the compensation before it, by G40 or R0");
+        }
+        compensates
+    }
+
+    /// Whether coordinates are turned where a control has to find them as they were: it is said.
+    pub(crate) fn is_turned(&mut self) -> bool {
+        let bound = matches!(self.program.dialect().flow, FlowStyle::Macro | FlowStyle::Labels);
+        let turned = bound && self.state.frame.linear.is_some();
+        if turned {
+            let message = "coordinates are set anew while they are turned, mirrored or scaled: this is not followed";
+            let hint = "end the rotation, the mirror and the scaling before it";
+            self.warn(finding::OPAQUE, self.block_start(), message.into(), hint);
+        }
+        turned
+    }
+
+    /// An arc has to stay one where it is turned, mirrored and scaled.
+    pub(crate) fn require_circles(&mut self) {
+        let plane = self.state.modal.plane;
+        if self.state.frame.linear.is_some_and(|linear| linear.of_circles(plane).is_none()) {
+            let message = "an arc whose axes are scaled differently, or turned out of its plane".to_owned();
+            let hint = "write it as lines, or scale both axes of its plane alike";
+            self.refuse(finding::ARC, self.block_start(), message, hint);
+        }
+    }
+}
+
+/// Whether a code that turns, scales or mirrors what follows has no axis, or leaves all of them as they are.
+fn is_neutral(text: &str) -> bool {
+    if text.contains("SPATIAL") && !text.contains("STAY") && !text.contains("TURN") {
+        return false; // how the axes go there is not said
+    }
+    let mirrors = text.contains("MIRROR") || text.contains("DEF 8.");
+    let neutral =
+        if text.contains("SCALE") || text.contains("DEF 11.") || text.contains("DEF 26.") { 1.0 } else { 0.0 };
+    let after = |end: &str| text.find(end).map(|at| at + end.len());
+    let head = match text.as_bytes() {
+        [b'C', ..] => after(".1"),
+        [b'P', ..] => after("SPATIAL"),
+        _ => text.find(|letter: char| !letter.is_ascii_alphabetic()),
+    };
+    let (bytes, mut at) = (text.as_bytes(), head.unwrap_or(text.len()));
+    while at < bytes.len() {
+        let letters = bytes[at..].iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+        let value = at + letters;
+        let blanks = bytes[value..].iter().take_while(|byte| matches!(byte, b' ' | b'=')).count();
+        let found = Some(letters).filter(|letters| *letters > 0).and_then(|_| number::read(bytes, value + blanks));
+        let same = match (&text[at..value], found) {
+            ("", _) => !bytes[at].is_ascii_digit(),
+            ("F", Some(_)) | ("STAY" | "TURN" | "SEQ" | "FMAX", None) => true,
+            (_, Some((given, _))) => !mirrors && given == neutral,
+            _ => false,
+        };
+        if !same {
+            return false;
+        }
+        at = found.map_or(value.max(at + 1), |(_, end)| end);
+    }
+    true
+}
