@@ -64,8 +64,8 @@ class World:
 
 
 WORLDS: Final = (
-    World("cuts alike, and taken for alike", 0.0, 0.0, NONE),
-    World("cuts that differ as the prior says", PRIOR.common_mm, PRIOR.scatter_difference_mm, PRIOR),
+    World("equal cuts, assumed to be equal", 0.0, 0.0, NONE),
+    World("cuts that differ as in the prior", PRIOR.common_mm, PRIOR.scatter_difference_mm, PRIOR),
 )
 
 
