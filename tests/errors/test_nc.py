@@ -95,7 +95,7 @@ FANUC: list[tuple[str, Code, str]] = [
     ("G00 X10", Code.NC_NUMBER, '"X10" has no decimal point: what it counts is a parameter of the machine'),
     ("G21\nG28", Code.NC_MISPLACED, "a return to the reference point without an axis: nothing moves"),
     ("G21\nG70", Code.NC_MISPLACED, "G70 without P and Q: nothing moves"),
-    ("G10 P1 X0.01", Code.NC_OPAQUE, "G10: only L2 with P1 to P6 and absolute values is followed"),
+    ("G10 P1 X0.01", Code.NC_OPAQUE, "G10: only L2 with P1 to P6 and the words of X, Y and Z is followed"),
     ("G50 U1.", Code.NC_OPAQUE, "a shift of the position register by increments is not followed"),
     ("G12.1", Code.NC_OPAQUE, "G12.1: the path goes on as if it were not there"),
     ("G21 G01 X1. ,C.5", Code.NC_OPAQUE, "a corner that is not cut: no move comes after it"),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::dialect::FlowStyle;
 use crate::finding::{self, Severity};
 use crate::modes::linear::Linear;
 use crate::modes::modal::Plane;
@@ -236,29 +237,30 @@ impl Runner<'_> {
             return;
         }
         let (given, position, total) = (self.given(request), self.state.position, self.state.frame.total());
+        let adds = self.state.modal.incremental && self.program.dialect().flow == FlowStyle::Macro;
         self.reframe(|frame| {
+            let before = if adds { *frame.work.entry(system).or_default() } else { [0.0; 3] };
             let others = [0, 1, 2].map(|axis| frame.register[axis] + frame.tool[axis]);
             if let Some(angle) = angle {
                 frame.angles.insert(system, angle);
             }
             let offsets = frame.work.entry(system).or_default();
             *offsets = [0, 1, 2].map(|axis| match given[axis] {
-                Some(value) if level == 2 => value,
+                Some(value) if level == 2 => before[axis] + value,
                 Some(value) => position[axis] + total[axis] - others[axis] - value,
                 None => offsets[axis],
             });
         });
     }
 
-    /// G10 of controls where only L2 with P1 to P6 sets a work offset, and U, W or G91 add to it.
+    /// G10 of controls where only L2 with P1 to P6 sets a work offset, and adds to it under G91.
     pub(crate) fn set_work_offset(&mut self, request: &Request) {
-        let adds =
-            self.state.modal.incremental || self.dialect_increments().is_some_and(|letters| request.any(&letters));
+        let increments = self.dialect_increments().is_some_and(|letters| request.any(&letters)) || request.any(b"R");
         let known = request.get(b'L') == Some(2.0) && request.get(b'P').is_some_and(|p| (1.0..=6.0).contains(&p));
-        if known && !adds {
+        if known && !increments {
             return self.set_data(request);
         }
-        let message = "G10: only L2 with P1 to P6 and absolute values is followed".into();
+        let message = "G10: only L2 with P1 to P6 and the words of X, Y and Z is followed".into();
         let hint = "the path is given as if this block were not there";
         self.warn(finding::OPAQUE, self.block_start(), message, hint);
     }
