@@ -239,6 +239,28 @@ def test_it_is_asked_how_an_offset_was_in_force(tmp_path: Path) -> None:
     assert asked.value.code is Code.CMP_CUT_WITH and "cut_by" in asked.value.hint
 
 
+@pytest.mark.parametrize(("by", "impossible"), [("offset", "offsets"), ("contour", "offsets"), ("offset", "corrected")])
+def test_of_several_tools_no_program_with_offsets_was_in_force(tmp_path: Path, by: str, impossible: str) -> None:
+    """None is written; the answer that the hint names leads on: what was entered is not to be entered again."""
+    run("examples", "grooved", "-o", tmp_path)
+    job = tmp_path / "grooved" / "grooved.toml"
+    given = f'{job.read_text()}\n[compensation]\nby = "{by}"\n'
+    job.write_text(given)
+    run("compensate", job, "-o", tmp_path / "o1", "--no-store")
+    assert not list((tmp_path / "o1").glob("offsets*"))
+
+    def stated(key: str) -> Path:
+        job.write_text(given.replace("[programs]\n", f'[programs]\ncut_with = "../o1/part.json"\n{key}'))
+        touches = job.with_name("touches.csv")
+        touches.write_text(touches.read_text() + "\n")  # measured anew
+        return job
+
+    refused = run("compensate", stated(f'cut_by = "{impossible}"\n'), "-o", tmp_path / "o2", "--no-store", status=3)
+    assert "CMP-CUT-WITH" in refused and "without `cut_by`" in refused
+    said = run("compensate", stated(""), "-o", tmp_path / "o2", "--no-store")
+    assert ("stand in the control's wear table" in said) == (by == "offset")
+
+
 def test_a_store_knows_the_corrections_of_the_program(tmp_path: Path) -> None:
     """Asked for once; stated by the id; then the store itself knows what cut the part."""
     db = str(tmp_path / "m.db")

@@ -97,17 +97,28 @@ def _way(record: Record, by: Ran | None) -> Ran:
     ways = ways_of(record)
     if by is None and len(ways) == 1:
         return ways[0]
-    beside = () if record.tool_offset is None else (Ran.OFFSETS, Ran.WEAR)
-    if by is not None and by in (*ways, *beside):
+    if by is not None and by in (*ways, *_ways_beside(record)):
         return by
     said = " or ".join(f'"{way}"' for way in ways)
     what = "can be carried out in several ways" if by is None else f"has no program {by.value!r}"
+    hint = f"cut_by = {said} (the program of that name, or the offset entered at the control)"
+    if "edge" in record.options:
+        hint = "without `cut_by` each tool counts as its own correction was decided"
     raise Code.CMP_CUT_WITH.refusal(
         f"correction {record.id} {what}, and the job does not state which was in force: {said}",
-        hint=f"state it in the job's table [programs]: cut_by = {said} (the program of that name, or the offset "
-        "entered at the control)",
+        hint=f"state it in the job's table [programs]: {hint}",
         values={"corrections": [record.id]},
     )
+
+
+def _ways_beside(record: Record) -> tuple[Ran, ...]:
+    """Returns the ways besides those of `ways_of`: a contour's offset in its place. Of several tools no program with
+    offsets is written.
+    """
+    offset = record.tool_offset
+    if offset is None:
+        return ()
+    return (Ran.WEAR,) if offset.makes_the_correction or "edge" in record.options else (Ran.OFFSETS, Ran.WEAR)
 
 
 def ways_of(record: Record) -> tuple[Ran, ...]:
