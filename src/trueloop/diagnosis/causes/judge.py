@@ -14,8 +14,8 @@ from trueloop.diagnosis.causes.surface import SurfaceErrors, surface_errors
 from trueloop.diagnosis.causes.ways import SEEN_MM, Way, block_of, ways
 from trueloop.diagnosis.causes.weighing import Products, Size, Weighed, log_beside, log_evidence, products_of, size_of
 from trueloop.diagnosis.causes.words import Shown, against, decide, shown, support
-from trueloop.diagnosis.evidence import shares
 from trueloop.errors import Code, Finding, Severity
+from trueloop.estimate.grid import shares
 
 NONE, ONE, TWO = 0.85, 0.135, 0.015
 """Beforehand: how probable no cause, one cause and two are."""

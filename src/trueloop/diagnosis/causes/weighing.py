@@ -16,7 +16,7 @@ from scipy.linalg import cholesky, solve_triangular
 from trueloop.arrays import Array, Flags, Integers, by_content
 from trueloop.diagnosis.causes.cause import SeenBy
 from trueloop.diagnosis.causes.surface import SurfaceErrors
-from trueloop.diagnosis.evidence import log_student
+from trueloop.estimate.grid import log_student, tried
 from trueloop.estimate.places import Places
 from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
@@ -293,8 +293,8 @@ def _tried(
 ) -> tuple[Array, Array]:
     """Logarithms by process (p, m) and sizes of all columns (m, k)."""
     chosen = np.concatenate([np.arange(0), *blocks]).astype(int)
-    widths = [len(one) for one in blocks]
-    scales = np.array([np.repeat(sizes, widths) for sizes in product(*(sizes_mm or [SIZES_MM] * len(blocks)))])
+    of = np.repeat(np.arange(len(blocks)), [len(one) for one in blocks])
+    scales = tried(sizes_mm or [SIZES_MM] * len(blocks), of)
     gram, right = given.columns[:, None, chosen[:, None], chosen], given.with_values[:, None, chosen]
     log = log_student(gram, right, given.values[:, None], given.count, scales**2, STATED)
     return given.log_prior[:, None] + log, scales

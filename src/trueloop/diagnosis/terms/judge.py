@@ -20,7 +20,6 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.evidence import shares
 from trueloop.diagnosis.terms.question import (
     Hypothesis,
     Question,
@@ -33,6 +32,7 @@ from trueloop.diagnosis.terms.question import (
 from trueloop.diagnosis.terms.separators import TermSet, separators, sets, with_separators
 from trueloop.diagnosis.terms.suspects import Residuals, Wrong, raw, with_order
 from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.estimate.grid import probabilities, shares
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import CONSTANT, Part
@@ -244,8 +244,7 @@ def _likely_settings(asked: Question, products: TakenOut, log: Mapping[Hypothesi
     """Variances of set-ups that the likeliest hypotheses do not rule out, and smaller ones: two explain more."""
     best = sorted((one for one in log if one), key=lambda one: -log[one])[:FIRST]
     by_setting = np.array([np.logaddexp.reduce(grid, axis=1) for grid in log_grid(asked, products, best)])
-    share = by_setting - np.logaddexp.reduce(by_setting, axis=1, keepdims=True)
-    largest = products.variances[np.any(share > np.log(UNLIKELY), axis=0)].max(axis=0)
+    largest = products.variances[np.any(probabilities(by_setting) > UNLIKELY, axis=0)].max(axis=0)
     return products.only(np.all(products.variances <= largest, axis=1))
 
 

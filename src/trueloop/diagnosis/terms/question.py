@@ -14,8 +14,8 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
-from trueloop.diagnosis.evidence import SIZES, log_student
 from trueloop.diagnosis.terms.suspects import Columns, Residuals, Suspect, columns, suspects
+from trueloop.estimate.grid import SIZES, log_student, tried
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.kinematics import tool_in_work_mm
 
@@ -169,10 +169,9 @@ def log_evidence(asked: Question, products: TakenOut, hypotheses: Sequence[Hypot
     """Logarithms of the marginal likelihood of hypotheses with equally many suspects, (hypotheses,)."""
     parts = [hypotheses[k : k + AT_ONCE] for k in range(0, len(hypotheses), AT_ONCE)]
     grids = [log_grid(asked, products, part) for part in parts]
-    tried = products.tried * len(SIZES) ** max(len(hypotheses[0]), 1)
-    whole: Array = np.concatenate([np.logaddexp.reduce(grid.reshape(len(grid), -1), axis=1) for grid in grids])
-    whole -= np.log(tried)
-    return whole
+    count = products.tried * len(SIZES) ** max(len(hypotheses[0]), 1)
+    log = np.concatenate([grid.reshape(len(grid), -1) for grid in grids])
+    return np.asarray(np.logaddexp.reduce(log, axis=1) - np.log(count))
 
 
 def log_grid(asked: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
@@ -180,10 +179,10 @@ def log_grid(asked: Question, products: TakenOut, hypotheses: Sequence[Hypothesi
     width = max(asked.count(one) for one in hypotheses)
     pairs = [asked.index(one, width) for one in hypotheses]
     index, of = np.array([p[0] for p in pairs], int), np.array([p[1] for p in pairs], int)
-    tried = np.array(list(product(SIZES, repeat=max(len(hypotheses[0]), 1))))
     gram = products.gram[:, index[:, :, None], index[:, None, :]].swapaxes(0, 1)[:, :, None]
     right = products.right[:, index].swapaxes(0, 1)[:, :, None]
-    variances = tried[:, of.reshape(len(pairs), width)].swapaxes(0, 1)[:, None]
+    sizes = [SIZES] * max(len(hypotheses[0]), 1)
+    variances = tried(sizes, of.reshape(len(pairs), width)).swapaxes(0, 1)[:, None]
     logs = log_student(gram, right, products.squares[None, :, None], products.count, variances)
     found: Array = logs + products.volume[None, :, None]
     return found
@@ -209,8 +208,7 @@ def posterior(asked: Question, products: TakenOut, hypothesis: Hypothesis) -> Po
     grid = log_grid(asked, products, [hypothesis])[0]
     setting, sizes = np.unravel_index(int(np.argmax(grid)), grid.shape)
     index, of = asked.index(hypothesis, asked.count(hypothesis))
-    tried = list(product(SIZES, repeat=max(len(hypothesis), 1)))[int(sizes)]
-    own = [tried[k] for k in of]
+    own = tried([SIZES] * max(len(hypothesis), 1), np.array(of, int))[int(sizes)]
     rows = np.hstack([asked.rows[:, index], asked.set_up.rows])
     set_up = products.variances[int(setting)]
     before = np.array([*own, *set_up[asked.set_up.way]])

@@ -21,6 +21,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags
+from trueloop.estimate.grid import probabilities
 from trueloop.memory.level.step import LevelPrior
 
 ACTS: Final = ((1.0, 1.0, 0.98), (0.0, 0.3, 0.01), (-1.0, 1.0, 0.01))
@@ -50,8 +51,7 @@ class Levels:
     @property
     def share(self) -> Array:
         """Returns the probability of each case, (…, g)."""
-        shares = np.exp(self.log_weight - self.log_weight.max(axis=-1, keepdims=True))
-        return np.asarray(shares / shares.sum(axis=-1, keepdims=True))
+        return probabilities(self.log_weight)
 
     def mean(self, values: Array) -> Array:
         """Returns the average over the cases, (…)."""

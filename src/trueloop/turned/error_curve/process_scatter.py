@@ -20,6 +20,7 @@ import numpy as np
 from scipy.special import erf
 
 from trueloop.arrays import Array
+from trueloop.estimate.grid import probabilities
 from trueloop.turned.error_curve.coverage import COVERAGE, coverage_factor
 
 STEPS: Final = 400
@@ -110,8 +111,7 @@ def _posterior(spreads: Sequence[Spread], squares: float, probe: float, spare: i
         log_weight = log_weight - 0.5 * np.sum(np.log(total) + squared / total, axis=-1)
         information = information + np.sum((shares / total) ** 2, axis=-1)
     log_weight = log_weight + 0.5 * np.log(information)
-    weight = np.exp(log_weight - np.max(log_weight))
-    return v, weight / np.sum(weight)
+    return v, probabilities(log_weight, axis=None)
 
 
 def _half_width(variance: Array, weight: Array) -> float:

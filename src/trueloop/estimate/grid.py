@@ -1,16 +1,18 @@
-"""How well hypotheses explain values: marginal likelihoods, so that one with more parameters has to earn them.
+"""Sizes on a grid, weighed by Bayes' rule; and how well hypotheses explain values: marginal likelihoods, so that a
+hypothesis with more parameters has to earn them.
 
-A hypothesis says that the values are sums of columns with normal coefficients of unknown size, beside noise of
+A hypothesis states that the values are sums of columns with normal coefficients of unknown size, beside noise of
 unknown variance. Sizes are tried on a grid, the noise's variance is integrated out (Student's t), all in units of what
 one value scatters by to begin with.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
+from itertools import product
 from typing import Final, TypeVar
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Integers
 
 H = TypeVar("H", bound=Hashable)
 SIZES: Final = (0.3, 2.0, 10.0, 60.0, 400.0)
@@ -38,8 +40,20 @@ def log_student(
     return logs
 
 
+def probabilities(log_weight: Array, axis: int | None = -1) -> Array:
+    """Returns weights, whose logarithms are known but for a constant, with the sum 1 along an axis; None: of all."""
+    weight = np.exp(log_weight - log_weight.max(axis=axis, keepdims=True))
+    return np.asarray(weight / weight.sum(axis=axis, keepdims=True))
+
+
+def tried(sizes: Sequence[Sequence[float]], of: Integers) -> Array:
+    """Returns every combination of the sizes of blocks, as sizes of the columns: `of` (...) is the block of each, (m,
+    ...).
+    """
+    return np.asarray(np.array(list(product(*sizes)))[:, of])
+
+
 def shares(log_weights: Mapping[H, float]) -> dict[H, float]:
     """Probabilities of hypotheses from the logarithms of their weights (prior times likelihood), likeliest first."""
-    total = np.logaddexp.reduce(list(log_weights.values()))
-    found = {one: float(np.exp(weight - total)) for one, weight in log_weights.items()}
+    found = dict(zip(log_weights, probabilities(np.array([*log_weights.values()])).tolist(), strict=True))
     return dict(sorted(found.items(), key=lambda item: -item[1]))
