@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trueloop.monitoring.charts import RULES
+from trueloop.monitoring.charts import RULES, Rule
 
 SHORTEST: dict[int, list[float]] = {
     1: [3.1],
@@ -55,3 +55,14 @@ def test_a_value_on_a_line_is_not_beyond_it(number: int, values: list[float]) ->
     series = np.array(values)
     rule = next(rule for rule in RULES if rule.number == number)
     assert not rule.marks(series).any() and not rule.marks(-series).any()
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: str(rule.number))
+def test_many_series_at_once_are_marked_as_each_alone(rule: Rule) -> None:
+    """Random ones, and one that rises and one that goes up and down all the way: every rule marks some."""
+    z = np.random.default_rng(237).normal(size=(40, 60))
+    z[:, 20:40] *= np.linspace(0.0, 4.0, 40)[:, None]
+    z[1], z[2] = np.linspace(-4.0, 4.0, 60), np.resize([0.4, -0.5], 60)
+    alone = np.array([rule.marks(row) for row in z])
+    assert alone.any() and not alone.all()
+    np.testing.assert_array_equal(rule.marks(z), alone)

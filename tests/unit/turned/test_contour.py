@@ -15,7 +15,7 @@ from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import JunctionKind, Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, reaches_mm, shifted_contour
-from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_sum
+from trueloop.turned.compensation.shift import ZERO, Shift, constant, sampled, weighted_sum
 
 from .shapes import FEATURES, NOSE_RADIUS_MM, PART
 
@@ -146,6 +146,18 @@ def test_tangent_paths_that_rounding_keeps_apart_go_over_where_they_join(apart_m
     assert abs(before.end_mm - 3.0) < 0.025 and abs(after.start_mm) < 0.04
     gap = math.dist(before.shifted.centre_mm(before.end_mm), after.shifted.centre_mm(after.start_mm))
     assert gap <= abs(apart_mm) + 1e-9
+
+
+def test_paths_that_never_meet_go_over_side_by_side() -> None:
+    """Along the line nothing lies between their ends, though the fillet's nose leans by 10 mrad: 4 µm, to 2nd order."""
+    line = Line("floor", (10.0, -3.0), (10.0, 0.0))
+    fillet = Arc("fillet", (10.0, 0.0), (11.5, 1.5), (11.5, 0.0), -math.pi / 2)
+    profile = Profile((line, fillet), junctions_of((line, fillet)))
+    shifts = [constant(-2e-4), linear(fillet, 0.0, 0.01 * fillet.length_mm)]
+    before, after = centre_pieces(profile, shifted_contour(profile, shifts, 0.4))
+    gap = after.shifted.centre_mm(after.start_mm) - before.shifted.centre_mm(before.end_mm)
+    assert abs(gap[1]) < 2e-5 and abs(gap[0]) > 1e-4
+    assert abs(after.start_mm) == pytest.approx(2e-3 / (1.0 - 0.4 / 1.5), rel=0.05)
 
 
 def test_the_perpendicular_beyond_a_free_end_is_beyond_it_at_both_ends() -> None:

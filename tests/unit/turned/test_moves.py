@@ -120,6 +120,18 @@ def test_a_path_elsewhere_has_the_same_moves_there(fit: Callable[[SampledPath], 
         assert other.sweep_rad == pytest.approx(one.sweep_rad, abs=1e-7)
 
 
+def test_an_s_of_two_arcs_is_these_two() -> None:
+    """30° of 10 mm to one side and as much to the other: the pair with equal legs meets where they do."""
+    turned = np.linspace(0.0, math.pi / 6, 65)  # the pair is tried at 128 samples, by doubling
+    first = 10.0 * np.stack([1.0 - np.cos(turned), np.sin(turned)], axis=1)
+    second = 2 * first[-1] - first[-2::-1]
+    heading = np.concatenate([turned, turned[-2::-1]])
+    tangent = np.stack([np.sin(heading), np.cos(heading)], axis=1)
+    one, other = as_arcs(SampledPath(np.concatenate([first, second]), tangent, np.full(len(heading), 1e-6)))
+    assert one.end_mm == pytest.approx(first[-1], abs=1e-9)
+    assert (one.sweep_rad, other.sweep_rad) == pytest.approx((-math.pi / 6, math.pi / 6), abs=1e-9)
+
+
 def test_a_straight_path_is_one_line() -> None:
     s = np.linspace(0, 10, 101)
     path = SampledPath(np.stack([s, 2 * s], axis=1), np.tile([1, 2] / np.sqrt(5), (101, 1)), np.full(101, 5e-4))
