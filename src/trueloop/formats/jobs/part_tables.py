@@ -124,7 +124,7 @@ class CharacteristicTable(Table):
     at_z_mm: Finite | None = None
     """Where along the feature a diameter holds; left out, everywhere, which a cylinder alone can have."""
     nominal: Annotated[Finite | None, In("`unit`; degrees")] = None
-    """As the drawing says it; left out, what the profile has there."""
+    """As on the drawing; left out, the value of the profile there."""
     tolerance: str | None = None
     """As the drawing says it: `"h6"`, `"±0.02"`, `"+0.01/-0.02"` (in `unit`; degrees of an angle), `"ISO 2768-m"`."""
     lower_limit: Annotated[Finite | None, In("`unit`; degrees")] = None

@@ -139,8 +139,8 @@ class ProgramsTable(Table):
     the profile.
     """
     semifinish: Path | None = None
-    """The program that cut the surface that was touched. What it commands off the profile is not an error of the
-    process; left out, the finish program's own deviation is taken.
+    """The program that cut the surface that was touched. Its commanded deviation from the profile is not an error
+    of the process; left out, the finish program's own deviation is taken.
     """
     semifinish_allowance_mm: NotNegative | None = None
     """Allowance that the semi-finish program leaves on, along the normal."""
