@@ -53,7 +53,12 @@ fn unknown(program: &Program, word: &Word) -> Option<Finding> {
 fn unknown_word(program: &Program, word: &Word) -> Finding {
     let message =
         format!("\"{}\" is no word of the dialect {}", finding::excerpt(program.text(word)), program.dialect().name);
-    let hint = "it is kept as it is and never moved; name another dialect if this one is wrong";
+    let letter_o = matches!(program.text(word), [axis, b'O' | b'o', ..] if axis.is_ascii_alphabetic());
+    let hint = if letter_o {
+        "it has the letter O where a number belongs: if the figure is meant, write 0"
+    } else {
+        "it is kept as it is and never moved; name another dialect if this one is wrong"
+    };
     warning(finding::WORD, word, message, hint)
 }
 

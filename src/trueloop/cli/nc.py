@@ -526,9 +526,9 @@ def map_program_file(
     """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
     from trueloop.jobs.machine.mapped_program import displace_program, program_obstacles
 
+    table, field = displacements.table, frame.of(displacements.field())
     if (out is None) != dry_run:
         raise typer.BadParameter("name the program to be written, or --dry-run instead", param_hint="--out")
-    table, field = displacements.table, frame.of(displacements.field())
     options = bounds.options(table, reading, decimals)
     if out is None:
         with busy(f"mapping {file}"):

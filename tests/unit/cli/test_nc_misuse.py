@@ -159,3 +159,21 @@ def test_what_is_not_understood_is_said_beside_what_was_made_of_the_path(tmp_pat
     assert json.loads(invoke("nc", *commands[2], "-d", "linuxcnc", "--json").stdout)["not_understood"] == [2, 0]
     assert json.loads(invoke("nc", *commands[0], "-d", "linuxcnc", "-fjson").stdout)["not_understood"] == 2
     assert invoke("nc", "diff", plain, plain, "-d", "linuxcnc").stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect"),
+    [
+        ("0 BEGIN PGM A MM\n1 Q247=+O\n2 L X+Q247 F100\n3 END PGM A MM\n", "heidenhain"),
+        ("G710 G90 G54 F100\nG0 X=O Y0\nM30\n", "siemens"),
+        ("%\nO1\nG21 G90 G54 G94\nG0 XO Y0\nM30\n%\n", "fanuc-mill"),
+    ],
+)
+def test_a_letter_o_in_place_of_a_figure_is_named(program: Path, text: str, dialect: str) -> None:
+    program.write_text(text)
+    assert "if the figure is meant, write 0" in invoke("nc", "check", program, "-d", dialect).stdout
+
+
+def test_a_shift_of_two_numbers_is_complained_of_before_the_program_to_write(program: Path) -> None:
+    said = invoke("nc", "map", program, "-d", "fanuc-mill", "--shift", "0.1,0.2", status=2).stderr
+    assert "--shift" in said and "--out" not in said

@@ -238,6 +238,10 @@ impl Runner<'_> {
             }
             let text = key.text(self.program.dialect());
             let hint = format!("give it one: --set '{text}=…', or in a job, in its table [programs] (surface: [program]): parameters = {{ \"{text}\" = … }}");
+            let hint = match &key {
+                Key::Name(name) if name.as_ref() == b"o" => format!("if the figure is meant, write 0; else {hint}"),
+                _ => hint,
+            };
             let zero = self.program.dialect().parameters.unset_is_zero && has_value(&key);
             if zero {
                 let message = format!("parameter {text} has no value: the control reads it as 0");

@@ -163,9 +163,24 @@ def number_of(text: str) -> float:
         return math.nan
 
 
+_OTHER_UNITS: Final = {
+    *("nm", "um", "mm", "cm", "m", "in", "mil", "mils", "thou", "microns", "rad", "mrad", "urad", "deg", "arcmin"),
+    *("arcsec", "c", "k", "f", "degc", "degf", "celsius", "mk", "rpm", "hz", "s", "ms", "min", "h"),
+}
+
+
 def _instead(name: str, known: Collection[str]) -> str:
+    """Hint: a name that is nearly right. One in another unit would take the values for what they are not."""
+    stem, _, unit = name.lower().rpartition("_")
     lowered = {other.lower(): other for other in known}
-    near = difflib.get_close_matches(name.lower(), lowered, n=1)
+    if stem and unit in _OTHER_UNITS and name.lower() not in lowered:
+        of_unit = [other for other in known if other.lower().rpartition("_")[2] == unit]
+        near = difflib.get_close_matches(name.lower(), map(str.lower, of_unit), n=1, cutoff=0.8)
+        units = [other for other in known if other.lower().rpartition("_")[0] == stem]
+        if not near:
+            return f"convert it: known are {', '.join(units or known)}, and signals in {', '.join(SIGNAL_UNITS)}"
+    else:
+        near = difflib.get_close_matches(name.lower(), lowered, n=1)
     return f"did you mean {lowered[near[0]]!r}?" if near else f"take it out; known are {', '.join(known)}"
 
 
