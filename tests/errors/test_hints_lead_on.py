@@ -50,7 +50,7 @@ def _hints() -> Iterator[tuple[str, str]]:
                 for part in ast.walk(value):
                     text = _text(part) if isinstance(part, ast.expr) else None
                     if text:
-                        yield f"{file.name}:{part.lineno}", text
+                        yield f"{file.name}:{value.lineno}", text
 
 
 HINTS = sorted(set(_hints()))
