@@ -13,7 +13,7 @@ uncertainty s and ν degrees of freedom, the odds of "touch k is bad" against "n
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from typing import Final
 
 import numpy as np
@@ -154,7 +154,7 @@ class _Search:
         part = self.vectors.chosen(kept)
         fits = fit_touched(self.profile, part, self.options, None, self.known)[0]
         if feature is not None and not any(feature in fit.chain.features for fit in fits.values()):
-            state = partial(part_state, self.profile, part, fitted=False)
+            state = cache(partial(part_state, self.profile, part, fitted=False))
             fits = fit_chains(self.profile, part, self.options, None, state, self.known)[0]
         return finish(fits, part)
 
