@@ -16,6 +16,7 @@ AREAS: Final = {
     "CMP": "Corrections and their limits",
     "TOL": "tolerances and characteristics",
     "SRF": "Surfaces",
+    "MIL": "Milled parts",
     "MCH": "Machine models",
     "REC": "Records of corrections",
     "SIM": "The simulator",

@@ -18,6 +18,7 @@ from trueloop.formats import cell_toml
 from trueloop.formats.jobs import (
     correction_tables,
     job,
+    milled_job,
     part_tables,
     probe_toml,
     surface_job,
@@ -77,12 +78,21 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[output]": surface_job.SurfaceOutputTable,
         "[store]": job.StoreTable,
     },
+    "milled.md": {
+        "[[feature]]": milled_job.MilledFeatureTable,
+        "[[tool]]": milled_job.MillToolTable,
+        "[[measured]]": milled_job.MeasuredTable,
+        "[frame]": milled_job.FrameTable,
+        "[limits]": milled_job.MilledLimits,
+        "[output]": milled_job.MilledOutput,
+    },
 }
 """By page and heading."""
 SCHEMAS: Final[dict[str, type[BaseModel]]] = {
     "job.schema.json": job.Job,
     "probe.schema.json": probe_toml.ProbeFile,
     "surface.schema.json": surface_job.SurfaceJobFile,
+    "milled.schema.json": milled_job.MilledJobFile,
     "correction.schema.json": CorrectionShape,
     "series.schema.json": SeriesShape,
     "diagnosis-part.schema.json": PartDiagnosisShape,

@@ -319,6 +319,23 @@ class Code(StrEnum):
     SRF_SUPPORT = "SRF-SUPPORT", "a part of the face that measurements do not support, or too much of it"
     SRF_MODEL = "SRF-MODEL", "a model that the points cannot determine, or that none satisfies"
 
+    # MIL: milled parts
+    MIL_NOMINAL = (
+        "MIL-NOMINAL",
+        "a measured size whose nominal value is not the job's",
+        ("feature", "nominal_mm", "job_mm"),
+    )
+    MIL_NONE = "MIL-NONE", "a file that measured no feature of the job", ("readings", "features")
+    MIL_LARGE = "MIL-LARGE", "a deviation too large to be an error of the cut", ("name", "deviation_um", "limit_um")
+    MIL_ENTRY = "MIL-ENTRY", "a number to enter that is too large", ("entry", "change", "limit")
+    MIL_ENTERED = "MIL-ENTERED", "parts of which it is not stated what had been entered", ("measurement", "file")
+    MIL_CONTRADICTED = (
+        "MIL-CONTRADICTED",
+        "a part that was not cut with the stated numbers",
+        ("part", "entry", "off", "u"),
+    )
+    MIL_RECORD = "MIL-RECORD", "a record that is not of this part's entries", ("file",)
+
     # MCH: machine models
     MCH_NAME = "MCH-NAME", "no axis error of ISO 230-1", ("name",)
     MCH_STRUCTURE = "MCH-STRUCTURE", "no kinematic chain"

@@ -95,6 +95,7 @@ COMMANDS: Final = {
     "machine": "trueloop.cli.machine:app",
     "realtime": "trueloop.cli.realtime:app",
     "surface": "trueloop.cli.surface:app",
+    "mill": "trueloop.cli.mill:app",
     "series": "trueloop.cli.series:app",
     "monitor": "trueloop.cli.monitor:app",
     "diagnose": "trueloop.cli.diagnose:app",

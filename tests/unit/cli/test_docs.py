@@ -57,6 +57,7 @@ COMMANDS = (
     "tool remove",
     "tool show",
     "tool list",
+    "mill entries",
     "series add",
     "series status",
     "series propose",
@@ -150,7 +151,7 @@ def _help(*command: str) -> str:
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
     rooms = (
-        "part |nc |probe |measure |link |mtconnect |linuxcnc |machine |surface |record |offsets |tool |series |"
+        "part |nc |probe |measure |link |mtconnect |linuxcnc |machine |surface |mill |record |offsets |tool |series |"
         "monitor |diagnose |db |user |key |cell |realtime "
     )
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)

@@ -66,6 +66,11 @@ class Operator:
         """Waits until LinuxCNC has taken the last command, which a busy computer puts off by seconds."""
         self.until(lambda: bool(self.status.echo_serial_number == self.command.serial), PATIENCE_S)
 
+    def mode(self, mode: int) -> None:
+        """Switches to another mode and waits for it: a command of that mode is refused before."""
+        self.command.mode(mode)
+        self.until(lambda: self.status.task_mode == mode, PATIENCE_S)
+
     def switch_on(self) -> None:
         """Takes the machine out of the emergency stop, switches it on and homes it where it stands."""
         self.command.state(linuxcnc.STATE_ESTOP_RESET)
@@ -78,15 +83,13 @@ class Operator:
         self.command.wait_complete()
         self.command.home(-1)
         self.until(lambda: all(self.status.homed[: self.status.joints]), PATIENCE_S)
-        self.command.mode(linuxcnc.MODE_MDI)
-        self.command.wait_complete()
+        self.mode(linuxcnc.MODE_MDI)
         self.command.mdi(PATH_MODE)
         self.command.wait_complete(5)
 
     def run(self, program: Path, feed_override: float, timeout_s: float) -> "int | None":
         """Runs a program to its end or its first error; the line it was at then."""
-        self.command.mode(linuxcnc.MODE_AUTO)
-        self.command.wait_complete()
+        self.mode(linuxcnc.MODE_AUTO)
         self.command.feedrate(feed_override)
         self.command.program_open(str(program.resolve()))
         self.command.wait_complete()

@@ -1,0 +1,121 @@
+"""`trueloop mill`: milled parts, from measured sizes and positions to numbers at the control."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from trueloop.cli.shared_options import argument, option
+from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines, print_table
+from trueloop.units import MM_PER_INCH, UM_PER_MM
+
+if TYPE_CHECKING:
+    from trueloop.jobs.milled import MilledJob
+    from trueloop.milled.entries import Expected, Proposal, Proposed
+
+app = Group("Milled parts: radii, lengths and work offsets to enter, from what was measured.")
+
+
+@app.command()
+def entries(
+    job: Annotated[Path, argument("The milled part's job; docs/milled.md explains it.", metavar="JOB.toml")],
+    output: Annotated[
+        Path | None, option("Folder for the record.  [default: output.folder of the job]", "--output", "-o")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the radii, lengths, work offsets and rotations to enter, with what each size is expected to be then.
+
+    A number is proposed where it is known to more than twice its standard uncertainty. The record, entries.json, tells
+    the job of the next part what had been entered.
+    """
+    from trueloop.formats.outputs import write_all
+    from trueloop.jobs.milled import RECORD, entries_for_next_part, read_milled, record_of
+
+    with busy(f"reading {job}"):
+        read = read_milled(job)
+        found = entries_for_next_part(read)
+    files = write_all(output or read.folder, [(RECORD, record_of(read, found))], read.files)
+    if as_json:
+        print_json({**_as_dict(read, found), "files": list(map(str, files))})
+        return
+    print_lines(_entry_lines(read, found))
+    head = ("size or coordinate", "last part µm", "next, unchanged µm", "P(in)", "next, entered µm", "P(in)")
+    print_table(head, (_row(one) for one in found.expected))
+    print_lines([*_notes(read, found), *files])
+
+
+def _entry_lines(job: "MilledJob", found: "Proposal") -> list[str]:
+    before, after = (UM_PER_MM * value for value in found.rms_mm)
+    lines = [_entry_line(job, one) for one in found.proposed] or ["nothing to enter: no number is known to be off"]
+    return [*lines, f"expected deviation, RMS: {before:.1f} µm unchanged, {after:.1f} µm with these numbers"]
+
+
+def _entry_line(job: "MilledJob", one: "Proposed") -> str:
+    """Returns what to type, in the unit of the job and of the control's register."""
+    unit, scale, decimals = (" in", 1.0 / MM_PER_INCH, 4) if job.job.unit == "inch" else (" mm", 1.0, 3)
+    words = one.entry.words
+    if one.entry.register == "turn":
+        unit, scale, decimals = "°", math.degrees(1.0), 3
+    elif one.entry.register == "radius" and one.entry.of in job.diameters:
+        words, scale = f"tool {one.entry.of}, diameter", 2.0 * scale
+    total = "" if one.change == one.total else f"; since the first part {one.total * scale:+.{decimals}f}{unit}"
+    u = 2.0 * one.standard_u * scale
+    return f"{words}: add {one.change * scale:+.{decimals}f}{unit} (± {u:.{decimals + 1}f}{unit}){total}"
+
+
+def _row(one: "Expected") -> tuple[str, ...]:
+    measured = "" if one.measured_mm is None else f"{UM_PER_MM * one.measured_mm:+.1f}"
+    cells = [one.seen.name, measured]
+    for after in (one.unchanged, one.changed):
+        deviation = UM_PER_MM * (after.value - one.seen.nominal_mm)
+        cells.append(f"{deviation:+.1f} ± {2.0 * UM_PER_MM * after.standard_u:.1f}")
+        cells.append("" if after.probability_in is None else f"{100.0 * after.probability_in:.1f} %")
+    return tuple(cells)
+
+
+def _notes(job: "MilledJob", found: "Proposal") -> list[str]:
+    notes = [
+        f"{name}: far off what tools and work offsets explain; it has no part in these numbers, measure it again"
+        for name in found.unlike
+    ]
+    if job.unused:
+        listed = ", ".join(job.unused[:10]) + (", …" if len(job.unused) > 10 else "")
+        notes.append(f"{len(job.unused)} readings show no size or coordinate of a feature: {listed}")
+    return notes
+
+
+def _as_dict(job: "MilledJob", found: "Proposal") -> dict[str, object]:
+    return {
+        "part_type": job.name,
+        "parts": [one.serial for one in job.parts],
+        "entries": [
+            {
+                "register": one.entry.register,
+                "of": one.entry.of,
+                **(
+                    {"change_urad": 1e6 * one.change, "total_urad": 1e6 * one.total, "u_urad": 2e6 * one.standard_u}
+                    if one.entry.register == "turn"
+                    else {
+                        "change_um": UM_PER_MM * one.change,
+                        "total_um": UM_PER_MM * one.total,
+                        "u_um": 2.0 * UM_PER_MM * one.standard_u,
+                    }
+                ),
+            }
+            for one in found.proposed
+        ],
+        "rms_um": [UM_PER_MM * value for value in found.rms_mm],
+        "expected": [
+            {
+                "name": one.seen.name,
+                "measured_um": None if one.measured_mm is None else UM_PER_MM * one.measured_mm,
+                "unchanged_um": UM_PER_MM * (one.unchanged.value - one.seen.nominal_mm),
+                "entered_um": UM_PER_MM * (one.changed.value - one.seen.nominal_mm),
+                "u_um": 2.0 * UM_PER_MM * one.changed.standard_u,
+                "probability_in": one.changed.probability_in,
+            }
+            for one in found.expected
+        ],
+        "unlike": list(found.unlike),
+        "unused": list(job.unused),
+    }

@@ -1,0 +1,152 @@
+"""The job file of a milled part (TOML): its features, what cuts them, what was measured, and what may be entered."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from trueloop.formats.jobs.job import read_job_file
+from trueloop.formats.toml_tables import Count, In, NotNegative, Positive, Table, Vector
+from trueloop.milled.feature import Kind
+
+
+class MilledFeatureTable(Table):
+    """A feature as the drawing has it, and what cuts it."""
+
+    name: str
+    """Its name; the measurement's, where `[names]` gives no other."""
+    kind: Kind
+    """`"bore"`, `"boss"`, `"slot"`, `"rib"` (two parallel walls), or `"face"`. A pocket is two slots."""
+    at: Annotated[Vector, In("`unit`")]
+    """`[x, y, z]` of its centre at its top; of a face any point of it."""
+    size: Annotated[NotNegative, In("`unit`")] = 0.0
+    """Diameter of a bore or boss, width of a slot or rib."""
+    depth: Annotated[NotNegative, In("`unit`")] = 0.0
+    """From the top down."""
+    direction: Vector = (0.0, 0.0, 1.0)
+    """Of a slot or rib: from its middle to one wall; of a face: out of the material."""
+    tool: Count
+    """Number of the tool that finishes it."""
+    work_offset: str = "G54"
+    """The work offset in force there."""
+    side: Literal["", "climb", "conventional"] = ""
+    """How the finishing pass runs along its wall."""
+
+    @model_validator(mode="after")
+    def _as_its_kind_needs(self) -> "MilledFeatureTable":
+        length = math.hypot(*self.direction)
+        if self.kind == "face":
+            if self.size or self.depth:
+                raise ValueError(f"a face has no size and no depth, {self.name!r} has {self.size:g} and {self.depth:g}")
+        elif not self.size or not self.depth:
+            raise ValueError(
+                f"a {self.kind} needs `size` and `depth`, {self.name!r} has {self.size:g} and {self.depth:g}"
+            )
+        if length == 0.0 or (self.kind in ("slot", "rib") and self.direction[2] != 0.0):
+            level = "in the plane of x and y, such as [1.0, 0.0, 0.0]" if self.kind != "face" else "other than zero"
+            raise ValueError(f"`direction` of {self.name!r} is {list(self.direction)}, it is to be {level}")
+        return self
+
+
+class FrameTable(Table):
+    """Features that the frame of the measurement was set by; left out: surfaces that these cuts do not make."""
+
+    x: str = ""
+    """The feature that x counts from."""
+    y: str = ""
+    """The feature that y counts from."""
+    z: str = ""
+    """The face that z counts from."""
+    turn: tuple[str, str] | None = None
+    """Two features whose line has the drawing's direction."""
+
+
+class MillToolTable(Table):
+    """A tool as the control knows it."""
+
+    number: Count
+    """Its number."""
+    radius: Literal["control", "program"]
+    """`"control"`: its radius stands at the control (G41, G42 with D) and can be entered there; `"program"`: the paths
+    were computed with it, so that no number at the control moves a wall.
+    """
+    register_is: Literal["radius", "diameter"] = "radius"
+    """What the control's register holds."""
+
+
+class MeasuredTable(Table):
+    """Parts as they were measured, in the order of cutting."""
+
+    file: Path
+    """An inspection file, in any format of [measurements.md](measurements.md)."""
+    serial: str | None = None
+    """Of several parts in the file this one; left out, all in the file's order."""
+    unit: Literal["mm", "inch"] | None = None
+    """Unit of a file that does not state it."""
+    mapping: Path | None = None
+    """What a table's columns mean, see [measurements.md](measurements.md#tables-by-mapping)."""
+    entered: tuple[Path, ...] | None = None
+    """The records (`entries.json`) whose numbers had been entered when these parts were cut, `[]` for none. Required of
+    all but the first.
+    """
+
+
+class MilledLimits(Table):
+    """What is refused."""
+
+    entry_um: Positive = 100.0
+    """Largest change of a radius, a length or an offset."""
+    turn_urad: Positive = 1000.0
+    """Largest change of a rotation."""
+    deviation_um: Positive = 300.0
+    """Largest deviation of a size or coordinate."""
+
+
+class MilledOutput(Table):
+    """Where the results go."""
+
+    folder: Path = Path("out")
+    """Folder of the results."""
+
+
+class MilledJobFile(Table):
+    """A whole job file of a milled part."""
+
+    name: str
+    """The part type."""
+    unit: Literal["mm", "inch"]
+    """Unit of the features."""
+    feature: Annotated[tuple[MilledFeatureTable, ...], Field(min_length=1)]
+    frame: FrameTable = FrameTable()
+    tool: Annotated[tuple[MillToolTable, ...], Field(min_length=1)]
+    measured: Annotated[tuple[MeasuredTable, ...], Field(min_length=1)]
+    names: dict[str, str] = Field(default_factory=dict)
+    """Names in the files, and the job's: `{ CIR1 = "B1" }`."""
+    rotation: bool = True
+    """The program runs under a rotation that can be entered (G68, ROT, a basic rotation); false: none is proposed."""
+    measuring_u_um: Positive = 1.5
+    """Standard uncertainty of a measured value whose file states none."""
+    limits: MilledLimits = MilledLimits()
+    output: MilledOutput = MilledOutput()
+
+    @model_validator(mode="after")
+    def _names_that_exist(self) -> "MilledJobFile":
+        names = [one.name for one in self.feature]
+        tools = {one.number for one in self.tool}
+        if twice := next((one for one in names if names.count(one) > 1), None):
+            raise ValueError(f"{names.count(twice)} features are named {twice!r}")
+        for one in self.feature:
+            if one.tool not in tools:
+                raise ValueError(f"{one.name!r} is cut by tool {one.tool}, which no [[tool]] describes")
+        used = (self.frame.x, self.frame.y, self.frame.z, *(self.frame.turn or ()), *self.names.values())
+        if unknown := next((one for one in used if one and one not in names), None):
+            raise ValueError(f"no feature is named {unknown!r}")
+        return self
+
+
+def read_milled_job(path: Path) -> MilledJobFile:
+    """Reads a job file of a milled part; raises JOB errors that name the table, the key and the line."""
+    return read_job_file(
+        path, MilledJobFile, "docs/milled.md lists every key; examples/plate/plate.toml is a ready job"
+    )

@@ -1,0 +1,248 @@
+"""A milled part's job: read with its measurements, answered with numbers to enter at the control, and recorded."""
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Code, Place, in_file
+from trueloop.formats.input_file import read_input
+from trueloop.formats.inspections.known import read_measured_file
+from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.jobs.milled_job import MeasuredTable, MilledFeatureTable, MilledJobFile, read_milled_job
+from trueloop.jobs.user import user_name
+from trueloop.milled.entries import Entered, Entry, Part, Proposal, Register, propose
+from trueloop.milled.feature import MilledFeature
+from trueloop.milled.observed import Frame, observed_of, seen
+from trueloop.units import MM_PER_INCH, UM_PER_MM
+
+RECORD: Final = "entries.json"
+KIND: Final = "trueloop entries of a milled part"
+
+
+@dataclass(frozen=True, eq=False)
+class MilledJob:
+    """A job as values: `files` are all inputs, `unused` the readings that show nothing of a feature, by name."""
+
+    name: str
+    parts: tuple[Part, ...]
+    possible: tuple[Entry, ...]
+    diameters: frozenset[str]
+    unused: tuple[str, ...]
+    files: tuple[Path, ...]
+    job: MilledJobFile
+    path: Path
+
+    @property
+    def folder(self) -> Path:
+        """Returns the folder of the results."""
+        return self.path.parent / self.job.output.folder
+
+    @property
+    def step_mm(self) -> float:
+        """Returns the step of a control's offsets: 0.001 mm, 0.0001 inch."""
+        return 1e-4 * MM_PER_INCH if self.job.unit == "inch" else 1e-3
+
+
+def read_milled(path: Path) -> MilledJob:
+    """Reads a job, its measurements and the records in force. Raises JOB, MSR and MIL errors."""
+    job = read_milled_job(path)
+    with in_file(path):
+        _require_facts(job)
+    scale = MM_PER_INCH if job.unit == "inch" else 1.0
+    features = {one.name: _feature(one, scale) for one in job.feature}
+    frame = Frame(job.frame.x, job.frame.y, job.frame.z, job.frame.turn)
+    parts, unused, files = list[Part](), dict[str, None](), [path]
+    for table in job.measured:
+        records = [path.parent / one for one in table.entered or ()]
+        in_force = _in_force(records, job.name)
+        file = path.parent / table.file
+        files += [file, *records]
+        for inspection in _inspections(path, table):
+            with in_file(file):
+                part, without = _part(job, features, frame, inspection, in_force, len(parts))
+            unused.update(dict.fromkeys(without))
+            parts.append(part)
+    tools = {one.number: one for one in job.tool}
+    used = {one.tool for one in job.feature}
+    offsets = dict.fromkeys(one.work_offset for one in job.feature)
+    registers: tuple[Register, ...] = ("x", "y", "z", "turn") if job.rotation else ("x", "y", "z")
+    possible = (
+        *(Entry("radius", str(n)) for n in sorted(used) if tools[n].radius == "control"),
+        *(Entry("length", str(n)) for n in sorted(used)),
+        *(Entry(register, name) for name in offsets for register in registers),
+    )
+    diameters = frozenset(str(one.number) for one in job.tool if one.register_is == "diameter")
+    return MilledJob(job.name, tuple(parts), possible, diameters, tuple(unused), tuple(files), job, path)
+
+
+def entries_for_next_part(job: MilledJob) -> Proposal:
+    """Returns the numbers to enter before the next part. Raises MIL-ENTRY for a change above the job's limits."""
+    with in_file(job.path):
+        found = propose(job.name, job.parts, job.possible, job.step_mm)
+    for one in found.proposed:
+        turn = one.entry.register == "turn"
+        unit, scale = ("µrad", 1e6) if turn else ("µm", UM_PER_MM)
+        limit = job.job.limits.turn_urad if turn else job.job.limits.entry_um
+        if abs(one.change) * scale > limit:
+            key = "limits.turn_urad" if turn else "limits.entry_um"
+            raise Code.MIL_ENTRY.refusal(
+                f"{one.entry.words} would change by {one.change * scale:+.0f} {unit}, the limit is {limit:g}",
+                hint="look at the readings first: a wrong work offset, an exchanged tool or features under names of "
+                "others look like this",
+                place=Place(str(job.path)),
+                override=f"a larger `{key}` in the job",
+                values={"entry": one.entry.words, "change": one.change * scale, "limit": limit},
+            )
+    return found
+
+
+def record_of(job: MilledJob, found: Proposal) -> bytes:
+    """Returns the record of the numbers, as a later job names it under `measured.entered`."""
+    entries = [
+        {
+            "register": one.entry.register,
+            "of": one.entry.of,
+            "change": one.change,
+            "total": one.total,
+            "standard_u": one.standard_u,
+            "unit": "rad" if one.entry.register == "turn" else "mm",
+        }
+        for one in found.proposed
+    ]
+    about = {
+        "kind": KIND,
+        "part_type": job.name,
+        "made_at": datetime.now(UTC).isoformat(timespec="seconds"),
+        "made_by": user_name(),
+        "inputs": {file.name: sha256_of(file.read_bytes()) for file in job.files},
+        "entries": entries,
+    }
+    return (json.dumps(about, ensure_ascii=False, indent=2) + "\n").encode()
+
+
+def _require_facts(job: MilledJobFile) -> None:
+    """Raises MIL-ENTERED where it is not stated what had been entered when a later part was cut."""
+    for k, table in enumerate(job.measured[1:], 2):
+        if table.entered is None:
+            raise Code.MIL_ENTERED.refusal(
+                f"measurement {k} of {len(job.measured)}, {table.file.name!r}: it is not stated which numbers had been "
+                "entered when its parts were cut",
+                hint=f'add `entered = ["out/{RECORD}"]`, every record entered until then, or `entered = []`',
+                values={"measurement": k, "file": table.file.name},
+            )
+
+
+def _feature(table: MilledFeatureTable, scale: float) -> MilledFeature:
+    x, y, z = (scale * value for value in table.at)
+    length = sum(value**2 for value in table.direction) ** 0.5
+    i, j, k = (value / length for value in table.direction)
+    return MilledFeature(
+        name=table.name,
+        kind=table.kind,
+        place_mm=(x, y, z),
+        tool=table.tool,
+        work_offset=table.work_offset,
+        size_mm=scale * table.size,
+        direction=(i, j, k),
+        depth_mm=scale * table.depth,
+        side=table.side,
+    )
+
+
+def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
+    """Yields the parts of a file. Raises MSR-SERIAL where the serial number that is chosen is not in it."""
+    file = path.parent / table.file
+    mapping = None if table.mapping is None else path.parent / table.mapping
+    found = read_measured_file(file, Stated(table.unit, mapping)).inspections
+    chosen = [one for one in found if table.serial in (None, one.part.serial)]
+    if not chosen:
+        serials = [one.part.serial for one in found]
+        raise Code.MSR_SERIAL.refusal(
+            f"{file.name!r} has no part {table.serial!r}; its {len(serials)} parts are {', '.join(serials[:20])}",
+            hint="correct `measured.serial`, or leave it out for all parts of the file",
+            place=Place(str(file)),
+            values={"serials": serials[:20]},
+        )
+    yield from chosen
+
+
+def _part(
+    job: MilledJobFile,
+    features: dict[str, MilledFeature],
+    frame: Frame,
+    inspection: Inspection,
+    in_force: Entered,
+    number: int,
+) -> tuple[Part, list[str]]:
+    readings = [_renamed(one, job.names) for one in inspection.readings]
+    pairs = [(one, seen(features, frame, one)) for one in readings]
+    used = [(one, what) for one, what in pairs if what is not None]
+    serial = inspection.part.serial or str(number + 1)
+    if not used:
+        names = sorted({one.feature for one in readings})[:20]
+        raise Code.MIL_NONE.refusal(
+            f"none of {len(readings)} readings of part {serial!r} is a size or coordinate of a feature of the job; the "
+            f"file's features are {', '.join(map(repr, names)) or 'not named'}",
+            hint='give the job\'s names in the table [names]: `CIR1 = "B1"`',
+            values={"readings": len(readings), "features": names},
+        )
+    for one, what in used:
+        off_um = (one.actual - what.nominal_mm) * UM_PER_MM
+        if abs(off_um) > job.limits.deviation_um:
+            raise Code.MIL_LARGE.refusal(
+                f"{what.name} of part {serial!r} deviates by {off_um:+.0f} µm, the limit is "
+                f"{job.limits.deviation_um:g} µm",
+                hint="look whether it is that feature: a bore taken for a boss, another work offset or unit, a chip",
+                override="a larger `limits.deviation_um` in the job",
+                values={"name": what.name, "deviation_um": off_um, "limit_um": job.limits.deviation_um},
+            )
+    shown = tuple(what for _, what in used)
+    observed = observed_of(shown, [one for one, _ in used], (job.name, number), job.measuring_u_um / UM_PER_MM)
+    return Part(serial, shown, observed, in_force), [one.characteristic for one, what in pairs if what is None]
+
+
+def _renamed(reading: Reading, names: dict[str, str]) -> Reading:
+    feature = names.get(reading.feature, reading.feature)
+    return replace(reading, feature=feature, other=names.get(reading.other, reading.other))
+
+
+def _in_force(records: Sequence[Path], part_type: str) -> Entered:
+    """Returns the sum of the changes that records list. Raises MIL-RECORD for what is no record of this part type."""
+    total = dict[Entry, float]()
+    known = set[str]()
+    for path in records:
+        content = read_input(path, Code.MIL_RECORD, hint=f"name the {RECORD} that an earlier job has written")
+        entries = _entries_of(path, content, part_type)
+        digest = sha256_of(content)
+        if digest in known:
+            raise _bad_record(path, "is named twice: its numbers would count twice")
+        known.add(digest)
+        for entry, change in entries:
+            total[entry] = total.get(entry, 0.0) + change
+    return total
+
+
+def _entries_of(path: Path, content: bytes, part_type: str) -> list[tuple[Entry, float]]:
+    try:
+        about: Any = json.loads(content)
+        if about["kind"] != KIND:
+            raise _bad_record(path, f"is of another kind, {about['kind']!r}")
+        if about["part_type"] != part_type:
+            raise _bad_record(path, f"is of the part {about['part_type']!r}, the job of {part_type!r}")
+        return [(Entry(one["register"], one["of"]), float(one["change"])) for one in about["entries"]]
+    except (ValueError, KeyError, TypeError) as error:
+        raise _bad_record(path, f"is not a record of entries: {type(error).__name__}") from error
+
+
+def _bad_record(path: Path, why: str) -> Exception:
+    return Code.MIL_RECORD.refusal(
+        f"{path.name!r} {why}",
+        hint=f"name every {RECORD} whose numbers were entered, each once",
+        place=Place(str(path)),
+        values={"file": path.name},
+    )

@@ -1,0 +1,1 @@
+"""Milled parts: bores, bosses, slots, ribs and faces, the tools and work offsets that cut them, and their errors."""

@@ -1,0 +1,284 @@
+"""Numbers to enter at the control: which, how much, and what the next part is expected to be with them.
+
+An entry of +1 leaves, as an error of the cut: of a tool's radius +1 on every wall that the control compensates with it,
+of its length +1 on faces that look up, of a work offset n along its axis, of its turn n·(ẑ × p) per radian. The total c
+of all entries minimizes the expected sum of squares Σ w²(m + A·c − aim)² over the sizes and coordinates that were
+measured, m their expectation as the machine was first set; w is 1 over half of the tolerance. Entries are taken one by
+one, the most useful first, as long as they are known to more than twice their standard uncertainty: so an error that
+one number explains is put into one number, and what nothing determines stays as it is.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.domain.characteristic import Judgement
+from trueloop.errors import Code
+from trueloop.estimate.observed import Observed
+from trueloop.estimate.places import Places
+from trueloop.estimate.sizes import FAR, fitted_sizes
+from trueloop.estimate.state import Key, State, Updated
+from trueloop.milled.catalogue import LASTING, milled_catalogue, shift_basis, turn_basis, wall_share
+from trueloop.milled.observed import Seen, places_of
+from trueloop.statistics import rms
+from trueloop.tolerances.conformance import judge
+from trueloop.units import UM_PER_MM
+
+Register: TypeAlias = Literal["radius", "length", "x", "y", "z", "turn"]
+
+PLAINEST: Final[tuple[Register, ...]] = ("radius", "length", "x", "y", "z", "turn")
+CONTRADICTED: Final = 6.0
+"""A part further off than so many standard uncertainties was not cut as stated."""
+SEEN: Final = 0.1
+"""Readings that an entry of 1 moves by less than this, RMS, do not show it."""
+KNOWN: Final = 2.0
+"""An entry is made where it is known to more than so many of its standard uncertainties."""
+ALIKE: Final = 1.05
+"""Entries that leave less than so many times the least are as good: the plainest of them is taken."""
+PARTS_FOR_SIZES: Final = 3
+"""From so many parts on the sizes of the terms are fitted: before, one chip would make all features look uneven."""
+STEP_RAD: Final = math.radians(0.001)
+"""A control takes angles in steps of 0.001°."""
+DEPENDENT: Final = 1e-6
+"""Share of an entry's effect that others do not have already, below which it is not determined beside them."""
+
+
+@dataclass(frozen=True, order=True)
+class Entry:
+    """A number at the control: which register, and of which tool (its number) or work offset."""
+
+    register: Register
+    of: str
+
+    @property
+    def words(self) -> str:
+        """Returns words such as `tool 2, radius` or `G54, X`."""
+        if self.register in ("radius", "length"):
+            return f"tool {self.of}, {self.register}"
+        return f"{self.of}, {'rotation about Z' if self.register == 'turn' else self.register.upper()}"
+
+    def basis(self, places: Places) -> Array:
+        """Returns the error that an entry of +1 (mm, or rad of a turn) leaves at places, (N,)."""
+        if self.register in ("radius", "length"):
+            mine = np.asarray(places.columns["tool"]) == self.of
+            effect = wall_share(places) if self.register == "radius" else places.number("normal_z")
+        else:
+            mine = np.asarray(places.columns["work_offset"]) == self.of
+            turn = self.register == "turn"
+            effect = turn_basis(places)[:, 0] if turn else shift_basis(places)[:, "xyz".index(self.register)]
+        return np.where(mine, effect, 0.0)
+
+
+Entered: TypeAlias = Mapping[Entry, float]
+"""Totals since the first measured part, mm or rad."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One measured part in the order of cutting: what was seen with which deviations, and the entries in force."""
+
+    serial: str
+    shown: tuple[Seen, ...]
+    observed: Observed
+    in_force: Entered
+
+    def as_first_set(self) -> Observed:
+        """Returns the values without what the entries in force did to them."""
+        effect = sum((value * one.basis(self.observed.places) for one, value in self.in_force.items()), np.zeros(1))
+        known = self.observed.of(np.broadcast_to(effect, len(self.observed.places)))
+        return Observed(
+            self.observed.places,
+            self.observed.value_mm - known,
+            self.observed.standard_u_mm,
+            self.observed.functional,
+            self.observed.correlated_mm2,
+        )
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """A number to enter: its change from what is in force, the total with it, and its standard uncertainty; mm, rad."""
+
+    entry: Entry
+    change: float
+    total: float
+    standard_u: float
+
+
+@dataclass(frozen=True)
+class Expected:
+    """A size or coordinate: its deviation on the last part, mm, and of the next one without and with the entries."""
+
+    seen: Seen
+    measured_mm: float | None
+    unchanged: Judgement
+    changed: Judgement
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """The answer for the next part. `unlike`: features so far off what tools and work offsets explain, by a chip, a
+    recut or an error of their own, that they have no part in the entries.
+    """
+
+    proposed: tuple[Proposed, ...]
+    undetermined: tuple[Entry, ...]
+    expected: tuple[Expected, ...]
+    unlike: tuple[str, ...]
+
+    @property
+    def rms_mm(self) -> tuple[float, float]:
+        """Returns the expected deviation from what is aimed at over all sizes, RMS: without and with the entries."""
+        off = [(one.unchanged.value - target(one.seen), one.changed.value - target(one.seen)) for one in self.expected]
+        before, after = zip(*off, strict=True)
+        return rms(np.array(before)), rms(np.array(after))
+
+
+def target(seen: Seen) -> float:
+    """Returns the size that is aimed at, mm."""
+    return seen.nominal_mm + seen.aim_mm
+
+
+def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], step_mm: float = 1e-3) -> Proposal:
+    """Returns the numbers to enter before the next part, in steps that a control takes: `step_mm`, 0.001° of a turn.
+
+    `possible` are those that the control can be given.
+    """
+    catalogue = milled_catalogue()
+    values = [part.as_first_set() for part in parts]
+    sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
+    state = State.before(catalogue, sizes)
+    scales = dict[Key, float]()
+    for part, one in zip(parts, values, strict=True):
+        updated = state.given(one)
+        if part is not parts[0]:
+            _require_consistent(part, updated, possible)
+        scales = {key: scale for key, scale in scales.items() if key[0] in LASTING} | dict(updated.scales)
+        state = updated.state.without_parts()
+    last = parts[-1]
+    shown = {one.name: one for part in parts for one in part.shown}
+    places, functional = places_of(tuple(shown.values()), part_type, int(last.observed.places.number("part")[0]) + 1)
+    unlike = dict.fromkeys(key[-1] for key, scale in scales.items() if scale >= FAR)
+    alike = [all(feature.name not in unlike for feature in one.features) for one in shown.values()]
+    weight = _weights(list(shown.values())) * alike
+    aim = np.array([one.aim_mm for one in shown.values()])
+    lasting = state.predict(places, functional, LASTING, repeatability=False)
+    effects = {one: functional @ one.basis(places) for one in {**dict.fromkeys(possible), **last.in_force}}
+    chosen = _chosen({one: effects[one] for one in possible}, weight, lasting.mean_mm - aim, lasting.covariance_mm2)
+    proposed = [
+        _in_steps(one, total, u, (last.in_force.get(one, 0.0), step_mm)) for one, total, u in _totals(chosen, last)
+    ]
+    proposed = [one for one in proposed if one.change != 0.0]
+    totals = {**last.in_force, **{one.entry: one.total for one in proposed}}
+    whole = state.predict(places, functional)
+    now = whole.mean_mm + _effect(effects, last.in_force)
+    after = whole.mean_mm + _effect(effects, totals)
+    u = whole.standard_u_mm
+    measured = dict(zip((one.name for one in last.shown), last.observed.value_mm.tolist(), strict=True))
+    expected = tuple(
+        Expected(one, measured.get(one.name), *(_judged(one, value[k], u[k]) for value in (now, after)))
+        for k, one in enumerate(shown.values())
+    )
+    return Proposal(tuple(proposed), tuple(one for one in possible if one not in chosen), expected, tuple(unlike))
+
+
+def _require_consistent(part: Part, updated: Updated, possible: Sequence[Entry]) -> None:
+    """Raises MIL-CONTRADICTED where a part lies off what the parts before and its stated entries predict, as an entry
+    would move it: what was in force was something else.
+    """
+    odd = {key[-1] for key, scale in updated.scales.items() if scale >= FAR}
+    alike = np.array([all(feature.name not in odd for feature in one.features) for one in part.shown])
+    rows = alike if 2 * np.count_nonzero(alike) > len(alike) else np.ones(len(alike), dtype=np.bool_)
+    off, covariance = updated.innovation.mean_mm[rows], updated.innovation.covariance_mm2[np.ix_(rows, rows)]
+    for entry in possible:
+        effect = part.observed.of(entry.basis(part.observed.places))[rows]
+        size = float(effect @ effect)
+        if size < SEEN**2 * np.count_nonzero(rows):
+            continue
+        moved = float(effect @ off) / size
+        u = math.sqrt(float(effect @ covariance @ effect)) / size
+        if abs(moved) > CONTRADICTED * u:
+            scale, unit = (1e6, "µrad") if entry.register == "turn" else (UM_PER_MM, "µm")
+            raise Code.MIL_CONTRADICTED.refusal(
+                f"part {part.serial!r} is off by {moved * scale:+.0f} {unit} in {entry.words} from what earlier parts "
+                f"and the numbers stated as entered predict, with a standard uncertainty of {u * scale:.1f} {unit}",
+                hint="correct `measured.entered` of that part; where a tool or a work offset was set anew in between, "
+                "leave out the parts measured before",
+                values={"part": part.serial, "entry": entry.words, "off": moved * scale, "u": u * scale},
+            )
+
+
+def _weights(shown: Sequence[Seen]) -> Array:
+    """Returns 1 over half of each tolerance, 1/mm; of sizes without one the median of the others, or 1."""
+    half = np.array(
+        [
+            np.nan if one.lower_mm is None or one.upper_mm is None else 0.5 * (one.upper_mm - one.lower_mm)
+            for one in shown
+        ]
+    )
+    known = half[half > 0.0]
+    return np.asarray(1.0 / np.where(half > 0.0, half, np.median(known) if len(known) else 1.0))
+
+
+def _chosen(
+    effects: Mapping[Entry, Array], weight: Array, off: Array, covariance: Array
+) -> dict[Entry, tuple[float, float]]:
+    """Returns the totals of the chosen entries with their standard uncertainties."""
+    weighted, scatter = weight * off, covariance * np.outer(weight, weight)
+    smallest = DEPENDENT * max((float(np.linalg.norm(weight * one)) for one in effects.values()), default=0.0)
+    chosen: list[Entry] = []
+    found: dict[Entry, tuple[float, float]] = {}
+    while True:
+        tried = dict[Entry, tuple[float, dict[Entry, tuple[float, float]]]]()
+        for one in effects:
+            if one in chosen:
+                continue
+            columns = np.column_stack([weight * effects[k] for k in (*chosen, one)])
+            if not _determined(columns, smallest):
+                continue
+            gain = -np.linalg.pinv(columns)
+            value, u = gain @ weighted, np.sqrt(np.maximum(np.diag(gain @ scatter @ gain.T), 0.0))
+            if abs(value[-1]) > KNOWN * u[-1]:
+                left = float(np.sum((weighted + columns @ value) ** 2))
+                pairs = zip(value.tolist(), u.tolist(), strict=True)
+                tried[one] = left, dict(zip((*chosen, one), pairs, strict=True))
+        if not tried:
+            return found
+        least = min(left for left, _ in tried.values())
+        floor = 1e-9 * float(np.sum(weighted**2))
+        good = [one for one, (left, _) in tried.items() if left <= ALIKE * least + floor]
+        best = min(good, key=lambda one: (PLAINEST.index(one.register), tried[one][0], one.of))
+        chosen.append(best)
+        found = tried[best][1]
+
+
+def _determined(columns: Array, smallest: float) -> bool:
+    """Returns whether the last column is more than a combination of the others."""
+    last, others = columns[:, -1], columns[:, :-1]
+    rest = last - others @ np.linalg.lstsq(others, last, rcond=None)[0] if others.shape[1] else last
+    return float(np.linalg.norm(rest)) > max(smallest, DEPENDENT * float(np.linalg.norm(last)))
+
+
+def _totals(chosen: Mapping[Entry, tuple[float, float]], last: Part) -> list[tuple[Entry, float, float]]:
+    """Returns entries with totals and standard uncertainties: chosen ones, and those in force to be taken back."""
+    taken_back = [(one, 0.0, 0.0) for one in last.in_force if one not in chosen]
+    return [*((one, total, u) for one, (total, u) in chosen.items()), *taken_back]
+
+
+def _in_steps(entry: Entry, total: float, u: float, from_by: tuple[float, float]) -> Proposed:
+    in_force, step_mm = from_by
+    step = STEP_RAD if entry.register == "turn" else step_mm
+    change = step * round((total - in_force) / step)
+    return Proposed(entry, change, in_force + change, u)
+
+
+def _effect(effects: Mapping[Entry, Array], totals: Entered) -> Array:
+    return np.asarray(sum((value * effects[one] for one, value in totals.items()), np.zeros(1)))
+
+
+def _judged(seen: Seen, deviation_mm: float, u_mm: float) -> Judgement:
+    return judge(seen.nominal_mm + deviation_mm, u_mm, None, seen.lower_mm, seen.upper_mm)

@@ -1,0 +1,207 @@
+"""Readings of a milled part as linear functionals of the errors of its surfaces."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Reading
+from trueloop.errors import Code
+from trueloop.estimate.observed import Observed
+from trueloop.estimate.places import Places
+from trueloop.milled.feature import MilledFeature
+
+Features: TypeAlias = Mapping[str, MilledFeature]
+
+AXES: Final = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+DIFFERENT_MM: Final = 0.05
+"""A nominal value of the file further from the job's is one of another feature, or of another revision."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A size or coordinate of the part: how it follows the errors of `features` at their surfaces.
+
+    `weights` (n,) are those of the points of the features one after the other; `below_top_mm` is the depth of each,
+    None: half of its own. `name` identifies it over parts. Limits are absolute, mm; `nominal_mm` is the job's.
+    """
+
+    name: str
+    features: tuple[MilledFeature, ...]
+    below_top_mm: tuple[float | None, ...]
+    weights: Array
+    nominal_mm: float
+    lower_mm: float | None = None
+    upper_mm: float | None = None
+
+    @property
+    def aim_mm(self) -> float:
+        """Returns the deviation from the nominal that is aimed at: the middle of the limits where both are known."""
+        if self.lower_mm is None or self.upper_mm is None:
+            return 0.0
+        return 0.5 * (self.lower_mm + self.upper_mm) - self.nominal_mm
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The features that the frame of the measurement was set by, by name; empty: by something that these cuts do not
+    move, as surfaces of an earlier set-up.
+
+    `x`, `y`, `z`: the feature whose coordinate is zero, or nominal, by definition; `turn`: two features whose line has
+    the direction that the drawing gives.
+    """
+
+    x: str = ""
+    y: str = ""
+    z: str = ""
+    turn: tuple[str, str] | None = None
+
+
+def seen(features: Features, frame: Frame, reading: Reading) -> Seen | None:
+    """Returns what a reading shows; None where no feature of the job has that size or coordinate.
+
+    Raises MIL-NOMINAL where the file's nominal value is not the job's.
+    """
+    feature, other = features.get(reading.feature), features.get(reading.other)
+    if feature is None or (reading.other and other is None):
+        return None
+    found = _size(feature, reading) if other is None else None
+    found = found or _coordinate(features, frame, (feature, other), reading)
+    if found is None:
+        return None
+    if reading.nominal is not None and abs(reading.nominal - found.nominal_mm) > DIFFERENT_MM:
+        raise Code.MIL_NOMINAL.refusal(
+            f"{found.name}: the file's nominal value is {reading.nominal:g} mm, the job's {found.nominal_mm:g} mm",
+            hint=f"correct the feature {feature.name!r} in the job, or the name that the file gives to it: "
+            "`measurements.names`",
+            values={"feature": feature.name, "nominal_mm": reading.nominal, "job_mm": found.nominal_mm},
+        )
+    return found
+
+
+def _size(feature: MilledFeature, reading: Reading) -> Seen | None:
+    weights = feature.size_weights(reading.quantity)
+    if weights is None:
+        return None
+    nominal = feature.size_mm * (0.5 if reading.quantity is Quantity.RADIUS else 1.0)
+    name = f"{feature.name}, {'width' if reading.quantity is Quantity.LENGTH else reading.quantity}"
+    return Seen(name, (feature,), (_below_top(feature, reading),), weights, nominal, *_limits(reading))
+
+
+def _coordinate(
+    features: Features, frame: Frame, pair: tuple[MilledFeature, MilledFeature | None], reading: Reading
+) -> Seen | None:
+    """Returns a coordinate of a feature, or its distance from another one, positive along the way from that."""
+    feature, other = pair
+    if reading.quantity not in (Quantity.POSITION, Quantity.LENGTH):
+        return None
+    away = np.array(feature.place_mm) - (0.0 if other is None else np.array(other.place_mm))
+    axis = _axis(feature, other, away, reading)
+    if axis is None:
+        return None
+    distance = float(away @ axis)
+    if reading.quantity is Quantity.LENGTH and distance < 0.0:
+        axis, distance = -axis, -distance
+    moved = [(feature, axis)] if other is None else [(feature, axis), (other, -axis)]
+    if other is None:
+        zeros = zip((frame.x, frame.y, frame.z), np.eye(3), axis, strict=True)
+        moved += [(features[name], -share * unit) for name, unit, share in zeros if name and share != 0.0]
+    if frame.turn is not None:
+        moved += _turned(
+            features[frame.turn[0]], features[frame.turn[1]], _lever_mm(features, frame, away, axis, other)
+        )
+    weights = [one.coordinate_weights(vector) for one, vector in moved]
+    if any(one is None for one in weights):
+        return None
+    letter = next((name for name, unit in AXES.items() if abs(np.dot(unit, axis)) == 1.0), "")
+    name = f"{feature.name}, {letter}".rstrip(", ") if other is None else f"{feature.name} from {other.name}"
+    joined = np.concatenate([one for one in weights if one is not None])
+    depth = (_below_top(feature, reading) if other is None else None, *(None,) * (len(moved) - 1))
+    return Seen(name, tuple(one for one, _ in moved), depth, joined, distance, *_limits(reading))
+
+
+def _lever_mm(features: Features, frame: Frame, away: Array, axis: Array, other: MilledFeature | None) -> float:
+    """Returns by how much the coordinate grows with a turn of the part about +z in its frame, mm per rad."""
+    if other is None:
+        zero = [features[name].place_mm[k] if name else 0.0 for k, name in enumerate((frame.x, frame.y))]
+        away = away - np.array([*zero, 0.0])
+    return float(axis[1] * away[0] - axis[0] * away[1])
+
+
+def _turned(first: MilledFeature, second: MilledFeature, lever_mm: float) -> list[tuple[MilledFeature, Array]]:
+    """Returns the vectors along which two features turn the frame that is set by them, and with it a coordinate."""
+    along = (np.array(second.place_mm) - np.array(first.place_mm)) * [1.0, 1.0, 0.0]
+    across = np.array([-along[1], along[0], 0.0]) / float(along @ along)
+    return [] if lever_mm == 0.0 else [(second, -lever_mm * across), (first, lever_mm * across)]
+
+
+def _axis(feature: MilledFeature, other: MilledFeature | None, away: Array, reading: Reading) -> Array | None:
+    """Returns the direction of a coordinate: the stated axis, a face's normal, or the line between two centres."""
+    if reading.axis:
+        return np.array(AXES[reading.axis])
+    face = next((one for one in (feature, other) if one is not None and one.kind == "face"), None)
+    if face is not None:
+        return np.array(face.direction)
+    level = away * [1.0, 1.0, 0.0]
+    length = float(np.linalg.norm(level))
+    return level / length if other is not None and length > 0.0 else None
+
+
+def _below_top(feature: MilledFeature, reading: Reading) -> float | None:
+    """Returns the depth at which a wall was read, where the file states a place within it."""
+    if feature.kind == "face" or len(reading.place_mm) != 3:
+        return None
+    below = feature.place_mm[2] - reading.place_mm[2]
+    return below if 0.0 < below <= feature.depth_mm else None
+
+
+def _limits(reading: Reading) -> tuple[float | None, float | None]:
+    return reading.lower_limit, reading.upper_limit
+
+
+def places_of(shown: Sequence[Seen], part_type: str, part: int) -> tuple[Places, Array]:
+    """Returns the places of the surfaces that sizes and coordinates follow, N of them, on the part of that number in
+    the order of cutting, and the matrix by which they follow their errors, (n, N).
+    """
+    rows, columns = list[Array](), list[dict[str, Array]]()
+    count = sum(len(one.weights) for one in shown)
+    at = 0
+    for one in shown:
+        row = np.zeros(count)
+        row[at : at + len(one.weights)] = one.weights
+        at += len(one.weights)
+        rows.append(row)
+        for feature, below in zip(one.features, one.below_top_mm, strict=True):
+            columns.append(_columns(feature, below, part_type, part))
+    names = columns[0]
+    return Places({name: np.concatenate([one[name] for one in columns]) for name in names}), np.array(rows)
+
+
+def _columns(feature: MilledFeature, below_top_mm: float | None, part_type: str, part: int) -> dict[str, Array]:
+    points, normals = feature.surface(below_top_mm)
+    n = len(points)
+    share = np.zeros(n) if feature.depth_mm == 0.0 else (feature.place_mm[2] - points[:, 2]) / feature.depth_mm
+    labels = {
+        "part_type": part_type,
+        "feature": feature.name,
+        "tool": str(feature.tool),
+        "work_offset": feature.work_offset,
+        "side": feature.side,
+    }
+    numbers = {"part": np.full(n, float(part)), "order": np.full(n, float(part)), "depth_share": share}
+    spatial = {name: points[:, k] for k, name in enumerate(("x_mm", "y_mm", "z_mm"))}
+    facing = {name: normals[:, k] for k, name in enumerate(("normal_x", "normal_y", "normal_z"))}
+    return {**{name: np.full(n, value, dtype=object) for name, value in labels.items()}, **numbers, **spatial, **facing}
+
+
+def observed_of(shown: Sequence[Seen], readings: Sequence[Reading], of: tuple[str, int], u_mm: float) -> Observed:
+    """Returns readings as observations of the part `of` (type, number): deviations from the job's nominal values, each
+    with the standard uncertainty that the file states, else `u_mm`.
+    """
+    places, functional = places_of(shown, *of)
+    value = np.array([one.actual - what.nominal_mm for one, what in zip(readings, shown, strict=True)])
+    u = np.array([u_mm if one.standard_u is None else one.standard_u for one in readings])
+    return Observed(places, value, u, functional)

@@ -1,0 +1,79 @@
+"""`trueloop mill entries` over parts that a shop written apart cuts, measures and hands over as files."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.cli import run
+from tests.support.mill_shop import Mill
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.part import Part, PartType
+from trueloop.formats.inspections.dmis.results import dmis_results
+from trueloop.formats.inspections.qif.writer import qif_of
+
+TYPED = re.compile(r"^(tool (\d), (radius|diameter|length)|G54, (X|Y|Z|rotation)).*: add ([+-][\d.]+)( mm| in|°)", re.M)
+
+
+def _typed(mill: Mill, printed: str, per_mm: float, diameters: str = "") -> None:
+    """Enters what is printed, as a person does who reads it, at a control with registers of its own."""
+    for _, tool, register, axis, value, unit in TYPED.findall(printed):
+        number = float(value)
+        if unit == "°":
+            key, number = "turn", np.radians(number)
+        elif axis:
+            key, number = axis.lower(), number / per_mm
+        else:
+            assert (register == "diameter") == (register != "length" and tool == diameters)
+            key = f"{register.replace('diameter', 'radius')} {tool}"
+            number = number / per_mm / (2.0 if register == "diameter" else 1.0)
+        mill.entered[key] = mill.entered.get(key, 0.0) + number
+
+
+@pytest.mark.parametrize(("form", "unit"), [("dmo", "mm"), ("qif", "inch")])
+def test_three_parts_are_measured_and_the_control_is_set_between_them(tmp_path: Path, form: str, unit: str) -> None:
+    run("examples", "plate", "-o", tmp_path)
+    job = tmp_path / "plate" / "plate.toml"
+    per_mm = 1.0 if unit == "mm" else 1.0 / 25.4
+    text = job.read_text().replace('unit = "mm"', f'unit = "{unit}"').partition("[[measured]]")[0]
+    text = text.replace("number = 2\n", 'number = 2\nregister_is = "diameter"\n')
+    number = r"-?\d+(?:\.\d+)?"
+    in_unit = lambda found: f"{found[1]}{re.sub(number, lambda one: repr(float(one[0]) * per_mm), found[2])}"  # noqa: E731
+    text = re.sub(r"^((?:at|size|depth) = )(.*)$", in_unit, text, flags=re.M)
+    mill, rng = (
+        Mill({1: 0.012, 2: -0.02}, {1: 0.03, 2: 0.0}, (0.03, -0.02, 0.0), 2e-4, scatter=5e-4),
+        np.random.default_rng(4),
+    )
+    records, worst = list[str](), list[float]()
+    for k in (1, 2, 3):
+        readings = [replace(one, actual=round(one.actual, 5)) for one in mill.measured(rng, 3e-4)]
+        worst.append(max(abs(one.actual - (one.nominal or 0.0)) for one in readings))
+        one = Inspection(Part(PartType("plate"), str(k)), "readings", "", len(readings), tuple(readings))
+        content = dmis_results([one], "part").encode() if form == "dmo" else qif_of([one])
+        (job.parent / f"part-{k}.{form}").write_bytes(content)
+        entered = "" if k == 1 else f"entered = {json.dumps(records)}\n"
+        text += f'\n[[measured]]\nfile = "part-{k}.{form}"\n{entered}'
+        job.write_text(text)
+        printed = run("mill", "entries", job, "-o", job.parent / f"out{k}")
+        _typed(mill, printed, per_mm, diameters="2")
+        records.append(f"out{k}/entries.json")
+    step_mm = 1e-3 if unit == "mm" else 2.54e-3
+    assert worst[0] > 0.03 and max(worst[1:]) < 3e-3 + step_mm
+    found = json.loads(run("mill", "entries", job, "--json"))
+    assert found["parts"] == ["1", "2", "3"] and found["unlike"] == [] and found["unused"] == []
+
+
+def test_a_part_that_was_not_cut_with_the_stated_numbers_is_refused(tmp_path: Path) -> None:
+    """The second part is like the first: nothing had been entered before it was cut, whatever the job states."""
+    run("examples", "plate", "-o", tmp_path)
+    job = tmp_path / "plate" / "plate.toml"
+    run("mill", "entries", job)
+    second = job.read_text() + '\n[[measured]]\nfile = "part-1.dmo"\n'
+    job.write_text(second + 'entered = ["out/entries.json"]\n')
+    assert "MIL-CONTRADICTED: part '1' is off by" in run("mill", "entries", job, "-o", tmp_path / "no", status=3)
+    assert not (tmp_path / "no").exists()
+    job.write_text(second + "entered = []\n")
+    assert "tool 2, radius: add -0.020 mm" in run("mill", "entries", job, "-o", tmp_path / "yes")

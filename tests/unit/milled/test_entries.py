@@ -1,0 +1,204 @@
+"""Numbers to enter at a machining centre, judged by parts that a shop written apart cuts with them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.mill_shop import BORES, BOSSES, PLANES, Mill
+from trueloop.arrays import Array
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Reading
+from trueloop.milled.entries import Entry, Part, Proposal, Register, propose
+from trueloop.milled.feature import MilledFeature
+from trueloop.milled.observed import Frame, Seen, observed_of, seen
+
+NOISE_MM = 5e-4
+BORE_LIKE = {
+    name: MilledFeature(name, "bore", (x, y, 0.0), 2, "G54", d, depth_mm=t) for name, (x, y, d, t) in BORES.items()
+}
+BOSS_LIKE = {
+    name: MilledFeature(name, "boss", (x, y, 0.0), 1, "G54", d, depth_mm=t) for name, (x, y, d, t) in BOSSES.items()
+}
+FACES = {name: MilledFeature(name, "face", (0.0, 0.0, z), 1, "G54") for name, z in PLANES.items()}
+FEATURES = BORE_LIKE | BOSS_LIKE | FACES
+OFFSET: tuple[Register, ...] = ("x", "y", "z", "turn")
+POSSIBLE = (Entry("radius", "1"), Entry("radius", "2"), Entry("length", "1"), *(Entry(one, "G54") for one in OFFSET))
+
+
+def as_part(readings: list[Reading], number: int, entered: dict[Entry, float], frame: Frame | None = None) -> Part:
+    shown = tuple(one for one in (seen(FEATURES, frame or Frame(), reading) for reading in readings) if one)
+    assert len(shown) == len(readings)
+    return Part(str(number), shown, observed_of(shown, readings, ("plate", number), NOISE_MM), dict(entered))
+
+
+def at_control(entry: Entry) -> str:
+    return f"{entry.register} {entry.of}" if entry.register in ("radius", "length") else entry.register
+
+
+def loop(mill: Mill, rng: np.random.Generator, parts: int = 1, frame: Frame | None = None) -> list[Proposal]:
+    """Cuts, measures and enters, part after part."""
+    made, proposals, entered = list[Part](), list[Proposal](), dict[Entry, float]()
+    for number in range(parts):
+        made.append(as_part(mill.measured(rng, NOISE_MM), number, entered, frame))
+        proposals.append(propose("plate", made, POSSIBLE))
+        for one in proposals[-1].proposed:
+            mill.entered[at_control(one.entry)] = mill.entered.get(at_control(one.entry), 0.0) + one.change
+            entered[one.entry] = one.total
+    return proposals
+
+
+def deviations_um(mill: Mill) -> Array:
+    """Returns the true deviations of a part cut now by a machine that repeats."""
+    nominal = {name: values[:3] for name, values in (BORES | BOSSES).items()} | {n: (z,) for n, z in PLANES.items()}
+    still = Mill(mill.radius, mill.length, mill.zero, mill.turn, mill.bend, entered=mill.entered)
+    cut = still.cut(np.random.default_rng(0))
+    return 1e3 * np.concatenate([np.subtract(cut[name], nominal[name]) for name in nominal])
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(
+    ("mill", "registers"),
+    [
+        (Mill(radius={1: 0.015, 2: 0.0}), {"radius 1"}),
+        (Mill(radius={1: 0.0, 2: 0.015}), {"radius 2"}),
+        (Mill(length={1: 0.03, 2: 0.0}), {"length 1"}),
+        (Mill(zero=(0.03, 0.0, 0.0)), {"x"}),
+        (Mill(zero=(0.0, 0.03, 0.0)), {"y"}),
+        (Mill(turn=3e-4), {"turn"}),
+        (Mill(bend=0.012), {"radius 2"}),
+    ],
+)
+def test_each_error_is_put_into_its_own_number_and_taken_out(mill: Mill, registers: set[str], sign: int) -> None:
+    own = Mill(
+        {tool: sign * value for tool, value in mill.radius.items()},
+        {tool: sign * value for tool, value in mill.length.items()},
+        (sign * mill.zero[0], sign * mill.zero[1], sign * mill.zero[2]),
+        sign * mill.turn,
+        sign * mill.bend,
+        scatter=5e-4,
+    )
+    before = deviations_um(own)
+    found = loop(own, np.random.default_rng(5))[0]
+    assert {at_control(one.entry) for one in found.proposed} == registers
+    assert np.sqrt(np.mean(deviations_um(own) ** 2)) < 0.1 * np.sqrt(np.mean(before**2))
+
+
+def test_all_errors_at_once_are_taken_out_and_what_was_entered_is_not_taken_for_an_error() -> None:
+    mill = Mill({1: 0.012, 2: -0.02}, {1: 0.03, 2: 0.0}, (0.03, -0.02, 0.0), 2e-4, scatter=1e-3)
+    first, second, third = loop(mill, np.random.default_rng(1), 3)
+    assert {at_control(one.entry) for one in first.proposed} == {"radius 1", "radius 2", "length 1", "x", "y", "turn"}
+    later = [abs(one.change) for proposal in (second, third) for one in proposal.proposed]
+    assert max(later, default=0.0) <= 2e-3
+    assert np.sqrt(np.mean(deviations_um(mill) ** 2)) < 1.0
+
+
+def test_a_machine_that_only_scatters_is_left_alone() -> None:
+    """Twenty machines: what is typed in, beyond the control's smallest step, would be scatter fed back."""
+    rng = np.random.default_rng(11)
+    typed = [loop(Mill(scatter=1e-3), rng)[0].proposed for _ in range(20)]
+    assert sum(bool(one) for one in typed) <= 4
+    assert max((abs(one.change) for few in typed for one in few), default=0.0) <= 2e-3
+
+
+def test_bands_hold_what_they_promise_of_the_next_part() -> None:
+    """Thirty machines, errors drawn flat and not from the priors: the fifth part by the four before, 95 %."""
+    rng = np.random.default_rng(7)
+    inside = list[bool]()
+    for number in range(30):
+        radius, length, x, y, turn = rng.uniform(-1.0, 1.0, 5) * (0.02, 0.04, 0.04, 0.04, 4e-4)
+        mill = Mill({1: -radius, 2: radius}, {1: length, 2: 0.0}, (x, y, 0.0), turn)
+        mill.scatter, mill.clamped, mill.uneven, mill.seed = 1.5e-3, 3e-3, 3e-3, number
+        *made, fifth = (as_part(mill.measured(rng, NOISE_MM), k, {}) for k in range(5))
+        expected = {one.seen.name: one.unchanged for one in propose("plate", made, POSSIBLE).expected}
+        for one, value in zip(fifth.shown, fifth.observed.value_mm, strict=True):
+            after = expected[one.name]
+            inside.append(abs(one.nominal_mm + float(value) - after.value) <= 1.96 * after.standard_u)
+    assert 0.93 <= np.mean(inside) <= 0.98
+
+
+def test_in_a_frame_that_its_own_cuts_set_no_work_offset_is_proposed() -> None:
+    """Zero at the bore B0, direction from there to B2: measured as a coordinate measuring machine aligns a part."""
+    mill = Mill({1: 0.0, 2: 0.01}, zero=(0.03, -0.02, 0.0), turn=3e-4, scatter=2e-4)
+    truth = mill.cut(np.random.default_rng(0))
+    (x0, y0, _), (x2, y2, _) = truth["B0"], truth["B2"]
+    angle = np.arctan2(y2 - y0, x2 - x0)
+    readings = list[Reading]()
+    for name, (x, y, diameter, _) in (BORES | BOSSES).items():
+        dx, dy = truth[name][0] - x0, truth[name][1] - y0
+        aligned = (np.cos(angle) * dx + np.sin(angle) * dy - 50.0, -np.sin(angle) * dx + np.cos(angle) * dy - 30.0)
+        if name != "B0":
+            readings.append(Reading(f"{name}.x", Quantity.POSITION, aligned[0], x, feature=name, axis="x"))
+            readings.append(Reading(f"{name}.y", Quantity.POSITION, aligned[1], y, feature=name, axis="y"))
+        readings.append(Reading(f"{name}.d", Quantity.DIAMETER, truth[name][2], diameter, feature=name))
+    assert max(abs(one.actual - (one.nominal or 0.0)) for one in readings if one.quantity is Quantity.POSITION) < 1.5e-3
+    part = as_part(readings, 0, {}, Frame(x="B0", y="B0", turn=("B0", "B2")))
+    assert {at_control(one.entry) for one in propose("plate", [part], POSSIBLE).proposed} == {"radius 2"}
+    shifted = np.zeros(len(part.observed.places))
+    for entry in POSSIBLE[3:]:
+        shifted += entry.basis(part.observed.places) * (1e-3 if entry.register == "turn" else 1.0)
+    z_alone = [k for k, one in enumerate(part.shown) if ", z" in one.name]
+    effect = np.delete(part.observed.of(shifted), z_alone)
+    assert np.max(np.abs(effect)) < 1e-9
+
+
+def test_a_chip_in_a_bore_is_named_and_does_not_move_the_tool() -> None:
+    mill = Mill(radius={1: 0.0, 2: 0.01}, scatter=5e-4)
+    readings = mill.measured(np.random.default_rng(2), NOISE_MM)
+    spoiled = [one if one.characteristic != "B3.d" else replace(one, actual=one.actual - 0.08) for one in readings]
+    clean, found = (propose("plate", [as_part(some, 0, {})], POSSIBLE) for some in (readings, spoiled))
+    assert (clean.unlike, found.unlike) == ((), ("B3",))
+    assert [one.entry for one in found.proposed] == [one.entry for one in clean.proposed] == [Entry("radius", "2")]
+    assert abs(found.proposed[0].change - clean.proposed[0].change) <= 1e-3
+
+
+def of(name: str, kind: str, direction: tuple[float, float, float], size: float = 10.0) -> MilledFeature:
+    return MilledFeature(name, kind, (20.0, 5.0, 0.0), 1, "G54", size, direction, 4.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("feature", "reading", "errors_mm", "deviation_mm"),
+    [
+        # 10 µm left on both walls: a slot 20 µm narrower, a rib 20 µm wider, both where they were
+        (of("A", "slot", (1.0, 0.0, 0.0)), (Quantity.LENGTH, ""), (0.01, 0.01), -0.02),
+        (of("A", "rib", (1.0, 0.0, 0.0)), (Quantity.LENGTH, ""), (0.01, 0.01), 0.02),
+        (of("A", "slot", (1.0, 0.0, 0.0)), (Quantity.POSITION, "x"), (0.01, 0.01), 0.0),
+        # 10 µm left on the wall at +x alone: the slot's middle moves to −x by 5 µm, the rib's to +x
+        (of("A", "slot", (1.0, 0.0, 0.0)), (Quantity.POSITION, "x"), (0.01, 0.0), -0.005),
+        (of("A", "rib", (0.0, 1.0, 0.0)), (Quantity.POSITION, "y"), (0.01, 0.0), 0.005),
+        # a face that looks down stands 10 µm lower
+        (
+            MilledFeature("A", "face", (0.0, 0.0, -9.0), 1, "G54", direction=(0.0, 0.0, -1.0)),
+            (Quantity.POSITION, "z"),
+            (0.01,),
+            -0.01,
+        ),
+    ],
+)
+def test_walls_by_hand(
+    feature: MilledFeature, reading: tuple[Quantity, str], errors_mm: tuple[float, ...], deviation_mm: float
+) -> None:
+    shown = _shown(feature, *reading)
+    assert shown.weights @ np.array(errors_mm) == pytest.approx(deviation_mm, abs=1e-12)
+
+
+def _shown(feature: MilledFeature, quantity: Quantity, axis: str) -> Seen:
+    found = seen({"A": feature}, Frame(), Reading("c", quantity, 0.0, feature="A", axis=axis))  # type: ignore[arg-type]
+    assert found is not None
+    return found
+
+
+def test_a_distance_counts_from_the_other_feature() -> None:
+    """The bore B1 lies 50 mm along +x from B0: 3 µm further along +x of it makes the distance 3 µm longer."""
+    found = seen(FEATURES, Frame(), Reading("c", Quantity.LENGTH, 50.0, feature="B1", other="B0"))
+    assert found is not None and found.nominal_mm == pytest.approx(50.0)
+    normals = BORE_LIKE["B1"].surface()[1]
+    moved = np.concatenate([normals @ np.array([0.003, 0.001, 0.0]), np.zeros(16)])
+    assert found.weights @ moved == pytest.approx(0.003)
+
+
+def test_what_a_feature_does_not_show_is_not_used() -> None:
+    depth_of_bore = Reading("c", Quantity.POSITION, 0.0, feature="B0", axis="z")
+    along_the_slot = Reading("c", Quantity.POSITION, 0.0, feature="A", axis="y")
+    assert seen(FEATURES, Frame(), depth_of_bore) is None
+    assert seen({"A": of("A", "slot", (1.0, 0.0, 0.0))}, Frame(), along_the_slot) is None
