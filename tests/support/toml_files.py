@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from trueloop.formats import cell_toml, links_toml
 from trueloop.formats.inspections.controls import meaning
 from trueloop.formats.inspections.tables import mapping
-from trueloop.formats.jobs import job, machine_toml, probe_toml, surface_job
+from trueloop.formats.jobs import job, machine_toml, milled_job, probe_toml, surface_job
 from trueloop.formats.realtime import signals_toml
 from trueloop.formats.tables import offsets_toml
 from trueloop.formats.toml_tables import Table
@@ -19,6 +19,7 @@ KINDS: Final[dict[str, type[Table]]] = {
     "job": job.Job,
     "probe": probe_toml.ProbeFile,
     "surface": surface_job.SurfaceJobFile,
+    "milled": milled_job.MilledJobFile,
     "machine": machine_toml.MachineFile,
     "virtual-machine": virtual_machine_toml.VirtualMachineFile,
     "virtual-mill": VirtualMillFile,
