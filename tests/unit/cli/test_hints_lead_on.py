@@ -14,7 +14,7 @@ import typer.main
 from scripts.key_tables import TABLES
 from trueloop.cli.main import app
 
-SOURCE = Path(__file__).parents[2] / "src"
+SOURCE = Path(__file__).parents[3] / "src"
 NAMED = re.compile(r"(?<![\w.])trueloop((?: [\w{}.:<>/=*,…-]+)+)")
 """`trueloop`, and what looks like a command and its arguments."""
 KEY = re.compile(r"(?<![\w./`])`?([a-z_]+(?:\.[a-z_][a-z0-9_]*)+)(?![\w./(])")
