@@ -17,6 +17,7 @@ from tests.support.nc_judge import assert_same_moves
 from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.field.field import Field, similarity_field
+from trueloop.nc.program.cutter_tool import CutterTool
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
 
@@ -144,6 +145,78 @@ def test_linuxcnc_turns_a_work_offset_and_the_part_with_it(tmp_path: Path) -> No
     assert "G0 X1.01235 Y1.97654 Z3.03457\nG1 X5.01235 Y1.97654 Z3.03457" in text
 
 
+TURNED_CUT = "G68 X0. Y0. R90.\nG01 X10. Y10. F100.\nG69\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "off"),
+    [
+        ("G01 X10. Y10. F100.\nG92 X0.\nG68 X0. Y0. R90.\nG01 X10. Y5.", True),
+        ("G01 X10. Y10. F100.\nG92 Y0.\nG68 X0. Y0. R90.\nG01 X10. Y5.", False),
+        (TURNED_CUT + "G92 X0.\nG01 X10. Y5.", True),
+        (TURNED_CUT + "G92 Y0.\nG01 X10. Y5.", False),
+        (TURNED_CUT + "G92 X0.", True),
+        ("G92 X0. Y0.\nG68 X10. Y10. R90.\nG01 X5. Y5. F100.\nX0. Y20.", True),  # at the part's X0 Y0, still turned
+        ("G92 X0. Y0.\nG68 X10. Y10. R90.\nG01 X5. Y5. F100.\nG69\nG00 X0. Y0.", False),
+    ],
+)
+def test_the_register_is_judged_in_the_coordinates_of_the_part(tmp_path: Path, text: str, off: bool) -> None:
+    """X of the part is 0.1 mm off, in whichever coordinates the moves beside G92 are written."""
+    source = f"G21 G17 G90\n{'' if text.startswith('G92') else 'G00 X0. Y0. Z5.'}\n{text}\nM30\n"
+    shift = similarity_field(shift_mm=(0.1, 0.0, 0.0))
+    if not off:
+        mapped(tmp_path, source, shift, "fanuc-mill")
+        return
+    with pytest.raises(TrueloopError, match=r"0\.10000 mm off") as refused:
+        mapped(tmp_path, source, shift, "fanuc-mill")
+    assert refused.value.code == Code.NC_MAP
+
+
+@pytest.mark.parametrize(
+    ("frame", "then", "ends"),
+    [
+        ("", "", [10 + 15j, 30 + 15j]),
+        ("ROT RPL=90", "", [-15 + 10j, -15 + 30j]),
+        ("MIRROR X0", "", [-10 + 15j, -30 + 15j]),
+        ("SCALE Z2", "", [10 + 15j, 30 + 15j]),
+        ("SCALE X2 Y2", "", None),
+        ("SCALE X2", "", None),
+        ("", "G40\nROT RPL=90\n", None),
+    ],
+)
+def test_a_tool_keeps_its_radius_where_coordinates_are_turned(
+    frame: str, then: str, ends: list[complex] | None
+) -> None:
+    text = f"G710 G17 G90 G0 X0 Y0 Z5\nT1 D1\n{frame}\nG41 G1 X10 Y10 F100\nX30\n{then}G40 G1 X60 Y60\n"
+    path = read_program(text.encode(), "siemens").run(tools=[CutterTool(5.0, number=1)], strict=False)
+    errors = {found.code for found in path.findings if found.severity == "error"}
+    assert errors == (set() if ends else {Code.NC_OPAQUE})
+    if ends:
+        assert path.end_mm[1:3, :2] == pytest.approx(np.array([[end.real, end.imag] for end in ends]), abs=1e-12)
+
+
+def test_a_tip_is_not_turned() -> None:
+    text = "G710 G18 G90 DIAMOF G0 X20 Z5\nT1 D1\n{}G41 G1 X10 Z0 F100\nZ-20\nG40 G1 X40 Z9\n"
+    for frame, refused in (("", False), ("MIRROR X0\n", True), ("ROT RPL=30\n", True)):
+        program = read_program(text.format(frame).encode(), "siemens")
+        path = program.run(tools=[CutterTool(0.4, tip=3, number=1)], strict=False)
+        errors = {found.code for found in path.findings if found.severity == "error"}
+        assert errors == ({Code.NC_OPAQUE} if refused else set())
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "end"),
+    [
+        ("heidenhain", "BEGIN PGM A MM\nQ1=0\n{}\n{}\nL X+10 Y+0 F9\nEND PGM A MM\n", [-10.0, 0.0]),
+        ("siemens", "G710 G90 G0 X0 Y0\nR1=0\nG41 D1 G1 X5 Y5 F9\nAROT RPL=R1\nX10 Y0\n", [10.0, 0.0]),
+    ],
+)
+def test_a_turn_by_a_parameter_that_is_zero_is_none(dialect: str, text: str, end: list[float]) -> None:
+    path = read_program(text.format(cycle(10, "ROT+Q1"), cycle(8, "X")).encode(), dialect).run()
+    assert not [found for found in path.findings if found.severity == "warning"]
+    assert path.end_mm[-1, :2].tolist() == end
+
+
 @pytest.mark.parametrize(
     ("dialect", "text", "line", "words"),
     [
@@ -157,6 +230,9 @@ def test_linuxcnc_turns_a_work_offset_and_the_part_with_it(tmp_path: Path) -> No
         ("fanuc-mill", "G68 X0. Y0. R30.\nG0 X5. Y5.\nG18 G2 X9. Z5. R2. F9.", 4, "turned out of its plane"),
         ("haas-mill", "G41 D1 X1. Y1.\nG68 X0. Y0. R30.\nG1 X5. Y5. F9.", 3, "under G41"),
         ("siemens", "SCALE X2\nG0 X5 Y5\nG2 X9 Y5 CR=2 F9", 4, "scaled differently"),
+        ("siemens", "G1 X-10 Y0 F9\nX0 Y0 RND=2\nROT RPL=90\nX20 Y0", 3, "a corner that is not cut"),
+        ("siemens", "G1 X-10 Y0 F9\nANG=0\nROT RPL=90\nX20 Y5 ANG=60", 5, "an angle beside both"),
+        ("fanuc-mill", "G1 X-9. Y0. F9.\nX0. Y0. ,R2.\nG68 X0. Y0. R90.\nX9. Y0.", 3, "a corner that is not cut"),
         ("siemens", "ROT X30\nG1 X5 Y5 F9", 2, "ROT X30"),
     ],
 )

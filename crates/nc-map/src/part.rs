@@ -58,7 +58,9 @@ impl Writing {
         field: &mut dyn Field,
         out: &mut Vec<u8>,
     ) -> Result<(), Refused> {
-        let ways = ways(&part.program, &part.path, &part.roles, &mut self.register, part.last);
+        let turned = part.path.origins.iter().any(|origin| origin.linear.is_some()).then(|| part.path.clone().placed());
+        let in_work = turned.as_ref().unwrap_or(&part.path);
+        let ways = ways(&part.program, in_work, &part.roles, &mut self.register, part.last);
         let mut refused = std::mem::take(&mut part.refused);
         refused.retain(|one| !ways.excuses(&part.program, one));
         let unknown: HashSet<usize> = refused.iter().map(|one| part.program.block_at(one.at)).collect();
@@ -69,8 +71,8 @@ impl Writing {
         let displaced: Vec<usize> = (0..path.len()).filter(|index| !stays(index)).collect();
         let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma, self.decimals));
         let flat_mm = program.dialect().about_pole.then(|| [steps[0].unit / 2.0, 25.4 * steps[1].unit / 2.0]);
-        let turned = path.origins.iter().any(|origin| origin.linear.is_some()).then(|| path.clone().placed());
-        let placed = Geometry::new(turned.as_ref().unwrap_or(path), &mut self.travel, field.knows_travel(), flat_mm);
+        let in_work = turned.as_ref().unwrap_or(path);
+        let placed = Geometry::new(in_work, &mut self.travel, field.knows_travel(), flat_mm);
         let mut found = self.pieces(program, &placed, &displaced, field, &courses)?;
         self.check_limits(program, path, &found)?;
         let programmed = turned.is_some().then(|| Geometry::new(path, &mut self.travel, false, flat_mm));
@@ -103,7 +105,7 @@ impl Writing {
         };
         self.write(&mut writer, &courses, roles, &found)?;
         if part.last {
-            self.refusals.keep(require_returned(&self.register, program, path, &writer.carried))?;
+            self.refusals.keep(require_returned(&self.register, program, in_work, &writer.off_in_work()))?;
         }
         self.note_not_run(program, &part.moved, part.until, part.ended, roles);
         self.summary.moves += displaced.len();
@@ -195,10 +197,10 @@ impl Writing {
         registers.sort_unstable();
         let mut registers = registers.into_iter().peekable();
         for (index, course) in courses.iter().enumerate() {
-            writer.turn_with(index);
             while let Some(register) = registers.next_if(|block| *block <= path.block[index] as usize) {
-                self.refusals.keep(require_on_position(program, register, &writer.carried))?;
+                self.refusals.keep(require_on_position(program, register, &writer.off_in_work()))?;
             }
+            writer.turn_with(index);
             if let Some(hole) = holes.peek().filter(|hole| hole.first <= index) {
                 if index + 1 == hole.end {
                     let (here, after) = rest.split_at(rest.partition_point(|piece| piece.of_move <= index));
@@ -255,7 +257,7 @@ impl Writing {
             }
         }
         registers.try_for_each(|register| {
-            self.refusals.keep(require_on_position(program, register, &writer.carried)).map(drop)
+            self.refusals.keep(require_on_position(program, register, &writer.off_in_work())).map(drop)
         })
     }
 

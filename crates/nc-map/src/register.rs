@@ -1,5 +1,6 @@
 //! Ways to the place where the position register is set (G50, G92): they end where they did, so that the coordinates
-//! after it are those of the program as given, and the next part begins at the same place.
+//! after it are those of the program as given, and the next part begins at the same place. The register is set in
+//! coordinates that are not turned: positions and displacements here are those of the work frame.
 
 use std::collections::{HashMap, HashSet};
 
@@ -191,7 +192,9 @@ fn keep_way(
     for index in moves.rev() {
         let returns = place.is_some_and(|place| is_at(&path.end[index], &place));
         let straight = path.kind[index] == MoveKind::Rapid || path.kind[index] == MoveKind::Line && returns;
-        if !straight || open == [false; 3] {
+        // A word of turned coordinates takes more than its own axis along.
+        let turned = path.origins[path.state[index] as usize].linear.is_some();
+        if !straight || turned || open == [false; 3] {
             break;
         }
         let (saying, role) = (Saying::of(path, index), roles.get(&(path.block[index] as usize)));

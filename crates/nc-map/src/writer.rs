@@ -99,11 +99,16 @@ impl Here<'_> {
 }
 
 impl<'a> Writer<'a> {
+    /// How far the tool is off its programmed position, in the work frame, mm.
+    pub fn off_in_work(&self) -> Vector {
+        self.linear.map_or(self.carried, |linear| linear.vector(self.carried))
+    }
+
     /// Goes over to the coordinates in which a move is programmed: the tool stands as far off as before.
     pub fn turn_with(&mut self, index: usize) {
         let linear = self.path.origins[self.path.state[index] as usize].linear;
         if linear != self.linear {
-            let carried = self.linear.map_or(self.carried, |before| before.vector(self.carried));
+            let carried = self.off_in_work();
             self.carried = linear.map_or(carried, |after| after.inverse().vector(carried));
             let stretch = |linear: &Option<Linear>| linear.map_or(1.0, |linear| linear.stretch());
             self.tolerance_mm *= stretch(&self.linear) / stretch(&linear);

@@ -119,6 +119,13 @@ def test_a_corner_that_does_not_fit_is_said_and_stays_sharp(corner: str) -> None
     assert path.end_mm[:, :2].tolist() == [[10, 0], [10, 10]]
 
 
+@pytest.mark.parametrize(("frame", "refused"), [("SCALE X2", [Code.NC_ARC]), ("SCALE X2 Y2", []), ("ROT RPL=30", [])])
+def test_a_rounding_is_an_arc_where_coordinates_are_scaled_alike(frame: str, refused: list[Code]) -> None:
+    text = f"G710 G17 G90 G0 X0 Y0\n{frame}\nG1 X10 RND=2 F100\nY10\n"
+    path = read_program(text.encode(), "siemens").run(strict=False)
+    assert [(found.code, found.place.line) for found in path.findings] == [(code, 3) for code in refused]
+
+
 @pytest.mark.parametrize("angle", ["A150.", ",A150."])
 def test_a_line_of_a_lathe_by_its_angle(angle: str) -> None:
     """A150. goes down-z and up-x: 10 mm along -z it rises by 10 tan 30 on the radius, whatever X counts."""

@@ -1,6 +1,7 @@
 """Loops that never end are refused soon, at a line of theirs, in every dialect and every command."""
 
 import shutil
+import time
 from pathlib import Path
 
 import pytest
@@ -88,11 +89,25 @@ def test_tools_and_calls_in_an_endless_loop_hide_nothing(name: str) -> None:
     assert "all is as it was" in refused.message and len(path) < 100_000
 
 
-def test_a_loop_that_only_counts_is_refused_where_a_control_would_stand_for_minutes() -> None:
-    program = read_program(b"G21 G90 G94\no1 while [1]\n#1=[#1+1]\no1 endwhile\nM2\n", "linuxcnc", "part.ngc")
-    with pytest.raises(TrueloopError, match="blocks without a move") as refused:
-        program.run({"#1": 0.0})
-    assert refused.value.code is Code.NC_LIMIT and refused.value.place.line == 4
+def test_a_loop_that_only_counts_runs_to_its_end_or_to_the_limit() -> None:
+    text = "O1\nG21 G90 G94\n#1=0\nWHILE[#1 LT {}]DO1\n#1=#1+1\nEND1\nG1 X#1 F9.\nM30\n"
+    path = read_program(text.format("200000").encode(), "fanuc-mill").run()
+    assert path.end_mm[:, 0].tolist() == [200_000.0]
+    with pytest.raises(TrueloopError, match=r"stopped after 30000\d\d blocks") as refused:
+        read_program(text.format("-#1").replace("LT", "GE").encode(), "fanuc-mill").run()
+    assert refused.value.code is Code.NC_LIMIT and refused.value.place.line in (4, 5, 6)
+
+
+def test_parameters_that_a_loop_leaves_alone_take_no_time() -> None:
+    """The states differ by a name that counts: with 5000 numbers to compare at each turn it took many times as long."""
+
+    def seconds(number: int) -> float:
+        text = f"#{number}=1\n#<n>=0\no1 while [#<n> lt 300000]\n#<n>=[#<n>+1]\no1 endwhile\nM2\n"
+        program, began = read_program(text.encode(), "linuxcnc"), time.process_time()
+        assert not program.run().findings
+        return time.process_time() - began
+
+    assert seconds(5000) < 3 * max(seconds(1), seconds(2))
 
 
 LEGAL = {

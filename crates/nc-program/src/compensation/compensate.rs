@@ -98,6 +98,7 @@ impl Compensator<'_> {
             return;
         };
         self.switch(index, &state);
+        self.require_same_frame(index);
         let (first, second, _) = state.plane.axes();
         let planar = Planar { index, axes: (first, second), start: *start, end: *end, arc };
         match &self.active {
@@ -107,6 +108,15 @@ impl Compensator<'_> {
                 self.emit(&planar, self.standing(&planar), None)
             }
             Some(_) => self.go_on(&planar),
+        }
+    }
+
+    /// The tool's radius, between its centre and where the program believes it, does not turn with the coordinates.
+    fn require_same_frame(&mut self, index: usize) {
+        let frame = |index: usize| self.path.origins[self.path.state[index] as usize].linear;
+        if self.lead != [0.0; 3] && index.checked_sub(1).is_some_and(|before| frame(before) != frame(index)) {
+            let message = "coordinates are turned, mirrored or scaled before the tool has left the contour".to_owned();
+            self.refuse(index, finding::OPAQUE, message, "write a move after G40 (R0), and then turn them");
         }
     }
 

@@ -3,8 +3,9 @@
 use crate::compensation::compensate::{Active, Compensator, Way};
 use crate::compensation::offset::{minus, plus, unit, Planar};
 use crate::finding;
+use crate::modes::linear::SAME;
 use crate::modes::modal::{Compensation, Modal, Plane};
-use crate::modes::tool;
+use crate::modes::tool::{self, Cutter};
 use crate::shapes::arc::Point;
 
 impl Compensator<'_> {
@@ -28,6 +29,13 @@ impl Compensator<'_> {
             return self.refuse(index, finding::ENTRY, message, "compensation acts in G17 and G18");
         }
         match tool::cutter(state, self.tools, self.program.dialect()) {
+            Ok(cutter) if cutter.radius > 0.0 && !self.keeps_shape(index, &cutter) => {
+                let message =
+                    format!("{} where coordinates are scaled, or turned with the tip of the tool", mode(state));
+                let hint =
+                    "the radius and the tip of a tool are not scaled and turned: end the scaling or the turn before";
+                self.refuse(index, finding::OPAQUE, message, hint);
+            }
             Ok(cutter) => {
                 let since = self.out.len();
                 self.active = Some(Active { modal: *state, cutter, since, open: since, way: Way::By([0.0; 2]) })
@@ -38,6 +46,16 @@ impl Compensator<'_> {
                 self.refuse(index, finding::TOOL, format!("{}: {what}", mode(state)), hint);
             }
         }
+    }
+
+    /// Whether the tool, worked with in the program's coordinates, is itself where these are placed: a circle that is not
+    /// scaled, and no tip beside it that would be turned.
+    fn keeps_shape(&self, index: usize, cutter: &Cutter) -> bool {
+        let state = self.path.state[index] as usize;
+        self.path.origins[state].linear.is_none_or(|linear| {
+            let circle = linear.of_circles(self.path.states[state].plane);
+            cutter.tip == [0.0; 3] && circle.is_some_and(|(scale, _)| (scale - 1.0).abs() <= SAME)
+        })
     }
 
     /// Ends compensation. The controlled point of what was compensated is the tip.

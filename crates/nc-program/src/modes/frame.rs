@@ -133,6 +133,7 @@ impl Runner<'_> {
         self.state.position = frame.back([0, 1, 2].map(|axis| placed[axis] + before[axis] - after[axis]));
         if frame.linear != linear || frame.whole.map(|whole| whole.matrix) != whole.map(|whole| whole.matrix) {
             frame.rename(turned_axes([whole, linear], [frame.whole, frame.linear]));
+            self.drop_contouring("the coordinates are turned, mirrored or scaled between its moves");
         }
     }
 

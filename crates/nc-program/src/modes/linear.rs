@@ -6,7 +6,7 @@ use crate::modes::modal::{Compensation, Plane};
 use crate::path::{Origin, ToolPath};
 
 /// Factors that differ by less are equal.
-const SAME: f64 = 1e-12;
+pub(crate) const SAME: f64 = 1e-12;
 
 /// place = matrix · position + shift, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,22 +67,39 @@ impl Linear {
 
     /// From the work frame to the program's coordinates.
     pub fn inverse(&self) -> Self {
-        let m = &self.matrix;
-        let minor = |row: usize, column: usize| {
-            let [r, s] = [(row + 1) % 3, (row + 2) % 3];
-            let [c, d] = [(column + 1) % 3, (column + 2) % 3];
-            m[r][c] * m[s][d] - m[r][d] * m[s][c]
-        };
-        let determinant = (0..3).map(|column| m[0][column] * minor(0, column)).sum::<f64>();
-        let matrix = [0, 1, 2].map(|row| [0, 1, 2].map(|column| minor(column, row) / determinant));
+        let determinant = self.determinant();
+        let matrix = [0, 1, 2].map(|row| [0, 1, 2].map(|column| self.minor(column, row) / determinant));
         let back = Self { matrix, shift: [0.0; 3] };
         Self { matrix, shift: back.vector(self.shift).map(|value| -value) }
     }
 
-    /// The most that a length is multiplied by along an axis.
+    /// With the sign of its place.
+    fn minor(&self, row: usize, column: usize) -> f64 {
+        let m = &self.matrix;
+        let [r, s] = [(row + 1) % 3, (row + 2) % 3];
+        let [c, d] = [(column + 1) % 3, (column + 2) % 3];
+        m[r][c] * m[s][d] - m[r][d] * m[s][c]
+    }
+
+    fn determinant(&self) -> f64 {
+        (0..3).map(|column| self.matrix[0][column] * self.minor(0, column)).sum()
+    }
+
+    /// The most that a length is multiplied by: the largest singular value.
     pub fn stretch(&self) -> f64 {
-        let length = |row: &[f64; 3]| row.iter().map(|value| value * value).sum::<f64>().sqrt();
-        self.matrix.iter().map(length).fold(0.0, f64::max)
+        let m = &self.matrix;
+        let product = |i: usize, j: usize| (0..3).map(|row| m[row][i] * m[row][j]).sum::<f64>();
+        let mut squares = [0, 1, 2].map(|i| [0, 1, 2].map(|j| product(i, j)));
+        let mean = (0..3).map(|i| squares[i][i]).sum::<f64>() / 3.0;
+        (0..3).for_each(|i| squares[i][i] -= mean);
+        let spread = (squares.iter().flatten().map(|value| value * value).sum::<f64>() / 6.0).sqrt();
+        if spread <= SAME * mean {
+            return mean.sqrt();
+        }
+        // Eigenvalues of a symmetric matrix: mean + 2 · spread · cos(angle).
+        let determinant = Self { matrix: squares, shift: [0.0; 3] }.determinant() / spread.powi(3);
+        let angle = (determinant / 2.0).clamp(-1.0, 1.0).acos() / 3.0;
+        (mean + 2.0 * spread * angle.cos()).sqrt()
     }
 
     /// First the other, then this.
@@ -143,5 +160,33 @@ impl ToolPath {
             }
         }
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turn(angle: f64) -> Linear {
+        Linear::turn(Plane::Xy, angle, [0.0; 3])
+    }
+
+    /// A turn before or after a scaling stretches nothing; a shear, [[1, 1], [0, 1]], stretches by the golden ratio.
+    #[test]
+    fn the_stretch_is_the_longest_image_of_a_unit_length() {
+        let scaled = |factors| Linear::scaled(factors, [0.0; 3]);
+        let tilted = Linear::turn(Plane::Zx, 20.0, [0.0; 3]);
+        let shear = Linear { matrix: [[1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], shift: [0.0; 3] };
+        let cases = [
+            (turn(45.0).after(&scaled([4.0, 1.0, 1.0])), 4.0),
+            (tilted.after(&scaled([1.0, 3.0, 5.0])).after(&turn(30.0)), 5.0),
+            (scaled([-0.5, 0.25, 0.125]).after(&turn(70.0)), 0.5),
+            (turn(37.0), 1.0),
+            (scaled([2.0; 3]), 2.0),
+            (shear, 1.618033988749895),
+        ];
+        for (linear, wanted) in cases {
+            assert!((linear.stretch() / wanted - 1.0).abs() < 1e-12, "{} for {wanted}", linear.stretch());
+        }
     }
 }

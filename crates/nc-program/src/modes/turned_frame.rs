@@ -49,6 +49,7 @@ impl Runner<'_> {
         if linear.is_none() && !neutral {
             return self.unfollowed(word);
         }
+        let linear = linear.and_then(Linear::unless_none);
         let changes = linear.is_some() || anew && self.state.frame.parts[0].is_some();
         if changes && self.refuses_new_frame(word) {
             return;
@@ -58,7 +59,8 @@ impl Runner<'_> {
         }
         self.reframe(|frame| {
             let before = frame.parts[0];
-            frame.parts[0] = before.into_iter().chain(linear).reduce(|outer, inner| outer.after(&inner));
+            let together = before.into_iter().chain(linear).reduce(|outer, inner| outer.after(&inner));
+            frame.parts[0] = together.and_then(Linear::unless_none);
         });
     }
 
@@ -149,6 +151,7 @@ impl Runner<'_> {
 
     /// Mirrors, scales or turns in the place of what did so before. Refused where the order of two of them would matter.
     pub(crate) fn set_part(&mut self, part: usize, linear: Option<Linear>, word: i32) {
+        let linear = linear.and_then(Linear::unless_none);
         if self.state.frame.parts[part] == linear {
             return;
         }
@@ -208,6 +211,9 @@ fn is_neutral(text: &str) -> bool {
         [b'P', ..] => after("SPATIAL"),
         _ => text.find(|letter: char| !letter.is_ascii_alphabetic()),
     };
+    // An increment of nothing leaves the turn before it.
+    let adds = |name: &str| text.starts_with('C') && name.starts_with('I');
+    let other = |name: &str| text.contains("DEF 10.") && name != "ROT";
     let (bytes, mut at) = (text.as_bytes(), head.unwrap_or(text.len()));
     while at < bytes.len() {
         let letters = bytes[at..].iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
@@ -217,7 +223,7 @@ fn is_neutral(text: &str) -> bool {
         let same = match (&text[at..value], found) {
             ("", _) => !bytes[at].is_ascii_digit(),
             ("F", Some(_)) | ("STAY" | "TURN" | "SEQ" | "FMAX", None) => true,
-            (_, Some((given, _))) => !mirrors && given == neutral,
+            (name, Some((given, _))) => !mirrors && given == neutral && !adds(name) && !other(name),
             _ => false,
         };
         if !same {

@@ -8,8 +8,6 @@ use crate::values::parameters::Store;
 
 /// Jumps back before the first state is kept: loops that end soon cost nothing.
 const JUMPS: usize = 4096;
-/// Blocks that are run without a move, beyond those of the program: a control would stand still for minutes.
-const STANDING: usize = 500_000;
 /// States that are compared as a whole with one that is kept: a loop that ends is alike in its position seldom so often.
 const COMPARED: usize = 64;
 
@@ -18,9 +16,6 @@ const COMPARED: usize = 64;
 pub(crate) struct Watch {
     jumps: usize,
     kept: Option<Kept>,
-    /// Moves at the last jump back, and the blocks executed when they were first so many.
-    moves: usize,
-    standing_since: usize,
 }
 
 #[derive(Debug)]
@@ -40,26 +35,16 @@ impl Runner<'_> {
     /// Looks, at a jump back, for a loop that never ends: it is refused, and nothing more is run.
     pub(crate) fn watch_loops(&mut self) {
         self.watch.jumps += 1;
-        let moves = self.path.len();
-        let standing = self.executed - self.watch.standing_since;
-        if moves != self.watch.moves {
-            (self.watch.moves, self.watch.standing_since) = (moves, self.executed);
-        } else if standing > STANDING + self.program.blocks().len() {
-            return self.refuse_loop(&format!("a loop runs {standing} blocks without a move"));
-        }
         if self.watch.jumps < JUMPS {
             return;
         }
         if self.watch.jumps.is_power_of_two() {
             self.watch.kept = Some(self.kept());
         } else if let Some(blocks) = self.is_back() {
-            self.refuse_loop(&format!("a loop without an end: all is as it was {blocks} blocks before"));
+            self.endless = true;
+            let why = format!("a loop without an end: all is as it was {blocks} blocks before");
+            self.refuse_blocks(&why, "change in the loop what its condition reads, or leave it by a jump");
         }
-    }
-
-    fn refuse_loop(&mut self, why: &str) {
-        self.endless = true;
-        self.refuse_blocks(why, "change in the loop what its condition reads, or leave it by a jump");
     }
 
     /// Refuses to run more blocks; of parameters without a value the first is named, which a loop may wait for.
@@ -91,7 +76,7 @@ impl Runner<'_> {
     /// Blocks since the state that is kept, where this one equals it. What differs most often is compared first.
     fn is_back(&mut self) -> Option<usize> {
         let kept = self.watch.kept.as_ref()?;
-        let alike = kept.next == self.next && kept.position == self.state.position;
+        let alike = kept.compared < COMPARED && kept.next == self.next && kept.position == self.state.position;
         if !alike || !self.state.store.agrees_at(&kept.store, kept.differs) || kept.turns != self.turns_left() {
             return None;
         }
@@ -101,9 +86,6 @@ impl Runner<'_> {
             return None;
         }
         kept.compared += 1;
-        if kept.compared > COMPARED {
-            return None;
-        }
         let whole = self.whole();
         let kept = self.watch.kept.as_ref()?;
         (kept.whole == whole).then(|| self.executed - kept.executed)

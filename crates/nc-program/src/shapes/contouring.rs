@@ -121,10 +121,14 @@ impl Runner<'_> {
 
     /// A corner after which no move comes.
     pub(crate) fn close_contour(&mut self) {
+        self.state.contouring.corner.take_if(|asked| asked.word < 0);
+        self.drop_contouring("no move comes after it");
+    }
+
+    /// Reports the corner and the line that wait: the next move does not end them.
+    pub(crate) fn drop_contouring(&mut self, why: &str) {
         if let Some(asked) = self.state.contouring.corner.take() {
-            if asked.word >= 0 {
-                self.warn_corner(&asked, "no move comes after it".into());
-            }
+            self.warn_corner(&asked, why.into());
         }
         self.drop_line();
     }
@@ -175,6 +179,9 @@ impl Runner<'_> {
         if let Some((about, sweep)) = cut.way.turn {
             set(&mut centre, about);
             self.path.arcs.push(Arc { of_move: last + 1, centre, sweep, radius: f64::NAN });
+            let here = std::mem::replace(&mut self.block, asked.block);
+            self.require_circles();
+            self.block = here;
         }
         let kind = if cut.way.turn.is_some() { MoveKind::Arc } else { MoveKind::Line };
         let state = self.path.state.last().copied().unwrap_or(0);
