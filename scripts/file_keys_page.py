@@ -12,6 +12,7 @@ ELSEWHERE: Final = {
     "job": ("Job of a turned part", "job-file.md"),
     "probe": ("Probe", "probing.md#the-probe-file"),
     "surface": ("Job of a surface", "surface.md#the-job"),
+    "milled": ("Job of a milled part", "milled.md#the-job"),
     "cell": ("Cell", "cell.md"),
 }
 """Files whose keys have a page that explains them at length."""

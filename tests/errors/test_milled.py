@@ -26,7 +26,11 @@ def _second(entered: str) -> Callable[[str], str]:
 
 
 OTHER = {"kind": KIND, "part_type": "cover", "entries": []}
-SHIFTED = {"kind": KIND, "part_type": "plate", "entries": [{"register": "x", "of": "G54", "change": 0.03}]}
+SHIFTED = {
+    "kind": KIND,
+    "part_type": "plate",
+    "entries": [{"register": "x", "of": "G54", "change": 0.03, "unit": "mm"}],
+}
 
 PRODUCERS = {
     Code.MIL_NOMINAL: lambda: _job(lambda text: text.replace("size = 12.0", "size = 13.0")),

@@ -266,7 +266,12 @@ def test_a_key_ends(service: Running) -> None:
         *(("Sommer2024!!", False), ("S0mmer-2024!!", False), ("Werkstatt2025", False), ("W3rkst4tt2025", False)),
         *(("machine-shop1", False), ("Fräsen2025!!!", False), ("Fraesen-2025!", False), ("sinumerik840d", False)),
         *(("correcthorsebatterystaple", False), ("Correct-Horse-Battery-Staple", False), ("new20252026!", False)),
-        *(("Zahnrad-Birne-Kabel", True), ("spindle otter plum kite", True), ("kQ7#vd92LmxZp1", True)),
+        *(
+            ("Zahnrad-Birne-Kabel", True),
+            ("spindle otter plum kite", True),
+            ("kQ7#vd92LmxZp1", True),
+            ("kX#9!v$2@p^&T)q", True),
+        ),
     ],
 )
 def test_which_passwords_are_taken(service: Running, password: str, taken: bool) -> None:

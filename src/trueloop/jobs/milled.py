@@ -1,12 +1,16 @@
 """A milled part's job: read with its measurements, answered with numbers to enter at the control, and recorded."""
 
 import json
+import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from os.path import relpath
 from pathlib import Path
 from typing import Any, Final
 
+from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, in_file
@@ -15,12 +19,14 @@ from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import Stated
 from trueloop.formats.jobs.milled_job import MeasuredTable, MilledFeatureTable, MilledJobFile, read_milled_job
 from trueloop.jobs.user import user_name
-from trueloop.milled.entries import Entered, Entry, Part, Proposal, Register, propose
+from trueloop.milled.entries import PLAINEST, Entered, Entry, Part, Proposal, Register, propose
 from trueloop.milled.feature import MilledFeature
 from trueloop.milled.observed import Frame, observed_of, seen
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 RECORD: Final = "entries.json"
+LARGEST_CHANGE: Final = 10.0
+"""mm, or rad: more is no record of this program."""
 KIND: Final = "trueloop entries of a milled part"
 
 
@@ -61,20 +67,25 @@ def read_milled(path: Path) -> MilledJob:
         records = [path.parent / one for one in table.entered or ()]
         in_force = _in_force(records, job.name)
         file = path.parent / table.file
-        files += [file, *records]
-        for inspection in _inspections(path, table):
+        files += [file, *records, *([] if table.mapping is None else [path.parent / table.mapping])]
+        for serial, readings in _by_part(_inspections(path, table)):
             with in_file(file):
-                part, without = _part(job, features, frame, inspection, in_force, len(parts))
+                part, without = _part(
+                    job, features, frame, (serial or str(len(parts) + 1), readings), in_force, len(parts)
+                )
             unused.update(dict.fromkeys(without))
             parts.append(part)
     tools = {one.number: one for one in job.tool}
     used = {one.tool for one in job.feature}
     offsets = dict.fromkeys(one.work_offset for one in job.feature)
-    registers: tuple[Register, ...] = ("x", "y", "z", "turn") if job.rotation else ("x", "y", "z")
+    turns = job.rotation and len(offsets) == 1  # each turns about a zero of its own, which the job does not state
+    registers: tuple[Register, ...] = ("x", "y", "z", "turn") if turns else ("x", "y", "z")
+    datums = {job.frame.x, job.frame.y, job.frame.z, *(job.frame.turn or ())}
+    of_datums = {one.work_offset for one in job.feature if one.name in datums}
     possible = (
         *(Entry("radius", str(n)) for n in sorted(used) if tools[n].radius == "control"),
         *(Entry("length", str(n)) for n in sorted(used)),
-        *(Entry(register, name) for name in offsets for register in registers),
+        *(Entry(register, name) for name in sorted(offsets, key=of_datums.__contains__) for register in registers),
     )
     diameters = frozenset(str(one.number) for one in job.tool if one.register_is == "diameter")
     return MilledJob(job.name, tuple(parts), possible, diameters, tuple(unused), tuple(files), job, path)
@@ -119,7 +130,7 @@ def record_of(job: MilledJob, found: Proposal) -> bytes:
         "part_type": job.name,
         "made_at": datetime.now(UTC).isoformat(timespec="seconds"),
         "made_by": user_name(),
-        "inputs": {file.name: sha256_of(file.read_bytes()) for file in job.files},
+        "inputs": {relpath(file, job.path.parent): sha256_of(file.read_bytes()) for file in job.files},
         "entries": entries,
     }
     return (json.dumps(about, ensure_ascii=False, indent=2) + "\n").encode()
@@ -132,14 +143,14 @@ def _require_facts(job: MilledJobFile) -> None:
             raise Code.MIL_ENTERED.refusal(
                 f"measurement {k} of {len(job.measured)}, {table.file.name!r}: it is not stated which numbers had been "
                 "entered when its parts were cut",
-                hint=f'add `entered = ["out/{RECORD}"]`, every record entered until then, or `entered = []`',
+                hint=f'add to its [[measured]] `entered = ["out/{RECORD}"]`, all records until then, or `entered = []`',
                 values={"measurement": k, "file": table.file.name},
             )
 
 
 def _feature(table: MilledFeatureTable, scale: float) -> MilledFeature:
     x, y, z = (scale * value for value in table.at)
-    length = sum(value**2 for value in table.direction) ** 0.5
+    length = math.hypot(*table.direction)
     i, j, k = (value / length for value in table.direction)
     return MilledFeature(
         name=table.name,
@@ -171,25 +182,40 @@ def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
     yield from chosen
 
 
+def _by_part(inspections: Iterator[Inspection]) -> Iterator[tuple[str, list[Reading]]]:
+    """Yields serial numbers and readings: runs of a file that state one serial number are of one part.
+
+    What was measured in the frame of the machine, or of the device, holds no positions in the part's.
+    """
+    found = list[tuple[str, list[Reading]]]()
+    for one in inspections:
+        readings = [each for each in one.readings if one.frame == "part" or each.quantity is not Quantity.POSITION]
+        if found and one.part.serial and found[-1][0] == one.part.serial:
+            found[-1][1].extend(readings)
+        else:
+            found.append((one.part.serial, readings))
+    yield from found
+
+
 def _part(
     job: MilledJobFile,
     features: dict[str, MilledFeature],
     frame: Frame,
-    inspection: Inspection,
+    measured: tuple[str, list[Reading]],
     in_force: Entered,
     number: int,
 ) -> tuple[Part, list[str]]:
-    readings = [_renamed(one, job.names) for one in inspection.readings]
+    names = {_folded(name): name for name in features} | {_folded(name): own for name, own in job.names.items()}
+    serial, readings = measured[0], [_renamed(one, names) for one in measured[1]]
     pairs = [(one, seen(features, frame, one)) for one in readings]
     used = [(one, what) for one, what in pairs if what is not None]
-    serial = inspection.part.serial or str(number + 1)
     if not used:
-        names = sorted({one.feature for one in readings})[:20]
+        measured_names = sorted({one.feature for one in readings})[:20]
         raise Code.MIL_NONE.refusal(
             f"none of {len(readings)} readings of part {serial!r} is a size or coordinate of a feature of the job; the "
-            f"file's features are {', '.join(map(repr, names)) or 'not named'}",
+            f"file's features are {', '.join(map(repr, measured_names)) or 'not named'}",
             hint='give the job\'s names in the table [names]: `CIR1 = "B1"`',
-            values={"readings": len(readings), "features": names},
+            values={"readings": len(readings), "features": measured_names},
         )
     for one, what in used:
         off_um = (one.actual - what.nominal_mm) * UM_PER_MM
@@ -206,9 +232,14 @@ def _part(
     return Part(serial, shown, observed, in_force), [one.characteristic for one, what in pairs if what is None]
 
 
+def _folded(name: str) -> str:
+    """Returns a name without what does not count in it: case, blanks, hyphens, low lines."""
+    return re.sub(r"[\s_-]+", "", name).casefold()
+
+
 def _renamed(reading: Reading, names: dict[str, str]) -> Reading:
-    feature = names.get(reading.feature, reading.feature)
-    return replace(reading, feature=feature, other=names.get(reading.other, reading.other))
+    own = [names.get(_folded(name), name) for name in (reading.feature, reading.other)]
+    return replace(reading, feature=own[0], other=own[1])
 
 
 def _in_force(records: Sequence[Path], part_type: str) -> Entered:
@@ -217,26 +248,34 @@ def _in_force(records: Sequence[Path], part_type: str) -> Entered:
     known = set[str]()
     for path in records:
         content = read_input(path, Code.MIL_RECORD, hint=f"name the {RECORD} that an earlier job has written")
-        entries = _entries_of(path, content, part_type)
-        digest = sha256_of(content)
-        if digest in known:
-            raise _bad_record(path, "is named twice: its numbers would count twice")
-        known.add(digest)
+        about, entries = _entries_of(path, content, part_type)
+        same = json.dumps({name: value for name, value in about.items() if not name.startswith("made_")})
+        if same in known:
+            raise _bad_record(path, "is named twice, or was written twice: its numbers would count twice")
+        known.add(same)
         for entry, change in entries:
             total[entry] = total.get(entry, 0.0) + change
     return total
 
 
-def _entries_of(path: Path, content: bytes, part_type: str) -> list[tuple[Entry, float]]:
+def _entries_of(path: Path, content: bytes, part_type: str) -> tuple[dict[str, Any], list[tuple[Entry, float]]]:
     try:
         about: Any = json.loads(content)
         if about["kind"] != KIND:
             raise _bad_record(path, f"is of another kind, {about['kind']!r}")
         if about["part_type"] != part_type:
             raise _bad_record(path, f"is of the part {about['part_type']!r}, the job of {part_type!r}")
-        return [(Entry(one["register"], one["of"]), float(one["change"])) for one in about["entries"]]
-    except (ValueError, KeyError, TypeError) as error:
+        return about, [_entry_of(path, one) for one in about["entries"]]
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise _bad_record(path, f"is not a record of entries: {type(error).__name__}") from error
+
+
+def _entry_of(path: Path, stated: Any) -> tuple[Entry, float]:
+    register, of, change, unit = (stated[name] for name in ("register", "of", "change", "unit"))
+    known = register in PLAINEST and isinstance(of, str) and unit == ("rad" if register == "turn" else "mm")
+    if not known or not isinstance(change, (int, float)) or not abs(change) < LARGEST_CHANGE:
+        raise _bad_record(path, f"states an entry that no job has written: {str(stated)[:120]}")
+    return Entry(register, of), float(change)
 
 
 def _bad_record(path: Path, why: str) -> Exception:

@@ -10,7 +10,7 @@ one number explains is put into one number, and what nothing determines stays as
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
@@ -160,7 +160,7 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         scales = {key: scale for key, scale in scales.items() if key[0] in LASTING} | dict(updated.scales)
         state = updated.state.without_parts()
     last = parts[-1]
-    shown = {one.name: one for part in parts for one in part.shown}
+    shown = _together(parts)
     places, functional = places_of(tuple(shown.values()), part_type, int(last.observed.places.number("part")[0]) + 1)
     unlike = dict.fromkeys(key[-1] for key, scale in scales.items() if scale >= FAR)
     alike = [all(feature.name not in unlike for feature in one.features) for one in shown.values()]
@@ -168,17 +168,20 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     aim = np.array([one.aim_mm for one in shown.values()])
     lasting = state.predict(places, functional, LASTING, repeatability=False)
     effects = {one: functional @ one.basis(places) for one in {**dict.fromkeys(possible), **last.in_force}}
-    chosen = _chosen({one: effects[one] for one in possible}, weight, lasting.mean_mm - aim, lasting.covariance_mm2)
+    off = lasting.mean_mm + _effect(effects, last.in_force) - aim
+    chosen = _chosen({one: effects[one] for one in possible}, weight, off, lasting.covariance_mm2)
     proposed = [
-        _in_steps(one, total, u, (last.in_force.get(one, 0.0), step_mm)) for one, total, u in _totals(chosen, last)
+        Proposed(one, change, last.in_force.get(one, 0.0) + change, u)
+        for one, (value, u) in chosen.items()
+        if (change := _in_steps(one, value, step_mm)) != 0.0
     ]
-    proposed = [one for one in proposed if one.change != 0.0]
     totals = {**last.in_force, **{one.entry: one.total for one in proposed}}
     whole = state.predict(places, functional)
     now = whole.mean_mm + _effect(effects, last.in_force)
     after = whole.mean_mm + _effect(effects, totals)
     u = whole.standard_u_mm
-    measured = dict(zip((one.name for one in last.shown), last.observed.value_mm.tolist(), strict=True))
+    read = [(one.name, value) for one, value in zip(last.shown, last.observed.value_mm.tolist(), strict=True)]
+    measured = {name: float(np.mean([value for other, value in read if other == name])) for name, _ in read}
     expected = tuple(
         Expected(one, measured.get(one.name), *(_judged(one, value[k], u[k]) for value in (now, after)))
         for k, one in enumerate(shown.values())
@@ -224,56 +227,78 @@ def _weights(shown: Sequence[Seen]) -> Array:
     return np.asarray(1.0 / np.where(half > 0.0, half, np.median(known) if len(known) else 1.0))
 
 
+def _together(parts: Sequence[Part]) -> dict[str, Seen]:
+    """Returns what was seen of all parts by name; limits that a later file leaves out are those of an earlier one."""
+    shown = dict[str, Seen]()
+    for one in (one for part in parts for one in part.shown):
+        before = shown.get(one.name)
+        without = before is not None and one.lower_mm is None and one.upper_mm is None
+        shown[one.name] = (
+            replace(one, lower_mm=before.lower_mm, upper_mm=before.upper_mm) if before and without else one
+        )
+    return shown
+
+
 def _chosen(
     effects: Mapping[Entry, Array], weight: Array, off: Array, covariance: Array
 ) -> dict[Entry, tuple[float, float]]:
-    """Returns the totals of the chosen entries with their standard uncertainties."""
+    """Returns the changes of the chosen entries with their standard uncertainties.
+
+    A rotation is tried only where it is seen beside both shifts of its work offset: one bore does not show it. What
+    later entries have made uncertain again is dropped for good.
+    """
     weighted, scatter = weight * off, covariance * np.outer(weight, weight)
-    smallest = DEPENDENT * max((float(np.linalg.norm(weight * one)) for one in effects.values()), default=0.0)
-    chosen: list[Entry] = []
-    found: dict[Entry, tuple[float, float]] = {}
+    columns = {one: weight * effect for one, effect in effects.items()}
+    smallest = DEPENDENT * max((float(np.linalg.norm(one)) for one in columns.values()), default=0.0)
+    order, dropped = list(effects), set[Entry]()
+    found = dict[Entry, tuple[float, float]]()
     while True:
         tried = dict[Entry, tuple[float, dict[Entry, tuple[float, float]]]]()
         for one in effects:
-            if one in chosen:
+            beside = [Entry("x", one.of), Entry("y", one.of)] if one.register == "turn" else []
+            others = [columns[k] for k in (*found, *(k for k in beside if k in columns and k not in found))]
+            if one in found or one in dropped or not _determined(columns[one], others, smallest):
                 continue
-            columns = np.column_stack([weight * effects[k] for k in (*chosen, one)])
-            if not _determined(columns, smallest):
-                continue
-            gain = -np.linalg.pinv(columns)
-            value, u = gain @ weighted, np.sqrt(np.maximum(np.diag(gain @ scatter @ gain.T), 0.0))
-            if abs(value[-1]) > KNOWN * u[-1]:
-                left = float(np.sum((weighted + columns @ value) ** 2))
-                pairs = zip(value.tolist(), u.tolist(), strict=True)
-                tried[one] = left, dict(zip((*chosen, one), pairs, strict=True))
+            left, solved = _solved({k: columns[k] for k in (*found, one)}, weighted, scatter)
+            if abs(solved[one][0]) > KNOWN * solved[one][1]:
+                tried[one] = left, solved
         if not tried:
             return found
         least = min(left for left, _ in tried.values())
         floor = 1e-9 * float(np.sum(weighted**2))
         good = [one for one, (left, _) in tried.items() if left <= ALIKE * least + floor]
-        best = min(good, key=lambda one: (PLAINEST.index(one.register), tried[one][0], one.of))
-        chosen.append(best)
+        best = min(good, key=lambda one: (PLAINEST.index(one.register), order.index(one)))
         found = tried[best][1]
+        while uncertain := [one for one, (value, u) in found.items() if abs(value) <= KNOWN * u]:
+            dropped.add(uncertain[0])
+            found = _solved({k: columns[k] for k in found if k != uncertain[0]}, weighted, scatter)[1]
 
 
-def _determined(columns: Array, smallest: float) -> bool:
-    """Returns whether the last column is more than a combination of the others."""
-    last, others = columns[:, -1], columns[:, :-1]
-    rest = last - others @ np.linalg.lstsq(others, last, rcond=None)[0] if others.shape[1] else last
-    return float(np.linalg.norm(rest)) > max(smallest, DEPENDENT * float(np.linalg.norm(last)))
+def _solved(
+    columns: Mapping[Entry, Array], weighted: Array, scatter: Array
+) -> tuple[float, dict[Entry, tuple[float, float]]]:
+    """Returns what changes of these entries leave, a weighted sum of squares, and the changes with their u."""
+    if not columns:
+        return float(np.sum(weighted**2)), {}
+    matrix = np.column_stack(list(columns.values()))
+    gain = -np.linalg.pinv(matrix)
+    value, u = gain @ weighted, np.sqrt(np.maximum(np.diag(gain @ scatter @ gain.T), 0.0))
+    solved = dict(zip(columns, zip(value.tolist(), u.tolist(), strict=True), strict=True))
+    return float(np.sum((weighted + matrix @ value) ** 2)), solved
 
 
-def _totals(chosen: Mapping[Entry, tuple[float, float]], last: Part) -> list[tuple[Entry, float, float]]:
-    """Returns entries with totals and standard uncertainties: chosen ones, and those in force to be taken back."""
-    taken_back = [(one, 0.0, 0.0) for one in last.in_force if one not in chosen]
-    return [*((one, total, u) for one, (total, u) in chosen.items()), *taken_back]
+def _determined(column: Array, others: Sequence[Array], smallest: float) -> bool:
+    """Returns whether a column is more than a combination of others."""
+    rest = column
+    if others:
+        matrix = np.column_stack(others)
+        rest = column - matrix @ np.linalg.lstsq(matrix, column, rcond=None)[0]
+    return float(np.linalg.norm(rest)) > max(smallest, DEPENDENT * float(np.linalg.norm(column)))
 
 
-def _in_steps(entry: Entry, total: float, u: float, from_by: tuple[float, float]) -> Proposed:
-    in_force, step_mm = from_by
+def _in_steps(entry: Entry, change: float, step_mm: float) -> float:
     step = STEP_RAD if entry.register == "turn" else step_mm
-    change = step * round((total - in_force) / step)
-    return Proposed(entry, change, in_force + change, u)
+    return step * round(change / step)
 
 
 def _effect(effects: Mapping[Entry, Array], totals: Entered) -> Array:

@@ -12,7 +12,7 @@ from trueloop.domain.inspection import Reading
 from trueloop.errors import Code
 from trueloop.estimate.observed import Observed
 from trueloop.estimate.places import Places
-from trueloop.milled.feature import MilledFeature
+from trueloop.milled.feature import PAIRS, MilledFeature
 
 Features: TypeAlias = Mapping[str, MilledFeature]
 
@@ -76,7 +76,7 @@ def seen(features: Features, frame: Frame, reading: Reading) -> Seen | None:
         raise Code.MIL_NOMINAL.refusal(
             f"{found.name}: the file's nominal value is {reading.nominal:g} mm, the job's {found.nominal_mm:g} mm",
             hint=f"correct the feature {feature.name!r} in the job, or the name that the file gives to it: "
-            "`measurements.names`",
+            "the table [names]",
             values={"feature": feature.name, "nominal_mm": reading.nominal, "job_mm": found.nominal_mm},
         )
     return found
@@ -84,7 +84,8 @@ def seen(features: Features, frame: Frame, reading: Reading) -> Seen | None:
 
 def _size(feature: MilledFeature, reading: Reading) -> Seen | None:
     weights = feature.size_weights(reading.quantity)
-    if weights is None:
+    another = feature.kind in PAIRS and abs((reading.nominal or feature.size_mm) - feature.size_mm) > DIFFERENT_MM
+    if weights is None or another:  # the length of a slot is not its width
         return None
     nominal = feature.size_mm * (0.5 if reading.quantity is Quantity.RADIUS else 1.0)
     name = f"{feature.name}, {'width' if reading.quantity is Quantity.LENGTH else reading.quantity}"
@@ -118,6 +119,8 @@ def _coordinate(
         return None
     letter = next((name for name, unit in AXES.items() if abs(np.dot(unit, axis)) == 1.0), "")
     name = f"{feature.name}, {letter}".rstrip(", ") if other is None else f"{feature.name} from {other.name}"
+    if other is not None and reading.axis:
+        name = f"{name}, {letter}"
     joined = np.concatenate([one for one in weights if one is not None])
     depth = (_below_top(feature, reading) if other is None else None, *(None,) * (len(moved) - 1))
     return Seen(name, tuple(one for one, _ in moved), depth, joined, distance, *_limits(reading))
@@ -125,10 +128,11 @@ def _coordinate(
 
 def _lever_mm(features: Features, frame: Frame, away: Array, axis: Array, other: MilledFeature | None) -> float:
     """Returns by how much the coordinate grows with a turn of the part about +z in its frame, mm per rad."""
-    if other is None:
-        zero = [features[name].place_mm[k] if name else 0.0 for k, name in enumerate((frame.x, frame.y))]
-        away = away - np.array([*zero, 0.0])
-    return float(axis[1] * away[0] - axis[0] * away[1])
+    x, y = away[0], away[1]
+    if other is None:  # along x a turn counts from the height of the feature that sets x, along y the other way round
+        x -= features[frame.y].place_mm[0] if frame.y else 0.0
+        y -= features[frame.x].place_mm[1] if frame.x else 0.0
+    return float(axis[1] * x - axis[0] * y)
 
 
 def _turned(first: MilledFeature, second: MilledFeature, lever_mm: float) -> list[tuple[MilledFeature, Array]]:

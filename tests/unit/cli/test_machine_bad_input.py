@@ -198,7 +198,7 @@ def test_temperatures_beyond_the_data_are_used_by_name_only(said: Said) -> None:
         ("point,", "# cmm_u_mm 0.0005\npoint,", ("i.csv:1: MCH-FILE", "states no cmm_u_um")),
         ("point,", "# cmm_u_um -0.5\npoint,", ("i.csv:1: MCH-FILE", "states no cmm_u_um")),
         ("point,", "# cmm_u_um 0.5\n# cmm_u_um 0.4\npoint,", ("i.csv:2: MCH-FILE", "once")),
-        ("point,", "comp_proc_mm,", ("i.csv:1:1: MCH-FILE", "did you mean 'comp_proc_um'")),
+        ("point,", "comp_proc_mm,", ("i.csv:1:1: MCH-FILE", "convert it: known are comp_proc_um")),
         ("point,", "cmm_x_mm,", ("i.csv:1:11: MCH-FILE", "'cmm_x_mm' is there 2 times")),
     ],
 )

@@ -13,6 +13,8 @@ from tests.support.mill_shop import Mill
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.dmis.results import dmis_results
+from trueloop.formats.inspections.known import read_measured_file
+from trueloop.formats.inspections.measured_file import Stated
 from trueloop.formats.inspections.qif.writer import qif_of
 
 TYPED = re.compile(r"^(tool (\d), (radius|diameter|length)|G54, (X|Y|Z|rotation)).*: add ([+-][\d.]+)( mm| in|°)", re.M)
@@ -77,3 +79,38 @@ def test_a_part_that_was_not_cut_with_the_stated_numbers_is_refused(tmp_path: Pa
     assert not (tmp_path / "no").exists()
     job.write_text(second + "entered = []\n")
     assert "tool 2, radius: add -0.020 mm" in run("mill", "entries", job, "-o", tmp_path / "yes")
+
+
+def _with_record(job: Path, **entry: object) -> str:
+    record = {"kind": "trueloop entries of a milled part", "part_type": "plate", "entries": [entry]}
+    (job.parent / "entries.json").write_text(json.dumps(record))
+    text = job.read_text().replace('file = "part-1.dmo"', 'file = "part-1.dmo"\nentered = ["entries.json"]')
+    job.with_name("with.toml").write_text(text)
+    return run("mill", "entries", job.with_name("with.toml"), status=3)
+
+
+def test_records_that_no_job_has_written_are_refused(tmp_path: Path) -> None:
+    run("examples", "plate", "-o", tmp_path)
+    job = tmp_path / "plate" / "plate.toml"
+    good = {"register": "radius", "of": "2", "change": 0.01, "unit": "mm"}
+    for wrong in (
+        {"register": "Radius"},
+        {"register": ""},
+        {"of": 2},
+        {"unit": "inch"},
+        {"change": 1e300},
+        {"change": float("nan")},
+    ):
+        assert "MIL-RECORD" in _with_record(job, **(good | wrong))
+
+
+def test_names_are_found_without_case_and_runs_of_one_part_are_one_part(tmp_path: Path) -> None:
+    run("examples", "plate", "-o", tmp_path)
+    job, file = tmp_path / "plate" / "plate.toml", tmp_path / "plate" / "part-1.dmo"
+    before = run("mill", "entries", job, "--json")
+    job.write_text(job.read_text().replace('name = "B', 'name = "b-'))
+    assert json.loads(run("mill", "entries", job, "--json"))["rms_um"] == json.loads(before)["rms_um"]
+    one = read_measured_file(file, Stated()).inspections[0]
+    file.write_text(dmis_results([one, one], "part"))
+    twice = json.loads(run("mill", "entries", job, "--json"))
+    assert twice["parts"] == ["1"]

@@ -117,6 +117,68 @@ def test_bands_hold_what_they_promise_of_the_next_part() -> None:
     assert 0.93 <= np.mean(inside) <= 0.98
 
 
+def test_numbers_in_force_that_nothing_measured_stay() -> None:
+    """Only the bores' diameters are read, all good: what was entered for X, lengths and the other tool is kept."""
+    readings = [
+        one
+        for one in Mill().measured(np.random.default_rng(0))
+        if one.feature in BORES and "d" in one.characteristic[-1]
+    ]
+    entered = {
+        Entry("x", "G54"): 0.03,
+        Entry("length", "1"): -0.029,
+        Entry("turn", "G54"): 2e-4,
+        Entry("radius", "7"): 0.02,
+    }
+    assert propose("plate", [as_part(readings, 0, entered)], POSSIBLE).proposed == ()
+
+
+def test_one_bore_shows_shifts_and_no_rotation() -> None:
+    readings = [
+        one for one in Mill(zero=(0.038, -0.033, 0.0)).measured(np.random.default_rng(0)) if one.feature == "B0"
+    ]
+    found = {
+        at_control(one.entry): one.change for one in propose("plate", [as_part(readings, 0, {})], POSSIBLE).proposed
+    }
+    assert found.keys() == {"x", "y"} and found["x"] < -0.03 and found["y"] > 0.025
+
+
+def test_limits_hold_that_a_later_file_leaves_out() -> None:
+    """Diameters 0 to +30 µm: 15 µm above the nominal is aimed at, and reached; the second file has no limits."""
+    readings = [
+        replace(
+            one, actual=(one.nominal or 0.0) + 0.015, lower_limit=one.nominal, upper_limit=(one.nominal or 0.0) + 0.03
+        )
+        for one in Mill().measured(np.random.default_rng(0))
+        if one.quantity is Quantity.DIAMETER
+    ]
+    bare = [replace(one, lower_limit=None, upper_limit=None) for one in readings]
+    assert propose("plate", [as_part(some, k, {}) for k, some in enumerate((readings, bare))], POSSIBLE).proposed == ()
+
+
+@pytest.mark.parametrize(("x", "y"), [("B0", "B0"), ("B0", "B3"), ("B4", "B1")])
+@pytest.mark.parametrize("pushed", ["B0", "B1", "B3", "B4"])
+def test_a_frame_of_several_features_by_geometry(x: str, y: str, pushed: str) -> None:
+    """One bore lies off by 3 and 5 µm: the frame, set by x, y and the line B0 to B1, moves by what that does to it."""
+    true = {name: np.array(values[:2], dtype=float) for name, values in BORES.items()}
+    nominal = {name: place.copy() for name, place in true.items()}
+    true[pushed] += (0.003, 0.005)
+    angle = float(np.arctan2(*(true["B1"] - true["B0"])[::-1]))
+    turned = {
+        name: np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) @ place
+        for name, place in true.items()
+    }
+    for name in ("B2", "B4", "B5"):
+        for k, axis in enumerate("xy"):
+            zero = (x, y)[k]
+            expected = turned[name][k] - turned[zero][k] + nominal[zero][k] - nominal[name][k]
+            reading = Reading("c", Quantity.POSITION, 0.0, feature=name, axis=axis)  # type: ignore[arg-type]
+            shown = seen(FEATURES, Frame(x=x, y=y, turn=("B0", "B1")), reading)
+            assert shown is not None
+            moved = [one.surface()[1][:, :2] @ (true[one.name] - nominal[one.name]) for one in shown.features]
+            assert shown.weights @ np.concatenate(moved) == pytest.approx(expected, abs=2e-6)
+
+
 def test_in_a_frame_that_its_own_cuts_set_no_work_offset_is_proposed() -> None:
     """Zero at the bore B0, direction from there to B2: measured as a coordinate measuring machine aligns a part."""
     mill = Mill({1: 0.0, 2: 0.01}, zero=(0.03, -0.02, 0.0), turn=3e-4, scatter=2e-4)

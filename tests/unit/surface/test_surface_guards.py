@@ -20,10 +20,10 @@ BALL = SurfaceJob(Cutter(3.0, 3.0))
 
 
 def test_a_frame_that_the_path_does_not_follow_is_refused() -> None:
-    turned = b"G21 G90 G94 G17\nG68 X0. Y0. R90.\nG0 X2. Y10. Z5.\nG1 Z0. F100.\nX18.\nG0 Z5.\nM30\n"
-    with pytest.raises(TrueloopError, match="G68") as told:
+    turned = b"G21 G90 G94 G17\nG68 X10. Y10. R90.\nG0 X2. Y10. Z5.\nG1 Z0. F100.\nX18.\nG0 Z5.\nM30\n"
+    with pytest.raises(TrueloopError, match="coordinates are turned") as told:
         corrected_program(read_program(turned, "fanuc-mill"), FLAT, FLAT, BALL, "0123456789abcdef")
-    assert told.value.code is Code.NC_OPAQUE and told.value.place.line == 2
+    assert told.value.code is Code.NC_MAP and told.value.place.line == 4
 
 
 def test_the_read_back_of_an_inch_program_allows_two_steps_of_an_inch_program(monkeypatch: pytest.MonkeyPatch) -> None:

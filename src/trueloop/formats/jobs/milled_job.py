@@ -134,6 +134,8 @@ class MilledJobFile(Table):
     def _names_that_exist(self) -> "MilledJobFile":
         names = [one.name for one in self.feature]
         tools = {one.number for one in self.tool}
+        if len(tools) < len(self.tool):
+            raise ValueError(f"{len(self.tool)} [[tool]] tables have {len(tools)} numbers: describe each tool once")
         if twice := next((one for one in names if names.count(one) > 1), None):
             raise ValueError(f"{names.count(twice)} features are named {twice!r}")
         for one in self.feature:
@@ -142,6 +144,10 @@ class MilledJobFile(Table):
         used = (self.frame.x, self.frame.y, self.frame.z, *(self.frame.turn or ()), *self.names.values())
         if unknown := next((one for one in used if one and one not in names), None):
             raise ValueError(f"no feature is named {unknown!r}")
+        if self.frame.turn is not None:
+            first, second = (next(one for one in self.feature if one.name == name) for name in self.frame.turn)
+            if first.at[:2] == second.at[:2] or not {first.kind, second.kind} <= {"bore", "boss"}:
+                raise ValueError("`frame.turn` names two bores or bosses at different places of x and y")
         return self
 
 

@@ -36,10 +36,10 @@ def parts_of_earlier_edges(
     cutting order, their `order` below 0.
 
     Edges in use beside each other (two corners of a grooving insert) are not earlier ones: parts count that were kept
-    and cut before the first of `own`. Tools without name and number, and inserts without designation, are not known to
-    be one tool.
+    and cut before the first of `own`. Tools without a name, and inserts without designation, are not known to be
+    one tool.
     """
-    if not any(edge.tool.identity) or not edge.insert:
+    if not edge.tool.name or not edge.insert:  # a number holds for one machine only
         return ()
     first = _first_row(store, edge, own)
     before = min((at for lived in own if (at := _when(lived)) is not None), default=None)

@@ -269,7 +269,7 @@ def watching(configuration: Configuration, made: Wiring, signals: int) -> tuple[
         if line.words[:2] == ("loadrt", "sampler"):
             raise Code.RTC_HAL.refusal(
                 f"line {line.place.line} loads a sampler, which can be done once only: {line.text.strip()!r}",
-                hint="take it out, or add the streams of the record to its `depth` and `cfg` by hand",
+                hint="take it out, or add the streams of the record to its `depth=` and `cfg=` by hand",
                 place=line.place,
             )
     linked = dict(_linked([line.text for line in configuration.hal]))
