@@ -23,8 +23,8 @@ from trueloop.server.settings import Limits, Settings
 from trueloop.storage.store import open_store
 
 Starts: TypeAlias = Callable[[Limits], Running]
-FOREVER = b"G21 G90\no100 while [1]\n#1=[#1" + b"+sin[#1]" * 200 + b"]\no100 endwhile\nM2\n"
-"""Ten million blocks are run of it: minutes."""
+FOREVER = b"G21 G90\n#1=1\n#2=1\no100 while [1]\n#1=[#2" + b"+sin[#1]" * 200 + b"]\n#2=[#2+1]\no100 endwhile\nM2\n"
+"""Three million blocks are run of it before it is refused: its state never comes back."""
 SMALL = b"G21 G90\no1 if [1]\nG1 X1 F1\no1 endif\nM2\n"
 
 
