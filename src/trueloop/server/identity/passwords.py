@@ -60,7 +60,7 @@ def _nobodys() -> str:
     return _HASHER.hash("of nobody")
 
 
-_BETWEEN_WORDS: Final = re.compile(r"(?<=[^\W\d_]{3})[-_.,+ ](?=[^\W\d_]{3})")
+_BETWEEN_WORDS: Final = re.compile(r"(?<=[^\W_])[-_.,+](?=[^\W_])|!+$")
 
 
 def _guesses_log10(password: str, name: str) -> float:
