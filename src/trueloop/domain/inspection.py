@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import lru_cache
 from typing import Literal, TypeAlias, TypeVar, cast
 
 from trueloop.domain.characteristic import Quantity
@@ -192,3 +193,19 @@ class StandardPart:
     def identity(self) -> Identity:
         """Returns part and time: it may be calibrated again."""
         return *self.part.identity, "" if self.at is None else self.at.isoformat()
+
+
+def index_of_name(names: tuple[str, ...], name: str) -> int | None:
+    """Returns the index of a name among others, else of the only one that differs in case, blanks and signs alone."""
+    return names.index(name) if name in names else _by_letters(names).get(_letters(name))
+
+
+@lru_cache(maxsize=16)
+def _by_letters(names: tuple[str, ...]) -> Mapping[str, int]:
+    """Returns the index by the letters of the names, of those that no other has: a file may hold a million points."""
+    letters = [_letters(name) for name in names]
+    return {one: k for k, one in enumerate(letters) if one and letters.count(one) == 1}
+
+
+def _letters(name: str) -> str:
+    return "".join(filter(str.isalnum, name.casefold()))

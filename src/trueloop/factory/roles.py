@@ -10,7 +10,7 @@ from trueloop.factory import requests as ask
 
 
 class Role(StrEnum):
-    """Of an account; each may do what those before it may. A cell is not a person: it has requests of its own."""
+    """The role of an account; each may do what those before it may. A cell has requests of its own."""
 
     VIEWER = "viewer"
     OPERATOR = "operator"

@@ -2,8 +2,7 @@
 
 import json
 import math
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from os.path import relpath
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from trueloop.domain.characteristic import Quantity
-from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.inspection import Inspection, Reading, index_of_name
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, in_file
 from trueloop.formats.input_file import read_input
@@ -26,7 +25,7 @@ from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 RECORD: Final = "entries.json"
 LARGEST_CHANGE: Final = 10.0
-"""mm, or rad: more is no record of this program."""
+"""The largest change, mm or rad, that a record may hold."""
 KIND: Final = "trueloop entries of a milled part"
 
 
@@ -205,8 +204,7 @@ def _part(
     in_force: Entered,
     number: int,
 ) -> tuple[Part, list[str]]:
-    names = {_folded(name): name for name in features} | {_folded(name): own for name, own in job.names.items()}
-    serial, readings = measured[0], [_renamed(one, names) for one in measured[1]]
+    serial, readings = measured[0], [_renamed(one, job.names, tuple(features)) for one in measured[1]]
     pairs = [(one, seen(features, frame, one)) for one in readings]
     used = [(one, what) for one, what in pairs if what is not None]
     if not used:
@@ -232,18 +230,21 @@ def _part(
     return Part(serial, shown, observed, in_force), [one.characteristic for one, what in pairs if what is None]
 
 
-def _folded(name: str) -> str:
-    """Returns a name without what does not count in it: case, blanks, hyphens, low lines."""
-    return re.sub(r"[\s_-]+", "", name).casefold()
+def _renamed(reading: Reading, listed: Mapping[str, str], features: tuple[str, ...]) -> Reading:
+    """Returns a reading with the job's names of its features: as `[names]` lists them, else as they are written."""
 
+    def own(name: str) -> str:
+        k = index_of_name(tuple(listed), name)
+        if k is not None:
+            return list(listed.values())[k]
+        k = index_of_name(features, name)
+        return name if k is None else features[k]
 
-def _renamed(reading: Reading, names: dict[str, str]) -> Reading:
-    own = [names.get(_folded(name), name) for name in (reading.feature, reading.other)]
-    return replace(reading, feature=own[0], other=own[1])
+    return replace(reading, feature=own(reading.feature), other=own(reading.other))
 
 
 def _in_force(records: Sequence[Path], part_type: str) -> Entered:
-    """Returns the sum of the changes that records list. Raises MIL-RECORD for what is no record of this part type."""
+    """Returns the sum of the changes that records list. Raises MIL-RECORD for any other file."""
     total = dict[Entry, float]()
     known = set[str]()
     for path in records:

@@ -1,9 +1,9 @@
 """Numbers to enter at the control: which, how much, and what the next part is expected to be with them.
 
 An entry of +1 leaves, as an error of the cut: of a tool's radius +1 on every wall that the control compensates with it,
-of its length +1 on faces that look up, of a work offset n along its axis, of its turn n·(ẑ × p) per radian. The total c
-of all entries minimizes the expected sum of squares Σ w²(m + A·c − aim)² over the sizes and coordinates that were
-measured, m their expectation as the machine was first set; w is 1 over half of the tolerance. Entries are taken one by
+of its length +1 on faces that look up, of a work offset n along its axis, of its turn n·(ẑ × p) per radian. The changes
+c of entries minimize the expected sum of squares Σ w²(m + A·c − aim)² over the sizes and coordinates that were
+measured; m is their expectation with the entries in force, w is 1 over half of the tolerance. Entries are taken one by
 one, the most useful first, as long as they are known to more than twice their standard uncertainty: so an error that
 one number explains is put into one number, and what nothing determines stays as it is.
 """
@@ -90,13 +90,7 @@ class Part:
         """Returns the values without what the entries in force did to them."""
         effect = sum((value * one.basis(self.observed.places) for one, value in self.in_force.items()), np.zeros(1))
         known = self.observed.of(np.broadcast_to(effect, len(self.observed.places)))
-        return Observed(
-            self.observed.places,
-            self.observed.value_mm - known,
-            self.observed.standard_u_mm,
-            self.observed.functional,
-            self.observed.correlated_mm2,
-        )
+        return replace(self.observed, value_mm=self.observed.value_mm - known)
 
 
 @dataclass(frozen=True)
@@ -126,7 +120,6 @@ class Proposal:
     """
 
     proposed: tuple[Proposed, ...]
-    undetermined: tuple[Entry, ...]
     expected: tuple[Expected, ...]
     unlike: tuple[str, ...]
 
@@ -186,7 +179,7 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         Expected(one, measured.get(one.name), *(_judged(one, value[k], u[k]) for value in (now, after)))
         for k, one in enumerate(shown.values())
     )
-    return Proposal(tuple(proposed), tuple(one for one in possible if one not in chosen), expected, tuple(unlike))
+    return Proposal(tuple(proposed), expected, tuple(unlike))
 
 
 def _require_consistent(part: Part, updated: Updated, possible: Sequence[Entry]) -> None:

@@ -17,7 +17,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Vector
 
 Kind: TypeAlias = Literal["bore", "boss", "slot", "rib", "face"]
-Side: TypeAlias = Literal["climb", "conventional"]
+Side: TypeAlias = Literal["", "climb", "conventional"]
 
 ROUND: Final = ("bore", "boss")
 PAIRS: Final = ("slot", "rib")
@@ -46,7 +46,7 @@ class MilledFeature:
     size_mm: float = 0.0
     direction: Vector = (0.0, 0.0, 1.0)
     depth_mm: float = 0.0
-    side: Literal["", "climb", "conventional"] = ""
+    side: Side = ""
 
     @property
     def inward(self) -> bool:

@@ -12,12 +12,13 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import EdgeEvent, EdgeEventKind, EdgeLife
 from trueloop.domain.part import Part
 from trueloop.domain.tool import Edge, Setting
+from trueloop.jobs.factory.memory import tool_memory
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.store.tool_history import LATEST, history_of_tool, with_history
 from trueloop.loops.turned.stored import enveloped
 from trueloop.memory.made_part import MadePart
-from trueloop.storage.store import Store, keep, open_store
+from trueloop.storage.store import Store, find, keep, open_store
 
 NEXT = replace(EDGE, corner="3")
 
@@ -71,6 +72,28 @@ def test_the_first_part_of_a_corner_has_those_before_it_alone(store: Store) -> N
     assert history(store, replace(NEXT, insert="VCMT 110304")) == () == history(store, replace(NEXT, insert=""))
     other = replace(NEXT, tool=replace(NEXT.tool, name="another holder"))
     assert history(store, other) == ()
+
+
+def test_a_tool_known_by_its_number_alone_has_no_earlier_edges() -> None:
+    """T2 of another machine, or of a magazine that was loaded anew, is another tool."""
+    store = open_store("sqlite://", create=True, codec=store_codec())
+    first, following = (replace(one, tool=replace(one.tool, name="", number=2)) for one in (EDGE, NEXT))
+    keep_parts(store, first, ("1", "2", "3"), 0)
+    keep_parts(store, following, ("4",), 5)
+    assert listed(history_of_tool(store, following, (), False)) == [("4", 0.0)]
+
+
+def test_the_page_of_a_tool_predicts_its_next_part_as_the_correction_does(store: Store) -> None:
+    """By the parts of earlier edges too: the next part is known better than where corner 3 alone has cut."""
+    alone = open_store("sqlite://", create=True, codec=store_codec())
+    keep_parts(alone, NEXT, ("4", "5"), 5)
+    left_um = list[float]()
+    for one in (store, alone):
+        (row,) = [kept.row for kept in find(one, Edge) if kept.value == NEXT]
+        shown = tool_memory(one, row)
+        assert (shown.parts, shown.next_parts[0].refusal) == (2, "")
+        left_um.append(shown.next_parts[0].left_um or 0.0)
+    assert 0.0 < left_um[0] < left_um[1]
 
 
 def test_corners_that_cut_side_by_side_are_no_earlier_edges_of_each_other(store: Store) -> None:

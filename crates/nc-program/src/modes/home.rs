@@ -72,7 +72,7 @@ impl Runner<'_> {
     }
 
     /// The program's coordinates of the place where some axes stand at those of the machine and the others where they are;
-    /// `origin` is what is taken from a place of the machine. Of turned coordinates it says where none is.
+    /// `origin` is what is taken from a place of the machine. In turned coordinates a missing one is reported.
     pub(crate) fn on_machine(&mut self, places: [Option<f64>; 3], origin: [f64; 3]) -> [f64; 3] {
         let (frame, position) = (&mut self.state.frame, self.state.position);
         let Some(linear) = frame.whole else {

@@ -64,7 +64,7 @@ impl Runner<'_> {
         });
     }
 
-    /// The turn, mirror or scaling that a word of Sinumerik asks for; `None` where it is no such of the plane.
+    /// The turn, mirror or scaling in the plane that a word of Sinumerik states; `None` for any other.
     fn linear_of(&mut self, text: &str, word: i32) -> Option<Linear> {
         let head = text.find(|letter: char| !letter.is_ascii_alphabetic())?;
         let (name, plane) = (text[..head].trim_start_matches('A').to_owned(), self.state.modal.plane);
@@ -174,7 +174,7 @@ impl Runner<'_> {
         compensates
     }
 
-    /// Whether coordinates are turned where a control has to find them as they were: it is said.
+    /// Reports coordinates that are turned where a control has to find them as they were; returns whether they are.
     pub(crate) fn is_turned(&mut self) -> bool {
         let bound = matches!(self.program.dialect().flow, FlowStyle::Macro | FlowStyle::Labels);
         let turned = bound && self.state.frame.linear.is_some();
@@ -200,7 +200,7 @@ impl Runner<'_> {
 /// Whether a code that turns, scales or mirrors what follows has no axis, or leaves all of them as they are.
 fn is_neutral(text: &str) -> bool {
     if text.contains("SPATIAL") && !text.contains("STAY") && !text.contains("TURN") {
-        return false; // how the axes go there is not said
+        return false; // the way of the axes to that place is not stated
     }
     let mirrors = text.contains("MIRROR") || text.contains("DEF 8.");
     let neutral =

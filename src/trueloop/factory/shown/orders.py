@@ -98,7 +98,7 @@ def _row(order: _Head, state: str, counts: Mapping[tuple[str, str], int]) -> Ord
 
 
 MOST: Final = 100
-"""Of one kind of what waits: a longer list is not a list of today."""
+"""The largest number of rows of each kind on the page of today."""
 _BY_HAND: Final = {
     BlockKind.REMOVE.value: ("remove", Role.OPERATOR),
     BlockKind.MEASURE.value: ("measure", Role.OPERATOR),

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from trueloop.formats.jobs.job import read_job_file
 from trueloop.formats.toml_tables import Count, In, NotNegative, Positive, Table, Vector
-from trueloop.milled.feature import Kind
+from trueloop.milled.feature import Kind, Side
 
 
 class MilledFeatureTable(Table):
@@ -25,12 +25,12 @@ class MilledFeatureTable(Table):
     depth: Annotated[NotNegative, In("`unit`")] = 0.0
     """From the top down."""
     direction: Vector = (0.0, 0.0, 1.0)
-    """Of a slot or rib: from its middle to one wall; of a face: out of the material."""
+    """The vector from the middle of a slot or rib to one wall; of a face, its outward normal."""
     tool: Count
     """Number of the tool that finishes it."""
     work_offset: str = "G54"
     """The work offset in force there."""
-    side: Literal["", "climb", "conventional"] = ""
+    side: Side = ""
     """How the finishing pass runs along its wall."""
 
     @model_validator(mode="after")
@@ -72,7 +72,7 @@ class MillToolTable(Table):
     were computed with it, so that no number at the control moves a wall.
     """
     register_is: Literal["radius", "diameter"] = "radius"
-    """What the control's register holds."""
+    """The quantity that the control's register holds."""
 
 
 class MeasuredTable(Table):
@@ -81,7 +81,7 @@ class MeasuredTable(Table):
     file: Path
     """An inspection file, in any format of [measurements.md](measurements.md)."""
     serial: str | None = None
-    """Of several parts in the file this one; left out, all in the file's order."""
+    """Serial number of the part, if the file holds several; left out, all parts in the file's order."""
     unit: Literal["mm", "inch"] | None = None
     """Unit of a file that does not state it."""
     mapping: Path | None = None

@@ -11,7 +11,8 @@ from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.factory.shown.machines import tool_rows
 from trueloop.factory.views.series import MemoryCurve, MemoryPoint, NextPart, ToolEvent, ToolMemory, ToolRow
-from trueloop.jobs.store.history import history_of
+from trueloop.jobs.store.history import history_from, life_of
+from trueloop.jobs.store.tool_history import parts_of_earlier_edges
 from trueloop.jobs.tool_life import angles_deg
 from trueloop.jobs.tools import lives_in
 from trueloop.memory.edge.expect import expect
@@ -35,9 +36,12 @@ def tool_memory(store: Store, row: int, say: Texts = ENGLISH) -> ToolMemory:
     edge: Edge | None = next((one.value for one in find(store, Edge) if one.row == row), None)
     if tool is None or edge is None:
         raise unknown("tool", str(row), "the store has no edge in that row")
-    history = history_of(store, edge)
+    life = life_of(store, edge)
+    of_machine = bool(life) and life[-1].of_machine
+    history = history_from(store, edge, [one for one in life if one.of_machine == of_machine])
+    earlier = parts_of_earlier_edges(store, edge, life, of_machine)
     found = learnt(history, np.radians(angles_deg(history))) if history else None
-    return _view(tool, history, found, _events(store, edge), say)
+    return _view(tool, (history, earlier), found, _events(store, edge), say)
 
 
 def _events(store: Store, edge: Edge) -> tuple[ToolEvent, ...]:
@@ -47,8 +51,14 @@ def _events(store: Store, edge: Edge) -> tuple[ToolEvent, ...]:
 
 
 def _view(
-    tool: ToolRow, history: Sequence[MadePart], found: Learnt | None, events: tuple[ToolEvent, ...], say: Texts
+    tool: ToolRow,
+    parts: tuple[Sequence[MadePart], Sequence[MadePart]],
+    found: Learnt | None,
+    events: tuple[ToolEvent, ...],
+    say: Texts,
 ) -> ToolMemory:
+    """Returns the page of an edge: `parts` are its own, which it shows, and those of earlier edges of its tool."""
+    history, earlier = parts
     if found is None:
         return ToolMemory(tool, (), (), (), (), len(history), 0, (), (), (), events)
     types = list(found.in_all)
@@ -61,7 +71,7 @@ def _view(
         *(found.parts, found.inspected),
         tuple((UM_PER_MM * found.setting_mm).tolist()),
         tuple((NORMAL_95 * UM_PER_MM * found.setting_u_mm).tolist()),
-        tuple(_next(history, name, say) for name in types),
+        tuple(_next((*earlier, *history), name, say) for name in types),
         events,
     )
 

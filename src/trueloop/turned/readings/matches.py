@@ -1,11 +1,9 @@
 """The result for each value of an inspection: matched with a feature, kept as no error of the profile, or neither."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal, TypeAlias
 
-from trueloop.domain.inspection import CmmPoint, Reading, Touch
+from trueloop.domain.inspection import CmmPoint, Reading, Touch, index_of_name
 from trueloop.geometry.profile import Profile
 
 By: TypeAlias = Literal["name", "geometry"]
@@ -40,24 +38,8 @@ def match_by_name(profile: Profile, reading: Reading) -> MatchedReading | None:
 
 
 def feature_named(profile: Profile, name: str) -> int | None:
-    """Returns the index of the feature of that name, else of the only one whose name differs in case, blanks and signs
-    alone.
-    """
-    names = profile.names
-    if name in names:
-        return names.index(name)
-    return _only_ones(names).get(_letters(name))
-
-
-@lru_cache(maxsize=16)
-def _only_ones(names: tuple[str, ...]) -> Mapping[str, int]:
-    """Returns the index by the letters of the names, of those that no other has: a file may hold a million points."""
-    letters = [_letters(name) for name in names]
-    return {one: k for k, one in enumerate(letters) if one and letters.count(one) == 1}
-
-
-def _letters(name: str) -> str:
-    return "".join(filter(str.isalnum, name.casefold()))
+    """Returns the index of the feature of that name, as `index_of_name` finds it."""
+    return index_of_name(profile.names, name)
 
 
 Axis: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
