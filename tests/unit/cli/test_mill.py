@@ -62,9 +62,12 @@ def test_three_parts_are_measured_and_the_control_is_set_between_them(tmp_path: 
         printed = run("mill", "entries", job, "-o", job.parent / f"out{k}")
         _typed(mill, printed, per_mm, diameters="2")
         records.append(f"out{k}/entries.json")
-    step_mm = 1e-3 if unit == "mm" else 2.54e-3
+    step_mm = 1e-3 if unit == "mm" else 25.4 / 10_000
     assert worst[0] > 0.03 and max(worst[1:]) < 3e-3 + step_mm
     found = json.loads(run("mill", "entries", job, "--json"))
+    record = json.loads((job.parent / records[0]).read_text())
+    steps = [one["change"] / step_mm for one in record["entries"] if one["unit"] == "mm"]
+    assert steps and all(step == pytest.approx(round(step), abs=1e-6) for step in steps)
     assert found["parts"] == ["1", "2", "3"] and found["unlike"] == [] and found["unused"] == []
 
 
@@ -79,6 +82,25 @@ def test_a_part_that_was_not_cut_with_the_stated_numbers_is_refused(tmp_path: Pa
     assert not (tmp_path / "no").exists()
     job.write_text(second + "entered = []\n")
     assert "tool 2, radius: add -0.020 mm" in run("mill", "entries", job, "-o", tmp_path / "yes")
+
+
+def test_the_changes_of_several_records_add_up(tmp_path: Path) -> None:
+    """Twice −0.010 had been entered and the bores still read 40 µm small: −0.020 more, −0.040 since the first part."""
+    run("examples", "plate", "-o", tmp_path)
+    job = tmp_path / "plate" / "plate.toml"
+    names = []
+    for total in (-0.010, -0.020):
+        entry = {"register": "radius", "of": "2", "change": -0.010, "total": total, "unit": "mm"}
+        record = {"kind": "trueloop entries of a milled part", "part_type": "plate", "entries": [entry]}
+        names.append(f"entered{total}.json")
+        (job.parent / names[-1]).write_text(json.dumps(record))
+    job.write_text(job.read_text().replace('dmo"', f'dmo"\nentered = {json.dumps(names)}'))
+    own = next(one for one in json.loads(run("mill", "entries", job, "--json"))["entries"] if one["of"] == "2")
+    assert (own["register"], own["change_um"], own["total_um"]) == (
+        "radius",
+        pytest.approx(-20.0),
+        pytest.approx(-40.0),
+    )
 
 
 def _with_record(job: Path, **entry: object) -> str:

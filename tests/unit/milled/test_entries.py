@@ -9,9 +9,10 @@ from tests.support.mill_shop import BORES, BOSSES, PLANES, Mill
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
+from trueloop.milled.catalogue import milled_catalogue
 from trueloop.milled.entries import Entry, Part, Proposal, Register, propose
 from trueloop.milled.feature import MilledFeature
-from trueloop.milled.observed import Frame, Seen, observed_of, seen
+from trueloop.milled.observed import Frame, Seen, observed_of, places_of, seen
 
 NOISE_MM = 5e-4
 BORE_LIKE = {
@@ -88,6 +89,9 @@ def test_all_errors_at_once_are_taken_out_and_what_was_entered_is_not_taken_for_
     mill = Mill({1: 0.012, 2: -0.02}, {1: 0.03, 2: 0.0}, (0.03, -0.02, 0.0), 2e-4, scatter=1e-3)
     first, second, third = loop(mill, np.random.default_rng(1), 3)
     assert {at_control(one.entry) for one in first.proposed} == {"radius 1", "radius 2", "length 1", "x", "y", "turn"}
+    for one in second.expected:  # with the numbers in force the next part is expected as this one, and they stay so
+        assert one.measured_mm == pytest.approx(one.unchanged.value - one.seen.nominal_mm, abs=5e-3)
+        assert one.changed.value == pytest.approx(one.unchanged.value, abs=3e-3)
     later = [abs(one.change) for proposal in (second, third) for one in proposal.proposed]
     assert max(later, default=0.0) <= 2e-3
     assert np.sqrt(np.mean(deviations_um(mill) ** 2)) < 1.0
@@ -115,6 +119,19 @@ def test_bands_hold_what_they_promise_of_the_next_part() -> None:
             after = expected[one.name]
             inside.append(abs(one.nominal_mm + float(value) - after.value) <= 1.96 * after.standard_u)
     assert 0.93 <= np.mean(inside) <= 0.98
+
+
+def test_what_is_in_force_is_in_the_total_and_in_the_expectation() -> None:
+    """The tool is 20 µm smaller than set, 12 µm were entered, the bores read 16 µm small: 8 µm are to come."""
+    own = Entry("radius", "2")
+    mill = Mill(radius={1: 0.0, 2: -0.02}, entered={at_control(own): -0.012})
+    readings = mill.measured(np.random.default_rng(0), 1e-4)
+    found = propose("plate", [as_part(readings, 0, {own: -0.012})], POSSIBLE)
+    (only,) = found.proposed
+    assert (only.entry, only.change, only.total) == (own, pytest.approx(-0.008), pytest.approx(-0.02))
+    (bore,) = [one for one in found.expected if one.seen.name == "B0, diameter"]
+    assert bore.unchanged.value - 12.0 == pytest.approx(-0.016, abs=1e-3)
+    assert bore.changed.value - 12.0 == pytest.approx(0.0, abs=1e-3)
 
 
 def test_numbers_in_force_that_nothing_measured_stay() -> None:
@@ -250,13 +267,41 @@ def _shown(feature: MilledFeature, quantity: Quantity, axis: str) -> Seen:
     return found
 
 
+def test_a_wall_read_at_a_depth_is_that_far_below_its_top() -> None:
+    """1 mm below the top of a slot 4 mm deep: a quarter of the way to the tool's tip, which leaves less there."""
+    reading = Reading("c", Quantity.LENGTH, 10.0, feature="A", place_mm=(20.0, 5.0, -1.0))
+    shown = seen({"A": of("A", "slot", (1.0, 0.0, 0.0))}, Frame(), reading)
+    assert shown is not None
+    places, _ = places_of([shown], "plate", 0)
+    assert places.number("z_mm").tolist() == [-1.0, -1.0] and places.number("depth_share").tolist() == [0.25, 0.25]
+    pushed = next(term for term in milled_catalogue().terms if term.name == "tool pushed away")
+    assert pushed.basis(places).ravel().tolist() == [0.25, 0.25]
+
+
 def test_a_distance_counts_from_the_other_feature() -> None:
-    """The bore B1 lies 50 mm along +x from B0: 3 µm further along +x of it makes the distance 3 µm longer."""
+    """The bore B1 lies 50 mm along +x from B0: 3 µm further along +x of it, and 1 µm of B0, make it 2 µm longer."""
     found = seen(FEATURES, Frame(), Reading("c", Quantity.LENGTH, 50.0, feature="B1", other="B0"))
     assert found is not None and found.nominal_mm == pytest.approx(50.0)
     normals = BORE_LIKE["B1"].surface()[1]
-    moved = np.concatenate([normals @ np.array([0.003, 0.001, 0.0]), np.zeros(16)])
-    assert found.weights @ moved == pytest.approx(0.003)
+    moved = np.concatenate([normals @ np.array([0.003, 0.001, 0.0]), normals @ np.array([0.001, 0.0, 0.0])])
+    assert found.weights @ moved == pytest.approx(0.002)
+
+
+def test_a_distance_is_positive_whichever_feature_is_named_first() -> None:
+    found = seen(FEATURES, Frame(), Reading("c", Quantity.LENGTH, 50.0, feature="B0", other="B1"))
+    assert found is not None and found.nominal_mm == pytest.approx(50.0)
+    normals = BORE_LIKE["B0"].surface()[1]
+    assert found.weights @ np.concatenate([normals @ np.array([0.003, 0.0, 0.0]), np.zeros(16)]) == pytest.approx(
+        -0.003
+    )
+
+
+def test_a_radius_is_half_of_a_diameter_with_its_limits_and_its_errors() -> None:
+    """10 µm left all around a boss of 16 mm: 10 µm on the radius of 8 mm, 20 µm on the diameter."""
+    for quantity, nominal_mm, deviation_mm in ((Quantity.RADIUS, 8.0, 0.01), (Quantity.DIAMETER, 16.0, 0.02)):
+        found = seen(FEATURES, Frame(), Reading("c", quantity, 0.0, feature="S0"))
+        assert found is not None and found.nominal_mm == nominal_mm
+        assert found.weights @ np.full(16, 0.01) == pytest.approx(deviation_mm)
 
 
 def test_what_a_feature_does_not_show_is_not_used() -> None:
