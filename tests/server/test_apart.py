@@ -14,6 +14,7 @@ from typing import TypeAlias
 import pytest
 from httpx2 import Response
 
+from tests.support.awaited import awaited
 from tests.support.service import Caller, Running, problem, started
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.factory.uploads import ReadAs, Upload, upload_view
@@ -169,7 +170,7 @@ def test_more_than_some_do_not_wait(limited: Starts, monkeypatch: pytest.MonkeyP
         many = [read_apart(here, upload, ReadAs(), upload_view) for _ in range(count)]
         return list(await asyncio.gather(*many, return_exceptions=True))
 
-    refused = asyncio.run(at_once(AT_ONCE + 2))
+    refused = awaited(at_once(AT_ONCE + 2))
     codes = [one.code for one in refused if isinstance(one, TrueloopError)]
     assert codes == [Code.SRV_FILE] * (AT_ONCE + 1) + [Code.SRV_DELAY]
 
