@@ -537,8 +537,6 @@ def test_what_leaves_positions_as_they_are_stops_no_correction(
     ("dialect", "text", "words"),
     [
         ("heidenhain", PLATE + "2 CYCL DEF 10.1 ROT+Q1\n", "ROT"),
-        ("heidenhain", PLATE + "2 CYCL DEF 10.1 IROT-5\n", "ROT"),
-        ("heidenhain", PLATE + "2 CYCL DEF 10.1 IROT+0\n", "ROT"),  # the turn before it stays
         ("heidenhain", PLATE + "2 CYCL DEF 11.1 SCL 0.99\n", "SCL"),
         ("heidenhain", PLATE + "2 PLANE SPATIAL SPA+0 SPB+0 SPC+0 MOVE ABST50 F1000\n", "PLANE"),
         ("heidenhain", PLATE + "2 TOOL CALL 2 Z\n3 L X+9 F9\n", "Z has no position"),

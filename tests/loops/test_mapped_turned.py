@@ -89,7 +89,11 @@ CASES: list[tuple[str, str, str, str, Place]] = [
     ("siemens", SIEMENS, "MIRROR X0", "MIRROR", mirror),
     ("siemens", SIEMENS, "MIRROR X0\nAROT RPL=37", "ROT", lambda p: mirror(turn(p))),
     ("siemens", SIEMENS, "SCALE X2 Y2", "SCALE", lambda p: 2 * p),
+    ("fanuc-mill", FANUC, "G51.1 X0.", "G50.1 X0.", mirror),
+    ("haas-mill", FANUC, "G101 X0.", "G100 X0.", mirror),
     ("heidenhain", KLARTEXT, cycle(10, "ROT+37"), cycle(10, "ROT+0"), turn),
+    ("heidenhain", KLARTEXT, cycle(10, "ROT+30") + "\n" + cycle(10, "IROT+7"), cycle(10, "IROT-37"), turn),
+    ("heidenhain", KLARTEXT, cycle(26, "X2 Y2 CCX+5 CCY-3"), cycle(26, "X1 Y1"), lambda p: 2 * p - ABOUT),
     ("heidenhain", KLARTEXT, cycle(8, "X"), cycle(8, ""), mirror),
 ]
 
@@ -115,20 +119,25 @@ def test_ends_are_displaced_where_the_frame_puts_them(
     assert path.end_mm[-1, :2] == pytest.approx(field.displacement_mm(np.array([[0.0, 0.0, 5.0]]))[0, :2], abs=1e-6)
 
 
-def test_a_shift_of_turned_coordinates_is_turned_back(tmp_path: Path) -> None:
-    """By hand: at R90 the program's X is the part's Y, and its Y the part's −X: 0.1 of X is −0.1 of the program's Y."""
-    source = "G21 G17 G90 G00 X0. Y0. Z5.\nG68 X0. Y0. R90.\nG01 X10. Y0. F100.\nX20.\nG69\nG00 X0. Y0.\nM30\n"
-    text, _ = mapped(tmp_path, source, similarity_field(shift_mm=(0.1, 0.02, 0.0)), "fanuc-mill")
+@pytest.mark.parametrize(
+    ("dialect", "frame", "cuts", "end"),
+    [
+        # At R90 the program's X is the part's Y, and its Y the part's −X: 0.1 of X is −0.1 of the program's Y.
+        ("fanuc-mill", "G68 X0. Y0. R90.", ["G01 X10.020 Y-0.100 Z-1.040 F100.", "X20.020"], "G69"),
+        ("fanuc-mill", "G51.1 X2.", ["G01 X9.900 Y0.020 Z-1.040 F100.", "X19.900"], "G50.1 X0."),
+        # Doubled, 0.1 on the part is 0.05 of the program's words.
+        ("haas-mill", "G51 X0. Y0. Z0. P2.", ["G01 X10.050 Y0.010 Z-1.020 F100.", "X20.050"], "G50"),
+    ],
+)
+def test_a_shift_is_written_in_the_coordinates_in_force(
+    tmp_path: Path, dialect: str, frame: str, cuts: list[str], end: str
+) -> None:
+    head = ["G21 G17 G90 G00 X{} Y{} Z5.", frame, "G01 X10. Y0. Z-1. F100.", "X20.", end, "G00 Z5.", "X{} Y{}", "M30\n"]
+    source = "\n".join(head).format(*["0."] * 4)
+    text, _ = mapped(tmp_path, source, similarity_field(shift_mm=(0.1, 0.02, -0.04)), dialect)
     lines = [line for line in text.splitlines() if "corrected" not in line]
-    assert lines == [
-        "G21 G17 G90 G00 X0.100 Y0.020 Z5.",
-        "G68 X0. Y0. R90.",
-        "G01 X10.020 Y-0.100 F100.",
-        "X20.020",
-        "G69",
-        "G00 X0.100 Y0.020",
-        "M30",
-    ]
+    assert lines[1:-3] == [frame, *cuts, end]
+    assert lines[-2] == "X0.100 Y0.020 Z4.960"
 
 
 def test_linuxcnc_turns_a_work_offset_and_the_part_with_it(tmp_path: Path) -> None:
@@ -234,6 +243,10 @@ def test_a_turn_by_a_parameter_that_is_zero_is_none(dialect: str, text: str, end
         ("siemens", "G1 X-10 Y0 F9\nANG=0\nROT RPL=90\nX20 Y5 ANG=60", 5, "an angle beside both"),
         ("fanuc-mill", "G1 X-9. Y0. F9.\nX0. Y0. ,R2.\nG68 X0. Y0. R90.\nX9. Y0.", 3, "a corner that is not cut"),
         ("siemens", "ROT X30\nG1 X5 Y5 F9", 2, "ROT X30"),
+        ("fanuc-mill", "G51.1 X0.\nG55\nG1 X5. Y5. F9.", 3, "set anew"),
+        ("fanuc-mill", "G41 D1 X1. Y1.\nG51.1 X0.\nG1 X5. Y5. F9.", 3, "under G41"),
+        ("fanuc-mill", "G51.1 X0.\nG68 X5. Y0. R30.\nG1 X5. Y5. F9.", 3, "G68"),  # whose centre the mirror moves
+        ("haas-mill", "G51 X0. Y0. Z0. P2.\nG51 X1. Y0. Z0. P2.\nG1 X5. Y5. F9.", 3, "over another"),
     ],
 )
 def test_what_is_not_followed_is_refused_by_its_block(

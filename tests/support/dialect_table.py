@@ -215,7 +215,8 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         heidenhain="0 BEGIN PGM A MM\n1 CYCL DEF 10.1 ROT+30\n2 CYCL DEF 10.1 ROT+0\n3 CYCL DEF 8.1 X\n4 L X+1 Y+2 F9",
         siemens="G71 G17\nAROT RPL=30\nAMIRROR X0\nG1 X1 Y1 F9",
         linuxcnc="G21 G10 L2 P1 R30\nG0 X1 Y1",
-        mill="G21 G68 X0. Y0. R30.\nG00 X1. Y1.\nG69",
+        fanuc_mill="G21 G51.1 X0.\nG68 X0. Y0. R30.\nG00 X1. Y1.\nG69 G50.1 X0.",
+        haas_mill="G21 G51 X0. Y0. Z0. P2.\nG68 X0. Y0. R30.\nG00 X1. Y1.\nG69\nG50\nG101 X0.\nG100 X0.",
         lathe="G21 G68",
     ),
     "Polar coordinates in the plane": _for(

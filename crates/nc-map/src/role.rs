@@ -55,6 +55,9 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
                 | G::ToolOffset
                 | G::Dwell
                 | G::Rotate
+                | G::Scale
+                | G::Mirror(_)
+                | G::EndMirror
                 | G::Pole(_)
                 | G::Setting(..)
                 | G::RoughContour(_)

@@ -64,6 +64,10 @@ pub struct Rules {
     pub kept_fine: Option<Parameter>,
     /// The parameter that says whether R and C on a straight move round or break its corner (1) or stop the control (0).
     pub corner_letters: Option<Parameter>,
+    /// Parameters of G51: the step of its factors (0: 0.00001, 1: 0.001), and whether the tool's axis is scaled (1).
+    pub scale: Option<[Parameter; 2]>,
+    /// The parameter that says whether scaling leaves the tool's axis as it is (1) or scales it, too (0).
+    pub plane_scaling: Option<Parameter>,
     /// Part of an inch that F counts a minute.
     pub inch_feed: f64,
     /// An inverse time is said anew in every cut.
@@ -118,6 +122,8 @@ impl Rules {
         basic_unit: None,
         kept_fine: None,
         corner_letters: None,
+        scale: None,
+        plane_scaling: None,
         inch_feed: 1.0,
         inverse_time_each_cut: false,
         offset_by_p: false,
@@ -144,7 +150,15 @@ impl Rules {
     /// Every parameter of the machine that decides.
     pub fn parameters(&self) -> impl Iterator<Item = Parameter> {
         let feed = self.feed_point.map(|steps| steps.parameter);
-        let all = [self.start_motion, self.point, feed, self.basic_unit, self.kept_fine, self.corner_letters];
-        all.into_iter().flatten()
+        let all = [
+            self.start_motion,
+            self.point,
+            feed,
+            self.basic_unit,
+            self.kept_fine,
+            self.corner_letters,
+            self.plane_scaling,
+        ];
+        all.into_iter().flatten().chain(self.scale.into_iter().flatten())
     }
 }

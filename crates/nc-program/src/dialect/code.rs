@@ -119,6 +119,14 @@ pub enum G {
     Rotate,
     /// Ends that.
     EndRotation,
+    /// Multiplies coordinates: G51.
+    Scale,
+    /// Ends that.
+    EndScale,
+    /// Mirrors axes at the positions named, or at zero.
+    Mirror(bool),
+    /// Ends that.
+    EndMirror,
     /// Turns, scales or mirrors what follows; without influence where its values are those of a reset.
     Turn,
     /// The same, which takes shifts away, too.

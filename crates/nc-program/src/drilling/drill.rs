@@ -43,6 +43,10 @@ impl Runner<'_> {
     pub(crate) fn drill(&mut self, request: &Request) {
         let Some(mut hole) = self.state.hole else { return };
         let (first, second, third) = self.hole_axes(&hole);
+        if self.scales_depth(third) {
+            let message = "a drilling cycle whose depth is scaled: controls differ in what of it they scale".to_owned();
+            return self.refuse(finding::MISPLACED, self.block_start(), message, "end the scaling before it, by G50");
+        }
         self.read_hole(request, &mut hole, third);
         let repeats = request.get(b'L').or(request.get(b'K')).unwrap_or(1.0).round();
         if repeats > 0.0 {

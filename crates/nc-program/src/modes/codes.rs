@@ -7,7 +7,7 @@ use crate::finding::{self, Severity};
 use crate::modes::modal::{Compensation, FeedMode, FeedUnit, Motion, Plane};
 use crate::modes::request::{Jump, Request};
 use crate::modes::tool::{Called, NONE_CALLED};
-use crate::modes::turned_frame::TURNS;
+use crate::modes::turned_frame::{SCALES, TURNS};
 use crate::path::INHERITED;
 use crate::run::Runner;
 use crate::shapes::spline::Spline;
@@ -37,7 +37,8 @@ pub(crate) fn is_frame(code: G) -> bool {
     matches!(
         code,
         G::SetRegister | G::OffsetRegister | G::Shift(_) | G::Pole(_) | G::CancelRegister(_) | G::RestoreRegister
-    ) || matches!(code, G::SetData | G::SetWorkOffset | G::ToolOffset | G::Rotate)
+    ) || matches!(code, G::SetData | G::SetWorkOffset | G::ToolOffset | G::Rotate | G::Scale)
+        || matches!(code, G::Mirror(_) | G::EndMirror)
 }
 
 /// Whether a code goes to a place of the machine, by positions or by none.
@@ -92,6 +93,9 @@ impl Runner<'_> {
             }
             G::DiameterByWord => self.diameter_by_word(request),
             G::Rotate => self.rotate(request, word),
+            G::Scale => self.scale(request, word),
+            G::Mirror(at_zero) => self.mirror(request, at_zero, word),
+            G::EndMirror => self.end_mirror(request, word),
             G::SetRegister | G::OffsetRegister | G::SetWorkOffset if self.is_turned() => {}
             G::SetRegister => self.set_register(request),
             G::OffsetRegister => self.offset_register(request),
@@ -224,6 +228,7 @@ impl Runner<'_> {
             }
             G::EndModalMacro => self.end_modal_macro(word),
             G::EndRotation => self.set_part(TURNS, None, word),
+            G::EndScale => self.set_part(SCALES, None, word),
             G::Plane(plane) => {
                 modal.plane = plane;
                 self.state.xy_is_stated |= plane == Plane::Xy;

@@ -40,9 +40,9 @@ pub(crate) struct Frame {
     pub home: [[f64; 3]; 2],
     /// Where rotary axes stand.
     pub rotary: Rotary,
-    /// What mirrors, what scales and what turns coordinates, in this order from outside; the first alone where the program
-    /// has one frame of its own.
-    pub parts: [Option<Linear>; 3],
+    /// What mirrors, what scales, what turns coordinates and what scales axes of their own, in this order from outside; the
+    /// first alone where the program has one frame of its own.
+    pub parts: [Option<Linear>; 4],
     /// All of it together: from the program's coordinates to those of the work offset.
     pub linear: Option<Linear>,
     /// Angles of work offsets that are turned themselves, degrees: their coordinates are the part's.
@@ -67,7 +67,7 @@ impl Frame {
             renamed: [0; 3],
             home: [[0.0; 3]; 2],
             rotary: Rotary::default(),
-            parts: [None; 3],
+            parts: [None; 4],
             linear: None,
             angles: BTreeMap::new(),
             whole: None,
@@ -193,7 +193,7 @@ impl Runner<'_> {
             frame.register = [0, 1, 2].map(|axis| before[axis] + given[axis]);
             frame.set_aside = frame.register;
             if !adds {
-                frame.parts = [None; 3];
+                frame.parts = [None; 4];
             }
         });
     }

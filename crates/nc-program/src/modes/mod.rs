@@ -10,6 +10,7 @@ pub(crate) mod linear;
 pub(crate) mod modal;
 pub(crate) mod request;
 pub(crate) mod rotary;
+pub(crate) mod scaled_frame;
 pub(crate) mod setting;
 pub(crate) mod state;
 pub(crate) mod tool;

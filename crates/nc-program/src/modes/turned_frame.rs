@@ -9,9 +9,11 @@ use crate::reading::names::skip_blank;
 use crate::reading::number;
 use crate::run::{Runner, AXES};
 
-/// Of `Frame::parts`: what mirrors, what turns; between them what scales.
-const MIRRORS: usize = 0;
+/// Of `Frame::parts`.
+pub(crate) const MIRRORS: usize = 0;
+pub(crate) const SCALES: usize = 1;
 pub(crate) const TURNS: usize = 2;
+const SCALES_AXES: usize = 3;
 
 impl Runner<'_> {
     /// G68: the plane is turned by R about the point given, in the place of a turn before it. Under G91, without R or the
@@ -24,6 +26,11 @@ impl Runner<'_> {
             return self.unfollowed(word);
         }
         let about = given.map(|value| value.unwrap_or(0.0));
+        let scaled = self.state.frame.parts[SCALES];
+        let even = scaled.is_none_or(|scaled| scaled.of_circles(plane).is_some_and(|(_, mirrored)| !mirrored));
+        if !even || !self.stays(TURNS, about) {
+            return self.unfollowed(word);
+        }
         self.set_part(TURNS, Some(Linear::turn(plane, angle.unwrap_or(0.0), about)), word);
     }
 
@@ -38,7 +45,7 @@ impl Runner<'_> {
     }
 
     /// ROT, SCALE and MIRROR (`anew`) take the place of all shifts and turns before them, AROT, ASCALE and AMIRROR add to them;
-    /// cycles 8, 10 and 11 of Klartext set one of the three.
+    /// cycles 8, 10, 11 and 26 of Klartext set one of the four.
     pub(crate) fn turn_frame(&mut self, anew: bool, word: i32) {
         let text = self.whole_text(word);
         let neutral = is_neutral(&text);
@@ -118,10 +125,10 @@ impl Runner<'_> {
         }
     }
 
-    /// Cycles 8 (mirror), 10 (turn) and 11 (scale) about the datum, each in the place of the one before; planes only where
-    /// they turn nothing.
+    /// Cycles 8 (mirror), 10 (turn) and 11 (scale) about the datum, 26 (scale axes) about its own centre, each in the place
+    /// of the one before; planes only where they turn nothing.
     fn turn_by_cycle(&mut self, text: &str, neutral: bool, word: i32) {
-        let part = ["DEF 8.", "DEF 11.", "DEF 10."].iter().position(|name| text.contains(name));
+        let part = ["DEF 8.", "DEF 11.", "DEF 10.", "DEF 26."].iter().position(|name| text.contains(name));
         let head = text.find(".1").map_or(text.len(), |at| at + 2);
         let linear = part.filter(|_| !neutral).and_then(|part| self.linear_of_cycle(part, text, head, word));
         match part {
@@ -139,14 +146,45 @@ impl Runner<'_> {
             }
             return Some(Linear::scaled(factors, [0.0; 3]));
         }
-        let values = self.named_values(word, head)?;
+        let (values, plane) = (self.named_values(word, head)?, self.state.modal.plane);
+        if part == SCALES_AXES {
+            return self.scaled_axes(&values);
+        }
         match values.as_slice() {
-            // Whether the tool's axis is scaled, too, is machine data: a scaling is not followed.
-            [(name, angle)] if part == TURNS && name == "ROT" => {
-                Some(Linear::turn(self.state.modal.plane, *angle, [0.0; 3]))
+            [(name, angle)] if part == TURNS && name == "ROT" => Some(Linear::turn(plane, *angle, [0.0; 3])),
+            [(name, angle)] if part == TURNS && name == "IROT" => {
+                let (first, second, _) = plane.axes();
+                let before = self.state.frame.parts[TURNS]
+                    .map_or(0.0, |turn| turn.matrix[second][first].atan2(turn.matrix[first][first]).to_degrees());
+                // The control's step is coarser: an angle and its opposite are none.
+                Some(Linear::turn(plane, ((before + angle) * 1e9).round() / 1e9, [0.0; 3]))
+            }
+            [(name, factor)] if part == SCALES && name == "SCL" && *factor > 0.0 => {
+                let mut factors = [*factor; 3];
+                let parameter = self.program.dialect().rules.plane_scaling?;
+                if self.ask(parameter, Severity::Error, word, "the tool's axis is scaled or not")? != 0.0 {
+                    factors[plane.axes().2] = 1.0;
+                }
+                Some(Linear::scaled(factors, [0.0; 3]))
             }
             _ => None,
         }
+    }
+
+    /// Cycle 26: factors of axes, and the centre that stays. Axes that it does not name are scaled by none before it.
+    fn scaled_axes(&self, values: &[(String, f64)]) -> Option<Linear> {
+        let (mut factors, mut centre) = ([1.0; 3], [0.0; 3]);
+        for (name, value) in values {
+            let axis = |letter: &str| AXES.iter().position(|axis| letter.as_bytes() == [*axis]);
+            match name.strip_prefix("CC") {
+                Some(letter) => centre[axis(letter)?] = value * self.state.modal.mm(),
+                None => factors[axis(name)?] = Some(*value).filter(|factor| *factor > 0.0)?,
+            }
+        }
+        let names = |axis: usize| values.iter().any(|(name, _)| name.as_bytes() == [AXES[axis]]);
+        let before = self.state.frame.parts[SCALES_AXES];
+        let keeps = |axis: usize| before.is_some_and(|before| before.matrix[axis][axis] != 1.0) && !names(axis);
+        (!(0..3).any(keeps)).then(|| Linear::scaled(factors, centre))
     }
 
     /// Mirrors, scales or turns in the place of what did so before. Refused where the order of two of them would matter.
@@ -158,7 +196,7 @@ impl Runner<'_> {
         let by_cycle = self.program.dialect().flow == FlowStyle::Labels;
         let others =
             |other: usize| other != part && (by_cycle || other > part) && self.state.frame.parts[other].is_some();
-        if (0..3).any(others) || self.refuses_new_frame(word) {
+        if (0..4).any(others) || self.refuses_new_frame(word) {
             return self.unfollowed(word);
         }
         self.reframe(|frame| frame.parts[part] = linear);

@@ -23,6 +23,9 @@ pub(crate) fn lengths(codes: impl Iterator<Item = G> + Clone) -> Letters {
     if codes.clone().any(|code| matches!(code, G::Drill(_) | G::DrillAlong(..))) {
         letters.remove(b'K'); // how often a hole is drilled
     }
+    if codes.clone().any(|code| code == G::Scale) {
+        b"IJK".iter().for_each(|letter| letters.remove(*letter)); // factors
+    }
     if codes.clone().any(|code| code == G::Rotate) {
         letters.remove(b'R'); // an angle
     }
