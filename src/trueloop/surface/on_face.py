@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from typing import Final, Protocol, TypeAlias
 
 import numpy as np
 
@@ -11,6 +11,21 @@ from trueloop.geometry.surface import Surface
 
 Trim: TypeAlias = Callable[[Array, Array], np.ndarray]
 """Which places (u, v) of a surface, in its own parameters, are cut away: asked of the CAD kernel, and never stored."""
+
+
+class NextFace(Protocol):
+    """Another face of the same CAD model."""
+
+    @property
+    def number(self) -> int:
+        """Returns its number from 1, in the order of the file."""
+
+    @property
+    def surface(self) -> Surface:
+        """Returns its surface. Raises SRF-CAD where the kernel cannot make one of it."""
+
+    def trimmed_away(self, u: Array, v: Array) -> np.ndarray:
+        """Returns which places of its surface are cut away, as `Trim`."""
 
 
 MAPS: Final = 50

@@ -7,7 +7,7 @@ to millimetres by the kernel, from the unit that the file states.
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
@@ -31,13 +31,14 @@ FULL_TURN: Final = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class CadFace:
-    """A face of a CAD model: `number` from 1 in the file's order, and the kernel's own handle. All else is computed
-    when asked for: a file's other faces cost nothing, and none of them can be in the way.
+    """A face of a CAD model: `number` from 1 in the file's order, the kernel's own handle, and the file's other faces.
+    All else is computed when asked for: other faces cost nothing, and none of them can be in the way.
     """
 
     file: Path
     number: int
     handle: Any
+    others: "tuple[CadFace, ...]" = ()
 
     @cached_property
     def surface(self) -> Surface:
@@ -103,7 +104,7 @@ def read_face(path: Path, number: int | None = None) -> CadFace:
     """Reads one face, by its number from 1; without one the only face. Raises SRF-CAD-CHOICE with a list if several."""
     faces = read_faces(path)
     if number is None and len(faces) == 1:
-        return faces[0]
+        number = 1
     if number is None or not 1 <= number <= len(faces):
         asked = "none was chosen" if number is None else f"face {number} was asked for"
         raise Code.SRF_CAD_CHOICE.refusal(
@@ -112,7 +113,7 @@ def read_face(path: Path, number: int | None = None) -> CadFace:
             place=Place(str(path)),
             values={"file": path.name, "faces": len(faces)},
         )
-    return faces[number - 1]
+    return replace(faces[number - 1], others=(*faces[: number - 1], *faces[number:]))
 
 
 def write_surface(surface: Surface, path: Path, loops: Sequence[Loop] = ()) -> None:

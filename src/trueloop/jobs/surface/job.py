@@ -86,6 +86,7 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
         cutter=cutter,
         sha256={_named(file, path.parent): digest for file, digest in hashes.items()},
         trim=trim,
+        beside=face.others if face else (),
         inspections=tuple(inspection_of(job, part, hashes[file]) for file, part in zip(points, parts, strict=True)),
         program_sha256=job.gauging.program_sha256,
     )

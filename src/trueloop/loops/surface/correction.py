@@ -36,7 +36,7 @@ from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob
 from trueloop.surface.deviations.alignment import Alignment
 from trueloop.surface.deviations.deviations import SurfaceDeviations
 from trueloop.surface.deviations.points import MeasuredPoints
-from trueloop.surface.on_face import OnFace, Trim
+from trueloop.surface.on_face import NextFace, OnFace, Trim
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.kriging import Process
 from trueloop.surface.pattern.outlier import Outlier
@@ -90,9 +90,9 @@ def scatter_cause(model: SurfaceModel) -> str:
 @dataclass(frozen=True, eq=False)
 class SurfaceInputs:
     """Everything that a surface is corrected by. `sha256`: hashes of what was read, by name; `trim`: which points of
-    the surface its face's trimming curves cut away; `program_sha256`: of the program that cut the parts, if known.
-    The first `earlier` of the parts and inspections come from a store: their age is not held against them.
-    `leave_out`: parts that are outlying beyond doubt do not count for the pattern.
+    the surface its face's trimming curves cut away; `beside`: the other faces of its model; `program_sha256`: of the
+    program that cut the parts, if known. The first `earlier` of the parts and inspections come from a store: their age
+    is not held against them. `leave_out`: parts that are outlying beyond doubt do not count for the pattern.
     """
 
     name: str
@@ -103,6 +103,7 @@ class SurfaceInputs:
     cutter: SurfaceJob | None
     sha256: Mapping[str, str]
     trim: Trim | None = None
+    beside: tuple[NextFace, ...] = ()
     inspections: tuple[Inspection, ...] = ()
     program_sha256: str | None = None
     earlier: int = 0
@@ -141,7 +142,7 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
     check_surface_scatter(model, limits)
     options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}
     identity = record_id(dict(inputs.sha256), options)
-    correction = correct(model, inputs.program, inputs.cutter, identity)
+    correction = correct(model, inputs.program, inputs.cutter, identity, beside=inputs.beside)
     record = Record(
         id=identity,
         made_at=now.isoformat(timespec="seconds"),

@@ -13,10 +13,11 @@ from trueloop.loops.batch import Item, Result, run_batch
 from trueloop.loops.surface.figures import SurfaceFigures, figures_of, require_known, support_findings
 from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, corrected_program
+from trueloop.surface.compensation.seam import Steps
 from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob, corrected_surface
 from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
-from trueloop.surface.on_face import OnFace, Trim, on_face
+from trueloop.surface.on_face import NextFace, OnFace, Trim, on_face
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.pattern import PartMaps, Pattern, part_maps, parts_needed, pattern_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood
@@ -230,11 +231,17 @@ def pattern_model(
 
 
 def correct(
-    model: SurfaceModel, program: Program | None = None, job: SurfaceJob | None = None, record_id: str = ""
+    model: SurfaceModel,
+    program: Program | None = None,
+    job: SurfaceJob | None = None,
+    record_id: str = "",
+    *,
+    beside: Sequence[NextFace] = (),
 ) -> SurfaceCorrection:
     """Returns the surface corrected by −w times the pattern, and the program that cuts it.
 
-    Raises SRF-PARTS for a pattern that the parts do not determine.
+    Raises SRF-PARTS for a pattern that the parts do not determine, CMP-SLOPE for a step towards one of the faces
+    `beside` it that the program cuts on.
     """
     options = model.options
     require_known(model.figures, model.pattern, model.on_face, options.best_fit)
@@ -248,7 +255,8 @@ def correct(
     )
     written = None
     if program is not None and job is not None:
-        written = corrected_program(program, model.surface, corrected.surface, job, record_id)
+        steps = Steps(tuple(beside), options.limits)
+        written = corrected_program(program, model.surface, corrected.surface, job, record_id, steps=steps)
     return SurfaceCorrection(model, corrected, written)
 
 

@@ -36,6 +36,7 @@ from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion,
 from trueloop.nc.program.understood import require_known_frame, require_plain_frame, require_sound, require_understood
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.surface.compensation.cutter import Cutter, ToolAxes, check_tool_axes, contacts, edge_centres_mm, tool_axes
+from trueloop.surface.compensation.seam import Steps
 from trueloop.surface.compensation.shift import SAME_MM, Samples, SurfaceJob, places, sampled
 from trueloop.units import UM_PER_MM
 
@@ -163,14 +164,20 @@ class CorrectedProgram:
 
 
 def corrected_program(
-    program: Program, nominal: Surface, corrected: Surface, job: SurfaceJob, record_id: str
+    program: Program,
+    nominal: Surface,
+    corrected: Surface,
+    job: SurfaceJob,
+    record_id: str,
+    *,
+    steps: Steps | None = None,
 ) -> CorrectedProgram:
     """The program for the corrected surface, read back and compared before it is returned.
 
     Coordinates of the program are those of the surface; the programmed point is the tool's tip, however the tool is
     turned. Raises SRF-PROGRAM
     for a program that cuts nothing of the surface, cuts it in arcs, under cutter compensation or in increments,
-    CMP-TWICE for one corrected before, SRF-GOUGE, and CMP-READ-BACK.
+    CMP-TWICE for one corrected before, CMP-SLOPE for `steps` to faces beside, SRF-GOUGE, and CMP-READ-BACK.
     """
     check_uncorrected(program.source)
     if not job.accept_unknown_words:
@@ -180,6 +187,8 @@ def corrected_program(
     require_known_frame(path)
     samples = sampled(program, path, nominal, corrected, job)
     _check(program, path, samples)
+    if steps is not None:
+        steps.check(path, samples, nominal, job)
     ends, between = _targets(path, samples, job.tolerance_mm)
     touched = {move + step for move in ends for step in (0, 1)} | between.keys()
     require_plain_frame(path, sorted(ends))

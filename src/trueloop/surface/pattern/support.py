@@ -219,7 +219,8 @@ def pooled(parts: Sequence[Separation], sides_mm: tuple[float, float]) -> Pooled
     """Values of parts in cells as wide as the points are apart, `CELLS` on the whole patch at most.
 
     A part's value is its spline at the cell's place with the mean of what it leaves in the cell: the pattern's slope
-    between a point and the cell's place is then no noise.
+    between a point and the cell's place is then no noise. The place is the mean over all parts' points: where a part's
+    own points do not determine its spline there, it has no value, because a spline beyond its points is arbitrary.
     """
     step = max(float(np.sqrt(sides_mm[0] * sides_mm[1] / CELLS)), min(_apart_mm(part, sides_mm) for part in parts))
     shape = [max(1, round(side / step)) for side in sides_mm]
@@ -235,10 +236,11 @@ def pooled(parts: Sequence[Separation], sides_mm: tuple[float, float]) -> Pooled
     )
     values = np.full(counts.shape, np.nan)
     for own, part, cell, count in zip(values, parts, cells, counts, strict=True):
-        has = count > 0
+        has = (count > 0) & (_leverage(part.places, part.chosen.size, np.stack([u, v], axis=1)) <= DETERMINED[0])
         left = _sums(cell, part.random_mm, filled)[has] / count[has]
         own[has] = part.deterministic.value_mm(u[has], v[has]) + left
-    return Pooled(np.stack([u * sides_mm[0], v * sides_mm[1]], axis=1), values, step)
+    some = np.any(np.isfinite(values), axis=0)
+    return Pooled(np.stack([u * sides_mm[0], v * sides_mm[1]], axis=1)[some], values[:, some], step)
 
 
 def _apart_mm(part: Separation, sides_mm: tuple[float, float]) -> float:

@@ -1,0 +1,93 @@
+"""Steps that a correction of one face leaves where the program cuts on into the next face of the part."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array, Integers
+from trueloop.domain.option import Limits, allowed_by
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.surface import Surface, closest
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.surface.compensation.cutter import contacts
+from trueloop.surface.compensation.shift import SAME_MM, Samples, SurfaceJob
+from trueloop.surface.on_face import NextFace
+from trueloop.units import UM_PER_MM
+
+WIDE_MM: Final = 0.1
+"""Over this length a step counts as a slope: the correction ends at one place, wherever the blocks around it end."""
+ALIKE: Final = 0.8
+"""Cosine between the normals of two faces from which a cutter runs on from one to the other: not around an edge."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """The other faces of the part, `beside` the corrected one, and the limits of the correction."""
+
+    beside: tuple[NextFace, ...]
+    limits: Limits
+
+    def check(self, path: ToolPath, samples: Samples, nominal: Surface, job: SurfaceJob) -> None:
+        """Raises CMP-SLOPE for a step steeper than the limit at a place where the tool leaves or enters the face while
+        it cuts one beside it: that face stays as it is.
+        """
+        last, after = _changes(path, samples)
+        moved_mm = np.linalg.norm(samples.after_mm[last] - samples.before_mm[last], axis=1)
+        slope = moved_mm / WIDE_MM
+        steep = np.flatnonzero(slope > self.limits.slope)
+        if not len(steep) or not self.beside:
+            return
+        move, share = samples.move[last[steep]], samples.share[last[steep]]
+        touch = contacts(nominal, job.cutter, samples.before_mm[last[steep]], samples.axes.directions(move, share))
+        foot, normal = touch.feet.point_mm, touch.feet.normal
+        centre = foot + (touch.gap_mm + job.cutter.corner_mm)[:, None] * normal
+        centre = centre + samples.before_mm[after[steep]] - samples.before_mm[last[steep]]
+        onto = np.zeros(len(steep), int)
+        for face in self.beside:
+            onto[(onto == 0) & _cuts(face, centre, normal, job)] = face.number
+        if not np.any(onto):
+            return
+        worst = int(np.argmax(np.where(onto > 0, slope[steep], 0.0)))
+        x, y, z = foot[worst]
+        um, reached, limit = (
+            value * UM_PER_MM for value in (moved_mm[steep[worst]], slope[steep[worst]], self.limits.slope)
+        )
+        raise Code.CMP_SLOPE.refusal(
+            f"the correction ends with a step of {um:.1f} µm at x {x:.3f}, y {y:.3f}, z {z:.3f} mm, where the program "
+            f"cuts on from or into face {onto[worst]}, which stays as it is: {reached:.1f} µm/mm over {WIDE_MM:g} mm, "
+            f"at {np.count_nonzero(onto)} places; the limit is {limit:.1f} µm/mm",
+            hint="a program that cuts one face alone has no such step; compensation.weight makes it smaller",
+            override=allowed_by("slope"),
+            values=dict(zip(Code.CMP_SLOPE.values, (reached, limit), strict=True)),
+        )
+
+
+def _changes(path: ToolPath, samples: Samples) -> tuple[Integers, Integers]:
+    """Returns pairs of neighbouring places along the path of which one cuts and one does not: the cutting one first."""
+    same = np.diff(samples.move) == 0
+    joined = np.linalg.norm(np.diff(samples.before_mm, axis=0), axis=1) <= SAME_MM
+    joined &= np.diff(samples.move) == 1
+    first = np.flatnonzero((same | joined) & (samples.cutting[:-1] != samples.cutting[1:]))
+    begins = samples.cutting[first + 1]
+    return np.where(begins, first + 1, first), np.where(begins, first, first + 1)
+
+
+def _cuts(face: NextFace, centre_mm: Array, normal: Array, job: SurfaceJob) -> np.ndarray:
+    """Returns at which centres (n, 3) of the cutter's corner a face is cut that faces as `normal` (n, 3) does."""
+    found = np.zeros(len(centre_mm), bool)
+    try:
+        surface = face.surface
+    except TrueloopError:  # the kernel makes no surface of it: a face beside must not be in the way
+        return found
+    control = surface.control_mm.reshape(-1, 3)
+    reach = job.cutter.corner_mm + job.cuts_mm
+    near = np.flatnonzero(np.all((centre_mm >= control.min(0) - reach) & (centre_mm <= control.max(0) + reach), axis=1))
+    if not len(near):
+        return found
+    feet = closest(surface, centre_mm[near])
+    here = (np.abs(feet.distance_mm - job.cutter.corner_mm) <= job.cuts_mm) & (feet.beyond_mm <= SAME_MM)
+    here &= np.einsum("nk,nk->n", feet.normal, normal[near]) >= ALIKE
+    here[here] = ~face.trimmed_away(feet.u[here], feet.v[here]).astype(np.bool_)
+    found[near[here]] = True
+    return found

@@ -1,0 +1,86 @@
+"""A program over two tangent faces of which one is corrected: the step between them is named, not written."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.solids import written
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.cad.step import read_faces
+from trueloop.jobs.surface.job import correct_surface, read_surface
+
+SEAM_MM, HIGH_MM, LONG_MM, WIDE_MM, FALL_MM, BALL_MM = 25.0, 20.0, 50.0, 20.0, 50.0, 3.0
+
+
+def solid() -> Any:
+    """A bar whose top is level up to x = 25 and goes on, without an edge to feel, as a cylinder of radius 50."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.GC import GC_MakeArcOfCircle
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    def falls(x: float) -> Any:
+        return gp_Pnt(x, 0, HIGH_MM - FALL_MM + float(np.sqrt(FALL_MM**2 - (x - SEAM_MM) ** 2)))
+
+    seam, corner, low, start = gp_Pnt(SEAM_MM, 0, HIGH_MM), falls(LONG_MM), gp_Pnt(LONG_MM, 0, 0), gp_Pnt(0, 0, 0)
+    begin = gp_Pnt(0, 0, HIGH_MM)
+    arc = GC_MakeArcOfCircle(seam, falls(40.0), corner).Value()
+    wire = BRepBuilderAPI_MakeWire()
+    for edge in ((begin, seam), (arc,), (corner, low), (low, start), (start, begin)):
+        wire.Add(BRepBuilderAPI_MakeEdge(*edge).Edge())
+    return BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire.Wire()).Face(), gp_Vec(0, WIDE_MM, 0)).Shape()
+
+
+def tip(x: float) -> tuple[float, float]:
+    """The tip's x and z where a ball touches the top, its touch at x."""
+    turn = np.arcsin(max(0.0, x - SEAM_MM) / FALL_MM)
+    touched = HIGH_MM - FALL_MM * (1 - np.cos(turn))
+    return x + BALL_MM * np.sin(turn), touched + BALL_MM * np.cos(turn) - BALL_MM
+
+
+def job(folder: Path, last_mm: float, more: str = "") -> Path:
+    """Parts whose level face is 12 µm too high at the seam, and a ball's passes from before the part to `last_mm`."""
+    faces = read_faces(written(solid(), folder / "bar.step"))
+    (number,) = [k.number for k in faces if k.kind == "Plane" and k.area_mm2 == pytest.approx(SEAM_MM * WIDE_MM)
+                 and k.surface.normal(np.array([0.5]), np.array([0.5]))[0, 2] > 0.99]  # fmt: skip
+    x, y = (c.ravel() for c in np.meshgrid(np.linspace(0.5, 24.5, 25), np.linspace(0.5, 19.5, 20), indexing="ij"))
+    for k in range(3):
+        high = HIGH_MM + 0.012 * np.cos((x - SEAM_MM) / 6) + np.random.default_rng(k).normal(0, 3e-4, len(x))
+        rows = [f"{a:.5f},{b:.5f},{c:.6f}" for a, b, c in zip(x, y, high, strict=True)]
+        (folder / f"P{k}.csv").write_text("\n".join(["x_mm,y_mm,z_mm", *rows, ""]))
+    lines = ["%", "O1", "G21 G17 G40 G49 G80 G90 G54", "S9000 M3", "G0 X-2. Y1. Z40."]
+    for y_mm in np.arange(1.0, 20.0, 2.0):
+        ways = [tip(at) for at in np.append(np.arange(0.0, last_mm, 2.5), last_mm)]
+        lines += [f"G0 X-2. Y{y_mm:.1f}", "G1 Z20. F900.", *(f"X{a:.5f} Z{c:.5f}" for a, c in ways), "G0 Z40."]
+    (folder / "finish.nc").write_text("\n".join([*lines, "M30", "%", ""]))
+    path = folder / "job.toml"
+    path.write_text(
+        f'name = "bar"\n[surface]\nfile = "bar.step"\nface = {number}\n[gauging]\npoints = ["P*.csv"]\n'
+        f'[program]\nfinish = "finish.nc"\ndialect = "fanuc-mill"\n[cutter]\nradius_mm = {BALL_MM}\n'
+        f'[compensation]\ncad_file = "none"\n{more}'
+    )
+    return path
+
+
+def test_a_step_towards_the_next_face_that_the_program_cuts_on_is_refused(tmp_path: Path) -> None:
+    """12 µm lie at the seam; half of it is taken away, the next face keeps all of its own: 6 µm, 60 µm/mm."""
+    with pytest.raises(TrueloopError) as caught:
+        correct_surface(read_surface(job(tmp_path, 45.0, "weight = 0.5\n")))
+    assert caught.value.code is Code.CMP_SLOPE
+    assert caught.value.values["slope_um_per_mm"] == pytest.approx(60.0, abs=4.0)
+    assert "at x 25.0" in caught.value.message
+    assert caught.value.override == "compensation.max_slope_um_per_mm in the job"
+
+
+@pytest.mark.parametrize(
+    ("last_mm", "more"), [(24.9, ""), (45.0, "weight = 0.2\n"), (45.0, "max_slope_um_per_mm = 200.0\n")]
+)
+def test_passes_that_end_on_the_face_small_steps_and_steps_that_are_allowed_pass(
+    tmp_path: Path, last_mm: float, more: str
+) -> None:
+    """They overrun the sharp edge at x = 0: no face goes on there."""
+    done = correct_surface(read_surface(job(tmp_path, last_mm, more)))
+    assert done.correction.program is not None
+    assert done.correction.program.cutting_moves > 50
