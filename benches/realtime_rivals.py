@@ -15,14 +15,14 @@ import numpy as np
 
 from scripts.realtime_faults import TOOL, TRAVEL, WARM, error_mm, image, lathe
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.realtime import session
-from trueloop.controllers.linuxcnc.realtime.session import Driven, Setup, Step, put, sleep
 from trueloop.formats.tables.control_tables import linuxcnc_comp
 from trueloop.machine.correct import axis_table
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Part, Term, segments
 from trueloop.realtime.judge import travel_ways
+from trueloop_lab.linuxcnc.realtime import session
+from trueloop_lab.linuxcnc.realtime.session import Driven, Setup, Step, put, sleep
 
 FEED_MM_PER_S: Final = 50.0
 RIPPLE_MM, RIPPLE_HZ = 0.010, 20.0

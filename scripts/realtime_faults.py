@@ -16,8 +16,6 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags
-from trueloop.controllers.linuxcnc.realtime import session
-from trueloop.controllers.linuxcnc.realtime.session import Driven, Setup, Step, put, sleep
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.structure import chain_of, turning_terms
@@ -25,6 +23,8 @@ from trueloop.machine.model.term import Part, block_diagonal, segments
 from trueloop.realtime.bank import Stated, bank_of, signals_of
 from trueloop.realtime.image import Identity, Image, RealTimeLimits
 from trueloop.realtime.judge import travel_ways
+from trueloop_lab.linuxcnc.realtime import session
+from trueloop_lab.linuxcnc.realtime.session import Driven, Setup, Step, put, sleep
 
 TRAVEL: Final = {"X": (-10.0, 400.0), "Z": (-250.0, 200.0)}
 WARM: Final = {"T1": 27.5, "T2": 19.25}

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
-from trueloop.controllers.linuxcnc.session import configuration, started
+from trueloop_lab.linuxcnc.session import configuration, started
 
 LONGEST_S: Final = 60.0
 _DISPLAY: Final = """#!/bin/sh

@@ -17,8 +17,8 @@ import numpy as np
 from scripts.factory_demo.truth import Metal
 from scripts.running_lathe import RunningLathe, running_lathe
 from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
-from trueloop.controllers.linuxcnc.component import virtual_part
-from trueloop.controllers.linuxcnc.session import ProbedPart
+from trueloop_lab.linuxcnc.component import virtual_part
+from trueloop_lab.linuxcnc.session import ProbedPart
 from trueloop_lab.simulator.machine import VirtualProbe
 
 PROBE: Final = VirtualProbe(1.5, pre_travel_mm=0.004, lobing_mm=0.0005)

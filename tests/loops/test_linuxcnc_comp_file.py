@@ -5,12 +5,12 @@ import pytest
 
 from tests.support.machines import chain_with_travel, random_model
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.session import _run, _session
 from trueloop.formats.tables.control_tables import linuxcnc_comp
 from trueloop.machine.correct import axis_table
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Part, Term, segments
+from trueloop_lab.linuxcnc.session import _run, _session
 
 MOTOR_AND_COMMAND = """loadrt sampler depth=60000 cfg=ff
 addf sampler.0 servo-thread

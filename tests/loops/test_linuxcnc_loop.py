@@ -18,12 +18,12 @@ import pytest
 from tests.support.probing import EXAMPLES
 from trueloop.arrays import Array
 from trueloop.cli.terminal import ExitStatus
-from trueloop.controllers.linuxcnc import session
-from trueloop.controllers.linuxcnc.component import source
-from trueloop.controllers.linuxcnc.session import cut
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop_lab.files.job import workshop_and_trial
 from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
+from trueloop_lab.linuxcnc import session
+from trueloop_lab.linuxcnc.component import source
+from trueloop_lab.linuxcnc.session import cut
 from trueloop_lab.loops.turned import simulate
 from trueloop_lab.simulator.presets import nist
 from trueloop_lab.simulator.process import Repeatability

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tests.support.signals import until
 from trueloop.controllers.linuxcnc.component import require_linuxcnc
-from trueloop.controllers.linuxcnc.session import _namespaces
+from trueloop_lab.linuxcnc.session import _namespaces
 
 SPEED = """
 import hal, time

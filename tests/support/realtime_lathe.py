@@ -11,9 +11,9 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.realtime.hal_lines import Change, by_file
-from trueloop.controllers.linuxcnc.realtime.session import Driven
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.image import Bank, Identity, Image, RealTimeLimits
+from trueloop_lab.linuxcnc.realtime.session import Driven
 
 WIDE = ((-500.0, 2000.0), (-1.0, 1.0), (-2000.0, 2000.0))
 SLOPES = np.array([[1e-4, 0.0, 5e-5], [0.0, 0.0, 0.0], [-1e-5, 0.0, 2e-4]])

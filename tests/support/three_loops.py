@@ -12,23 +12,6 @@ import numpy as np
 from tests.support import erring_lathe
 from tests.support.probing import EXAMPLES
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.component import virtual_part
-from trueloop.controllers.linuxcnc.realtime.session import (
-    QUIET,
-    Driven,
-    Setup,
-    Step,
-    drive,
-    home,
-    mdi,
-    note,
-    on,
-    put,
-    record,
-    run,
-    wait,
-)
-from trueloop.controllers.linuxcnc.session import ProbedPart
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
 from trueloop.formats.realtime.image_file import image_to_bytes
@@ -47,6 +30,23 @@ from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
 from trueloop_lab.files.job import workshop_and_trial
+from trueloop_lab.linuxcnc.component import virtual_part
+from trueloop_lab.linuxcnc.realtime.session import (
+    QUIET,
+    Driven,
+    Setup,
+    Step,
+    drive,
+    home,
+    mdi,
+    note,
+    on,
+    put,
+    record,
+    run,
+    wait,
+)
+from trueloop_lab.linuxcnc.session import ProbedPart
 from trueloop_lab.loops.linuxcnc import contour_program, paths_near_part, surface_mm
 from trueloop_lab.loops.turned import Trial, random_of
 from trueloop_lab.simulator.nose import SAME

@@ -12,7 +12,6 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.session import ProbedPart, Progress, cut, probe
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
 from trueloop.errors import Code, in_file
@@ -31,6 +30,7 @@ from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
 from trueloop.probing.stylus import Stylus, stock_obstacle
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop_lab.linuxcnc.session import ProbedPart, Progress, cut, probe
 from trueloop_lab.loops.turned import (
     SimulatedPart,
     Trial,

@@ -15,7 +15,12 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
 from trueloop.controllers.linuxcnc.realtime.sampled import STATES
-from trueloop.controllers.linuxcnc.realtime.session import (
+from trueloop.errors import Code
+from trueloop.formats.realtime.image_file import image_to_bytes
+from trueloop.realtime.image import Image, Signal
+from trueloop.realtime.judge import DrivenRun
+from trueloop.realtime.samples import COUNTS, Samples, column_names, signal_columns
+from trueloop_lab.linuxcnc.realtime.session import (
     QUIET,
     Driven,
     Setup,
@@ -29,12 +34,7 @@ from trueloop.controllers.linuxcnc.realtime.session import (
     run,
     wait,
 )
-from trueloop.controllers.linuxcnc.session import TOO_BUSY
-from trueloop.errors import Code
-from trueloop.formats.realtime.image_file import image_to_bytes
-from trueloop.realtime.image import Image, Signal
-from trueloop.realtime.judge import DrivenRun
-from trueloop.realtime.samples import COUNTS, Samples, column_names, signal_columns
+from trueloop_lab.linuxcnc.session import TOO_BUSY
 
 PERIOD_S: Final = 1e-3
 RAMPING, IN_FORCE = 2, 3

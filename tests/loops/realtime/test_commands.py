@@ -12,9 +12,9 @@ from tests.support.bad_images import good_image
 from tests.support.realtime_lathe import WIDE
 from trueloop.cli.main import app
 from trueloop.cli.terminal import ExitStatus
-from trueloop.controllers.linuxcnc.component import source
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.image import RealTimeLimits
+from trueloop_lab.linuxcnc.component import source
 
 
 def typed(*words: str) -> "tuple[int, str, str]":

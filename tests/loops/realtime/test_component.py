@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.realtime_lathe import LATHE, RECORD, SLEW_MM, LinearLathe, added, commanded, stood
-from trueloop.controllers.linuxcnc.realtime.session import (
+from trueloop_lab.linuxcnc.realtime.session import (
     Driven,
     Setup,
     Step,

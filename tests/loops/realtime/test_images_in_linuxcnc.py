@@ -14,9 +14,9 @@ from tests.loops.realtime.test_component import IN_FORCE, OFF, SECOND_ORDER_MM, 
 from tests.support.bad_images import PROGRAM, SERIAL, good_image, write_bad_images
 from tests.support.realtime_lathe import LATHE, RECORD, SLEW_MM, SLOPES, LinearLathe, added, commanded
 from trueloop.controllers.linuxcnc.realtime.install import component
-from trueloop.controllers.linuxcnc.realtime.session import Setup, Step, drive, get, home, note, on, put, record, wait
-from trueloop.controllers.linuxcnc.session import _namespaces
 from trueloop.formats.realtime.image_file import image_to_bytes
+from trueloop_lab.linuxcnc.realtime.session import Setup, Step, drive, get, home, note, on, put, record, wait
+from trueloop_lab.linuxcnc.session import _namespaces
 
 HALRUN = """set -e
 mount -t overlay overlay -o lowerdir="$1/modules":/usr/lib/linuxcnc/modules /usr/lib/linuxcnc/modules

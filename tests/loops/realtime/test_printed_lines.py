@@ -11,10 +11,13 @@ from tests.loops.realtime.test_component import IN_FORCE, PROGRAM, SECOND_ORDER_
 from tests.support.linuxcnc_start import STARTED, STARTER
 from tests.support.realtime_lathe import LATHE, RECORD, WIDE, LinearLathe, added, applied, commanded, stood
 from tests.support.realtime_signals import image_bytes, model_of
-from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
 from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, wiring
-from trueloop.controllers.linuxcnc.realtime.session import (
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.realtime.image_file import image_to_bytes, read_image
+from trueloop.realtime.image import TRAVEL_TOLERANCE_MM, Bank, Identity, Image, RealTimeLimits, Signal
+from trueloop_lab.linuxcnc.component import source
+from trueloop_lab.linuxcnc.realtime.session import (
     Setup,
     drive,
     get,
@@ -26,9 +29,6 @@ from trueloop.controllers.linuxcnc.realtime.session import (
     wait,
     with_entries,
 )
-from trueloop.errors import Code, TrueloopError
-from trueloop.formats.realtime.image_file import image_to_bytes, read_image
-from trueloop.realtime.image import TRAVEL_TOLERANCE_MM, Bank, Identity, Image, RealTimeLimits, Signal
 
 EXAMPLES = Path("/usr/share/doc/linuxcnc/examples/sample-configs")
 

@@ -13,10 +13,10 @@ import pytest
 
 from tests.loops.test_realtime_table import END, FORWARD, KNOB, START, Judged, inputs_of, judged
 from tests.support.line_table import off_moves_mm
-from trueloop.controllers.linuxcnc.realtime.session import Driven, Setup, drive, home, on, put, record, run, wait
 from trueloop.domain.record import sha256_of
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.image import Identity, Image, RealTimeLimits
+from trueloop_lab.linuxcnc.realtime.session import Driven, Setup, drive, home, on, put, record, run, wait
 
 ZERO = (0.0, 0.0)
 IN_FORCE = 3

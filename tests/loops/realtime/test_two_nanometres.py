@@ -11,9 +11,9 @@ import numpy as np
 from tests.support import image_reference
 from tests.support.cut_thrice import PROGRAM, TOOL_OFFSET, blocks, image, lathe_model
 from trueloop.arrays import Array, Flags
-from trueloop.controllers.linuxcnc.realtime.session import QUIET, Driven, Setup, drive, home, on, put, record, run, wait
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.judge import DrivenRun, Judged, judge
+from trueloop_lab.linuxcnc.realtime.session import QUIET, Driven, Setup, drive, home, on, put, record, run, wait
 
 SIGNALS = {"T1": 27.5, "T2": 33.25}
 RAMPING, IN_FORCE = 2, 3

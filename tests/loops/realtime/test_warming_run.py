@@ -14,11 +14,11 @@ import pytest
 
 from tests.support.cli import invoke
 from tests.support.cut_thrice import TOOL_OFFSET, image, lathe_model
-from trueloop.controllers.linuxcnc.realtime.session import Driven
-from trueloop.controllers.linuxcnc.session import TOO_BUSY
 from trueloop.errors import Code, TrueloopError
 from trueloop.realtime.judge import judge
 from trueloop.realtime.samples import signal_columns
+from trueloop_lab.linuxcnc.realtime.session import Driven
+from trueloop_lab.linuxcnc.session import TOO_BUSY
 from trueloop_lab.realtime import warming_run as ran_by
 from trueloop_lab.realtime.warming_run import Sensors, interruption, warming_run
 

@@ -8,11 +8,14 @@ import pytest
 from tests.support.bad_images import good_image
 from tests.support.linuxcnc_start import STARTED, STARTER
 from tests.support.refusals import refused
-from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
 from trueloop.controllers.linuxcnc.realtime.hal_lines import watching, wiring
 from trueloop.controllers.linuxcnc.realtime.sampled import MOST_PINS, sampled_pins, sampler_lines
-from trueloop.controllers.linuxcnc.realtime.session import (
+from trueloop.errors import Code
+from trueloop.formats.realtime.image_file import image_to_bytes
+from trueloop.formats.realtime.samples_csv import read_samples
+from trueloop_lab.linuxcnc.component import source
+from trueloop_lab.linuxcnc.realtime.session import (
     QUIET,
     WIRE,
     Setup,
@@ -22,9 +25,6 @@ from trueloop.controllers.linuxcnc.realtime.session import (
     put,
     record,
 )
-from trueloop.errors import Code
-from trueloop.formats.realtime.image_file import image_to_bytes
-from trueloop.formats.realtime.samples_csv import read_samples
 
 RECORDED = ("rtec.periods", "joint.0.pos-cmd", "joint.1.pos-cmd", "rtec.corr-0", "joint.1.f-error", "rtec.in-use-0")
 PASSES = "G21 G90 G94 G53 G1 X40. Z-20. F2400\n" + 20 * "G1 X60. Z-120. F2400\nX40. Z-20.\n" + "M2\n"

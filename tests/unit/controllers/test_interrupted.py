@@ -7,8 +7,8 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from trueloop.controllers.linuxcnc import session
 from trueloop.errors import Code, TrueloopError
+from trueloop_lab.linuxcnc import session
 
 Answer = dict[str, object]
 

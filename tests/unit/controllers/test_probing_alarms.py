@@ -13,9 +13,9 @@ import pytest
 from tests.support.macro_control import Contact, Point, Ran, run_fanuc, run_siemens
 from tests.support.probing import STEP, STYLUS, plan_of
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.session import ProbedPart, probe
 from trueloop.controllers.probing import WRITERS, Settings, probing_program
 from trueloop.errors import Code, TrueloopError
+from trueloop_lab.linuxcnc.session import ProbedPart, probe
 
 PLAN = plan_of(STEP, {"cylinder": 3, "face": 1})
 BALL_MM = STYLUS.ball_radius_mm

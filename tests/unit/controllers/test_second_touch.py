@@ -14,7 +14,6 @@ from tests.support.macro_control import Contact, Point, Ran
 from tests.support.probing import APPROACH, STEP, STYLUS, plan_of
 from tests.unit.controllers.test_probing_alarms import RUN, THIN, WHOLE, part, surface
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.session import ProbedPart, probe
 from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.measurements.touches_csv import LoggedTouch, parse_probe_log
@@ -23,6 +22,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.probe_match import match_touches
 from trueloop.probing.probe_plan import ProbePlan, SecondTouch
+from trueloop_lab.linuxcnc.session import ProbedPart, probe
 
 BACK_OFF_MM, SLOW = 0.4, 30.0
 SECOND = SecondTouch(BACK_OFF_MM, SLOW)

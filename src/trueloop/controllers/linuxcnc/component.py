@@ -1,11 +1,10 @@
-"""The virtual part, built for LinuxCNC's hardware layer."""
+"""Components built for LinuxCNC's hardware layer."""
 
 import os
 import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
-from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Final
@@ -29,12 +28,6 @@ def require_linuxcnc() -> None:
 def source(name: str) -> str:
     """Returns the text of a file that comes with this package."""
     return (resources.files("trueloop.controllers.linuxcnc") / name).read_text()
-
-
-@cache
-def virtual_part() -> bytes:
-    """Compiles the component to a shared object, once a run. Raises CTL-LINUXCNC with the compiler's words."""
-    return compiled("virtual_part", {"virtual_part.comp": source("virtual_part.comp").encode()})
 
 
 def compiled(name: str, files: Mapping[str, bytes], link: str = "", code: Code = Code.CTL_LINUXCNC) -> bytes:

@@ -9,8 +9,8 @@ import pytest
 from tests.support.linuxcnc_start import STARTED, STARTER
 from tests.support.realtime_signals import image_bytes, model_of
 from tests.support.shdr import ShdrAgent, model
-from trueloop.controllers.linuxcnc.realtime.session import Setup, drive, home, mdi, on, run, sleep
 from trueloop.controllers.mtconnect.items import Machine, devices_xml
+from trueloop_lab.linuxcnc.realtime.session import Setup, drive, home, mdi, on, run, sleep
 
 PLACES = ((290.0, 90.0), (280.0, 80.0), (280.0, 65.0), (292.0, 65.0))
 """X (a radius) and Z in machine coordinates, mm: where the program begins, and the ends of its moves."""

@@ -6,7 +6,9 @@ import pytest
 from tests.support.linuxcnc_start import STARTED, STARTER
 from tests.support.realtime_signals import image_bytes, model_of
 from trueloop._core import realtime_names
-from trueloop.controllers.linuxcnc.realtime.session import (
+from trueloop.machine.model.model import State
+from trueloop.realtime.image import Block
+from trueloop_lab.linuxcnc.realtime.session import (
     Driven,
     Setup,
     drive,
@@ -20,8 +22,6 @@ from trueloop.controllers.linuxcnc.realtime.session import (
     run,
     wait,
 )
-from trueloop.machine.model.model import State
-from trueloop.realtime.image import Block
 
 PROGRAM = b"G21 G18 G90 G94 G8 G64\nG53 G0 X290. Z90.\nG4 P1\nG53 G1 X280. Z80. F3000.\nM2\n"
 CONFIG = b"""image = "image.rtec"

@@ -33,12 +33,6 @@ def component() -> bytes:
     return compiled("rtec", sources(), f"-Wl,--gc-sections {{folder}}/{OBJECT}", Code.RTC_BUILD)
 
 
-@cache
-def recorder() -> bytes:
-    """Compiles recorder.so, for sessions that are judged. Raises RTC-BUILD, CTL-LINUXCNC."""
-    return compiled("recorder", {"recorder.comp": source("realtime/recorder.comp").encode()}, code=Code.RTC_BUILD)
-
-
 MODULE: Final = "rtec.so"
 OF_LINUXCNC: Final = "hal_lib.so"
 SUPPORTED: Final = ((2, 9),)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import linuxcnc
 
 if TYPE_CHECKING:
-    from trueloop.controllers.linuxcnc.run_program import PATIENCE_S, Operator
+    from trueloop_lab.linuxcnc.run_program import PATIENCE_S, Operator
 else:
     from run_program import PATIENCE_S, Operator
 

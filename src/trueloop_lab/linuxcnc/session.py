@@ -15,8 +15,9 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.component import require_linuxcnc, source, virtual_part
+from trueloop.controllers.linuxcnc.component import require_linuxcnc
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop_lab.linuxcnc.component import source, virtual_part
 
 TIMEOUT_S: Final = 600.0
 POLL_S: Final = 0.1

@@ -1,0 +1,1 @@
+"""The corrector in the servo thread of such a LinuxCNC."""
