@@ -17,8 +17,8 @@ from scripts.realtime_faults import TOOL, TRAVEL, WARM, error_mm, image, lathe
 from trueloop.arrays import Array
 from trueloop.formats.tables.control_tables import linuxcnc_comp
 from trueloop.machine.correct import axis_table
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Part, Term, segments
 from trueloop.realtime.judge import travel_ways
 from trueloop_lab.linuxcnc.realtime import session

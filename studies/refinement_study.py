@@ -19,9 +19,9 @@ from trueloop.formats.examples import example
 from trueloop.formats.jobs.machine_toml import read_machine
 from trueloop.jobs.machine.machine_model import readings_of
 from trueloop.machine.identify.form import fit_form
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Clock, History, lag_signals
 from trueloop.machine.model.model import MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.refine.guilty import Guilty
 from trueloop.machine.refine.left import LeftOnParts
 from trueloop.machine.refine.refine import Refined, left_by, refine

@@ -18,9 +18,9 @@ from trueloop.jobs.machine.machine_model import fit_machine
 from trueloop.machine.correct import AxisTable, Setup, displace_points, state_at
 from trueloop.machine.identify.identify import at_bounds, identify
 from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Lag, check_lags_given
 from trueloop.machine.model.model import Machine, MachineModel, State, Version
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term, polynomial
 from trueloop.machine.model.validity import check_state, require_in_force, require_serial

@@ -13,8 +13,8 @@ from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import read_image
 from trueloop.formats.tables.model_file import model_to_json
 from trueloop.jobs.realtime.image import ImageOptions, make_image
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, Term
 from trueloop.realtime.bank import Stated, bank_of, signals_of

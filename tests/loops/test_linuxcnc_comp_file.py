@@ -7,8 +7,8 @@ from tests.support.machines import chain_with_travel, random_model
 from trueloop.arrays import Array
 from trueloop.formats.tables.control_tables import linuxcnc_comp
 from trueloop.machine.correct import axis_table
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Part, Term, segments
 from trueloop_lab.linuxcnc.session import _run, _session
 

@@ -11,8 +11,8 @@ from tests.support.machines import chain_with_travel
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.machine.correct import Setup, compensation_field
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import read_program

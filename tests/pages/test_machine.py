@@ -9,8 +9,8 @@ import pytest
 from tests.support.chromium import console_errors, dump_dom
 from tests.support.cli import invoke
 from trueloop.diagnosis.components import Components, Inspections, error_components
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, Term
 from trueloop.report.machine.positioning import drift_figure

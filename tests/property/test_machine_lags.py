@@ -8,9 +8,9 @@ from tests.support.machines import chain_with_travel
 from trueloop.arrays import Array
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Clock, History, Lag, lag_signals
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import CONSTANT, Part, Term
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))

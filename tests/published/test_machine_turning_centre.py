@@ -7,8 +7,8 @@ import numpy as np
 import sympy as sp
 
 from tests.support.machines import first_order_error_mm
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.kinematics import exact_error_mm
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 
 ISO = {

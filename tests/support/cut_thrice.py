@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of, turning_terms
 from trueloop.machine.model.term import CONSTANT, Part, Term, block_diagonal, polynomial
 from trueloop.realtime.bank import bank_of, signals_of

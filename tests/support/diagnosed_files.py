@@ -9,8 +9,8 @@ from studies.diagnosed.shop import Made, Series, tool_of_points_mm
 from studies.diagnosed.truth import Fault, Truth, Wrong
 from trueloop.diagnosis.causes.cause import SeenBy
 from trueloop.formats.tables.model_file import model_to_json
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term
 

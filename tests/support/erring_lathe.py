@@ -6,8 +6,8 @@ import numpy as np
 
 from tests.support.machines import chain_with_travel
 from trueloop.arrays import Array
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 
 CHAIN = chain_with_travel("turning")

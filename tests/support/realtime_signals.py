@@ -8,9 +8,9 @@ import numpy as np
 
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.tables.model_file import model_to_json
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, Term
 from trueloop.realtime.bank import bank_of, signals_of

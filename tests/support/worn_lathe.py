@@ -3,9 +3,8 @@
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.machine.model.chain import Axis, AxisKind
+from trueloop.machine.model.chain import Axis, AxisKind, error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.machine.refine.left import LeftOnParts

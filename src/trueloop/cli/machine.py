@@ -406,7 +406,7 @@ def add_drift(
     from trueloop.formats.tables.model_file import model_to_json, read_drift_models, read_model
     from trueloop.jobs.machine.machine_model import hashes_of
     from trueloop.machine.drift import turned, with_drift
-    from trueloop.machine.model.names import error_name
+    from trueloop.machine.model.chain import error_name
 
     known, drifts = read_model(model), read_drift_models(drift)
     for text in channels:

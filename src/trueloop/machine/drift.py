@@ -9,11 +9,10 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity
-from trueloop.machine.model.chain import ZERO, Chain
+from trueloop.machine.model.chain import ZERO, Chain, ErrorName
 from trueloop.machine.model.history import Lag, lagged
 from trueloop.machine.model.kinematics import influences
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import CONSTANT, Part, Signals, Term
 from trueloop.machine.model.validity import check_ranges
 from trueloop.statistics import rms

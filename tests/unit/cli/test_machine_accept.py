@@ -17,7 +17,7 @@ from trueloop.jobs.machine.machine_model import offer_model
 from trueloop.jobs.machine.mapped_program import ModelFile, compensate_program
 from trueloop.jobs.realtime.image import make_image
 from trueloop.machine.correct import Setup
-from trueloop.machine.model.names import error_name
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.refine.refine import refine
 from trueloop.storage.store import find, open_store
 

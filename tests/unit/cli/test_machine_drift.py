@@ -9,9 +9,9 @@ import pytest
 
 from tests.support.cli import output_of
 from trueloop.formats.tables.model_file import model_to_json
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import lagged
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import Term
 

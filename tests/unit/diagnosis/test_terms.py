@@ -13,8 +13,8 @@ from trueloop.diagnosis.terms.question import question
 from trueloop.diagnosis.terms.separators import _designs
 from trueloop.diagnosis.terms.suspects import Residuals, with_order
 from trueloop.errors import Code
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import State, design
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import Term
 

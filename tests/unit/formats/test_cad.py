@@ -10,8 +10,8 @@ from tests.support.cad_text import points_of_iges, points_of_step
 from tests.support.surfaces import sphere, wavy_surface
 from trueloop.arrays import Array
 from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.loops import classified, distance_mm, edges_mm
 from trueloop.formats.cad.step import read_face, read_faces, surface_to_bytes, write_surface
-from trueloop.formats.cad.trim import classified, distance_mm, edges_mm
 from trueloop.geometry.surface import Surface, closest
 from trueloop.surface.deviations.plausibility import BEYOND_MM
 

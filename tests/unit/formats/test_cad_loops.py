@@ -11,9 +11,8 @@ from trueloop.arrays import Array
 from trueloop.domain.option import Limits
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.kernel import kernel
-from trueloop.formats.cad.loops import Loop
+from trueloop.formats.cad.loops import Loop, distance_mm, edges_mm
 from trueloop.formats.cad.step import CadFace, read_face, read_faces, write_surface
-from trueloop.formats.cad.trim import distance_mm, edges_mm
 from trueloop.geometry.surface import Surface, closest
 from trueloop.surface.compensation.shift import corrected_surface
 

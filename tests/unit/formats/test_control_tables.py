@@ -11,8 +11,8 @@ from tests.support.machines import chain_with_travel, random_model
 from trueloop.arrays import Array
 from trueloop.formats.tables.control_tables import CAUTION, heidenhain_cma, heidenhain_com, siemens_cec
 from trueloop.machine.correct import AxisTable, axis_table
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Part, Term, segments
 
 MILL = Machine("mill", chain_with_travel("mill-gantry"))

@@ -8,9 +8,8 @@ from numpy.testing import assert_allclose
 
 from tests.support.curves import LENS
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.jobs.curve_of_job import fit_notes
 from trueloop.formats.jobs.part_tables import PartTable
-from trueloop.formats.jobs.profile_of_job import part_table_toml, profile_of_table
+from trueloop.formats.jobs.profile_of_job import fit_notes, part_table_toml, profile_of_table
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.validate import checked_profile
 

@@ -8,8 +8,8 @@ import pytest
 from tests.support.machines import chain_with_travel
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.correct import axis_table
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, Term
 

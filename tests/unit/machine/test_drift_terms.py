@@ -5,9 +5,9 @@ import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.drift import DriftModel, Member, turned, with_drift, zeroed_at
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import History, signals_at_end
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import chain_of
 
 TIME_S = np.arange(0.0, 7201.0, 60.0)

@@ -9,14 +9,13 @@ from scipy.stats import t as student
 from tests.support.machines import chain_with_travel, random_directions
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.identify.choice import Choice
-from trueloop.machine.identify.form import Form, fit_form
+from trueloop.machine.identify.form import Choice, Form, fit_form
 from trueloop.machine.identify.identify import Identification, identify
 from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Clock, History, Lag, lag_signals, signals_at_end, slope_name
 from trueloop.machine.model.kinematics import exact_error_mm
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.machine.model.validity import check_state
 

@@ -12,8 +12,8 @@ from trueloop.errors import Code
 from trueloop.formats.examples import example
 from trueloop.jobs.machine.machine_model import fit_machine
 from trueloop.machine.identify.identify import identify
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import mill_terms, turning_terms
 from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial, segments
 

@@ -8,9 +8,8 @@ import sympy as sp
 
 from tests.support.machines import first_order_error_mm
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain
+from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain, error_name
 from trueloop.machine.model.kinematics import bed_to_work, exact_error_mm, influences, tool_in_work_mm
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import PRESETS, chain_of, mill_terms
 from trueloop.machine.model.term import PositionBasis
 

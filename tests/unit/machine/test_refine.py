@@ -9,13 +9,12 @@ import pytest
 
 from tests.support.worn_lathe import cut, growth, lathe_model, left_truly, nothing, straightness, yaw
 from trueloop.errors import Code, TrueloopError
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Term
-from trueloop.machine.refine.guilty import Guilty, with_guilty
+from trueloop.machine.refine.guilty import Guilty, Updated, update, with_guilty
 from trueloop.machine.refine.left import LeftOnParts, changes
 from trueloop.machine.refine.refine import _whitened, refine, require_better
-from trueloop.machine.refine.update import Updated, update
 
 CASES = [
     (straightness, Guilty(error_name("EXZ"))),

@@ -12,8 +12,8 @@ from trueloop.machine.identify.form import Form, fit_form
 from trueloop.machine.identify.hold_out import compare, hold_out
 from trueloop.machine.identify.identify import Identification, identify
 from trueloop.machine.identify.observations import Observations, joined
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import PRESETS, chain_of, frame_terms, mill_terms
 from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 

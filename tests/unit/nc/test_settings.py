@@ -10,8 +10,8 @@ from tests.support.machines import chain_with_travel
 from tests.support.mapped import mapped, path_of
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.machine.correct import Setup
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Part, Term, polynomial
 from trueloop.nc.field.field import affine_field
 from trueloop.nc.program.program import read_program

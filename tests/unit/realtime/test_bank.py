@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.support.machines import any_model, chain_with_travel, set_back_chain
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.structure import PRESETS
 from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.realtime.bank import Stated, bank_of, signals_of

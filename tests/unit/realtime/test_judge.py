@@ -8,8 +8,8 @@ import pytest
 
 from tests.support import erring_lathe
 from trueloop.arrays import Array
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import CONSTANT, Part, Term
 from trueloop.realtime.image import Block
 from trueloop.realtime.judge import DrivenRun, due, judge, travel_ways

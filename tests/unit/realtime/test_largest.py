@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from tests.support.banks import RANGES, Asked, any_asked, bank_for, by_the_model
 from tests.support.machines import chain_with_travel
 from trueloop.arrays import Array
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits

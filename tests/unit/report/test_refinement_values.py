@@ -3,8 +3,8 @@
 import pytest
 
 from tests.support.worn_lathe import cut, lathe_model, yaw
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Acceptance, Version
-from trueloop.machine.model.names import error_name
 from trueloop.machine.refine.refine import refine
 from trueloop.report.diagnosis.machine_shapes import refinement_shape
 

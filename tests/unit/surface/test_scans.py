@@ -13,8 +13,7 @@ from trueloop.formats.inspections.scan import read_scan
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.surface.surface import deviations_of
-from trueloop.surface.deviations.points import MeasuredPoints
-from trueloop.surface.deviations.segment import on_face
+from trueloop.surface.deviations.points import MeasuredPoints, on_face
 
 SIDE_MM, DEEP_MM = 40.0, 12.0
 WAVE_MM = 0.008

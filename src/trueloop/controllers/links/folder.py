@@ -1,13 +1,21 @@
-"""A control whose programs are files in a folder: a network share, a memory card, LinuxCNC's nc_files."""
+"""A control whose programs are files in a folder: a network share, a memory card, LinuxCNC's nc_files.
+
+A LinuxCNC of this computer says by its own Python module what it is busy with, and reads its tool table.
+"""
 
 import os
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any, Final
 
 from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, Listed, no_such_program, not_reached
+from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.tables.tool_tables.known import tool_table_of
 
 
 @dataclass(frozen=True)
@@ -124,3 +132,103 @@ def _sync(folder: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+BY_HAND: Final = "what is typed or done by hand"
+TAKEN_S: Final = 5.0
+"""How long LinuxCNC may take to read its tool table."""
+_POLL_S: Final = 0.02
+Offsets = dict[int, tuple[float, float]]
+"""X and Z by tool, as the table counts them."""
+
+
+def linuxcnc_busy(ini: Path, module: Callable[[], Any]) -> Callable[[], Busy | None]:
+    """Asks the LinuxCNC of that configuration; `module` loads its `linuxcnc`. One that does not run does nothing.
+
+    A program that is loaded and not begun counts: LinuxCNC has opened the file, and the next start cuts what it was
+    then (LinuxCNC issue 2490). None: it comes up or goes just now, and does not say. The call raises CTL-LINUXCNC for a
+    configuration that cannot be read.
+    """
+
+    def busy() -> Busy | None:
+        nc = module()
+        if not _runs(ini, nc):
+            return Busy()
+        try:
+            status = nc.stat()
+            status.poll()
+        except (nc.error, SystemError):  # the second where HOME is another's than LinuxCNC's: its tools are there
+            return None
+        return _busy(status, nc)
+
+    return busy
+
+
+def _busy(status: Any, nc: Any) -> Busy:
+    loaded = (status.file,) if status.file else ()
+    idle = status.interp_state == nc.INTERP_IDLE and status.exec_state in (nc.EXEC_DONE, nc.EXEC_ERROR)
+    if idle and status.inpos and not status.paused:
+        return Busy(loaded=loaded)
+    by_hand = () if status.task_mode == nc.MODE_AUTO else (BY_HAND,)
+    return Busy(by_hand or loaded, loaded)
+
+
+def linuxcnc_reads(ini: Path, module: Callable[[], Any], name: str) -> Callable[[Path], None]:
+    """Makes the LinuxCNC of that configuration load its tool table of this name, and compares its X and Z offsets.
+
+    Other files are not loaded. A LinuxCNC that does not run loads the table when it starts. An active offset does not
+    change before the program calls G43 again. The call raises CTL-LINUXCNC for a file that is not this LinuxCNC's tool
+    table, or whose offsets LinuxCNC does not have afterwards.
+    """
+
+    def read(table: Path) -> None:
+        if table.name != name:
+            return
+        nc = module()
+        runs, own = _runs(ini, nc), ini.parent / _stated(ini, nc, "EMCIO", "TOOL_TABLE")
+        if own.resolve() != table.resolve():
+            raise _failed(f"{table} is written, but the tool table of {ini} is {own}", "name that one as `tool_table`")
+        if runs and (wrong := _not_taken(nc, _in_file(table))):
+            tools = ", ".join(f"T{one}" for one in wrong)
+            said = f"{table} is written, and LinuxCNC has not taken the offsets of {tools} within {TAKEN_S:g} s"
+            raise _failed(said, "end LinuxCNC and start it again before anything is cut: it reads the table then")
+
+    return read
+
+
+def _not_taken(nc: Any, wanted: Offsets) -> list[int]:
+    """Tools whose offsets in LinuxCNC, after it has read the table, are missing or differ from it."""
+    command, status = nc.command(), nc.stat()
+    command.load_tool_table()
+    until = time.monotonic() + TAKEN_S
+    while True:
+        status.poll()
+        held: Offsets = {one.id: (one.xoffset, one.zoffset) for one in status.tool_table if one.id > 0}
+        wrong = sorted(tool for tool in wanted.keys() | held.keys() if wanted.get(tool) != held.get(tool))
+        if not wrong or time.monotonic() > until:
+            return wrong
+        time.sleep(_POLL_S)
+
+
+def _in_file(table: Path) -> Offsets:
+    rows = tool_table_of(table, table.read_bytes()).rows
+    return {
+        row.tool: (0.0 if row.x is None else float(row.x.value), 0.0 if row.z is None else float(row.z.value))
+        for row in rows
+    }
+
+
+def _runs(ini: Path, nc: Any) -> bool:
+    return Task(ini, Path(_stated(ini, nc, "TASK", "TASK") or "milltask").name).pid() is not None
+
+
+def _stated(ini: Path, nc: Any, section: str, name: str) -> str:
+    try:
+        return nc.ini(str(ini)).find(section, name) or ""
+    except nc.error as error:
+        said = f"LinuxCNC's configuration {str(ini)!r} cannot be read: {error}"
+        raise _failed(said, "name it as `ini` in the link's table [linuxcnc.NAME]") from error
+
+
+def _failed(message: str, hint: str) -> TrueloopError:
+    return Code.CTL_LINUXCNC.refusal(message, hint=hint)

@@ -33,8 +33,7 @@ from trueloop.diagnosis.terms.separators import TermSet, separators, sets, with_
 from trueloop.diagnosis.terms.suspects import Residuals, Wrong, raw, with_order
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.estimate.grid import probabilities, shares
-from trueloop.machine.model.chain import Chain
-from trueloop.machine.model.names import ErrorName
+from trueloop.machine.model.chain import Chain, ErrorName
 from trueloop.machine.model.term import CONSTANT, Part
 
 PARTS: Final = 2

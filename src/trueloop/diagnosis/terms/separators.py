@@ -16,8 +16,8 @@ import numpy as np
 from trueloop.arrays import Array, Integers
 from trueloop.diagnosis.terms.question import Hypothesis, Posterior, Question, TakenOut, posterior, set_ups
 from trueloop.diagnosis.terms.suspects import Suspect, Wrong
+from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.model import State
-from trueloop.machine.model.names import ErrorName
 from trueloop.wording import wording
 
 WITHIN: Final = 0.995

@@ -19,10 +19,9 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers, by_content
-from trueloop.machine.model.chain import Chain
+from trueloop.machine.model.chain import Chain, ErrorName
 from trueloop.machine.model.kinematics import tool_in_work_mm
 from trueloop.machine.model.model import State, design
-from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term
 
 

@@ -17,8 +17,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.kernel import kernel
-from trueloop.formats.cad.loops import Loop, exchanged, loops_of, trimmed_face
-from trueloop.formats.cad.trim import Outline, outline_of
+from trueloop.formats.cad.loops import Loop, Outline, exchanged, loops_of, outline_of, trimmed_face
 from trueloop.geometry.surface import Surface
 
 STEP: Final = {".step", ".stp", ".p21"}

@@ -19,9 +19,8 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
 from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of, quantity_of, require_order
-from trueloop.formats.inspections.shared.text import beginning, number_in, read_decoded
-from trueloop.formats.inspections.shared.times import moment, order_of
-from trueloop.formats.inspections.tables.roles import LENGTH_MM, unit_named
+from trueloop.formats.inspections.shared.text import beginning, moment, number_in, order_of, read_decoded
+from trueloop.formats.inspections.tables.headings import LENGTH_MM, unit_named
 from trueloop.units import MM_PER_INCH
 
 UNITS: Final[Mapping[float, Unit]] = {1.0: "mm", MM_PER_INCH: "inch"}

@@ -8,10 +8,12 @@ The value stands in one of `diameter`, `radius`, `length`, `runout` with `_mm`, 
 length counts from; empty: the part's zero), `z_mm` and `x_mm` (a radius), `nominal`, `lower_limit`, `upper_limit` and
 `deviation` in the unit of the value, and what is in `STATED`. The latter also as comments `# key: value` above, for all
 rows. A row without a value was not measured. Separator and decimal comma as in every CSV file here.
+The sheet that a person fills in beside the part is such a file with an empty cell for each value.
 """
 
 import csv
 import difflib
+import io
 import math
 import re
 from collections import defaultdict
@@ -20,9 +22,9 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final, Literal, TypeAlias
 
-from trueloop.domain.characteristic import Quantity
+from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
@@ -282,3 +284,28 @@ def _statements(file: CsvFile) -> dict[str, tuple[str, int]]:
         if stated and key in KEYS:
             found[key] = stated[2], line
     return found
+
+
+SHEET_STATED: Final = ("serial", "instrument", "expanded_uncertainty_um", "operator", "measured_at", "temperature_c")
+"""Columns that may be stated once for all rows, as comments."""
+DECIMALS: Final = {"mm": 4, "inch": 5}
+
+
+def gauge_sheet_csv(planned: Sequence[Characteristic], unit: Literal["mm", "inch"] = "mm") -> str:
+    """Lengths and diameters as rows that `gauge_csv` reads once they have values; rows without are passed over."""
+    per, ending = (1.0, "mm") if unit == "mm" else (MM_PER_INCH, "in")
+
+    def number(value: float | None) -> str:
+        return "" if value is None else f"{value / per:.{DECIMALS[unit]}f}"
+
+    out = io.StringIO()
+    out.write("".join(f"# {key}:\n" for key in SHEET_STATED))
+    writer = csv.writer(out, lineterminator="\n")
+    limits = ("lower_limit", "upper_limit") if any(one.lower_limit or one.upper_limit for one in planned) else ()
+    writer.writerow(
+        ("characteristic", "feature", "from", "quantity", f"z_{ending}", "nominal", *limits, f"value_{ending}")
+    )
+    for one in planned:
+        row = (one.name, one.feature, one.other, one.quantity.value, number(one.at_z_mm), number(one.nominal))
+        writer.writerow((*row, *(number(getattr(one, name)) for name in limits), ""))
+    return out.getvalue()

@@ -23,8 +23,7 @@ from trueloop.formats.inspections.shared.checks import (
     stated_verdicts,
 )
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of, quantity_in, require_order
-from trueloop.formats.inspections.shared.text import NUMBER, beginning, number_in, read_decoded
-from trueloop.formats.inspections.shared.times import moment, order_of
+from trueloop.formats.inspections.shared.text import NUMBER, beginning, moment, number_in, order_of, read_decoded
 from trueloop.units import MM_PER_INCH
 
 COLUMNS: Final = {

@@ -19,8 +19,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
 from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of
-from trueloop.formats.inspections.shared.text import beginning, number_in, read_decoded
-from trueloop.formats.inspections.shared.times import moment, order_of
+from trueloop.formats.inspections.shared.text import beginning, moment, number_in, order_of, read_decoded
 from trueloop.units import MM_PER_INCH
 
 HEADING: Final = "Meas X Meas Y Nom X Nom Y Err X Err Y Meas D Nom D Round".lower().split()

@@ -19,12 +19,12 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.extras import install_command
 from trueloop.formats.input_file import read_text, readable
 from trueloop.formats.inspections.tables.header import role_of
-from trueloop.formats.inspections.tables.headings import plain
-from trueloop.formats.inspections.tables.roles import (
+from trueloop.formats.inspections.tables.headings import (
     LENGTH_MM,
     NORMAL,
     POINT,
     Role,
+    plain,
     unit_in_heading,
     unit_named,
     without_unit,

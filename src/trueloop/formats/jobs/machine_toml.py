@@ -41,12 +41,10 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from trueloop.errors import Code
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.toml_tables import Count, Finite, Located, Positive, Table, read_located
-from trueloop.machine.identify.choice import Choice
-from trueloop.machine.identify.form import Form
-from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain
+from trueloop.machine.identify.form import Choice, Form
+from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain, ErrorName, error_name
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine
-from trueloop.machine.model.names import ErrorName, error_name
 from trueloop.machine.model.structure import chain_of, five_axis_terms, frame_terms, mill_terms, turning_terms
 from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 

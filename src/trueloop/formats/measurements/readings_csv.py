@@ -37,10 +37,9 @@ from trueloop.formats.measurements.rows import (
     wrong_unit,
 )
 from trueloop.machine.identify.observations import Observations
-from trueloop.machine.model.chain import Axis, AxisKind, Chain
+from trueloop.machine.model.chain import COMPONENTS, Axis, AxisKind, Chain
 from trueloop.machine.model.history import Clock, History, logged, units_of
 from trueloop.machine.model.model import State
-from trueloop.machine.model.names import COMPONENTS
 from trueloop.machine.model.validity import outside
 from trueloop.units import MM_PER_INCH, UM_PER_MM, URAD_PER_RAD
 

@@ -13,10 +13,9 @@ from trueloop.errors import in_file
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.record_file import read_json
 from trueloop.machine.drift import DriftModel, Member
-from trueloop.machine.model.chain import Axis, AxisKind, Chain
+from trueloop.machine.model.chain import Axis, AxisKind, Chain, error_name
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Acceptance, Machine, MachineModel, Version
-from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Part, PositionBasis, Term
 from trueloop.machine.model.validity import require_in_force
 

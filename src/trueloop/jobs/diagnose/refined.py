@@ -14,8 +14,8 @@ from trueloop.jobs.diagnose.both import given_model
 from trueloop.jobs.diagnose.shaped import machine_of, machine_shape
 from trueloop.jobs.machine.machine_model import offer_model
 from trueloop.loops.diagnosis.left_on_parts import MachineDiagnosis
+from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.model.names import ErrorName
 from trueloop.machine.refine.guilty import Guilty
 from trueloop.machine.refine.left import LeftOnParts
 from trueloop.machine.refine.refine import refine, require_better

@@ -20,8 +20,7 @@ from trueloop.formats.tables.model_file import accepted_text, model_to_json, rea
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
 from trueloop.jobs.store.where import Choice, store_of
 from trueloop.jobs.user import user_name
-from trueloop.machine.identify.choice import Chosen
-from trueloop.machine.identify.form import fit_form
+from trueloop.machine.identify.form import Chosen, fit_form
 from trueloop.machine.identify.hold_out import HeldOut, hold_out
 from trueloop.machine.identify.identify import Identification
 from trueloop.machine.identify.judge_fit import require_agreement

@@ -17,7 +17,7 @@ from trueloop.domain.part import Part
 from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code
-from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
+from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv
 from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.offset import nose_centre_path

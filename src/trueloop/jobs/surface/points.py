@@ -15,8 +15,7 @@ from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.surface import Surface
-from trueloop.surface.deviations.points import MeasuredPoints
-from trueloop.surface.deviations.segment import on_face
+from trueloop.surface.deviations.points import MeasuredPoints, on_face
 from trueloop.surface.on_face import Trim
 from trueloop.surface.options import SurfaceOptions
 from trueloop.units import MM_PER_INCH

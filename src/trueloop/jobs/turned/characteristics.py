@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.jobs.curve_of_job import MM_PER
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.jobs.part_tables import CharacteristicTable
+from trueloop.formats.jobs.profile_of_job import MM_PER
 from trueloop.formats.toml_tables import Located
 from trueloop.geometry.profile import Profile
 from trueloop.tolerances import iso2768

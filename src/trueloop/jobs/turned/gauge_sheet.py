@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trueloop.domain.characteristic import Characteristic
-from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
+from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv
 from trueloop.formats.outputs import write_all
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.characteristics import characteristics_of

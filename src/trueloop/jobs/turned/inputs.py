@@ -11,8 +11,8 @@ from trueloop.domain.option import Limits
 from trueloop.domain.tool import Edge, Machine, Tool
 from trueloop.errors import Code, Place
 from trueloop.formats.jobs.correction_tables import CompensationTable, FeatureFitTable
-from trueloop.formats.jobs.curve_of_job import fit_notes
 from trueloop.formats.jobs.job import Job
+from trueloop.formats.jobs.profile_of_job import fit_notes
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
 from trueloop.formats.option_tables import options_from

@@ -13,7 +13,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.correction_tables import MachineTable
-from trueloop.formats.jobs.curve_of_job import fit_notes
+from trueloop.formats.jobs.profile_of_job import fit_notes
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.measurements.history_csv import read_history
 from trueloop.formats.option_tables import options_from

@@ -14,9 +14,8 @@ from trueloop.loops.turned.error_sources import FeatureSources, Share, Source
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.part_on_machine import CompMtg, PartOnMachine, Standing
 from trueloop.machine.model import model as machine_model
-from trueloop.machine.model.chain import Axis, AxisKind, Chain
+from trueloop.machine.model.chain import Axis, AxisKind, Chain, ErrorName
 from trueloop.machine.model.history import Lag
-from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import Part, PositionBasis, Term
 from trueloop.memory.expected import Expected
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature

@@ -1,19 +1,170 @@
-"""The intended form of a model, and the model of that form that readings give."""
+"""The intended form of a model, and the model of that form that readings give.
 
-from collections.abc import Sequence
+Signals are chosen among many one by one, each because blocks of data that were left out gain by it.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity
-from trueloop.machine.identify.choice import Choice, Chosen, choose_signals
-from trueloop.machine.identify.identify import Identification, identify, unknown_columns, weighted_rows
+from trueloop.machine.identify.identify import Identification, closed_rows, identify, unknown_columns, weighted_rows
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.identify.robust import orthonormal, without
+from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine
-from trueloop.machine.model.term import Term
+from trueloop.machine.model.term import Part, Term
+
+GAIN: Final = 0.05
+"""A sensor is taken when it lowers the mean square of what was left out by 5 %."""
+
+BLOCKS: Final = 6
+"""Blocks of consecutive readings where there are fewer than three runs: neighbours in time share their errors."""
+
+CONSTANTS: Final = 6
+"""Time constants at which a lag is tried, from bound to bound in equal ratios."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Signals among which an error's term may choose, `most` at the most."""
+
+    error: ErrorName
+    candidates: tuple[Part, ...]
+    most: int
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """One signal taken: RMS of the weighted readings left out, without and with it."""
+
+    error: ErrorName
+    signal: str
+    rms_without: float
+    rms_with: float
+
+
+def choose_signals(
+    machine: Machine, terms: Sequence[Term], choices: Sequence[Choice], readings: Observations, lags: Sequence[Lag]
+) -> tuple[tuple[Term, ...], tuple[Chosen, ...]]:
+    """Returns the terms with the signals chosen, and the gain for which each was chosen.
+
+    Forward the signal that helps most joins, until each term has its most, for two may help together where neither
+    does alone; then the one that is missed least is dropped again, until each that is left is missed. A lag is tried
+    at several constants; the right one is found when it joins.
+    """
+    if not choices:
+        return tuple(terms), ()
+    known, blocks = tuple(terms), _blocks(readings)
+    while trials := list(_trials(known, choices, lags)):
+        errors = [_left_out(machine, tried, readings, at, blocks) for tried, at in trials]
+        known, lags = trials[int(np.argmin(errors))]
+        lags = _refined(machine, known, readings, lags)
+    best = _left_out(machine, known, readings, lags, blocks)
+    while True:
+        fewer = list(_fewer(known, choices, terms))
+        constants = [_refined(machine, tried, readings, lags) for tried, _ in fewer]
+        errors = [
+            _left_out(machine, tried, readings, at, blocks) for (tried, _), at in zip(fewer, constants, strict=True)
+        ]
+        if not errors or min(errors) * (1 - GAIN) >= best:
+            rms = np.sqrt([*errors, best])
+            return known, tuple(
+                Chosen(*what, float(u), float(rms[-1])) for (_, what), u in zip(fewer, rms, strict=False)
+            )
+        least = int(np.argmin(errors))
+        known, lags, best = fewer[least][0], constants[least], errors[least]
+
+
+def _fewer(
+    known: tuple[Term, ...], choices: Sequence[Choice], terms: Sequence[Term]
+) -> Iterator[tuple[tuple[Term, ...], tuple[ErrorName, str]]]:
+    """Yields every model with one of the chosen signals less, and the signal taken away."""
+    given = {term.name: term.needs() for term in terms}
+    for choice in choices:
+        at = next(k for k, term in enumerate(known) if term.name == choice.error)
+        for signal in known[at].needs():
+            if signal not in given[choice.error]:
+                yield (*known[:at], _without(known[at], signal), *known[at + 1 :]), (choice.error, signal)
+
+
+def _without(term: Term, signal: str) -> Term:
+    return replace(term, parts=tuple(part for part in term.parts if part.signal != signal))
+
+
+def _refined(machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: Sequence[Lag]) -> list[Lag]:
+    """Refines the constants of the lags in use together: a sensor that does not matter would make up for a wrong
+    one.
+    """
+    found = {lag.name: lag for lag in identify(machine, terms, readings, lags=lags).model.lags}
+    return [found.get(lag.name, lag) for lag in lags]
+
+
+def _trials(
+    terms: tuple[Term, ...], choices: Sequence[Choice], lags: Sequence[Lag]
+) -> Iterator[tuple[tuple[Term, ...], Sequence[Lag]]]:
+    """Yields every model with one signal more: its terms, and the lags with the constant tried."""
+    for choice in choices:
+        at = next(k for k, term in enumerate(terms) if term.name == choice.error)
+        taken = terms[at].needs()
+        if sum(part.signal in taken for part in choice.candidates) >= min(choice.most, len(choice.candidates)):
+            continue
+        for part in choice.candidates:
+            assert part.signal is not None
+            if part.signal in taken:
+                continue
+            more = replace(terms[at], parts=(*terms[at].parts, part))
+            for tried in _lags_tried(part.signal, lags, any(part.signal in term.needs() for term in terms)):
+                yield (*terms[:at], more, *terms[at + 1 :]), tried
+
+
+def _lags_tried(signal: str, lags: Sequence[Lag], settled: bool) -> Iterator[Sequence[Lag]]:
+    lag = next((lag for lag in lags if lag.name == signal), None)
+    if lag is None or lag.between_s is None or settled:
+        yield lags
+        return
+    for constant in np.geomspace(*lag.between_s, CONSTANTS):
+        yield [replace(other, constant_s=float(constant)) if other is lag else other for other in lags]
+
+
+def _blocks(readings: Observations) -> list[NDArray[np.intp]]:
+    runs = np.unique(readings.run, return_inverse=True)[1]
+    if runs.max() >= 2:
+        return [np.flatnonzero(runs == run) for run in range(int(runs.max()) + 1)]
+    return [np.arange(a, b) for a, b in pairwise(np.linspace(0, len(readings), BLOCKS + 1).astype(int))]
+
+
+def _left_out(
+    machine: Machine,
+    terms: tuple[Term, ...],
+    readings: Observations,
+    lags: Sequence[Lag],
+    blocks: Sequence[NDArray[np.intp]],
+) -> float:
+    """Returns the mean square of the residual of each block from a model made from all others, in units of u."""
+    used = [lag for lag in lags if any(lag.name in term.needs() for term in terms)]
+    rows, values = closed_rows(machine, terms, readings.with_lags(used))
+    parts = [(rows[block].T @ rows[block], rows[block].T @ values[block]) for block in blocks]
+    normal, right = sum(part[0] for part in parts), sum(part[1] for part in parts)
+    total = 0.0
+    for block, (own_normal, own_right) in zip(blocks, parts, strict=True):
+        rest = values[block] - rows[block] @ _solved(normal - own_normal, right - own_right)
+        total += float(rest @ rest)
+    return total / len(values)
+
+
+def _solved(normal: Array, right: Array) -> Array:
+    """Solves normal equations, by least norm where they have several solutions; scaled, because units differ."""
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    solution: Array = np.linalg.lstsq(normal / np.outer(scale, scale), right / scale, rcond=1e-12)[0] / scale
+    return solution
+
 
 DETERMINED: Final = 1e-3
 """Share of a frame term's influence on the readings that no other term may have, for it to be taken."""

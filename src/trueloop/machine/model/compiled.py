@@ -14,10 +14,9 @@ import numpy as np
 from trueloop._core import MachineEvaluator
 from trueloop.arrays import Array
 from trueloop.errors import Code
-from trueloop.machine.model.chain import ZERO, Vector
+from trueloop.machine.model.chain import ZERO, ErrorName, Vector
 from trueloop.machine.model.kinematics import PROBE_MM, Influence, bed_to_work, influences
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import Signals, Term
 
 LINEAR = "XYZ"

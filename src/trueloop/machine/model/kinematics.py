@@ -24,8 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.machine.model.chain import Axis, AxisKind, Chain, Vector
-from trueloop.machine.model.names import ErrorName
+from trueloop.machine.model.chain import Axis, AxisKind, Chain, ErrorName, Vector
 
 Values = Mapping[ErrorName, Array | float]
 

@@ -10,10 +10,9 @@ import numpy as np
 
 from trueloop.arrays import Array, by_content
 from trueloop.errors import Code
-from trueloop.machine.model.chain import ZERO, Chain, Vector
+from trueloop.machine.model.chain import ZERO, Chain, ErrorName, Vector
 from trueloop.machine.model.history import Lag, moved_along
 from trueloop.machine.model.kinematics import exact_error_mm, influences
-from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import Signals, Term
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.model.chain import Axis, AxisKind, Chain
-from trueloop.machine.model.names import ErrorName, error_name
+from trueloop.machine.model.chain import Axis, AxisKind, Chain, ErrorName, error_name
 from trueloop.machine.model.term import Part, Term, segments
 
 SQUARENESS = ("EC0Y", "EB0Z", "EA0Z")

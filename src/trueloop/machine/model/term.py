@@ -20,7 +20,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code
-from trueloop.machine.model.names import ErrorName
+from trueloop.machine.model.chain import ErrorName
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers, by_content
 from trueloop.errors import Code
+from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.model import MachineModel, State
-from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import Term
 
 PLACES = 5

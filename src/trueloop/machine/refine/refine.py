@@ -7,11 +7,10 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code
+from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.model.names import ErrorName
-from trueloop.machine.refine.guilty import Guilty
+from trueloop.machine.refine.guilty import Guilty, Updated, guilty_ones, update
 from trueloop.machine.refine.left import Change, LeftOnParts, changes
-from trueloop.machine.refine.update import Updated, guilty_ones, update
 from trueloop.statistics import rms
 from trueloop.wording import Um, Wording, wording
 

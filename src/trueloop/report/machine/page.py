@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from trueloop.machine.identify.choice import Chosen
+from trueloop.machine.identify.form import Chosen
 from trueloop.machine.identify.hold_out import HeldOut
 from trueloop.machine.identify.identify import Identification
 from trueloop.machine.identify.observations import Observations

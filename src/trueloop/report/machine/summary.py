@@ -6,7 +6,7 @@ from math import degrees, isnan
 
 from trueloop.diagnosis.components import Components, FrameDiscrepancy
 from trueloop.machine.drift import DriftModel, DriftRun, DriftTest
-from trueloop.machine.identify.choice import Chosen
+from trueloop.machine.identify.form import Chosen
 from trueloop.machine.identify.hold_out import HeldOut
 from trueloop.machine.identify.identify import Identification
 from trueloop.machine.model.history import Lag

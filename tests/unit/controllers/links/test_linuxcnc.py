@@ -10,8 +10,8 @@ import pytest
 from scripts.running_lathe import LONGEST_S, RunningLathe, running_lathe
 from tests.support.refusals import refused
 from tests.support.tool_tables import LINUXCNC
+from trueloop.controllers.links.folder import linuxcnc_busy, linuxcnc_reads
 from trueloop.controllers.links.link import Busy
-from trueloop.controllers.links.linuxcnc import linuxcnc_busy, linuxcnc_reads
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
 from trueloop.errors import Code
 

@@ -6,8 +6,15 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from trueloop.domain.inspection import Vector
-from trueloop.formats.inspections.dmis.settings import FIRST, Settings, decimals_in, degrees_of, is_number, number_of
-from trueloop.formats.inspections.dmis.words import Words
+from trueloop.formats.inspections.dmis.words import (
+    FIRST,
+    Settings,
+    Words,
+    decimals_in,
+    degrees_of,
+    is_number,
+    number_of,
+)
 
 Side = Literal["", "inner", "outer"]
 Some = tuple[float | None, float | None, float | None]

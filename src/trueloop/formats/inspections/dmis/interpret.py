@@ -8,18 +8,21 @@ from typing import Final
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.dmis.features import WORDS, Feature, feature_of
 from trueloop.formats.inspections.dmis.runs import Actual, Found, Heading, Notes, Run, shared, with_date, with_time
-from trueloop.formats.inspections.dmis.settings import (
+from trueloop.formats.inspections.dmis.tolerances import BETWEEN, Result, Tolerance, result_of, tolerance_of
+from trueloop.formats.inspections.dmis.words import (
     FIRST,
     PLANES,
     Frame,
     Settings,
+    Words,
     degrees_of,
     is_number,
+    key_of,
+    label_in,
     number_of,
+    unquoted,
     with_units,
 )
-from trueloop.formats.inspections.dmis.tolerances import BETWEEN, Result, Tolerance, result_of, tolerance_of
-from trueloop.formats.inspections.dmis.words import Words, key_of, label_in, unquoted
 
 ORIGINS: Final = {"XORIG": 0, "YORIG": 1, "ZORIG": 2}
 TURNED_ABOUT: Final = {"XAXIS": 0, "YAXIS": 1, "ZAXIS": 2}

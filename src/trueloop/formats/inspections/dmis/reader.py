@@ -22,9 +22,8 @@ from trueloop.errors import Code
 from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.dmis.interpret import Interpreter, announced_in
 from trueloop.formats.inspections.dmis.runs import Notes, Run
-from trueloop.formats.inspections.dmis.settings import LENGTHS_MM, settings_from
 from trueloop.formats.inspections.dmis.values import characteristics_of, quantity_is_size, values_of
-from trueloop.formats.inspections.dmis.words import Words, label_in, words_of
+from trueloop.formats.inspections.dmis.words import LENGTHS_MM, Words, label_in, settings_from, words_of
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated, Unit
 from trueloop.formats.inspections.shared.text import HINT, decoded
 

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from trueloop.domain.characteristic import Quantity
-from trueloop.formats.inspections.dmis.settings import Settings, decimals_in, is_number, number_of
-from trueloop.formats.inspections.dmis.words import Words, unquoted
+from trueloop.formats.inspections.dmis.words import Settings, Words, decimals_in, is_number, number_of, unquoted
 
 Verdict = Literal["", "in", "out"]
 

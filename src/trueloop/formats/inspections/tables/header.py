@@ -8,8 +8,17 @@ from typing import Final
 
 from trueloop.formats.inspections.shared.text import NUMBER
 from trueloop.formats.inspections.tables.grid import SAMPLE, Row, is_empty
-from trueloop.formats.inspections.tables.headings import ENDS, IN_DOUBT, KNOWN, PARTNERS, plain
-from trueloop.formats.inspections.tables.roles import LENGTHS, Role, unit_named, without_unit
+from trueloop.formats.inspections.tables.headings import (
+    ENDS,
+    IN_DOUBT,
+    KNOWN,
+    LENGTHS,
+    PARTNERS,
+    Role,
+    plain,
+    unit_named,
+    without_unit,
+)
 
 BELOW: Final = 12
 """Rows under a heading that are looked at."""

@@ -13,8 +13,8 @@ from pydantic import Field
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Unit
 from trueloop.formats.inspections.shared.quantities import Deviation, LowerTolerance
-from trueloop.formats.inspections.shared.times import Order
-from trueloop.formats.inspections.tables.roles import POINT, Role
+from trueloop.formats.inspections.shared.text import Order
+from trueloop.formats.inspections.tables.headings import POINT, Role
 from trueloop.formats.toml_tables import Count, Table, read_tables
 
 HINT: Final = "docs/measurements.md, 'Tables by mapping'; `trueloop measure map FILE` writes one from the headings"

@@ -21,13 +21,16 @@ from trueloop.formats.inspections.tables.headings import (
     IGNORED,
     IN_DOUBT,
     KNOWN,
+    LIMITS,
+    NUMBERS,
+    POINT,
     SIZES,
     SUMMARIES,
+    Role,
     names_in,
     plain,
 )
 from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLabels, check, map_command
-from trueloop.formats.inspections.tables.roles import LIMITS, NUMBERS, POINT, Role
 
 LOOKED_AT: Final = 200
 """Rows whose cells separate numbers from texts, and limits from tolerances."""

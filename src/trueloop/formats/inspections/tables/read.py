@@ -15,7 +15,8 @@ from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Rem
 from trueloop.formats.inspections.shared.text import beginning, read_decoded
 from trueloop.formats.inspections.tables.grid import Grid, grid_of_text, is_workbook, sheets_of
 from trueloop.formats.inspections.tables.header import Header, find_header, header_at, score
-from trueloop.formats.inspections.tables.long import Long, long_of
+from trueloop.formats.inspections.tables.headings import NOMINAL_POINT, NORMAL, POINT, Role
+from trueloop.formats.inspections.tables.long import Long, length_factor, lengths_of, long_of, numbers_of
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.mapping import map_command, read_mapping, require_columns
 from trueloop.formats.inspections.tables.propose import propose
@@ -26,9 +27,7 @@ from trueloop.formats.inspections.tables.readings import (
     unit_of_title,
     with_readings,
 )
-from trueloop.formats.inspections.tables.roles import NOMINAL_POINT, NORMAL, POINT, Role
 from trueloop.formats.inspections.tables.sizes import sizes_of
-from trueloop.formats.inspections.tables.values import length_factor, lengths_of, numbers_of
 from trueloop.units import MM_PER_INCH
 
 

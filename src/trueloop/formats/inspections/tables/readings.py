@@ -16,15 +16,13 @@ from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.measured_file import MeasuredFile, Remark, Unit
 from trueloop.formats.inspections.shared.checks import filled_in, numbered, stated_deviations, stated_verdicts
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of
-from trueloop.formats.inspections.shared.times import moment, order_of
+from trueloop.formats.inspections.shared.text import moment, order_of
 from trueloop.formats.inspections.tables.grid import Grid, is_empty
 from trueloop.formats.inspections.tables.header import Header
-from trueloop.formats.inspections.tables.headings import KNOWN, plain
-from trueloop.formats.inspections.tables.long import Long
+from trueloop.formats.inspections.tables.headings import KNOWN, LENGTH_MM, POINT, Role, plain, unit_stated_in
+from trueloop.formats.inspections.tables.long import Long, lengths_of, numbers_of
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
-from trueloop.formats.inspections.tables.roles import LENGTH_MM, POINT, Role, unit_stated_in
 from trueloop.formats.inspections.tables.sizes import Sizes, sizes_of
-from trueloop.formats.inspections.tables.values import lengths_of, numbers_of
 from trueloop.units import MM_PER_INCH
 
 TITLES: Final = (Role.PART, Role.SERIAL, Role.DATE, Role.TIME, Role.OPERATOR, Role.DEVICE)

@@ -22,12 +22,9 @@ from trueloop.formats.inspections.shared.quantities import (
     quantity_in,
     quantity_of,
 )
-from trueloop.formats.inspections.tables.headings import names_in, plain
-from trueloop.formats.inspections.tables.long import Long
-from trueloop.formats.inspections.tables.mapping import HINT, map_command
-from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
-from trueloop.formats.inspections.tables.roles import LENGTHS, Role, unit_named
-from trueloop.formats.inspections.tables.values import (
+from trueloop.formats.inspections.tables.headings import LENGTHS, Role, names_in, plain, unit_named
+from trueloop.formats.inspections.tables.long import (
+    Long,
     Numbers,
     factor_of,
     no_unit,
@@ -35,6 +32,8 @@ from trueloop.formats.inspections.tables.values import (
     tolerances_of,
     unit_of_cells,
 )
+from trueloop.formats.inspections.tables.mapping import HINT, map_command
+from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 
 NEVER_NEGATIVE: Final = (Quantity.FORM, Quantity.RUNOUT)
 GOOD: Final = frozenset(
