@@ -540,6 +540,7 @@ def test_what_leaves_positions_as_they_are_stops_no_correction(
         ("heidenhain", PLATE + "2 CYCL DEF 11.1 SCL 0.99\n", "SCL"),
         ("heidenhain", PLATE + "2 PLANE SPATIAL SPA+0 SPB+0 SPC+0 MOVE ABST50 F1000\n", "PLANE"),
         ("heidenhain", PLATE + "2 TOOL CALL 2 Z\n3 L X+9 F9\n", "Z has no position"),
+        ("heidenhain", PLATE + "2 L X+5 RL F9\n3 DEP LT LEN5\n4 L X+9 FMAX\n5 L Z-1\n", "Y has no position"),
         ("siemens", HEAD + "ROT Z=R0\nG1 X2\n", "ROT"),
         ("heidenhain", PLATE + "2 CYCL DEF 19.1 A+0.00000000 B+0.00000000 C+0.5\n", "19.1"),
         ("siemens", HEAD + "ASCALE X0\nG1 X2\n", "ASCALE"),
@@ -555,3 +556,33 @@ def test_what_turns_positions_or_takes_an_axis_away_stops_it(
     with pytest.raises(TrueloopError) as refused:
         mapped(tmp_path, text, SHIFT, dialect)
     assert words in refused.value.message
+
+
+LED = """BEGIN PGM A MM
+TOOL CALL 1 Z S4000
+L X-90 Y-80 R0 FMAX
+L Z-5 R0 F1000 M3
+APPR LCT X+5 Y+6 R5 RL F300
+L X+6 Y+9
+DEP LCT X-80 Y+70 R5 F1000
+L Z+2 FMAX
+END PGM A MM
+"""
+
+
+def test_the_way_to_a_contour_is_the_control_s_and_not_divided(tmp_path: Path) -> None:
+    """120 mm through a field that bends: the points that the blocks name are displaced, and no block is added. The
+    field is worked out here."""
+    text, _ = mapped(tmp_path, LED, MIXED, "heidenhain")
+    lines = [line for line in text.splitlines() if line.startswith(("APPR", "L X+", "DEP"))]
+    assert len(lines) == 3
+    for line, head, tail, (x, y) in zip(
+        lines,
+        ("APPR LCT ", "L ", "DEP LCT "),
+        (" R5 RL F300", "", " R5 F1000"),
+        ((5.0, 6.0), (6.0, 9.0), (-80.0, 70.0)),
+        strict=True,
+    ):
+        named = line.removeprefix(head).removesuffix(tail).split()
+        ends = [float(word.lstrip("XYZ")) for word in named[:2]]
+        assert ends == pytest.approx([x + 0.03 * np.sin(y / 30), y + 0.02 * np.cos(x / 25)], abs=STEP_MM)

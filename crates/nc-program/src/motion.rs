@@ -84,7 +84,8 @@ impl Runner<'_> {
         self.state.switched &= !self.moves_in_plane(request);
         self.emit(kind, end, words);
         let of_arcs: &[u8] = if kind == MoveKind::Thread { b"R" } else { b"RIJK" };
-        if let Some(letter) = of_arcs.iter().find(|letter| request.get(**letter).is_some()) {
+        let own_way = request.codes().iter().any(|(code, _)| matches!(code, G::Approach | G::Leave(_)));
+        if let Some(letter) = of_arcs.iter().find(|letter| !own_way && request.get(**letter).is_some()) {
             let word = request.word(*letter);
             if self.program.dialect().flow == FlowStyle::None
                 && request.codes().iter().any(|(code, _)| matches!(code, G::Compensation(_)))

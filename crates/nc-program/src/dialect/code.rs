@@ -127,6 +127,10 @@ pub enum G {
     Mirror(bool),
     /// Ends that.
     EndMirror,
+    /// Goes to the first point of a contour, on a way of the control's own.
+    Approach,
+    /// Leaves a contour so and ends compensation: to the point that the block names, or to one that follows from the contour.
+    Leave(bool),
     /// Turns, scales or mirrors what follows; without influence where its values are those of a reset.
     Turn,
     /// The same, which takes shifts away, too.

@@ -54,7 +54,7 @@ fn in_machine(code: G) -> bool {
 fn is_cycle(code: G) -> bool {
     matches!(code, G::FinishContour | G::RoughContour(_) | G::TurningCycle | G::Thread | G::Groove(_) | G::Profile(_))
         || matches!(code, G::Lap(_) | G::Removal(_) | G::HoleCycle(_) | G::ModalCycle | G::CallCycle | G::CallCycleAt)
-        || matches!(code, G::Pattern(_) | G::CallMacro | G::ModalMacro)
+        || matches!(code, G::Pattern(_) | G::CallMacro | G::ModalMacro | G::Leave(false))
 }
 
 impl Runner<'_> {
@@ -92,6 +92,7 @@ impl Runner<'_> {
                 self.call_cycle(request, self.path.len() > before);
             }
             G::DiameterByWord => self.diameter_by_word(request),
+            G::Leave(_) => self.leave_contour(word),
             G::Rotate => self.rotate(request, word),
             G::Scale => self.scale(request, word),
             G::Mirror(at_zero) => self.mirror(request, at_zero, word),
@@ -141,6 +142,9 @@ impl Runner<'_> {
             let code = &if self.names_further_offset(request, *code) { G::ExtendedOffset } else { *code };
             if let G::Compensation(side) | G::CompensationGiven(side) = *code {
                 self.compensate(request, side, *code == G::CompensationGiven(side), *word as i32);
+            }
+            if let G::Leave(_) = *code {
+                self.compensate(request, Compensation::Off, false, *word as i32);
             }
             match *code {
                 G::Dwell => {
@@ -278,6 +282,10 @@ impl Runner<'_> {
             G::DefineCycle(cycle) => self.define_cycle(cycle, word),
             G::CycleLine => self.cycle_line(word),
             G::CallCycleAt => modal.motion = Motion::Line,
+            G::Approach | G::Leave(true) => {
+                modal.motion = Motion::Line;
+                self.note_opaque(word, "the way to or from the contour is drawn as a straight line");
+            }
             G::SystemData => self.forget_read(word),
             G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
             G::OpaqueMode => self.unfollowed(word),
@@ -341,6 +349,16 @@ impl Runner<'_> {
         };
         let by_p = self.program.dialect().rules.offset_by_p && code == G::WorkOffset(1) && request.any(b"P");
         by_p && request.jump == Jump::None && !request.codes().iter().any(|(code, _)| own(*code))
+    }
+
+    /// DEP without coordinates: in the plane the tool stands where the contour, and its radius, put it.
+    fn leave_contour(&mut self, word: i32) {
+        self.note_opaque(
+            word,
+            "the way from the contour is not in the path; the next cut has to name both axes of the plane",
+        );
+        let third = self.state.modal.plane.axes().2;
+        self.state.frame.rename([0, 1, 2].map(|axis| axis != third));
     }
 
     /// G10.9: words on X are diameters or radii from here on.

@@ -261,6 +261,7 @@ fn is_neutral(text: &str) -> bool {
         let same = match (&text[at..value], found) {
             ("", _) => !bytes[at].is_ascii_digit(),
             ("F", Some(_)) | ("STAY" | "TURN" | "SEQ" | "FMAX", None) => true,
+            ("TABLE" | "COORD" | "ROT", None) => text.starts_with('P'),
             (name, Some((given, _))) => !mirrors && given == neutral && !adds(name) && !other(name),
             _ => false,
         };
