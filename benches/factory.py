@@ -19,7 +19,6 @@ from typing import Any, Final
 from sqlalchemy import insert, text
 
 from tests.support.factory import AT, ENGINEER, PLAN, SHA, keep_programs
-from trueloop.cli.serve import HELD_OPEN
 from trueloop.domain.factory import FactKind, PartState, Run, RunFact
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.tool import Machine
@@ -40,7 +39,7 @@ TOLD: Final = (FactKind.SENT, FactKind.VERIFIED, FactKind.STARTED, FactKind.ENDE
 def main(parts: int = 100_000, place: str = "") -> None:
     """Fill a store, then time."""
     with tempfile.TemporaryDirectory() as name:
-        store = open_store(place or Path(name) / "trueloop.db", create=True, held_open=HELD_OPEN)
+        store = open_store(place or Path(name) / "trueloop.db", create=True)
         began = time.perf_counter()
         fill(store, parts)
         print(f"{parts} parts in {time.perf_counter() - began:.0f} s, {store.engine.dialect.name}\n")

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from trueloop.server.settings import Settings
 
 SECRET: Final = "TRUELOOP_OIDC_SECRET"
-HELD_OPEN: Final = 16
-"""Connections to a store in a file that stay open: opening one costs as much as reading a part's life."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,7 +157,7 @@ def serve(
     elif db is None and not Path(BESIDE).exists():
         made(BESIDE).close()
         typer.echo(f"made the store {BESIDE}", err=True)
-    store = opened(db, held_open=HELD_OPEN)
+    store = opened(db)
 
     def ready(at: str, first: str) -> None:
         typer.echo(f"serving {store.where} at {at}")

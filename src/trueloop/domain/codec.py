@@ -97,16 +97,19 @@ class Codec:
         except (ValueError, RecursionError) as wrong:
             raise _refused(f"{wrong}", WHOLE) from wrong
 
-    def plain(self, value: object) -> Plain:
+    def plain(self, value: Any) -> Plain:
         """Converts a value to what `json` writes."""
+        kind = type(value)
+        if kind in _AS_IT_IS and (kind is not float or math.isfinite(value)):  # the most frequent first
+            return value
+        if isinstance(value, tuple) and not isinstance(value, Enum):
+            return [self.plain(one) for one in value]
         if isinstance(value, Enum) or is_dataclass(value):
             return self._plain_of_registered(value)
-        if value is None or isinstance(value, bool | int | str):
+        if isinstance(value, bool | int | str):
             return value
         if isinstance(value, float):
             return float(value) if math.isfinite(value) else {TAG: "number", "value": repr(float(value))}
-        if isinstance(value, tuple):
-            return [self.plain(one) for one in value]
         return self._plain_of_mapping(value) if isinstance(value, Mapping) else self._plain_of_other(value)
 
     def value(self, plain: Plain, kind: type[T]) -> T:
@@ -138,7 +141,9 @@ class Codec:
         if isinstance(value, list):
             return {TAG: "list", "items": [self.plain(one) for one in value]}
         if isinstance(value, np.ndarray) and ARRAYS.fullmatch(value.dtype.name):
-            elements = [self.plain(one) for one in value.ravel().tolist()]
+            elements = value.ravel().tolist()
+            if value.dtype.kind == "f" and not np.all(np.isfinite(value)):
+                elements = [self.plain(one) for one in elements]
             return {TAG: "array", "of": value.dtype.name, "shape": list(value.shape), "values": elements}
         if isinstance(value, np.bool_ | np.integer):
             return value.item()
@@ -202,8 +207,11 @@ def _array(inner: dict[str, Plain]) -> NDArray[Any]:
     if not ARRAYS.fullmatch(inner["of"]):
         raise ValueError(f"an array of {inner['of']!r}")
     kind = np.dtype(inner["of"])
-    values = [one if isinstance(one, int | float) else _number(one) for one in inner["values"]]
-    if kind.kind != "f" and not all(type(one) is (bool if kind.kind == "b" else int) for one in values):
+    values = inner["values"]
+    of_json = {float, int, bool} if kind.kind == "f" else {bool} if kind.kind == "b" else {int}
+    if kind.kind == "f" and dict in map(type, values):
+        values = [_number(one) if isinstance(one, dict) else one for one in values]
+    if not of_json.issuperset(map(type, values)):
         raise ValueError(f"an element that is no {inner['of']}")
     array = np.array(values, dtype=kind).reshape([int(n) for n in inner["shape"]])
     array.setflags(write=False)  # a decoded value may be given to several readers

@@ -16,7 +16,7 @@ from urllib.parse import quote
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
-from sqlalchemy.pool import NullPool, StaticPool
+from sqlalchemy.pool import StaticPool
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.extras import install_command
@@ -94,6 +94,8 @@ WRITING: Final = "trueloop_writing"
 _TURN: Final = 0x7472_6C70
 """The number of PostgreSQL's advisory lock by which writers take turns."""
 _SQLITE: Final = ("PRAGMA foreign_keys = ON", "PRAGMA recursive_triggers = ON", "PRAGMA synchronous = FULL")
+HELD_OPEN: Final = 16
+"""Connections to a file that stay open between transactions: opening one costs as much as reading a part's life."""
 _REACHED_S: Final = 10
 """How long to wait for a server that does not answer."""
 
@@ -117,22 +119,21 @@ def url_of(where: str | Path) -> URL:
     raise _no_store(shown(text))
 
 
-def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool, held_open: int = 0) -> Engine:
-    """Creates the engine, not yet connected. Raises STO-FILE where there is no such file, STO-DRIVER without psycopg.
-
-    `held_open`: the number of connections to a file that stay open between transactions, for programs with many.
+def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool) -> Engine:
+    """Creates the engine, not yet connected. Raises STO-FILE where there is no such file, STO-DRIVER without
+    psycopg.
     """
     if url.get_backend_name() == "postgresql":
         return _postgresql(url, wait_s, read_only)
     if url.database in (None, "", ":memory:"):
         engine = create_engine("sqlite://", poolclass=StaticPool, connect_args={"check_same_thread": False})
     else:
-        engine = _sqlite_file(url, create, read_only, held_open)
+        engine = _sqlite_file(url, create, read_only)
     _set_up_sqlite(engine, wait_s)
     return engine
 
 
-def _sqlite_file(url: URL, create: bool, read_only: bool, held_open: int) -> Engine:
+def _sqlite_file(url: URL, create: bool, read_only: bool) -> Engine:
     path = Path(str(url.database))
     try:
         usable = stat.S_ISREG(path.stat().st_mode)
@@ -149,9 +150,7 @@ def _sqlite_file(url: URL, create: bool, read_only: bool, held_open: int) -> Eng
     def connect() -> sqlite3.Connection:
         return sqlite3.connect(uri, uri=True, check_same_thread=False)
 
-    if held_open:
-        return create_engine(url, creator=connect, pool_size=held_open, max_overflow=-1)
-    return create_engine(url, creator=connect, poolclass=NullPool)
+    return create_engine(url, creator=connect, pool_size=HELD_OPEN, max_overflow=-1)
 
 
 def _set_up_sqlite(engine: Engine, wait_s: float) -> None:

@@ -83,21 +83,19 @@ def open_store(
     codec: Codec | None = None,
     read_only: bool = False,
     wait_s: float = WAIT_S,
-    held_open: int = 0,
     unmade: bool = False,
 ) -> Store:
     """Opens the store in a SQLite file, or at the URL of a PostgreSQL database.
 
     `create` makes one in a new file or an empty database. A file of an older schema is migrated, in one transaction;
     a database that others share only with `create`. `wait_s`: how long a call waits for another program that writes;
-    `held_open`: how many connections to a file stay open, for a program with frequent requests; `unmade`: in memory,
-    until `Store.made` makes the file.
+    `unmade`: in memory, until `Store.made` makes the file.
     Raises STO-FILE, STO-SCHEMA, STO-BUSY, STO-WRITE, STO-DRIVER.
     """
     url = url_of(where)
     name = url.database if url.get_backend_name() == "sqlite" else ""
     opened = url_of("sqlite://") if unmade else url
-    engine = engine_of(opened, wait_s, create=create, read_only=read_only, held_open=held_open)
+    engine = engine_of(opened, wait_s, create=create, read_only=read_only)
     store = Store(engine, codec or values.CODEC.with_more(Correction), name or shown(str(where)), unmade)
     weakref.finalize(store, engine.dispose)  # commands end without closing it; PostgreSQL's connections are held open
     try:

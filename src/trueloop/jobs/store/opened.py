@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 NO_STORE: Final = "make one by `trueloop db init`, or name one by --db"
 
 
-def opened(db: Choice, *, read_only: bool = False, held_open: int = 0) -> "Store":
+def opened(db: Choice, *, read_only: bool = False) -> "Store":
     """Opens the requested store, else `trueloop.db` in the present folder. Raises STO errors."""
     from trueloop.jobs.store.codec import store_codec
     from trueloop.storage.store import open_store
 
-    return open_store(_place(db), codec=store_codec(), read_only=read_only, held_open=held_open)
+    return open_store(_place(db), codec=store_codec(), read_only=read_only)
 
 
 def _place(db: Choice) -> str:
