@@ -48,15 +48,11 @@ impl Runner<'_> {
     /// cycles 8, 10, 11 and 26 of Klartext set one of the four.
     pub(crate) fn turn_frame(&mut self, anew: bool, word: i32) {
         let text = self.whole_text(word);
-        let neutral = is_neutral(&text);
         if self.program.dialect().flow == FlowStyle::Labels {
-            return self.turn_by_cycle(&text, neutral, word);
+            return self.turn_by_cycle(&text, word);
         }
-        let linear = if neutral { None } else { self.linear_of(&text, word) };
-        if linear.is_none() && !neutral {
-            return self.unfollowed(word);
-        }
-        let linear = linear.and_then(Linear::unless_none);
+        let Some(linear) = self.linear_of(&text, word) else { return self.unfollowed(word) };
+        let linear = linear.unless_none();
         let changes = linear.is_some() || anew && self.state.frame.parts[0].is_some();
         if changes && self.refuses_new_frame(word) {
             return;
@@ -73,18 +69,17 @@ impl Runner<'_> {
 
     /// The turn, mirror or scaling in the plane that a word of Sinumerik states; `None` for any other.
     fn linear_of(&mut self, text: &str, word: i32) -> Option<Linear> {
-        let head = text.find(|letter: char| !letter.is_ascii_alphabetic())?;
+        let head = text.find(|letter: char| !letter.is_ascii_alphabetic()).unwrap_or(text.len());
         let (name, plane) = (text[..head].trim_start_matches('A').to_owned(), self.state.modal.plane);
         let values = self.named_values(word, head)?;
         let axis = |name: &str| AXES.iter().position(|letter| name.as_bytes() == [*letter]);
         match name.as_str() {
-            "ROT" => {
-                let mut angle = 0.0;
+            "ROT" | "ROTS" => {
+                let (mut angle, is_solid) = (0.0, name == "ROTS");
                 for (name, value) in &values {
                     match axis(name) {
-                        _ if name == "RPL" => angle += value,
-                        Some(about) if about == plane.axes().2 => angle += value,
                         Some(_) if *value == 0.0 => {}
+                        about if !is_solid && (name == "RPL" || about == Some(plane.axes().2)) => angle += value,
                         _ => return None,
                     }
                 }
@@ -127,13 +122,13 @@ impl Runner<'_> {
 
     /// Cycles 8 (mirror), 10 (turn) and 11 (scale) about the datum, 26 (scale axes) about its own centre, each in the place
     /// of the one before; planes only where they turn nothing.
-    fn turn_by_cycle(&mut self, text: &str, neutral: bool, word: i32) {
+    fn turn_by_cycle(&mut self, text: &str, word: i32) {
         let part = ["DEF 8.", "DEF 11.", "DEF 10.", "DEF 26."].iter().position(|name| text.contains(name));
         let head = text.find(".1").map_or(text.len(), |at| at + 2);
-        let linear = part.filter(|_| !neutral).and_then(|part| self.linear_of_cycle(part, text, head, word));
+        let linear = part.and_then(|part| self.linear_of_cycle(part, text, head, word));
         match part {
-            Some(part) if neutral || linear.is_some() => self.set_part(part, linear, word),
-            None if neutral => {}
+            Some(part) if linear.is_some() => self.set_part(part, linear, word),
+            None if leaves_plane(text) => {}
             _ => self.unfollowed(word),
         }
     }
@@ -158,6 +153,9 @@ impl Runner<'_> {
                     .map_or(0.0, |turn| turn.matrix[second][first].atan2(turn.matrix[first][first]).to_degrees());
                 // The control's step is coarser: an angle and its opposite are none.
                 Some(Linear::turn(plane, ((before + angle) * 1e9).round() / 1e9, [0.0; 3]))
+            }
+            [(name, factor)] if part == SCALES && name == "SCL" && *factor == 1.0 => {
+                Some(Linear::scaled([1.0; 3], [0.0; 3]))
             }
             [(name, factor)] if part == SCALES && name == "SCL" && *factor > 0.0 => {
                 let mut factors = [*factor; 3];
@@ -235,23 +233,13 @@ impl Runner<'_> {
     }
 }
 
-/// Whether a code that turns, scales or mirrors what follows has no axis, or leaves all of them as they are.
-fn is_neutral(text: &str) -> bool {
-    if text.contains("SPATIAL") && !text.contains("STAY") && !text.contains("TURN") {
-        return false; // the way of the axes to that place is not stated
+/// Whether cycle 19 or PLANE SPATIAL leaves the plane as it is, every angle 0, and states the way of the axes to it.
+fn leaves_plane(text: &str) -> bool {
+    let spatial = text.find("SPATIAL");
+    if spatial.is_some() && !text.contains("STAY") && !text.contains("TURN") {
+        return false;
     }
-    let mirrors = text.contains("MIRROR") || text.contains("DEF 8.");
-    let neutral =
-        if text.contains("SCALE") || text.contains("DEF 11.") || text.contains("DEF 26.") { 1.0 } else { 0.0 };
-    let after = |end: &str| text.find(end).map(|at| at + end.len());
-    let head = match text.as_bytes() {
-        [b'C', ..] => after(".1"),
-        [b'P', ..] => after("SPATIAL"),
-        _ => text.find(|letter: char| !letter.is_ascii_alphabetic()),
-    };
-    // An increment of nothing leaves the turn before it.
-    let adds = |name: &str| text.starts_with('C') && name.starts_with('I');
-    let other = |name: &str| text.contains("DEF 10.") && name != "ROT";
+    let head = spatial.map_or_else(|| text.find(".1").map(|at| at + 2), |at| Some(at + "SPATIAL".len()));
     let (bytes, mut at) = (text.as_bytes(), head.unwrap_or(text.len()));
     while at < bytes.len() {
         let letters = bytes[at..].iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
@@ -260,9 +248,9 @@ fn is_neutral(text: &str) -> bool {
         let found = Some(letters).filter(|letters| *letters > 0).and_then(|_| number::read(bytes, value + blanks));
         let same = match (&text[at..value], found) {
             ("", _) => !bytes[at].is_ascii_digit(),
-            ("F", Some(_)) | ("STAY" | "TURN" | "SEQ" | "FMAX", None) => true,
-            ("TABLE" | "COORD" | "ROT", None) => text.starts_with('P'),
-            (name, Some((given, _))) => !mirrors && given == neutral && !adds(name) && !other(name),
+            ("F", Some(_)) | ("STAY" | "TURN" | "SEQ" | "FMAX" | "TABLE" | "COORD" | "ROT", None) => true,
+            // An increment of nothing leaves the turn before it.
+            (name, Some((given, _))) => given == 0.0 && !name.starts_with('I'),
             _ => false,
         };
         if !same {
