@@ -69,6 +69,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+@pytest.fixture
+def tmp_path(tmp_path: Path) -> Path:
+    """A folder whose neighbours are of this test too: corrections are looked for in folders near a job."""
+    folder = tmp_path / "job"
+    folder.mkdir()
+    return folder
+
+
 @pytest.fixture(scope="session")
 def server() -> Iterator[postgresql.Server]:
     """PostgreSQL, started once by each process of tests: its folder alone takes a second to make."""

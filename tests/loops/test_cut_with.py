@@ -215,6 +215,36 @@ def test_it_is_asked_for_wherever_the_outputs_are(tmp_path: Path, first: str, se
     assert itself.value.code is Code.CMP_CUT_WITH and "this very measurement" in itself.value.message
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "program"),
+    [("part1", "part2", "f.nc"), ("jobs/11/part1", "jobs/12/part2", "../../../nc/f.nc")],
+)
+def test_it_is_asked_for_where_a_job_in_another_folder_corrected_the_program(
+    tmp_path: Path, first: str, second: str, program: str
+) -> None:
+    """Each job has a folder and a store of its own; the program is a copy beside each, or one file of all."""
+
+    def corrected(part: int, folder: Path, errors_mm: tuple[float, ...], programs: str = "") -> Done:
+        folder.mkdir(parents=True, exist_ok=True)
+        correct(folder, part, errors_mm, "contour", 'cut_with = "given"')  # writes the job
+        shutil.rmtree(folder / f"o{part}")
+        (folder / program).parent.mkdir(exist_ok=True)
+        shutil.move(folder / "f.nc", folder / program)
+        job = folder / f"j{part}.toml"
+        text = job.read_text().replace('finish = "f.nc"', f'finish = "{program}"')
+        job.write_text(text.replace('cut_with = "given"', programs))
+        return compensate_and_keep(job, None, Keeping())
+
+    corrected(1, tmp_path / first, FIRST)
+    with pytest.raises(TrueloopError) as asked:
+        corrected(2, tmp_path / second, SECOND)
+    assert asked.value.code is Code.CMP_CUT_WITH and not (tmp_path / second / "o2").exists()
+    named = asked.value.message.rpartition(": ")[2].partition(" (")[0]
+    whole = corrected(2, tmp_path / second, SECOND, f'cut_with = "{named}"')
+    assert all("29.946" in line or "35.946" in line for line in diameters(whole))
+    assert (tmp_path / first / "trueloop.db").exists() and (tmp_path / second / "trueloop.db").exists()
+
+
 @pytest.mark.parametrize("stored", [False, True])
 def test_it_is_asked_for_where_the_time_of_the_measurement_is_not_stated(tmp_path: Path, stored: bool) -> None:
     """The answer that the hint names leads on; the files that were measured before stay possible."""
@@ -273,6 +303,11 @@ def test_a_store_knows_the_corrections_of_the_program(tmp_path: Path) -> None:
         correct(tmp_path, 2, SECOND, "contour", db=db)
     record = first.correction.record.id
     assert asked.value.code is Code.CMP_CUT_WITH and record in asked.value.message
+    job = tmp_path / "j2.toml"
+    job.write_text(job.read_text().replace('name = "s"', 'name = "s, drawing B"'))
+    with pytest.raises(TrueloopError) as renamed:
+        compensate_and_keep(job, None, Keeping(db=db))
+    assert renamed.value.code is Code.CMP_CUT_WITH and record in renamed.value.message
     second = correct(tmp_path, 2, SECOND, "contour", f'cut_with = "{record}"', db=db)
     assert all("29.946" in line or "35.946" in line for line in diameters(second))
     again = correct(tmp_path, 2, SECOND, "contour", db=db)

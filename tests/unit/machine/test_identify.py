@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import t as student
 
 from tests.support.machines import chain_with_travel, random_directions, random_model, random_state, readings
-from trueloop.errors import Code
+from trueloop.errors import Code, TrueloopError
 from trueloop.formats.examples import example
 from trueloop.jobs.machine.machine_model import fit_machine
 from trueloop.machine.identify.identify import identify
@@ -145,3 +145,14 @@ def test_a_run_that_is_off_as_a_whole_is_named_once_and_not_reading_by_reading(t
     counted = Counter(finding.code for finding in fitted.found.findings)
     assert counted == {Code.MCH_RUN: 2, Code.MCH_OUTLIER: 2}
     assert all("of 11 readings" in one.message for one in fitted.found.findings if one.code == Code.MCH_OUTLIER)
+
+
+@pytest.mark.parametrize("unit", ["mm", "in"])
+def test_readings_named_in_too_large_a_unit_are_refused(tmp_path: Path, unit: str) -> None:
+    """Micrometres in a column of mm or inches make errors of centimetres, on which all runs agree."""
+    text = example("machine/readings.csv").read_text(encoding="utf-8")
+    file = tmp_path / "readings.csv"
+    file.write_text(text.replace("reading_um", f"reading_{unit}"), encoding="utf-8")
+    with pytest.raises(TrueloopError, match="times their stated standard uncertainty") as refused:
+        fit_machine(example("machine/machine.toml"), [file])
+    assert refused.value.code is Code.MCH_SCATTER and "reading_um" in refused.value.hint

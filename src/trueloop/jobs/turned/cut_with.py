@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
+from os import DirEntry, scandir
 from os.path import relpath
 from pathlib import Path
 from typing import Final
@@ -33,6 +34,10 @@ ALIKE: Final = 0.25
 """Errors that differ by no more than this share of their mean are one amount."""
 SURE: Final = 3.0
 """Standard uncertainties that the mean error has to be beyond."""
+DEEPEST: Final = 4
+"""Levels of folders that are searched for corrections, below those that job, outputs and program are in."""
+MOST_FOLDERS: Final = 2000
+"""Folders searched at most: a job may lie in the root of a large disk."""
 OF_ALL: Final = "part.json"
 """File that names the corrections of several edges or set-ups; their records are beside it."""
 
@@ -55,7 +60,7 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
     if not stated:
         with in_file(files.path):
             _require_no_allowance(inputs.touches)
-        return with_possible(inputs, tuple(_beside(files, inputs)))
+        return with_possible(inputs, tuple(_near(files, inputs)))
     by = None if programs.cut_by is None else Ran(programs.cut_by)
     with in_file(files.path):
         return replace(inputs, in_force=_stated(files, inputs, stated, by))
@@ -119,13 +124,12 @@ def with_possible(inputs: Inputs, known: Sequence[tuple[Record, str]]) -> Inputs
     return replace(inputs, in_force=replace(inputs.in_force, possible=possible), notes=notes)
 
 
-def _beside(files: JobFiles, inputs: Inputs) -> Iterator[tuple[Record, str]]:
-    """Corrections of the job's program beside the job, in folders beside it, and in and beside the folder of its
-    outputs; and their words.
-    """
+def _near(files: JobFiles, inputs: Inputs) -> Iterator[tuple[Record, str]]:
+    """Corrections of the job's program in the folders near the job, its outputs and its program; and their words."""
     given, folder = sha256_of(inputs.program.source), files.path.parent.resolve()
-    out = files.output_folder.resolve()
-    within = [folder, *folder.glob("*/"), out, *out.parent.glob("*/")]
+    program = (files.path.parent / files.job.own_programs.finish).resolve()
+    homes = [folder, files.output_folder.resolve(), program.parent]
+    within = _folders([*homes, *(one.parent for one in homes)])
     for file in sorted({file for one in within for file in one.glob("record*.json")}):
         try:
             if given in file.read_text(errors="replace"):
@@ -134,6 +138,28 @@ def _beside(files: JobFiles, inputs: Inputs) -> Iterator[tuple[Record, str]]:
                     yield record, f"{Path(relpath(file, folder)).as_posix()} ({record.id})"
         except (OSError, TrueloopError):
             continue
+
+
+def _folders(starts: Sequence[Path]) -> list[Path]:
+    """The folders given and those within them to a depth of DEEPEST, nearest first; at most MOST_FOLDERS."""
+    found = dict.fromkeys(starts)
+    level = list(found)
+    for _ in range(DEEPEST):
+        deeper: list[Path] = []
+        for one in level:
+            if len(found) + len(deeper) >= MOST_FOLDERS:
+                break
+            try:
+                deeper += [Path(entry) for entry in scandir(one) if _is_searched(entry)]
+            except OSError:
+                continue
+        level = [one for one in deeper if one not in found]
+        found.update(dict.fromkeys(level))
+    return list(found)[:MOST_FOLDERS]
+
+
+def _is_searched(entry: DirEntry[str]) -> bool:
+    return not entry.name.startswith(".") and entry.is_dir(follow_symlinks=False)
 
 
 def is_of_cut(record: Record, inputs: Inputs) -> bool:

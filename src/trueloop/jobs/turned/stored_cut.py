@@ -6,7 +6,7 @@ from pathlib import Path
 
 from trueloop.domain.life import Cut, Ran, Stage
 from trueloop.domain.part import Part
-from trueloop.domain.record import Correction
+from trueloop.domain.record import Correction, sha256_of
 from trueloop.errors import Code, in_file
 from trueloop.jobs.store.of_this_part import cuts_of
 from trueloop.jobs.turned.cut_with import is_of_cut, require_another_part, require_later, stored_words, with_possible
@@ -39,7 +39,8 @@ def with_stored_cut(store: Store, inputs: Inputs, part: Part) -> Inputs:
         cut = next(iter(reversed(cuts_of(store, part, Stage.FINISH))), None)
         if cut is not None and (cut.correction or cut.program_sha256):
             return replace(inputs, in_force=_of_cut(store, cut, inputs))
-    known = [one.value.record for one in find(store, Correction, part_type=inputs.part.name)]
+    of_program = find(store, Correction, program_sha256=sha256_of(inputs.program.source))
+    known = [one.value.record for one in of_program]
     beside = tuple(one for one in force.possible if not any(of.id in one for of in known))
     stored = with_possible(inputs, [(one, stored_words(one)) for one in known if is_of_cut(one, inputs)])
     notes = inputs.notes if beside else tuple(dict.fromkeys(stored.notes))

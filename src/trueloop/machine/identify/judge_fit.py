@@ -38,6 +38,9 @@ LACK_OF_FIT = 3.0
 LEAST_SCATTER = 0.05
 """Scatter in units of the stated uncertainty below which that, or the unit of the readings, is wrong."""
 
+MOST_SCATTER = 100.0
+"""Scatter in units of the stated uncertainty above which that, or the unit of the readings, is wrong."""
+
 FEWEST = 10
 """Degrees of freedom from which the scatter is judged."""
 
@@ -137,16 +140,18 @@ def require_agreement(
     """Returns a warning for each run that disagrees with the others, as `contradictions`.
 
     Raises MCH-RUN for runs of which no model is to be made, MCH-SCATTER where all readings scatter by less than a
-    twentieth of their stated uncertainty, unless the code is among the accepted. The runs named are those without which
-    all others agree, where there are such.
+    twentieth or more than a hundredfold of their stated uncertainty, unless the code is among the accepted. The runs
+    named are those without which all others agree, where there are such.
     """
     found = judged[0]
-    small = _stated(readings) and found.degrees_of_freedom >= FEWEST and found.scatter < LEAST_SCATTER
-    if small and Code.MCH_SCATTER not in accepted:
-        raise _too_little_scatter(found.scatter, len(readings))
+    judgeable = _stated(readings) and found.degrees_of_freedom >= FEWEST and Code.MCH_SCATTER not in accepted
+    if judgeable and found.scatter < LEAST_SCATTER:
+        raise _unlikely_scatter(found.scatter, len(readings))
     wrong = contradictions(judged, readings)
     if any(one.refused for one in wrong) and Code.MCH_RUN not in accepted:
         raise _refusal(wrong, readings, refit)
+    if judgeable and found.scatter > MOST_SCATTER:  # one wrong run is better named than the scatter that it makes
+        raise _unlikely_scatter(found.scatter, len(readings))
     return tuple(
         Finding(Severity.WARNING, Code.MCH_RUN, one.message, hint=one.hint, values={"runs": [one.run]}) for one in wrong
     )
@@ -178,10 +183,11 @@ def _stated(readings: Observations) -> bool:
     return bool(np.all(np.isfinite(readings.standard_u)))
 
 
-def _too_little_scatter(scatter: float, count: int) -> TrueloopError:
+def _unlikely_scatter(scatter: float, count: int) -> TrueloopError:
     return Code.MCH_SCATTER.refusal(
-        f"{count} readings scatter by {scatter:.2g} of their stated standard uncertainty",
-        hint="name the unit that the readings are in: reading_mm, reading_um; or state the uncertainty they have",
+        f"{count} readings scatter by {scatter:.2g} times their stated standard uncertainty",
+        hint="name the unit that the readings are in: reading_mm, reading_um, reading_in; or state the uncertainty "
+        "they have",
         override="--accept MCH-SCATTER",
         values={"scatter": scatter},
     )
