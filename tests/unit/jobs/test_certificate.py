@@ -107,6 +107,14 @@ def _cut() -> Cut:
     return Cut(PART, Stage.FINISH, setting, Machine("Lathe", "0815"), "a" * 64, at=AT)
 
 
+@pytest.mark.parametrize(("device", "ball_mm", "stated"), [("", 0.0, False), ("", 1.0, True), ("CMM 3", 1.0, False)])
+def test_only_the_probe_of_the_machine_is_said_not_to_see_its_errors(device: str, ball_mm: float, stated: bool) -> None:
+    cut = _cut()
+    one = replace(inspected(JOURNAL, device=device, hours=9), ball_radius_mm=ball_mm)
+    shown = only(certified(cut, one, InspectionLink(one.identity, cut.identity)))
+    assert any("does not see its own errors" in remark for remark in shown.remarks) is stated
+
+
 def test_the_released_part_counts_and_an_inspection_after_an_earlier_cut_does_not() -> None:
     cut, early = _cut(), replace(_cut(), stage=Stage.SEMIFINISH, at=AT - timedelta(hours=2))
     on_machine = inspected(replace(JOURNAL, actual=24.009), device="probe", hours=9)

@@ -179,9 +179,9 @@ def _missing(asked: Asked, actual: float | None, u: float | None, by: Seen | Non
 
 
 def on_the_machine(inspection: Inspection) -> bool:
-    """Returns whether the part was measured by the probe of the machine: no other device is named."""
+    """Returns whether the part was measured by the probe of the machine: so named, or by touches of an unnamed ball."""
     device = inspection.device.casefold()
-    return not device or "probe" in device or inspection.ball_radius_mm > 0.0
+    return "probe" in device if device else inspection.ball_radius_mm > 0.0
 
 
 def _remarks(by: Seen | None, temperature: float | None) -> Iterator[str]:
