@@ -6,7 +6,8 @@ from collections.abc import Callable
 import numpy as np
 
 from benches.ratio import Contender, compare, verdict
-from trueloop.surface.separation.moran import Weights, moran_i
+from tests.support.surfaces import error_of_products, moran_i
+from trueloop.surface.separation.moran import Weights
 
 SCATTERED = (625, 2_500, 10_000, 40_000)
 ESDA_MOST, DENSE_MOST, MANY = 2_500, 10_000, 1_000_000
@@ -110,7 +111,7 @@ def on_a_sheet(count: int) -> tuple[np.ndarray, np.ndarray]:
 def measured_error(points: np.ndarray, values: np.ndarray) -> float:
     """Of a product C z, at places drawn by chance, as a share of Σ c |z|."""
     weights, column = Weights(points, 3.0), values[:, None] - values.mean()
-    return weights.measured_error(column, weights.times(column))
+    return error_of_products(weights, column, weights.times(column))
 
 
 if __name__ == "__main__":

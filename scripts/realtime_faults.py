@@ -14,12 +14,13 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from trueloop.arrays import Array, Flags
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.structure import chain_of, turning_terms
-from trueloop.machine.model.term import Part, block_diagonal, segments
+from trueloop.machine.model.term import Part, segments
 from trueloop.realtime.bank import Stated, bank_of, signals_of
 from trueloop.realtime.image import Identity, Image, RealTimeLimits
 from trueloop.realtime.judge import travel_ways
@@ -56,7 +57,7 @@ def lathe(seed: int) -> MachineModel:
         axis, signal, reference = warm.get(str(term.name), ("", "", 0.0))
         more = (Part(segments(*TRAVEL[axis], 1, 1, (0.0,)), signal, reference),) if axis else ()
         terms.append(replace(term, parts=(*term.parts, *more)))
-    free = block_diagonal([term.admissible() for term in terms])
+    free = block_diag(*[term.admissible() for term in terms])
     size = np.concatenate([np.full(t.size, 15e-6 if t.name.is_rotation else 0.008) for t in terms])
     drawn = np.random.default_rng(seed).normal(0, 1, len(size)) * size
     return MachineModel(Machine("lathe", chain), tuple(terms), free @ (free.T @ drawn), np.zeros((len(size),) * 2))

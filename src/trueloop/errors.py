@@ -45,8 +45,15 @@ class Code(StrEnum):
         override: str | None = None,
         values: Values | None = None,
     ) -> "TrueloopError":
-        """Returns the error of this code: to be raised, as `raise Code.GEO_NAME.refusal(…)`."""
-        return TrueloopError(self, message, hint=hint, place=place, override=override, values=values)
+        """Returns the error of this code: to be raised, as `raise Code.GEO_NAME.refusal(…)`.
+
+        The value `file` of a code that has one is the name of the file in `place`, unless it is given.
+        """
+        if "file" in self.values and place is not None and place.file is not None:
+            named: Values = {"file": Path(place.file).name, **(values or {})}
+        else:
+            named = values or {}
+        return TrueloopError(self, message, hint=hint, place=place, override=override, values=named)
 
     # GEO: nominal profile
     GEO_EMPTY = "GEO-EMPTY", "no features"

@@ -22,14 +22,14 @@ from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Lag, check_lags_given
 from trueloop.machine.model.model import Machine, MachineModel, State, Version
 from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term, segments
 from trueloop.machine.model.validity import check_state, require_in_force, require_serial
 from trueloop.machine.refine.refine import refine, require_better
 from trueloop.machine.standards import LeftOut, QuadrupoleField, require_repeating
 from trueloop.nc.program.program import read_program
 
 MILL = Machine("mill", chain_of("mill-gantry"))
-EXX = Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 2)),))
+EXX = Term(error_name("EXX"), (Part(segments(0.0, 500.0, 1, 2)),))
 T1, T2 = Part(CONSTANT, "T1", 20.0), Part(CONSTANT, "T2", 20.0)
 
 

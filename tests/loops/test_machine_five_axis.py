@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support.exact_kinematics import exact_error_of
 from tests.support.machined_path import corrected, run_points
 from tests.support.machines import set_back_chain
 from trueloop.arrays import Array
@@ -13,7 +14,7 @@ from trueloop.machine.model.chain import AxisKind
 from trueloop.machine.model.kinematics import bed_to_work
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.structure import PRESETS
-from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 
 PART = "G21\nG1 X-50 Y20 Z5 F100\nX90 Y-70\nX20 Y60 Z-30\n"
 TOOL = (15.0, -10.0, -120.0)
@@ -25,7 +26,7 @@ def _model(structure: str) -> MachineModel:
     terms, coefficients = [], []
     for name in chain.errors():
         grows = chain.axis(name.axis).kind is AxisKind.LINEAR and not name.place
-        terms.append(Term(name, (Part(polynomial(*chain.axis(name.axis).travel, 1) if grows else CONSTANT),)))
+        terms.append(Term(name, (Part(segments(*chain.axis(name.axis).travel, 1, 1) if grows else CONSTANT),)))
         size = 3e-5 if name.is_rotation else 0.02
         coefficients += [0.5 * size, size] if grows else [size]
     return MachineModel(Machine(structure, chain), tuple(terms), np.array(coefficients), np.zeros((1, 1)))
@@ -36,7 +37,7 @@ def _off_mm(truth: MachineModel, setup: Setup, commanded: Array) -> Array:
     chain = truth.machine.chain
     axes = commanded + np.array(setup.work_zero_mm[1]) - np.array(TOOL)
     given: dict[str, Array | float] = {**setup.fixed, **{name: axes[:, k] for k, name in enumerate("XYZ")}}
-    error = truth.exact_error_mm(State(chain.positions(given), 0.0, {}, TOOL))
+    error = exact_error_of(truth, State(chain.positions(given), 0.0, {}, TOOL))
     along: Array = error @ bed_to_work(chain, setup.fixed).T
     return along
 

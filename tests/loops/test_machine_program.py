@@ -13,7 +13,7 @@ from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.machine.correct import Setup, compensation_field
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import read_program
 
@@ -25,7 +25,7 @@ def _model(term: Term, *coefficients: float) -> MachineModel:
     return MachineModel(MILL, (term,), np.array(coefficients), np.zeros((len(coefficients),) * 2))
 
 
-STRETCHED = _model(Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 1)),)), 0.0, 0.05)
+STRETCHED = _model(Term(error_name("EXX"), (Part(segments(0.0, 500.0, 1, 1)),)), 0.0, 0.05)
 """EXX = 0.1 µm a millimetre: 25 µm at the work zero."""
 
 BACKLASH = _model(Term(error_name("EYY"), (Part(CONSTANT),), both_ways=True), 0.0, 0.01)
@@ -140,8 +140,8 @@ def test_an_offset_set_by_the_program_is_not_what_the_set_up_says(word: str, dia
 def test_an_arc_by_its_radius_keeps_to_the_displaced_circle(radius: str) -> None:
     """X and Y read 1 µm a millimetre too far: the circle has to be as much smaller, on whichever side of the chord."""
     scale = (
-        Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 1)),)),
-        Term(error_name("EYY"), (Part(polynomial(-300.0, 200.0, 1)),)),
+        Term(error_name("EXX"), (Part(segments(0.0, 500.0, 1, 1)),)),
+        Term(error_name("EYY"), (Part(segments(-300.0, 200.0, 1, 1)),)),
     )
     coefficients = np.array([0.0, 0.5, 0.0, 0.5])
     model = MachineModel(MILL, scale, coefficients, np.zeros((4, 4)))

@@ -9,6 +9,7 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from tests.support.exact_kinematics import exact_error_of
 from tests.support.machines import any_model, chain_with_travel, random_model, set_back_chain
 from trueloop.arrays import Array
 from trueloop.machine.correct import axis_table
@@ -68,7 +69,7 @@ def test_the_exact_error_differs_by_the_second_order(visit: Visit) -> None:
 
     def beyond(share: float) -> float:
         part = replace(visit.model, coefficients=share * visit.model.coefficients)
-        return float(np.abs(part.exact_error_mm(visit.state) - part.error_mm(visit.state)).max())
+        return float(np.abs(exact_error_of(part, visit.state) - part.error_mm(visit.state)).max())
 
     values = visit.model.values(visit.state)
     sums = [sum(np.abs(v).max() for n, v in values.items() if n.is_rotation is turns) for turns in (True, False)]

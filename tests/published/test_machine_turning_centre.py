@@ -6,9 +6,9 @@ P is work point − tool point, so it is COMP_MTG = −E: what is added to the c
 import numpy as np
 import sympy as sp
 
+from tests.support.exact_kinematics import exact_error_mm
 from tests.support.machines import first_order_error_mm
 from trueloop.machine.model.chain import error_name
-from trueloop.machine.model.kinematics import exact_error_mm
 from trueloop.machine.model.structure import chain_of
 
 ISO = {

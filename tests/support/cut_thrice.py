@@ -4,12 +4,13 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from trueloop.arrays import Array
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.structure import chain_of, turning_terms
-from trueloop.machine.model.term import CONSTANT, Part, Term, block_diagonal, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
 
@@ -38,7 +39,7 @@ def lathe_model(seed: int = 8) -> MachineModel:
     axes = {a.name: replace(a, travel=TRAVEL[a.name]) for a in chain.axes if a.name in TRAVEL}
     chain = chain.with_axes(axes)
     standard = [t for t in turning_terms(chain, degree=3, count=3, both_ways=True) if str(t.name) != "EZZ"]
-    grown = polynomial(*TRAVEL["Z"], 3), Part(polynomial(*TRAVEL["Z"], 1, (0.0,)), "T2", 20.0)
+    grown = segments(*TRAVEL["Z"], 1, 3), Part(segments(*TRAVEL["Z"], 1, 1, (0.0,)), "T2", 20.0)
     more = (
         Term(error_name("EZZ"), (Part(grown[0]), grown[1]), both_ways=True),
         Term(error_name("EX0C"), (Part(CONSTANT, "T1", 20.0),)),
@@ -48,7 +49,7 @@ def lathe_model(seed: int = 8) -> MachineModel:
     terms = (*standard, *more)
     rng = np.random.default_rng(seed)
     size = np.concatenate([_size(term) for term in terms])
-    free = block_diagonal([term.admissible() for term in terms])
+    free = block_diag(*[term.admissible() for term in terms])
     coefficients = free @ (free.T @ (rng.normal(0, 1, len(size)) * size))
     nothing = np.zeros((len(size), len(size)))
     known = {"T1": (10.0, 45.0), "T2": (10.0, 45.0)}

@@ -8,7 +8,7 @@ from tests.support.machines import chain_with_travel
 from trueloop.arrays import Array
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 
 CHAIN = chain_with_travel("turning")
 X_TRAVEL, Z_TRAVEL = CHAIN.axis("X").travel, CHAIN.axis("Z").travel
@@ -24,7 +24,7 @@ def error_mm(x_mm: Array, z_mm: Array, t1_degc: float) -> Array:
 
 def model() -> MachineModel:
     """The same as a machine model in terms of ISO 230-1."""
-    z, x = polynomial(*Z_TRAVEL, 2), polynomial(*X_TRAVEL, 1)
+    z, x = segments(*Z_TRAVEL, 1, 2), segments(*X_TRAVEL, 1, 1)
     terms = (
         Term(error_name("EXZ"), (Part(z), Part(CONSTANT, "T1", 20.0))),
         Term(error_name("EZX"), (Part(x), Part(CONSTANT, "T1", 20.0))),

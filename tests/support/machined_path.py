@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from tests.support.exact_kinematics import exact_error_of
 from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.arrays import Array
 from trueloop.domain.option import MapOptions
@@ -104,7 +105,7 @@ def actual_mm(truth: MachineModel, setup: Setup, points: Array) -> Array:
     chain = truth.machine.chain
     axes = points + zero - tool
     positions = chain.positions({name: axes[:, k] for k, name in enumerate("XYZ") if name in chain.order})
-    actual: Array = points + truth.exact_error_mm(State(positions, 0.0, setup.signals, tool))
+    actual: Array = points + exact_error_of(truth, State(positions, 0.0, setup.signals, tool))
     return actual
 
 

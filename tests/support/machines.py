@@ -3,14 +3,16 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
+from tests.support.exact_kinematics import Values, exact_error_mm
 from trueloop.arrays import Array
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import AxisKind, Chain, Vector
-from trueloop.machine.model.kinematics import Values, exact_error_mm, influences
+from trueloop.machine.model.kinematics import influences
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, Term, block_diagonal, segments
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 
@@ -49,7 +51,7 @@ def any_model(chain: Chain, rng: np.random.Generator, count: int = 4, degree: in
 
 def random_model(machine: Machine, terms: tuple[Term, ...], rng: np.random.Generator) -> MachineModel:
     """Errors of some 15 µm and 30 µrad, zeros of the terms kept."""
-    free = block_diagonal([term.admissible() for term in terms])
+    free = block_diag(*[term.admissible() for term in terms])
     size = np.concatenate([np.full(t.size, 30e-6 if t.name.is_rotation else 0.015) for t in terms])
     wanted = rng.normal(0, 1, len(size)) * size
     coefficients = free @ (free.T @ wanted)

@@ -2,12 +2,14 @@
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop._core import weights_product_rows
+from trueloop.arrays import Array, for_kernel
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
 from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.separation.moran import EXPONENT, Weights
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
@@ -81,3 +83,19 @@ def points_to_csv(points_mm: Array, shape: tuple[int, int] | None = None) -> byt
             place = f"{k // shape[1] + 1},{k % shape[1] + 1}," if shape else ""
             lines.append(place + ",".join(f"{value:.6f}" for value in point))
     return ("\n".join(lines) + "\n").encode()
+
+
+def moran_i(points_mm: Array, values: Array, exponent: float = EXPONENT) -> float:
+    """Moran's I = (n/S0) Σ c zᵢ zⱼ / Σ z² [MPM Eq. 2] of values (n,) at points (n, 3), z the values less their mean."""
+    z = values - np.mean(values)
+    total, products = Weights(for_kernel(points_mm), exponent).sums(z)
+    return float(len(z) * products / (total * (z @ z)))
+
+
+def error_of_products(weights: Weights, vectors: Array, product: Array) -> float:
+    """Largest error of a product C V at places drawn by chance, as a share of Σ c |v| there."""
+    rows = np.random.default_rng(0).choice(weights.count, min(64, weights.count), replace=False)
+    both = np.ascontiguousarray(np.concatenate([vectors, np.abs(vectors)], axis=1))
+    exact = weights_product_rows(weights.points_mm, both, weights.exponent, weights.nearest_mm, rows.tolist())
+    columns = vectors.shape[1]
+    return float(np.max(np.abs(product[rows] - exact[:, :columns]) / exact[:, columns:]))

@@ -6,7 +6,7 @@ from trueloop.arrays import Array
 from trueloop.machine.model.chain import Axis, AxisKind, error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 from trueloop.machine.refine.left import LeftOnParts
 
 TOOLS = np.array([[-12.0, -30.0], [-70.0, 60.0], [-40.0, 10.0]])
@@ -21,8 +21,8 @@ def lathe_model(u_mm: float = 2e-4) -> MachineModel:
         }
     )
     terms = (
-        Term(error_name("EXX"), (Part(polynomial(-10.0, 310.0, 2)),)),
-        Term(error_name("EXZ"), (Part(polynomial(-300.0, 110.0, 3)),), both_ways=True),
+        Term(error_name("EXX"), (Part(segments(-10.0, 310.0, 1, 2)),)),
+        Term(error_name("EXZ"), (Part(segments(-300.0, 110.0, 1, 3)),), both_ways=True),
         Term(error_name("EZ0C"), (Part(CONSTANT), Part(CONSTANT, "T1", 20.0))),
     )
     size = sum(term.size for term in terms)

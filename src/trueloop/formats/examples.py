@@ -19,7 +19,8 @@ def example(name: str) -> Path:
 
 def titles() -> dict[str, str]:
     """Returns the folders of examples, each with the first line of its README."""
-    return {folder.name: _title(folder / "README.md") for folder in sorted(EXAMPLES.iterdir()) if folder.is_dir()}
+    texts = {one.name: (one / "README.md").read_text("utf-8") for one in sorted(EXAMPLES.iterdir()) if one.is_dir()}
+    return {name: text.partition("\n")[0].removeprefix("# ") for name, text in texts.items()}
 
 
 def copy_example(name: str, folder: Path) -> int:
@@ -42,7 +43,3 @@ def copy_example(name: str, folder: Path) -> int:
         here = [(file.name, file.read_bytes()) for file in files if file.parent == place]
         write_all(folder / place.relative_to(source), here)
     return len(files)
-
-
-def _title(readme: Path) -> str:
-    return readme.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")

@@ -212,11 +212,9 @@ class Located(Generic[T]):
         return in_file(self.path, _line_of(self.text, location))
 
 
-def read_tables(
-    path: Path, model: type[T], code: Code, *, hint: str, missing: Code | None = None, syntax: Code | None = None
-) -> T:
+def read_tables(path: Path, model: type[T], code: Code, *, hint: str) -> T:
     """The model alone of `read_located`."""
-    return read_located(path, model, code, hint=hint, missing=missing, syntax=syntax).model
+    return read_located(path, model, code, hint=hint).model
 
 
 def read_located(

@@ -284,5 +284,4 @@ def _bad_record(path: Path, why: str) -> Exception:
         f"{path.name!r} {why}",
         hint=f"name every {RECORD} whose numbers were entered, each once",
         place=Place(str(path)),
-        values={"file": path.name},
     )

@@ -398,15 +398,12 @@ def state_at(
     work: Integers,
     tool: Integers,
     travel: Array,
-    offset_mm: Array | None = None,
 ) -> State:
     """Axis positions at program points (n, 3): point + work zero − tool vector; travel (n, 3) along X, Y, Z.
 
-    `offset_mm` (n, 3) are the tool offsets in force, none unless given. Raises MCH-FRAME for
-    unknown ones.
+    No tool offsets are in force. Raises MCH-FRAME for unknown tools and work offsets.
     """
-    offset_mm = np.zeros((len(points_mm), 3)) if offset_mm is None else offset_mm
-    return _state(model, setup, points_mm, work, travel, _tool_points_mm(setup, tool, offset_mm))
+    return _state(model, setup, points_mm, work, travel, _tool_points_mm(setup, tool, np.zeros((len(points_mm), 3))))
 
 
 def _state(model: MachineModel, setup: Setup, points_mm: Array, work: Integers, travel: Array, tool_mm: Array) -> State:

@@ -20,7 +20,7 @@ from trueloop.nc.program.tool_path import Motion
 from trueloop.statistics import rms
 from trueloop.surface.compensation.cutter import tool_axes
 from trueloop.surface.compensation.shift import SurfaceJob, places
-from trueloop.surface.deviations.alignment import form_alone_mm
+from trueloop.surface.deviations.alignment import count_told, form_size, rigid_motions, spread_of
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.units import UM_PER_MM
 from trueloop_lab.loops.turned import random_of
@@ -162,6 +162,14 @@ def _truth_mm(trial: SurfaceTrial, stock: MilledStock) -> Array:
             hint="does the program finish this surface, with this cutter, in the surface's coordinates?",
         )
     return _compared_mm(trial, trial.judged, height_mm)
+
+
+def form_alone_mm(points_mm: Array, normal: Array, u: Array, v: Array, error_mm: Array, setup_mm: float) -> Array:
+    """Deviations (n,) less what a best fit of these points would take out of them, to first order."""
+    centre = np.mean(points_mm, axis=0)
+    motions = rigid_motions(points_mm, normal, centre, spread_of(points_mm, centre))
+    shapes = motions.shapes[:, : count_told(motions, form_size(motions, u, v, error_mm), setup_mm)]
+    return np.asarray(error_mm - shapes @ (shapes.T @ error_mm))
 
 
 def _compared_mm(trial: SurfaceTrial, grid: Grid, height_mm: Array) -> Array:

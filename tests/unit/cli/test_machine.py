@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.cli import output_of
+from tests.support.exact_kinematics import exact_error_of
 from tests.support.machines import random_directions, random_model
 from trueloop.arrays import Array
 from trueloop.domain.inspection import BothInspections, Inspection, MachineStood
@@ -47,7 +48,7 @@ def _write_readings(path: Path, truth: MachineModel, rng: np.random.Generator, c
     positions = np.stack([rng.uniform(*chain.axis(name).travel, count) for name in "XYZ"], axis=1)
     warm, tool = rng.uniform(20, 30, count), rng.uniform(-100, 100, (count, 3))
     along = random_directions(count, rng)
-    error = truth.exact_error_mm(State(positions, 0.0, {"T1": warm}, tool))
+    error = exact_error_of(truth, State(positions, 0.0, {"T1": warm}, tool))
     reading = np.einsum("ni,ni->n", along, error) + rng.normal(0, 0.5e-3, count)
     columns: list[Array] = [*positions.T, *tool.T, *along.T, 1e3 * reading, warm]
     names = [
@@ -337,7 +338,7 @@ def _write_dynamic_run(path: Path, truth: MachineModel, rng: np.random.Generator
     count = len(time_s)
     positions = np.stack([rng.uniform(*truth.machine.chain.axis(n).travel, count) for n in "XYZ"], axis=1)
     tool, along = rng.uniform(-100, 100, (count, 3)), random_directions(count, rng)
-    error = truth.exact_error_mm(State(positions, 0.0, {}, tool)) + np.outer(2e-3 * (felt - 20), [0, 0, 1])
+    error = exact_error_of(truth, State(positions, 0.0, {}, tool)) + np.outer(2e-3 * (felt - 20), [0, 0, 1])
     reading = 1e3 * np.einsum("ni,ni->n", along, error) + rng.normal(0, 0.5, count)
     columns = np.column_stack([time_s, positions, tool, along, reading, hall, rng.uniform(20, 24, count)])
     names = "time_s,X_mm,Y_mm,Z_mm,tool_x_mm,tool_y_mm,tool_z_mm,along_x,along_y,along_z,reading_um,T1_degC,T2_degC"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
+from tests.support.exact_kinematics import exact_error_of
 from tests.support.machines import chain_with_travel, random_directions, random_model, random_state, readings
 from trueloop.arrays import Array
 from trueloop.diagnosis.components import (
@@ -77,13 +78,13 @@ def _made_and_inspected(
 
     command = model.comp_mtg_mm(cutting) if compensated else np.zeros_like(nominal)
     # the machine cuts where it is, not where it was sent: exact transforms at the commanded position
-    e_cut = along(truth.exact_error_mm(_state(nominal + command, COLD)))
+    e_cut = along(exact_error_of(truth, _state(nominal + command, COLD)))
     surface = e_cut + along(command) + comp_proc + process
     at = nominal + surface[:, None] * normal
     # the controller's position at contact: where the machine has to be told to be, so that it is on the surface
     told = at.copy()
     for _ in range(5):
-        told = at - truth.exact_error_mm(_state(told, WARM))
+        told = at - exact_error_of(truth, _state(told, WARM))
     seen = Inspections(
         nominal,
         normal,

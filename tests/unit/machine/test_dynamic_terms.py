@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
+from tests.support.exact_kinematics import exact_error_mm
 from tests.support.machines import chain_with_travel, random_directions
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
@@ -14,9 +15,8 @@ from trueloop.machine.identify.identify import Identification, identify
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Clock, History, Lag, lag_signals, signals_at_end, slope_name
-from trueloop.machine.model.kinematics import exact_error_mm
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 from trueloop.machine.model.validity import check_state
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
@@ -24,7 +24,7 @@ COLUMN = Lag("column", "T1", 3000.0, between_s=(300.0, 20000.0))
 BEARING = Lag("bearing", "spindle", 900.0, power=2, between_s=(100.0, 10000.0))
 TERMS = (
     Term(error_name("EZ0S"), (Part(), Part(CONSTANT, "column", 20.0), Part(CONSTANT, "bearing"))),
-    Term(error_name("EAZ"), (Part(polynomial(-300.0, 0.0, 1, (0.0,))), Part(CONSTANT, "column", 20.0))),
+    Term(error_name("EAZ"), (Part(segments(-300.0, 0.0, 1, 1, (0.0,))), Part(CONSTANT, "column", 20.0))),
 )
 TRUE = np.array([2e-3, 1.5e-3, 2e-9, 3e-5, 0.0, 4e-6])
 """2 µm, 1.5 µm/K, 8 µm at 2000 rev/min, 30 µrad at the end of Z, 4 µrad/K."""

@@ -15,7 +15,7 @@ from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, State
 from trueloop.machine.model.structure import mill_terms, turning_terms
-from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial, segments
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 
 LATHE = Machine("lathe", chain_with_travel("turning"))
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
@@ -102,7 +102,7 @@ def test_equation_3_with_backlash_and_three_segments() -> None:
 
 def test_outliers_are_named_and_do_not_move_the_model() -> None:
     rng = np.random.default_rng(15)
-    form = (Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 3, (0.0,))),)),)
+    form = (Term(error_name("EXX"), (Part(segments(0.0, 500.0, 1, 3, (0.0,))),)),)
     truth = random_model(MILL, form, rng)
     state = State(MILL.chain.positions({"X": np.tile(np.linspace(0, 500, 21), 5)}))
     data = readings(truth, state, np.tile([1.0, 0.0, 0.0], (105, 1)), 0.5e-3, rng)

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from tests.support.exact_kinematics import exact_error_mm
 from tests.support.machines import first_order_error_mm
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain, error_name
-from trueloop.machine.model.kinematics import bed_to_work, exact_error_mm, influences, tool_in_work_mm
+from trueloop.machine.model.kinematics import bed_to_work, influences, tool_in_work_mm
 from trueloop.machine.model.structure import PRESETS, chain_of, mill_terms
 from trueloop.machine.model.term import PositionBasis
 
@@ -26,7 +27,7 @@ def test_a_larger_coordinate_moves_the_tool_that_way_as_seen_from_the_work(struc
     chain = chain_of(structure)
     for number, name in enumerate("XYZ"):
         if name in chain.order:
-            point = tool_in_work_mm(chain, chain.positions({name: 10.0}), ZERO, {})
+            point = tool_in_work_mm(chain, chain.positions({name: 10.0}), ZERO)
             np.testing.assert_allclose(point, [10.0 * np.eye(3)[number]], atol=1e-14)
 
 
@@ -83,7 +84,7 @@ def test_influences_are_given_of_the_errors_asked_for_alone() -> None:
 def test_the_bed_s_directions_turn_back_under_a_turned_table(turn_rad: float) -> None:
     """A table that has turned the work by C shows a tool that goes along X at −C from the work's X."""
     chain, c, s = chain_of("five-axis-table-table-ac"), np.cos(turn_rad), np.sin(turn_rad)
-    point = tool_in_work_mm(chain, chain.positions({"X": 10.0, "C": turn_rad}), ZERO, {})[0]
+    point = tool_in_work_mm(chain, chain.positions({"X": 10.0, "C": turn_rad}), ZERO)[0]
     rows = bed_to_work(chain, {"C": turn_rad})
     np.testing.assert_allclose(10.0 * rows[0], point, atol=1e-11)
     np.testing.assert_allclose(np.abs(rows), [[c, s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], atol=1e-12)

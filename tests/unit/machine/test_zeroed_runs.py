@@ -15,7 +15,7 @@ from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.structure import PRESETS, chain_of, frame_terms, mill_terms
-from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 NOISE_MM, NOISE_RAD = 0.3e-3, 0.5e-6
@@ -148,8 +148,8 @@ def test_taking_a_run_out_of_the_normal_equations_is_fitting_the_others() -> Non
     campaign = _campaign(5)
     data = _zeroed(campaign.data)
     few = data.only(np.array([run[:2] in ("XX", "XY", "XC", "YB") or run.startswith("d") for run in data.run]))
-    terms = tuple(Term(error_name(n), (Part(polynomial(*TRAVEL["X"], 3, (0.0,))),)) for n in ("EXX", "ECX"))
-    terms += (Term(error_name("EYX"), (Part(polynomial(*TRAVEL["X"], 2, TRAVEL["X"])),)), Term(error_name("EC0Y")))
+    terms = tuple(Term(error_name(n), (Part(segments(*TRAVEL["X"], 1, 3, (0.0,))),)) for n in ("EXX", "ECX"))
+    terms += (Term(error_name("EYX"), (Part(segments(*TRAVEL["X"], 1, 2, TRAVEL["X"])),)), Term(error_name("EC0Y")))
 
     def fitted(others: Observations) -> Identification:
         return identify(campaign.machine, terms, others, robust=False)

@@ -12,7 +12,7 @@ from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.machine.correct import Setup
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.term import Part, Term, polynomial
+from trueloop.machine.model.term import Part, Term, segments
 from trueloop.nc.field.field import affine_field
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import PER_MINUTE, PER_REVOLUTION
@@ -34,7 +34,7 @@ HEADS = {
 }
 STRETCHED = MachineModel(
     Machine("mill", chain_with_travel("mill-table-x")),
-    (Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 1)),)),),
+    (Term(error_name("EXX"), (Part(segments(0.0, 500.0, 1, 1)),)),),
     np.array([0.0, 0.05]),
     np.zeros((2, 2)),
 )

@@ -8,7 +8,7 @@ from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.structure import PRESETS
-from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 from trueloop.realtime.bank import Stated, bank_of, signals_of
 
 
@@ -28,8 +28,8 @@ def test_arms_are_linear_in_the_tool(structure: str) -> None:
 
 def test_tables_of_nothing_are_left_out() -> None:
     """X depends on T1, the spindle on nothing, Y has no errors: two bodies, of which one has a table per unit."""
-    grows = Term(error_name("EXX"), (Part(polynomial(0, 500, 2)), Part(polynomial(0, 500, 1), "T1", 20.0)))
-    terms = (grows, Term(error_name("EYY"), (Part(polynomial(-200, 200, 2)),)), Term(error_name("EZ0S"), (Part(),)))
+    grows = Term(error_name("EXX"), (Part(segments(0, 500, 1, 2)), Part(segments(0, 500, 1, 1), "T1", 20.0)))
+    terms = (grows, Term(error_name("EYY"), (Part(segments(-200, 200, 1, 2)),)), Term(error_name("EZ0S"), (Part(),)))
     coefficients = np.array([0.0, 0.01, 0.02, 0.0, 0.001, 0.0, 0.0, 0.0, 0.003])
     machine = Machine("mill", chain_with_travel("mill-gantry"))
     model = MachineModel(machine, terms, coefficients, np.zeros((9, 9)), {"T1": (18.0, 25.0)}, units={"T1": "°C"})

@@ -11,7 +11,7 @@ from tests.support.machines import chain_with_travel
 from trueloop.arrays import Array
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.term import CONSTANT, Part, Term, polynomial
+from trueloop.machine.model.term import CONSTANT, Part, Term, segments
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
 from trueloop.realtime.largest import extent_of
@@ -59,7 +59,7 @@ LIMITS_OF_LATHE = RealTimeLimits(((0.0, 500.0), (-0.1, 0.1), (-300.0, 0.0)))
 
 def test_a_jump_is_what_turning_round_changes() -> None:
     """X forward 0 to 10 µm, back 5 to 2 µm over its travel: 8 µm apart at the end."""
-    term = Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 1)),), both_ways=True)
+    term = Term(error_name("EXX"), (Part(segments(0.0, 500.0, 1, 1)),), both_ways=True)
     bank = bank_of(lathe(term, coefficients=[0.0, 0.010, 0.005, 0.002]), (0.0, 0.0, 0.0), ())
     extent = extent_of(Image(IDENTITY, LIMITS_OF_LATHE, bank))
     assert extent.jump_mm == pytest.approx(0.008)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from tests.support.surfaces import NEAR, SQUARE, on_grid, random_surface
-from trueloop.errors import Code, TrueloopError
-from trueloop.surface.separation.moran import EXPONENT, Null, Weights, geary_of, moran_i
+from tests.support.surfaces import NEAR, SQUARE, moran_i, on_grid, random_surface
+from trueloop.surface.separation.moran import EXPONENT, Null, Weights, geary_of
 from trueloop.surface.separation.neighbourhood import (
     Neighbourhood,
     expected_geary_c,
@@ -102,22 +101,6 @@ def test_scattered_places_have_the_moments_of_the_same_grid() -> None:
     ours, theirs = residual_null(Neighbourhood(scattered), Size(7, 7)), residual_null(NEAR, Size(7, 7))
     assert ours.expected == pytest.approx(theirs.expected, abs=1e-12)
     assert ours.deviation == pytest.approx(theirs.deviation, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("points", "values", "exponent"),
-    [
-        (np.eye(3), np.arange(3.0), 3.0),
-        (np.zeros((5, 2)), np.arange(5.0), 3.0),
-        (np.arange(15.0).reshape(5, 3), np.full(5, 0.2), 3.0),
-        (np.arange(15.0).reshape(5, 3), np.arange(5.0), 0.0),
-    ],
-    ids=["three points", "in a plane", "all the same", "no exponent"],
-)
-def test_what_cannot_be_correlated_is_refused(points: np.ndarray, values: np.ndarray, exponent: float) -> None:
-    with pytest.raises(TrueloopError) as refusal:
-        moran_i(points, values, exponent)
-    assert refusal.value.code is Code.SRF_MODEL
 
 
 def test_four_values_at_a_square_s_corners_by_hand() -> None:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from tests.support.surfaces import square_places
+from tests.support.surfaces import error_of_products, moran_i, square_places
 from trueloop.arrays import Array
 from trueloop.surface.separation import moran as module
-from trueloop.surface.separation.moran import Weights, lattice_of, moran_i
+from trueloop.surface.separation.moran import Weights, lattice_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood, permutation_p_value, residual_null
 from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.spline_surface import Size
@@ -77,9 +77,9 @@ def test_the_error_of_far_pairs_worked_off_together_is_measured(monkeypatch: pyt
     monkeypatch.setattr(module, "MOST", 1000)
     assert abs(moran_i(points, values) - exact) < 1e-5
     weights, columns = Weights(points, 3.0), values[:, None]
-    measured = weights.measured_error(columns, weights.times(columns))
+    measured = error_of_products(weights, columns, weights.times(columns))
     assert 0.0 < measured < 10.0**-module.DIGITS
-    assert weights.measured_error(columns, weights.times(columns) * 1.01) > measured
+    assert error_of_products(weights, columns, weights.times(columns) * 1.01) > measured
 
 
 def large(count: int) -> tuple[Places, Places]:

@@ -34,6 +34,7 @@ from trueloop.controllers.mtconnect.items import (
     number,
 )
 from trueloop.errors import Code, TrueloopError
+from trueloop.formats.measurements.rows import number_of
 
 SIGNALS: Final = "rtec-signals."
 HEARTBEAT: Final = f"{SIGNALS}heartbeat"
@@ -247,13 +248,14 @@ def temperature_log(url: str, seen: Sequence[Seen]) -> str:
 
     Raises MTC-AGENT where never all were known.
     """
-    named = {one.item.id: _column(one) for one in seen if one.item.type.upper() == "TEMPERATURE"}
+    temperatures = [one.item for one in seen if one.item.type.upper() == "TEMPERATURE"]
+    named = {item.id: re.sub(r"\W", "_", item.name or item.id) for item in temperatures}
     rows: dict[float, list[float]] = {}
     latest: dict[str, float] = {}
     for time_s, one in sorted(
         ((_time_s(url, one), one) for one in seen if one.item.id in named), key=lambda row: row[0]
     ):
-        latest[one.item.id] = _celsius(one.value)
+        latest[one.item.id] = number_of(one.value)
         values = [latest.get(item, math.nan) for item in named]
         if all(map(math.isfinite, values)):
             rows[time_s] = values
@@ -263,17 +265,6 @@ def temperature_log(url: str, seen: Sequence[Seen]) -> str:
         raise _refused(url, f"{len(named)} temperatures, and at no moment all of them were known")
     head = ",".join(["time_s", *(f"{name}_degC" for name in named.values())])
     return "\n".join([head, *(f"{t:.6f},{','.join(f'{v:g}' for v in row)}" for t, row in rows.items()), ""])
-
-
-def _column(one: Seen) -> str:
-    return re.sub(r"\W", "_", one.item.name or one.item.id)
-
-
-def _celsius(value: str) -> float:
-    try:
-        return float(value)
-    except ValueError:
-        return math.nan
 
 
 def _time_s(url: str, one: Seen) -> float:

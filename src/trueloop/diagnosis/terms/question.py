@@ -158,7 +158,7 @@ def question(chain: Chain, seen: Residuals, *, turned: bool = False) -> Question
     ends = np.cumsum([0, *(shape.mixing.shape[1] for shape in found.values())])
     place = {part: slice(int(a), int(b)) for part, a, b in zip(found, ends, ends[1:], strict=False)}
     rows = [shape.rows(chain, seen.state, seen.normal) for shape in found.values()]
-    points = tool_in_work_mm(chain, seen.state.positions, seen.state.tool_mm, {}) if turned else None
+    points = tool_in_work_mm(chain, seen.state.positions, seen.state.tool_mm) if turned else None
     possible = {one: share for one, share in prior.items() if all(part in found for part in one.parts)}
     zero = np.zeros((len(seen.part), 1))
     set_up = set_ups(seen.part, seen.normal, points)

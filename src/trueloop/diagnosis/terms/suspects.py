@@ -159,7 +159,7 @@ def columns(chain: Chain, suspect: Suspect, seen: Residuals) -> Columns | None:
 def raw(chain: Chain, error: Wrong, parts: tuple[Part, ...], both_ways: bool, state: State, normal: Array) -> Array:
     """N · what 1 mm or 1 rad of each function leaves, (n, m)."""
     if isinstance(error, NominalSize):
-        place = tool_in_work_mm(chain, state.positions, state.tool_mm, {})[:, error.number]
+        place = tool_in_work_mm(chain, state.positions, state.tool_mm)[:, error.number]
         along = normal[:, error.number] * place
         factors = [np.broadcast_to(part.factor(state.signals), along.shape) for part in parts]
         return np.stack([along * factor for factor in factors], axis=1)
@@ -211,6 +211,6 @@ def _travel(chain: Chain, suspect: Suspect, seen: Residuals) -> Array:
 
 def _scale(chain: Chain, suspect: Suspect, seen: Residuals) -> float:
     """Below 1e-9 of this a column is rounding: 1 mm for displacements, the arms' size for rotations."""
-    reach = np.abs(tool_in_work_mm(chain, seen.state.positions, seen.state.tool_mm, {})).max()
+    reach = np.abs(tool_in_work_mm(chain, seen.state.positions, seen.state.tool_mm)).max()
     displacement = not isinstance(suspect.error, NominalSize) and not suspect.error.is_rotation
     return 1.0 if displacement else float(max(reach, 1.0))

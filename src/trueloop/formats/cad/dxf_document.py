@@ -178,12 +178,9 @@ def _plain_of(
     for (kind, own), at in alike.items():
         if kind in PLAIN and (shape := _shape(kind, own)):
             markers = PLAIN[kind][1] if with_markers else ()
-            found |= _plain(kind, shape, [a for a in at if _markers(shape, values, a) == markers], values, owners)
+            marked = [a for a in at if tuple([values[a + k].rstrip("\n") for k in shape.markers]) == markers]
+            found |= _plain(kind, shape, marked, values, owners)
     return found
-
-
-def _markers(shape: _Shape, values: list[str], a: int) -> tuple[str, ...]:
-    return tuple([values[a + k].rstrip("\n") for k in shape.markers])
 
 
 def _plain(kind: str, shape: _Shape, at: list[int], values: list[str], owners: set[str]) -> dict[int, Drawn]:

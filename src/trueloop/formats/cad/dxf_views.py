@@ -107,7 +107,8 @@ def candidates_of(view: View, within: float, *, alone: bool) -> list[Candidate]:
             found += new
         elif not any(one.side is Side.INSIDE for one in found):
             found += [one for one in new if one.side is Side.INSIDE]
-    return _without_frames(found)
+    # less the borders: rectangles around another contour
+    return [one for one in found if not (is_box(one) and any(_encloses(one, other) for other in found))]
 
 
 def chosen_views(views: Sequence[View], within: float) -> tuple[list[View], list[str]]:
@@ -151,18 +152,13 @@ def _of_half(view: View, half: Half, parts: Sequence[Walled], within: float, alo
             continue
         outside = [one for one in (part.contours if part.hollow else part.full) if one.side is Side.OUTSIDE]
         inside = [one for one in part.contours if one.side is Side.INSIDE]
-        for one in (one for one in (*outside, *inside) if _is_long(one, within)):
+        for one in (one for one in (*outside, *inside) if math.dist(*one.ends) > within):
             yield _candidate(one, view, one.side is Side.INSIDE and part.hollow is False)
 
 
 def _candidate(contour: Contour, view: View, by_lines: bool) -> Candidate:
     layers = tuple(sorted({piece.layer for piece in contour.pieces}))
     return Candidate(contour.side, tuple(piece.feature for piece in contour.pieces), layers, view, by_lines)
-
-
-def _without_frames(found: Sequence[Candidate]) -> list[Candidate]:
-    """Less the borders: rectangles around another contour."""
-    return [one for one in found if not (is_box(one) and any(_encloses(one, other) for other in found))]
 
 
 def is_box(one: Candidate) -> bool:
@@ -204,10 +200,6 @@ def _ends(contour: Contour) -> Iterator[Point]:
     for piece in contour.pieces:
         yield piece.feature.start_mm
         yield piece.feature.end_mm
-
-
-def _is_long(contour: Contour, within: float) -> bool:
-    return math.dist(*contour.ends) > within
 
 
 def _is_face(feature: Feature) -> bool:

@@ -63,7 +63,6 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
             f"{path.name!r} holds no characteristics: {len(rows)} rows without id, actual and nominal",
             hint=f"name the table of characteristics, {beside!r}",
             place=Place(str(path), 1),
-            values={"file": path.name},
         )
     named = {factor for _, row in rows if (factor := LENGTH_MM.get(unit_named(row.get("unit", ""))))}
     unit = UNITS.get(next(iter(named))) if len(named) == 1 else None
@@ -74,7 +73,6 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
             f"CALYPSO's tables name no unit: is {path.name!r} in mm or inch?",
             hint="state it: --unit mm or --unit inch",
             place=Place(str(path), 1),
-            values={"file": path.name},
         )
     factor = MM_PER_INCH if unit == "inch" else 1.0
     header, remarks = _header(path)

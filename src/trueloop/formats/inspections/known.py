@@ -85,5 +85,4 @@ def read_measured_file(path: Path, stated: Stated) -> MeasuredFile:
         f"{path.name!r}, {path.stat().st_size} bytes, is not one of the {len(KNOWN)} formats that are read: {names}",
         hint=HINT,
         place=Place(str(path)),
-        values={"file": path.name},
     )

@@ -224,7 +224,7 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     if not found:
         raise Code.MSR_VALUE.refusal(f"{path.name!r} has 0 values in {len(rows)} rows",
             hint="print it with NOMINAL and MEAS",
-            place=Place(str(path), 1), values={"file": path.name}
+            place=Place(str(path), 1)
         )  # fmt: skip
     sha256 = sha256_of(path.read_bytes())
     remarks = [*said, *_remarks(runs)]
@@ -284,7 +284,6 @@ def _value(block: Block, row: Line, path: Path, stated: Stated, signed: bool) ->
             f"{block.name} {axis} has neither MEAS, nor NOMINAL and DEV",
             hint="print the report with the columns NOMINAL and MEAS",
             place=Place(str(path), row.line),
-            values={"file": path.name},
         )
     bonus = (_number(row, "bonus", path) or 0.0) * factor if zone else 0.0
     below = None if minus is None or zone else minus if signed else -minus
@@ -314,7 +313,6 @@ def _factor(block: Block, path: Path, stated: Stated) -> float:
         f"dimension {block.name!r} names no unit of length",
         hint="state it: --unit mm or --unit inch",
         place=Place(str(path), block.line),
-        values={"file": path.name},
     )
 
 

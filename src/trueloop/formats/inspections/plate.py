@@ -103,7 +103,7 @@ def _is_heading(line: str) -> bool:
 
 
 def _refusal(code: Code, why: str, hint: str, path: Path, line: int) -> TrueloopError:
-    return code.refusal(why, hint=hint, place=Place(str(path), line), values={"file": path.name})
+    return code.refusal(why, hint=hint, place=Place(str(path), line))
 
 
 FORMAT: Final = Format("report of a drilled plate", recognises, read)

@@ -47,7 +47,6 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
             f"the {len(values)} values of {path.name!r} are {said}",
             hint="state it: --unit mm or --unit inch",
             place=Place(str(path), values[0][0] if values else 1),
-            values={"file": path.name},
         )
     factor = MM_PER_INCH if unit == "inch" else 1.0
     readings = numbered(
@@ -60,7 +59,6 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
             f"{path.name!r} has 0 values among {len(lines)} lines",
             hint="connect the gauge and send again",
             place=Place(str(path), 1),
-            values={"file": path.name},
         )
     inspection = Inspection(
         Part(PartType("")),

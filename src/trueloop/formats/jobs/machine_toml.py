@@ -174,7 +174,10 @@ def read_machine(path: FilePath) -> tuple[Machine, Form]:
     machine = Machine(file.model.machine.name, chain, file.model.machine.serial)
     terms = _terms(file, chain)
     frame = frame_terms(chain, terms) if file.model.terms.standard else ()
-    return machine, Form(terms, _lags(file), _choices(file.model), frame)
+    choices = tuple(
+        Choice(error_name(own.error), _signal_parts(own.choose), own.most) for own in file.model.term if own.choose
+    )
+    return machine, Form(terms, _lags(file), choices, frame)
 
 
 def _axis(axis: Axis, table: AxisTable) -> Axis:
@@ -241,10 +244,6 @@ def _lags(file: Located[MachineFile]) -> tuple[Lag, ...]:
         with file.at("lags", name):
             found.append(Lag(name, table.of, math.sqrt(low * high), table.power, (low, high) if low < high else None))
     return tuple(found)
-
-
-def _choices(file: MachineFile) -> tuple[Choice, ...]:
-    return tuple(Choice(error_name(own.error), _signal_parts(own.choose), own.most) for own in file.term if own.choose)
 
 
 def _signal_parts(table: Mapping[str, float]) -> tuple[Part, ...]:

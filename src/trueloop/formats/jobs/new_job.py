@@ -40,7 +40,8 @@ class NewJob:
 
 def job_toml(new: NewJob) -> str:
     """The job as TOML."""
-    return "\n".join([_part(new), _tool(new), _programs(new), _gauging(new), '[output]\nfolder = "out"', ""])
+    gauging = f"[gauging]\n{new.measured_key} = {quoted(new.measured_file)}\n"
+    return "\n".join([_part(new), _tool(new), _programs(new), gauging, '[output]\nfolder = "out"', ""])
 
 
 def _part(new: NewJob) -> str:
@@ -81,10 +82,6 @@ def _programs(new: NewJob) -> str:
             "",
         ]
     )
-
-
-def _gauging(new: NewJob) -> str:
-    return f"[gauging]\n{new.measured_key} = {quoted(new.measured_file)}\n"
 
 
 ROUNDED: Final = 9

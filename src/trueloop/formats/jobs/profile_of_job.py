@@ -68,7 +68,10 @@ def part_table_toml(name: str, profile: Profile, notes: Sequence[str] = ()) -> s
     for feature in profile.features:
         lines += ["", "[[part.feature]]", f"name = {quoted(feature.name)}", f"to = {_pair(feature.end_mm)}"]
         if isinstance(feature, Arc):
-            lines += [f"centre = {_pair(feature.centre_mm)}", f'turn = "{_turn(feature)}"']
+            lines += [
+                f"centre = {_pair(feature.centre_mm)}",
+                f'turn = "{"convex" if feature.sweep_rad > 0 else "concave"}"',
+            ]
         elif isinstance(feature, Curve):
             control, knots, degree = spline_of(feature)
             lines += ["[part.feature.spline]", f"degree = {degree}", f"knots = {knots.tolist()}"]
@@ -123,10 +126,6 @@ def _sweep_rad(table: FeatureTable, start: Point, end: Point, centre: Point) -> 
 def _could_read_otherwise(junction: Junction) -> bool:
     """Returns whether the rounding of printed coordinates could take a corner for tangent, or the other way round."""
     return abs(abs(junction.turn_rad) - TANGENT_WITHIN_RAD) < UNSURE_RAD
-
-
-def _turn(arc: Arc) -> str:
-    return "convex" if arc.sweep_rad > 0 else "concave"
 
 
 def _pair(point: Point) -> str:

@@ -63,7 +63,7 @@ def linuxcnc_comp(table: "AxisTable") -> str:
     return "".join(f"{nominal:.6f} {forward:.6f} {reverse:.6f}\n" for nominal, forward, reverse in rows)
 
 
-def siemens_cec(table: "AxisTable", number: int = 0, *, opposite: bool = False) -> str:
+def siemens_cec(table: "AxisTable", *, opposite: bool = False) -> str:
     """CEC tables: values −E; one table where both ways agree, else one for each way of travel. End values hold outside.
 
     Axis names are placeholders of the control's geometry axes: AX1 for X, AX2 for Y, AX3 for Z.
@@ -71,7 +71,7 @@ def siemens_cec(table: "AxisTable", number: int = 0, *, opposite: bool = False) 
     ways = [(1, table.forward_mm), (-1, table.reverse_mm)] if _both_ways(table) else [(0, table.forward_mm)]
     sign = 1.0 if opposite else -1.0
     lines = ["%_N_NC_CEC_INI", *(f"; {words}" for words in CAUTION), "CHANDATA(1)"]
-    for k, (direction, values) in enumerate(ways, number):
+    for k, (direction, values) in enumerate(ways):
         step = float(table.position_mm[1] - table.position_mm[0])
         lines += [f"$AN_CEC[{k},{n}]={sign * value:.6f}" for n, value in enumerate(values)]
         lines += [

@@ -97,7 +97,7 @@ def model_to_json(model: MachineModel, made_from: Mapping[str, str] | None = Non
         "terms": [
             {"error": str(t.name), "both_ways": t.both_ways, "parts": [_part(p) for p in t.parts]} for t in model.terms
         ],
-        "lags": [_lag(lag) for lag in model.lags],
+        "lags": [{**lag.__dict__, "between_s": lag.between_s and list(lag.between_s)} for lag in model.lags],
         "units": dict(model.units),
         "coefficients": model.coefficients.tolist(),
         "covariance": model.covariance.tolist(),
@@ -175,10 +175,6 @@ def _version(content: dict[str, Any] | None) -> Version | None:
     if known is not None and not (known.who and all(isinstance(text, str) for text in accepted.values())):
         raise ValueError("the version was accepted by nobody")
     return Version(**given, accepted=known)
-
-
-def _lag(lag: Lag) -> dict[str, Any]:
-    return {**lag.__dict__, "between_s": lag.between_s and list(lag.between_s)}
 
 
 def _pair(ends: list[float] | None) -> tuple[float, float] | None:

@@ -1,6 +1,5 @@
 """The offsets file (TOML): work offsets and the tool table of a machine, as its control has them."""
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -72,7 +71,7 @@ def read_offsets(path: Path) -> OffsetTables:
         ("work", [number for number, _ in work]),
         ("tool", [(tool.number, tool.edge) for tool in found.model.tool]),
     ):
-        for index in _repeated(numbers):
+        for index in (k for k, number in enumerate(numbers) if number in numbers[:k]):
             with found.at(name, index):
                 raise Code.NC_FILE.refusal(f"{name} {index + 1} of the file is given before", hint="keep one")
     return OffsetTables(tuple(map(_tool, found.model.tool)), tuple(work))
@@ -85,10 +84,6 @@ def _numbered(found: Located[OffsetsFile], index: int, table: WorkTable) -> tupl
             hint = "write it as G54, G59.1, G54.1P2 or G505"
             raise Code.NC_FILE.refusal(f"{table.name!r} is no work offset", hint=hint)
     return number, (table.x_radius_mm, table.y_mm, table.z_mm)
-
-
-def _repeated(numbers: Sequence[object]) -> Iterator[int]:
-    return (index for index, number in enumerate(numbers) if number in numbers[:index])
 
 
 def _tool(table: ToolTable) -> CutterTool:

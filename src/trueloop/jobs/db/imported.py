@@ -100,7 +100,6 @@ def _not_identified(path: Path, kind: PartType, serial: str) -> TrueloopError:
         f"{path.name!r} does not say of which part it is: its {' and its '.join(lacks)} is not stated",
         hint="give the job of the part by --job, its serial number by --serial",
         place=Place(str(path)),
-        values={"file": path.name},
     )
 
 
@@ -109,7 +108,6 @@ def _other_serial(path: Path, asked: str, found: str) -> TrueloopError:
         f"{path.name!r} is of serial number {found!r}, not of {asked!r}",
         hint="leave --serial out: the file says of which part it is",
         place=Place(str(path)),
-        values={"file": path.name},
     )
 
 

@@ -26,7 +26,7 @@ from trueloop.machine.identify.robust import (
 )
 from trueloop.machine.model.history import Lag, lag_units, slope_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.term import Term, block_diagonal
+from trueloop.machine.model.term import Term
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 WARN_INDEX = 30.0
@@ -290,8 +290,10 @@ def _with_given_lags(
 
 def weighted_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array, Array]:
     """Returns (rows, values, free): rows · solution ≈ values, coefficients = free · solution."""
+    from scipy.linalg import block_diag
+
     weight = values_weight(readings)
-    free = block_diagonal([term.admissible() for term in terms])
+    free = block_diag(np.zeros((0, 0)), *(term.admissible() for term in terms))
     return (readings.design(machine.chain, terms) @ free) * weight[:, None], readings.reading * weight, free
 
 

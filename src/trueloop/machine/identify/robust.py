@@ -113,7 +113,7 @@ def _way(chain: Chain, readings: Observations, rows: Rows) -> Array | None:
         return None
     position = positions[:, moving[0]]
     low, high = position.min(), position.max()
-    ends = tool_in_work_mm(chain, positions[[position.argmin(), position.argmax()]], np.zeros(3), {})
+    ends = tool_in_work_mm(chain, positions[[position.argmin(), position.argmax()]], np.zeros(3))
     across = abs(float(along[0] @ (ends[1] - ends[0]))) < 1e-6 * (high - low)
     if chain.axis(chain.order[int(moving[0])]).kind is not AxisKind.LINEAR or not across:
         return None

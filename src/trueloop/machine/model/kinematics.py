@@ -18,15 +18,13 @@ measurements.
 E ≈ Σ columns[name] · value. Neglected are products of two errors: with 50 µrad and arms of 1 m, some 2.5 nm.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.machine.model.chain import Axis, AxisKind, Chain, ErrorName, Vector
-
-Values = Mapping[ErrorName, Array | float]
 
 PROBE_MM = 1024.0
 """The distance by which axes are moved to probe their effect: not less than offsets are long, so that no digits are
@@ -49,21 +47,17 @@ class Frames:
         return Frames(self.turn @ rotation, self.origin_mm)
 
 
-def tool_in_work_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, values: Values) -> Array:
-    """Returns the tool point in work coordinates, (n, 3): the exact product of homogeneous transforms, errors as
-    rotation vectors.
+def tool_in_work_mm(chain: Chain, positions: Array, tool_mm: Array | Vector) -> Array:
+    """Returns the commanded tool point in work coordinates, (n, 3): the exact product of homogeneous transforms.
 
     `tool_mm` is the tool point from the frame of the last axis that carries the tool, (3,) or (n, 3).
     """
-    count = len(positions)
-    tool = _branch(chain.tool, 1.0, chain, positions, values).shifted(np.broadcast_to(tool_mm, (count, 3)))
-    work = _branch(chain.work, -1.0, chain, positions, values)
-    return apply(np.swapaxes(work.turn, -1, -2), tool.origin_mm - work.origin_mm)
-
-
-def exact_error_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, values: Values) -> Array:
-    """Returns E by the exact transforms, (n, 3): second-order products of errors included."""
-    return tool_in_work_mm(chain, positions, tool_mm, values) - tool_in_work_mm(chain, positions, tool_mm, {})
+    bed = _bed(len(positions))
+    tool, work = (
+        steps[-1][1] if (steps := _steps(axes, sense, chain, positions)) else bed
+        for axes, sense in ((chain.tool, 1.0), (chain.work, -1.0))
+    )
+    return apply(np.swapaxes(work.turn, -1, -2), tool.shifted(tool_mm).origin_mm - work.origin_mm)
 
 
 def bed_to_work(chain: Chain, fixed: Mapping[str, float]) -> Array:
@@ -74,39 +68,11 @@ def bed_to_work(chain: Chain, fixed: Mapping[str, float]) -> Array:
     given: dict[str, Array | float] = dict(fixed)
     probes = np.vstack([np.zeros(3), PROBE_MM * np.eye(3)])
     given |= {name: probes[:, k] for k, name in enumerate("XYZ") if name in chain.order}
-    tool_at = tool_in_work_mm(chain, np.broadcast_to(chain.positions(given), (4, len(chain.order))), np.zeros(3), {})
+    tool_at = tool_in_work_mm(chain, np.broadcast_to(chain.positions(given), (4, len(chain.order))), np.zeros(3))
     rows: Array = (tool_at[1:] - tool_at[0]) / PROBE_MM
     for missing in np.flatnonzero(np.linalg.norm(rows, axis=1) < 0.5):
         rows[missing] = np.cross(rows[(missing + 1) % 3], rows[(missing + 2) % 3])
     return rows
-
-
-def _branch(axes: Sequence[Axis], sense: float, chain: Chain, positions: Array, values: Values) -> Frames:
-    count = len(positions)
-    frame = Frames(np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3)))
-    for axis in axes:
-        frame = _joint(frame.shifted(axis.offset_mm), axis, sense, travelled(chain, axis, positions), values)
-    return frame
-
-
-def _joint(frame: Frames, axis: Axis, sense: float, by: Array, values: Values) -> Frames:
-    """Returns the frame after one axis. The tool's branch meets its motion, then its error; the work's branch the
-    inverses of both, in the other order.
-    """
-    count = len(by)
-    place_mm, place_rad = _six(values, axis.name, True, count)
-    motion_mm, motion_rad = _six(values, axis.name, False, count)
-    if axis.kind is not AxisKind.LINEAR:
-        frame = frame.shifted(place_mm).turned(rotation(place_rad))
-    if sense < 0:
-        frame = frame.turned(rotation(-motion_rad)).shifted(-motion_mm)
-    if axis.kind is AxisKind.LINEAR:
-        frame = frame.shifted(rotation(place_rad)[:, :, axis.number] * (sense * by)[:, None])
-    else:
-        nominal = np.zeros((count, 3))
-        nominal[:, axis.number] = sense * by
-        frame = frame.turned(rotation(nominal))
-    return frame.shifted(motion_mm).turned(rotation(motion_rad)) if sense > 0 else frame
 
 
 def travelled(chain: Chain, axis: Axis, positions: Array) -> Array:
@@ -115,12 +81,6 @@ def travelled(chain: Chain, axis: Axis, positions: Array) -> Array:
         return np.zeros(len(positions))
     position: Array = positions[:, chain.order.index(axis.name)]
     return position
-
-
-def _six(values: Values, axis: str, place: bool, count: int) -> tuple[Array, Array]:
-    columns: list[Array] = [np.broadcast_to(values.get(ErrorName(c, axis, place), 0.0), (count,)) for c in "XYZABC"]
-    six = np.stack(columns, axis=-1)
-    return six[:, :3], six[:, 3:]
 
 
 def rotation(vector_rad: Array) -> Array:
@@ -165,7 +125,8 @@ def influences(
     to_work = np.swapaxes(work_steps[-1][1].turn, -1, -2) if work_steps else _bed(len(positions)).turn
     found: dict[ErrorName, Influence] = {}
     for steps, sense in ((work_steps, -1.0), (tool_steps, 1.0)):
-        for (axis, after), before in zip(steps, _befores(steps, len(positions)), strict=True):
+        befores = [_bed(len(positions)), *(frame for _, frame in steps)]
+        for (axis, after), before in zip(steps, befores, strict=False):
             joint = before.shifted(axis.offset_mm)
             for name in axis.errors():
                 if only is not None and name not in only:
@@ -191,10 +152,6 @@ def _steps(axes: tuple[Axis, ...], sense: float, chain: Chain, positions: Array)
         frame = frame.shifted(along) if axis.kind is AxisKind.LINEAR else frame.turned(rotation(along))
         steps.append((axis, frame))
     return steps
-
-
-def _befores(steps: list[tuple[Axis, Frames]], count: int) -> list[Frames]:
-    return [_bed(count), *[frame for _, frame in steps]][: len(steps)]
 
 
 def _bed(count: int) -> Frames:

@@ -12,7 +12,7 @@ from trueloop.arrays import Array, by_content
 from trueloop.errors import Code
 from trueloop.machine.model.chain import ZERO, Chain, ErrorName, Vector
 from trueloop.machine.model.history import Lag, moved_along
-from trueloop.machine.model.kinematics import exact_error_mm, influences
+from trueloop.machine.model.kinematics import influences
 from trueloop.machine.model.term import Signals, Term
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
@@ -104,10 +104,6 @@ class MachineModel:
         """Returns E to first order, (n, 3), work coordinates: actual − commanded."""
         error: Array = design(self.machine.chain, self.terms, state) @ self.coefficients
         return error
-
-    def exact_error_mm(self, state: State) -> Array:
-        """Returns E by the exact transforms, (n, 3)."""
-        return exact_error_mm(self.machine.chain, state.positions, state.tool_mm, self.values(state))
 
     def comp_mtg_mm(self, state: State) -> Array:
         """Returns COMP_MTG = −E, (n, 3), to be added to the commanded position."""

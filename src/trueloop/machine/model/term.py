@@ -80,11 +80,6 @@ CONSTANT = PositionBasis((0.0, 1.0), 0)
 """The basis of values equal everywhere: errors of place, offsets, drift."""
 
 
-def polynomial(low: float, high: float, degree: int, zero_at: tuple[float, ...] = ()) -> PositionBasis:
-    """Returns a basis of one segment over the travel."""
-    return PositionBasis((low, high), degree, zero_at)
-
-
 def segments(low: float, high: float, count: int, degree: int, zero_at: tuple[float, ...] = ()) -> PositionBasis:
     """Returns a basis of `count` equal segments over the travel. Raises MCH-BASIS for a travel without end."""
     if not np.isfinite([low, high]).all():
@@ -93,11 +88,6 @@ def segments(low: float, high: float, count: int, degree: int, zero_at: tuple[fl
             hint="give every axis of a term that varies along it its travel: [axes.X] with travel_mm or travel_deg",
         )
     return PositionBasis(tuple(float(p) for p in np.linspace(low, high, count + 1)), degree, zero_at)
-
-
-def table(positions: Array) -> PositionBasis:
-    """Returns a basis of linear interpolation between positions: the coefficients are the table's values."""
-    return PositionBasis(tuple(float(p) for p in positions), 1)
 
 
 Signals = Mapping[str, Array | float]
@@ -152,10 +142,12 @@ class Term:
 
     def admissible(self) -> Array:
         """Columns (size, free) that span the coefficients allowed by the parts' zeros."""
+        from scipy.linalg import block_diag
+
         blocks = [part.basis.admissible() for part in self.parts] * (2 if self.both_ways else 1)
         if self.both_ways:
             blocks[len(self.parts) :] = [np.eye(part.basis.size) for part in self.parts]
-        return block_diagonal(blocks)
+        return block_diag(*blocks)
 
     def values(self, coefficients: Array, position: Array, travel: Array, signals: Signals) -> Array:
         """Returns the error, (n,), mm or rad."""
@@ -168,14 +160,3 @@ class Term:
 
 def _column(values: Array | float) -> Array:
     return np.asarray(values, dtype=np.float64).reshape(-1, 1)
-
-
-def block_diagonal(blocks: list[Array]) -> Array:
-    """Blocks down the diagonal, zeros elsewhere."""
-    rows, columns = (sum(block.shape[k] for block in blocks) for k in (0, 1))
-    whole = np.zeros((rows, columns))
-    row = column = 0
-    for block in blocks:
-        whole[row : row + block.shape[0], column : column + block.shape[1]] = block
-        row, column = row + block.shape[0], column + block.shape[1]
-    return whole

@@ -50,7 +50,7 @@ def zigzag(surface: Surface, options: ZigzagOptions) -> list[Array]:
     return passes
 
 
-def program_text(passes: list[Array], dialect: Dialect, options: ZigzagOptions, spindle_rpm: float = 7500.0) -> str:
+def program_text(passes: list[Array], dialect: Dialect, options: ZigzagOptions) -> str:
     """The passes as a program in mm: G17 G21 G40 G90 G94, one rapid in, feed throughout, one rapid out."""
     state = CoordinateState(inch=False, diameter=False)
     top = max(float(np.max(tips[:, 2])) for tips in passes) + options.clearance_mm
@@ -60,7 +60,7 @@ def program_text(passes: list[Array], dialect: Dialect, options: ZigzagOptions, 
 
     first = passes[0][0]
     up = coordinate_text(dialect, "Z", top, state)
-    lines = ["G17 G21 G40 G90 G94", f"S{spindle_rpm:.0f} M3", f"G0 {up}", f"G0 {place(first, 'XY')}"]
+    lines = ["G17 G21 G40 G90 G94", "S7500 M3", f"G0 {up}", f"G0 {place(first, 'XY')}"]
     lines.append(f"G1 {place(first, 'Z')} F{options.feed_mm_per_min:g}")
     lines += [place(tip) for tips in passes for tip in tips][1:]
     return "\n".join([*lines, f"G0 {up}", "M5", "M2", ""])

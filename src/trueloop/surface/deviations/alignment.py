@@ -103,14 +103,6 @@ def count_told(motions: RigidMotions, form: float, setup_mm: float) -> int:
     return int(np.count_nonzero(BETTER * motions.uncertainty_mm(form) <= setup_mm))
 
 
-def form_alone_mm(points_mm: Array, normal: Array, u: Array, v: Array, error_mm: Array, setup_mm: float) -> Array:
-    """Deviations (n,) less what a best fit of these points would take out of them, to first order."""
-    centre = np.mean(points_mm, axis=0)
-    motions = rigid_motions(points_mm, normal, centre, spread_of(points_mm, centre))
-    shapes = motions.shapes[:, : count_told(motions, form_size(motions, u, v, error_mm), setup_mm)]
-    return np.asarray(error_mm - shapes @ (shapes.T @ error_mm))
-
-
 def best_fit(
     surface: Surface, points_mm: Array, ball_radius_mm: float, feet: Feet, setup_mm: float = SETUP_MM, name: str = ""
 ) -> tuple[Alignment, Feet]:

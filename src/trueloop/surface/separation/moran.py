@@ -11,9 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from trueloop._core import pair_sums, weights_product, weights_product_rows
-from trueloop.arrays import Array, for_kernel
-from trueloop.errors import Code
+from trueloop._core import pair_sums, weights_product
+from trueloop.arrays import Array
 
 STRAY: Final = 1e-10
 """Points belong to a lattice when they stray from it by less than this share of a step: weights keep ten digits."""
@@ -149,7 +148,6 @@ def _on(points: Array, corner: Array, steps: Array, exponent: float) -> Lattice 
 MOST: Final = 40_000
 DIGITS: Final = 3.0
 """Beyond `MOST` places a product C v is off by less than 10^-DIGITS Σ c |v| anywhere, usually by a hundredth of it."""
-CHECKED: Final = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,14 +201,6 @@ class Weights:
         """Σ c²."""
         return Weights(self.points_mm, 2 * self.exponent, self.nearest_mm).total
 
-    def measured_error(self, vectors: Array, product: Array) -> float:
-        """Largest error of a product C V at places drawn by chance, as a share of Σ c |v| there."""
-        rows = np.random.default_rng(0).choice(self.count, min(CHECKED, self.count), replace=False)
-        both = np.ascontiguousarray(np.concatenate([vectors, np.abs(vectors)], axis=1))
-        exact = weights_product_rows(self.points_mm, both, self.exponent, self.nearest_mm, rows.tolist())
-        columns = vectors.shape[1]
-        return float(np.max(np.abs(product[rows] - exact[:, :columns]) / exact[:, columns:]))
-
     @cached_property
     def _turned(self) -> Array:
         """The places along their principal axes: a patch is then thin along one, and cells of it need few nodes."""
@@ -241,31 +231,7 @@ class Null:
         return float(ndtr((self.expected - moran_i) / self.deviation))
 
 
-def moran_i(points_mm: Array, values: Array, exponent: float = EXPONENT) -> float:
-    """Moran's I = (n/S0) Σ c zᵢ zⱼ / Σ z² [MPM Eq. 2] for values (n,) at points (n, 3), z the values less their mean.
-
-    Memory grows with n. To rounding up to `weights.MOST` points and on regular lattices; beyond, off by less than
-    10^-`weights.DIGITS` max Σ c / mean Σ c. Coincident points have no weight. Raises SRF-MODEL for fewer than four
-    points, values that are all the same, or an exponent that is not positive.
-    """
-    points, z = _checked(points_mm, values, exponent)
-    total, products = Weights(points, exponent).sums(z)
-    return float(len(z) * products / (total * (z @ z)))
-
-
 def geary_of(weighted: Callable[[Array], Array], z: Array) -> float:
     """Geary's C of values (n,) about zero, from what multiplies the weights with vectors (n, k)."""
     rows, products = weighted(np.stack([np.ones_like(z), z], axis=1)).T
     return float((len(z) - 1) * (rows @ z**2 - z @ products) / (np.sum(rows) * (z @ z)))
-
-
-def _checked(points_mm: Array, values: Array, exponent: float) -> tuple[Array, Array]:
-    points, z = for_kernel(points_mm), np.asarray(values, float)
-    z = z - np.mean(z)
-    if len(z) < 4 or points.shape != (len(z), 3) or not exponent > 0 or not z @ z > 0:
-        raise Code.SRF_MODEL.refusal(
-            f"{len(z)} values at points of shape {points.shape}, weights d^-{exponent:g}, scatter {np.ptp(z):g} mm: "
-            f"nothing to correlate",
-            hint="give at least four points with different values, and a positive exponent",
-        )
-    return points, z

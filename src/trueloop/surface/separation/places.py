@@ -193,11 +193,6 @@ def thinner(size: Size) -> list[Size]:
     return [size for size in fewer if min(size.rows, size.columns) > size.degree]
 
 
-def thicker(size: Size) -> list[Size]:
-    """Sizes with one control point more along one direction."""
-    return [replace(size, rows=size.rows + 1), replace(size, columns=size.columns + 1)]
-
-
 def most_likely(candidates: Sequence[Size], likely: Callable[[Size], float]) -> Size:
     """The likeliest of the candidates, in order; then with more or fewer control points along one direction alone."""
     best, most = candidates[0], candidates[-1]
@@ -207,7 +202,7 @@ def most_likely(candidates: Sequence[Size], likely: Callable[[Size], float]) -> 
         best = max(best, size, key=likely)
 
     def around(size: Size) -> list[Size]:
-        either = thinner(size) + thicker(size)
+        either = [*thinner(size), replace(size, rows=size.rows + 1), replace(size, columns=size.columns + 1)]
         return [near for near in either if near.rows <= most.rows and near.columns <= most.columns]
 
     return climbed(best, likely, around, lambda _: True)

@@ -72,18 +72,17 @@ def streams(pins: Sequence[SampledPin]) -> list[tuple[SampledPin, ...]]:
     return [(head, *pins[start : start + room]) for start in range(0, len(pins), room)]
 
 
-def sampler_lines(pins: Sequence[SampledPin], linked: Mapping[str, str], first: int = 0) -> list[str]:
+def sampler_lines(pins: Sequence[SampledPin], linked: Mapping[str, str]) -> list[str]:
     """Lines of HAL, to stand after all others of the servo thread: `sampler` loaded, run after the corrector, wired.
 
-    `linked`: signals that pins are on already, by pin: a pin joins one signal only. `first`: streams before it belong
-    to others, who load `sampler` too: these lines then leave `loadrt` to them.
+    `linked`: signals that pins are on already, by pin: a pin joins one signal only.
     """
     by_stream = streams(pins)
     kinds = ",".join("".join(pin.kind for pin in stream) for stream in by_stream)
     depths = ",".join([str(DEPTH)] * len(by_stream))
-    lines = [f"loadrt sampler depth={depths} cfg={kinds}"] if first == 0 else []
-    lines += [f"addf sampler.{first + k} servo-thread" for k in range(len(by_stream))]
-    for k, stream in enumerate(by_stream, first):
+    lines = [f"loadrt sampler depth={depths} cfg={kinds}"]
+    lines += [f"addf sampler.{k} servo-thread" for k in range(len(by_stream))]
+    for k, stream in enumerate(by_stream):
         for place, pin in enumerate(stream):
             signal = linked.get(pin.name) or f"watch-{pin.name.replace('.', '-')}"
             lines.append(f"net {signal} {pin.name} => sampler.{k}.pin.{place}")

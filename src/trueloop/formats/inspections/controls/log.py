@@ -124,10 +124,7 @@ def _columns(line: str, columns: tuple[str, ...], path: Path, number: int) -> di
 
 def _refusal(line: str, why: str, path: Path, number: int) -> TrueloopError:
     return Code.MSR_VALUE.refusal(
-        f"{path.name!r}: {line.strip()[:60]!r}: {why}",
-        hint=HINT,
-        place=Place(str(path), number),
-        values={"file": path.name},
+        f"{path.name!r}: {line.strip()[:60]!r}: {why}", hint=HINT, place=Place(str(path), number)
     )
 
 

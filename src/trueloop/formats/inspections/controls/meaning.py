@@ -130,7 +130,6 @@ def unit_of(stated: Stated, meaning: Meaning, path: Path) -> Unit:
         f"{path.name!r}: {why}",
         hint="state it once: --unit mm or --unit inch, or `unit` at the top of the mapping",
         place=Place(str(path)),
-        values={"file": path.name},
     )
 
 
@@ -141,7 +140,6 @@ def not_stated(path: Path, what: str, example: Sequence[str], line: int | None =
         f"{path.name!r}: {what}",
         hint=f"say so in a mapping, --mapping FILE.toml, for instance:{shown}",
         place=Place(str(path), line),
-        values={"file": path.name},
     )
 
 

@@ -168,7 +168,6 @@ class _Reader:
             f"{self.path.name!r}: {why}",
             hint="send the results again; each point is a G800 line and a G801 line of one number",
             place=Place(str(self.path), line),
-            values={"file": self.path.name},
         )
 
 
@@ -180,7 +179,6 @@ def _inspection(path: Path, meaning: Meaning, one: _Component) -> Inspection:
             f"{min(one.balls_mm):.4f} mm to {max(one.balls_mm):.4f} mm",
             hint="split the file by the probe that was used",
             place=Place(str(path)),
-            values={"file": path.name},
         )
     ball_mm = next(iter(one.balls_mm), 0.0)
     return inspection_of(path, meaning, one.readings, one.points, ball_radius_mm=ball_mm)

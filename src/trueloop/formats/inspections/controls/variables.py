@@ -5,9 +5,12 @@ the cycle. From memory: the layout of the dumps, and the expressions that old Fa
 `[25283*65536+65536]/134217728` for 12.3457: numbers, + − * / and [ ], nothing else.
 """
 
+import ast
+import operator
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 from typing import Final
 
@@ -25,8 +28,15 @@ from trueloop.formats.inspections.controls.meaning import (
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
 from trueloop.formats.inspections.shared.text import MOST, beginning, read_decoded
 
-TOKEN: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|[-+*/\[\]])")
+NUMBER: Final = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 PLAIN: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)")
+TWO_SIGNS: Final = re.compile(r"(?:^|[-+*/\[])\s*[-+]\s*[-+]")
+OPERATIONS: Final[Mapping[type[ast.operator], Callable[[float, float], float]]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+}
 DEEPEST: Final = 20
 """No control writes brackets as deep."""
 
@@ -35,60 +45,27 @@ def value_of(text: str) -> float | None:
     """Returns the value of an expression; None for what is none, divides by zero, or is beyond `MOST`."""
     if PLAIN.fullmatch(text):
         return float(text) if abs(float(text)) <= MOST else None
-    tokens = _tokens(text)
-    if not tokens:
+    depths = accumulate((one == "[") - (one == "]") for one in text)
+    if set(NUMBER.sub("", text)) - set("+-*/[] \t") or TWO_SIGNS.search(text) or max(depths, default=0) > DEEPEST:
         return None
+    written = NUMBER.sub(lambda found: repr(float(found[0])), text).translate({ord("["): "(", ord("]"): ")"})
     try:
-        value, rest = _sum(tokens, 0, 0)
-    except (ValueError, ZeroDivisionError, OverflowError, IndexError):
+        value = _value(ast.parse(written.strip(), mode="eval").body)
+    except (SyntaxError, ValueError, ZeroDivisionError, OverflowError, RecursionError, MemoryError):
         return None
-    return value if rest == len(tokens) and abs(value) <= MOST else None
+    return value if abs(value) <= MOST else None
 
 
-def _tokens(text: str) -> list[str]:
-    """The tokens of a text; none where it has others."""
-    tokens, at, text = [], 0, text.rstrip()
-    while at < len(text):
-        found = TOKEN.match(text, at)
-        if found is None:
-            return []
-        tokens.append(found[1])
-        at = found.end()
-    return tokens
-
-
-def _sum(tokens: list[str], at: int, depth: int) -> tuple[float, int]:
-    value, at = _product(tokens, at, depth)
-    while at < len(tokens) and tokens[at] in "+-":
-        term, after = _product(tokens, at + 1, depth)
-        value, at = (value + term if tokens[at] == "+" else value - term), after
-    return value, at
-
-
-def _product(tokens: list[str], at: int, depth: int) -> tuple[float, int]:
-    value, at = _signed(tokens, at, depth)
-    while at < len(tokens) and tokens[at] in "*/":
-        factor, after = _signed(tokens, at + 1, depth)
-        value, at = (value * factor if tokens[at] == "*" else value / factor), after
-    return value, at
-
-
-def _signed(tokens: list[str], at: int, depth: int) -> tuple[float, int]:
-    if tokens[at] in "+-":
-        value, after = _bracketed(tokens, at + 1, depth)
-        return (-value if tokens[at] == "-" else value), after
-    return _bracketed(tokens, at, depth)
-
-
-def _bracketed(tokens: list[str], at: int, depth: int) -> tuple[float, int]:
-    if tokens[at] != "[":
-        return float(tokens[at]), at + 1
-    if depth == DEEPEST:
-        raise ValueError("too deep")
-    value, after = _sum(tokens, at + 1, depth + 1)
-    if tokens[after] != "]":
-        raise ValueError("not closed")
-    return value, after + 1
+def _value(node: ast.expr) -> float:
+    """The value of a sum or product of numbers. Raises ValueError for anything else."""
+    match node:
+        case ast.Constant(value=float(value)):
+            return value
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
+            return -_value(operand) if isinstance(node.op, ast.USub) else _value(operand)
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATIONS:
+            return OPERATIONS[type(op)](_value(left), _value(right))
+    raise ValueError(ast.dump(node))
 
 
 START: Final = re.compile(r"((?:#|\b[RQ]|\bVC)\d+|\b_OV[RI]\[\d+\]|\bR\[\d+\])\s*=\s*", re.IGNORECASE)
@@ -288,7 +265,6 @@ class _Dump:
             f"{self.path.name!r}: {why}",
             hint="correct the mapping, or send the variables again",
             place=Place(str(self.path), line),
-            values={"file": self.path.name},
         )
 
 

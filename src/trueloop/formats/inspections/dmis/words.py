@@ -162,7 +162,6 @@ class Settings:
                 f"{self.path.name!r} has lengths from line {line} on and no statement UNITS before them",
                 hint="state the unit: --unit mm or --unit inch",
                 place=Place(str(self.path), line),
-                values={"file": self.path.name},
             )
         return self.mm
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place
 
 FIELD: Final = re.compile(r"K(\d{4})(?:/(\d{1,6}))?(?:/\d+)?(?:[ \t](.*))?")
 BETWEEN_VALUES, BETWEEN_PARTS = "\x0f", "\x14"
@@ -82,7 +82,11 @@ def fields_of(texts: Iterator[tuple[Path, str]]) -> Fields:
             if match is not None:
                 part = _take(found, match, part, number)
             elif line[0].isalpha() or not found.characteristics:
-                raise _neither(path, number, line)
+                raise Code.MSR_FILE.refusal(
+                    f"{line[:60]!r} is neither a K field nor a line of values",
+                    hint="a field is K, four digits and the number of its characteristic: K2101/1 25.000",
+                    place=Place(str(path), number),
+                )
             else:
                 _take_values(found, line, path, number)
     return found
@@ -127,17 +131,8 @@ def _take_values(found: Fields, line: str, path: Path, number: int) -> None:
             f"the line has {len(values)} values, the file {count} characteristics",
             hint="plan and values may not belong together: name the pair that was written together",
             place=Place(str(path), number),
-            values={"file": path.name},
         )
     for index in found.part_of:
         parts = values[index - 1].split(BETWEEN_PARTS, 3) if index <= len(values) else [""]
         value, attribute, time = (*parts, "", "")[:3]
         found.values[index].add(number, value.strip(), attribute.strip() or "0", time.strip())
-
-
-def _neither(path: Path, line: int, text: str) -> TrueloopError:
-    return Code.MSR_FILE.refusal(
-        f"{text[:60]!r} is neither a K field nor a line of values",
-        hint="a field is K, four digits and the number of its characteristic: K2101/1 25.000",
-        place=Place(str(path), line),
-    )

@@ -120,7 +120,6 @@ def _mm(unit: str, path: Path, fields: Fields, index: int, stated: Stated) -> fl
         f"characteristic {index} of {path.name!r} has no unit (K2142)",
         hint="state the unit: `--unit mm` or `--unit inch`",
         place=Place(str(path), fields.lines.get(("2101", index)) or fields.lines.get(("2001", index))),
-        values={"file": path.name},
     )
 
 
@@ -134,7 +133,6 @@ def _counted(path: Path, line: int | None, name: str, kind: str) -> TrueloopErro
         f"{path.name!r} counts and measures no size: characteristic {name!r} has K2004 {kind}",
         hint="name a file of measured values: K2004 is 0, or missing",
         place=Place(str(path), line),
-        values={"file": path.name},
     )
 
 

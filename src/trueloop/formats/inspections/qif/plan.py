@@ -128,8 +128,9 @@ def plan_of(parts: Parts, units: Units) -> Plan:
     for identifier, element in parts.lists.get("FeatureItems", {}).items():
         names[identifier] = element.words("FeatureName") or element.words("Name")
         nominal = parts.of("FeatureNominals", element.first("FeatureNominalId"))
-        location = None if nominal is None else _location(nominal, units)
-        if nominal is not None and location is not None:
+        if nominal is not None and (
+            location := units.place(nominal.first("Location") or nominal.first("Axis", "AxisPoint"))
+        ):
             places[identifier] = location
             if nominal.name.startswith(POINTS):
                 points[identifier] = location, _normal(nominal)
@@ -143,10 +144,6 @@ def kind_of(element: Element) -> str:
     return found[1] if found else ""
 
 
-def _location(nominal: Element, units: Units) -> Vector | None:
-    return units.place(nominal.first("Location") or nominal.first("Axis", "AxisPoint"))
-
-
 def _normal(nominal: Element) -> Vector | None:
     words = nominal.words("Normal").split()
     numbers = [float(word) for word in words if NUMBER.fullmatch(word) and "," not in word]
@@ -155,7 +152,8 @@ def _normal(nominal: Element) -> Vector | None:
 
 def _item(element: Element, parts: Parts, units: Units, remarks: Counter[str]) -> Item:
     nominal = parts.of("CharacteristicNominals", element.first("CharacteristicNominalId"))
-    definition = None if nominal is None else _definition(nominal, parts)
+    reference = None if nominal is None else nominal.first("CharacteristicDefinitionId")
+    definition = parts.of("CharacteristicDefinitions", reference)
     if nominal is None:
         remarks["the nominal that an item refers to is not in this file: no nominal value, no limits"] += 1
     elif definition is None:
@@ -192,10 +190,6 @@ def _numbers(item: Element, name: str, definition: Element | None) -> bool:
     """Returns whether a characteristic numbers the parts: by its name, unless what it measures is one of our words."""
     said = "" if definition is None else definition.words("WhatToMeasure")
     return kind_of(item).startswith("UserDefined") and said not in set(Quantity) and bool(NUMBERING.search(name))
-
-
-def _definition(nominal: Element, parts: Parts) -> Element | None:
-    return parts.of("CharacteristicDefinitions", nominal.first("CharacteristicDefinitionId"))
 
 
 def _limits(

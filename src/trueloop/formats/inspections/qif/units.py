@@ -113,8 +113,5 @@ def _factor(unit: Element, known: Mapping[str, float], per_si: float, path: Path
 
 def _wrong(path: Path, what: str, line: int | None) -> TrueloopError:
     return Code.MSR_UNIT.refusal(
-        f"the lengths of {path.name!r} cannot be read: {what}",
-        hint=HINT,
-        place=Place(str(path), line),
-        values={"file": path.name},
+        f"the lengths of {path.name!r} cannot be read: {what}", hint=HINT, place=Place(str(path), line)
     )

@@ -65,7 +65,8 @@ def grid_of_text(
     head = "\n".join(body.splitlines()[: 2 * SAMPLE])
     sure = separator or stated
     mark = sure or max(
-        SEPARATORS, key=lambda one: (scored(_split(head, one, path)[0][:SAMPLE]), _lines_with(one, head))
+        SEPARATORS,
+        key=lambda one: (scored(_split(head, one, path)[0][:SAMPLE]), sum(one in line for line in head.splitlines())),
     )
     rows, lines = _split(body, mark, path)
     skipped = 1 if stated else 0
@@ -79,10 +80,6 @@ def _without_separator_line(text: str) -> tuple[str, str]:
     if stated.lower().startswith("sep=") and len(stated) == 5:
         return rest, stated[4]
     return text, ""
-
-
-def _lines_with(separator: str, text: str) -> int:
-    return sum(separator in line for line in text.splitlines())
 
 
 def _split(text: str, separator: str, path: Path) -> tuple[list[list[str]], list[int]]:

@@ -226,5 +226,4 @@ def _refusal(grid: Grid, why: str, row: int | None = None, hint: str = "") -> Tr
         f"{grid.path.name!r}: {why}",
         hint=hint or f"name the columns: {map_command(grid.path, '--column actual=HEADING')}",
         place=place,
-        values={"file": grid.path.name},
     )

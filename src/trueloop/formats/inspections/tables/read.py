@@ -133,8 +133,7 @@ def grid_of(path: Path, sheet: str = "", separator: str = "") -> Grid:
         listed = ", ".join(map(repr, names[:8]))
         why = f"has no sheet {sheet!r}" if sheet else f"has {len(names)} sheets that may be read"
         hint = f"name one: {map_command(path, '--sheet ' + shlex.quote(names[0] if names else 'NAME'))}"
-        raise Code.MSR_MEANING.refusal(f"{path.name!r} {why}: {listed}", hint=hint, place=Place(str(path)),
-            values={"file": path.name}
+        raise Code.MSR_MEANING.refusal(f"{path.name!r} {why}: {listed}", hint=hint, place=Place(str(path))
         )  # fmt: skip
     return sheets[names[0]]
 

@@ -14,7 +14,6 @@ from trueloop.formats.tables.tool_tables.tool_table import (
     HINT,
     MARK,
     UNIT_MM,
-    Kind,
     Number,
     ToolRow,
     ToolTable,
@@ -53,17 +52,8 @@ def row_of(table: ToolTable, tool: int, edge: int = 1, name: str = "") -> ToolRo
 
 def geometry_of(table: ToolTable, row: ToolRow) -> ToolRow:
     """The row that holds the nose of the same tool and edge."""
-    same = (one for one in table.rows if (one.tool, one.edge) == (row.tool, row.edge) and _has_nose(one))
-    return next(iter(sorted(same, key=_is_wear)), row)
-
-
-def _has_nose(row: ToolRow) -> bool:
-    return row.nose is not None
-
-
-def _is_wear(row: ToolRow) -> bool:
-    kinds: tuple[Kind, Kind] = ("geometry", "wear")
-    return bool(kinds.index(row.kind))
+    same = (one for one in table.rows if (one.tool, one.edge) == (row.tool, row.edge) and one.nose is not None)
+    return next(iter(sorted(same, key=lambda one: one.kind == "wear")), row)
 
 
 def _only(table: ToolTable, rows: list[ToolRow]) -> ToolRow | None:
@@ -175,7 +165,11 @@ def new_table(table: ToolTable, offset: ToolOffset, record_id: str) -> NewTable:
         if new == old:
             continue
         if number is None:
-            raise _no_place(table, row, axis)
+            raise Code.OFS_ROW.refusal(
+                f"the row of tool {row.tool} has no number for {axis}",
+                hint="enter a 0 there at the control and save the table anew",
+                place=table.place(row),
+            )
         edits.append((number, new))
     _refuse_twice(table, row, offset, record_id, numbers)
     mark = f"{MARK} {record_id} {_measured(offset)}"
@@ -186,14 +180,6 @@ def new_table(table: ToolTable, offset: ToolOffset, record_id: str) -> NewTable:
 def _measured(offset: ToolOffset) -> str:
     """The measured quantity, as the mark names it."""
     return f"of {offset.measured_sha256[:16]}" if offset.measured_sha256 else ""
-
-
-def _no_place(table: ToolTable, row: ToolRow, axis: str) -> TrueloopError:
-    return Code.OFS_ROW.refusal(
-        f"the row of tool {row.tool} has no number for {axis}",
-        hint="enter a 0 there at the control and save the table anew",
-        place=table.place(row),
-    )
 
 
 def _refuse_twice(table: ToolTable, row: ToolRow, offset: ToolOffset, record_id: str, numbers: list[NewNumber]) -> None:
@@ -266,7 +252,6 @@ def tool_table_of(path: Path, source: bytes, unit: Unit | None = None) -> ToolTa
         f"{names}",
         hint=HINT,
         place=Place(str(path)),
-        values={"file": path.name},
     )
 
 
