@@ -155,6 +155,11 @@ def _split(path: Path, kind: CsvKind, line: int, text: str, separator: str) -> l
         raise kind.file.refusal(f"no CSV: {error}", hint="save it as plain CSV", place=place) from error
 
 
+def csv_cell(text: str) -> str:
+    """Returns a text as RFC 4180 wants it: quoted when it holds a comma, a quote or a line end."""
+    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\r\n') else text
+
+
 def number_of(text: str) -> float:
     """Returns a text as a number; nan for one that is none."""
     try:

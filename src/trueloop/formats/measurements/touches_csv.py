@@ -24,7 +24,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.errors import Code, Place
 from trueloop.formats.input_file import FilePath, read_text
-from trueloop.formats.measurements.rows import CsvFile, CsvKind, Rows, read_csv
+from trueloop.formats.measurements.rows import CsvFile, CsvKind, Rows, csv_cell, read_csv
 from trueloop.geometry.feature import Point
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
@@ -124,7 +124,7 @@ def touches_to_csv(touches: Sequence[Touch]) -> str:
         assert touch.error_mm is not None
         x, z = touch.nominal_mm
         lines.append(
-            f"{_cell(touch.point)},{_cell(touch.feature or '')},{x:.6f},{z:.6f},{touch.error_mm * UM_PER_MM:.3f}"
+            f"{csv_cell(touch.point)},{csv_cell(touch.feature or '')},{x:.6f},{z:.6f},{touch.error_mm * UM_PER_MM:.3f}"
         )
     return "\n".join([*lines, ""])
 
@@ -134,14 +134,10 @@ def empty_touches_csv(features: Sequence[str], nominal_mm: Array, unit: Literal[
     ending, per = ("in", MM_PER_INCH) if unit == "inch" else ("mm", 1.0)
     places = [f"{what}_{axis}_{ending}" for what in ("nominal", "measured") for axis in "xz"]
     rows = [
-        f"{k},{_cell(feature)},{x / per:.6f},{z / per:.6f},,"
+        f"{k},{csv_cell(feature)},{x / per:.6f},{z / per:.6f},,"
         for k, (feature, (x, z)) in enumerate(zip(features, nominal_mm.tolist(), strict=True), 1)
     ]
     return "\n".join([",".join(["point", "feature", *places]), *rows, ""])
-
-
-def _cell(text: str) -> str:
-    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\r\n') else text
 
 
 def _points(file: CsvFile, rows: Rows, prefix: str) -> list[Point] | None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from trueloop.errors import Code
+from trueloop.formats.measurements.rows import csv_cell
 from trueloop.turned.compensation.prediction import CorrectionTable
 from trueloop.units import UM_PER_MM
 
@@ -34,13 +35,8 @@ def table_to_csv(table: CorrectionTable) -> bytes:
     collar,73.437750,-162.655250,-11.214454,-0.002432
     """
     rows = zip(table.feature, table.commanded_mm.tolist(), (table.correction_mm * UM_PER_MM).tolist(), strict=True)
-    lines = [f"{_cell(name)},{x:.6f},{z:.6f},{dx:+.6f},{dz:+.6f}" for name, (x, z), (dx, dz) in rows]
+    lines = [f"{csv_cell(name)},{x:.6f},{z:.6f},{dx:+.6f},{dz:+.6f}" for name, (x, z), (dx, dz) in rows]
     return "\n".join([HEADER, *lines, ""]).encode()
-
-
-def _cell(text: str) -> str:
-    """A name as RFC 4180 wants it: quoted when it holds a comma, a quote or a line end."""
-    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\r\n') else text
 
 
 LINUXCNC_MOST = 256

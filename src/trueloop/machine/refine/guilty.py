@@ -14,7 +14,7 @@ correlations with them count.
 It holds to first order, with the guilty errors named rightly; its worth is judged by parts left out (`refine.py`).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -166,8 +166,8 @@ class Updated:
 
     `outlier` (n,) are points more than five standard deviations off, which hardly counted. `noise_mm`, `set_up_mm` and
     `place_mm` are standard deviations found: of a point, of a part's set-up, of what stays at a place whatever the
-    coefficients are. `freedom_mm` is by how much each guilty error (and its signal) was let move, RMS of points;
-    `wider` by what factor the standard uncertainties of all coefficients had to be larger than the model says.
+    coefficients are. `wider`: by what factor the standard uncertainties of all coefficients had to be larger than
+    the model says.
     """
 
     model: MachineModel
@@ -175,7 +175,6 @@ class Updated:
     noise_mm: float
     set_up_mm: float
     place_mm: float
-    freedom_mm: Mapping[str, float]
     wider: float
 
 
@@ -209,9 +208,8 @@ def update(
     fit = mixed(seen.residual_mm * UM_PER_MM, blocks, seen.weights, seen.u_mm * UM_PER_MM)
     to_all = np.hstack([fit.scales[name] * move for name, move in moves.items()])
     refined = _moved(grown, to_all, fit, share)
-    sizes = {name: fit.scales[name] for name in moves if name != MODEL}
     set_up, place = fit.scales[SET_UP], fit.scales[PLACE] if blocks[PLACE].rows.size else 0.0
-    return Updated(refined, fit.outlier, fit.noise / UM_PER_MM, set_up, place, sizes, fit.scales[MODEL])
+    return Updated(refined, fit.outlier, fit.noise / UM_PER_MM, set_up, place, fit.scales[MODEL])
 
 
 def _in_um(rows: Array) -> Block:

@@ -33,9 +33,7 @@ class LeftOut:
     groups: int
     points: int
     rms_old_mm: float
-    u_rms_old_mm: float
     rms_new_mm: float
-    u_rms_new_mm: float
     largest_old_mm: float
     largest_new_mm: float
     better_mm: float
@@ -150,9 +148,7 @@ def _compared(left: Array, weighted: Array, unit: Integers, groups: int | None) 
         groups or len(np.unique(unit)),
         left.shape[1],
         old.rms,
-        old.u,
         new.rms,
-        new.u,
         float(np.abs(left[0]).max()),
         float(np.abs(left[1]).max()),
         better,
@@ -170,19 +166,12 @@ class _Level:
         sums = np.array([np.sum(values[unit == one] ** 2) for one in units])
         self.shares, self.rms = sums * len(units) / len(values), rms(values)
 
-    @property
-    def u(self) -> float:
-        """Returns the standard uncertainty of the RMS from the scatter of units."""
-        return _u_of_mean(self.shares) / (2 * self.rms)
-
 
 def _better(old: _Level, new: _Level) -> tuple[float, float]:
     """Returns by how much the RMS is less, and its standard uncertainty: the mean square's over both RMS."""
-    return old.rms - new.rms, _u_of_mean(old.shares - new.shares) / (old.rms + new.rms)
-
-
-def _u_of_mean(values: Array) -> float:
-    return float(np.std(values, ddof=1) / np.sqrt(len(values)))
+    less = old.shares - new.shares
+    u = float(np.std(less, ddof=1) / np.sqrt(len(less)))
+    return old.rms - new.rms, u / (old.rms + new.rms)
 
 
 def _words_of_parts(one: LeftOut) -> Wording:

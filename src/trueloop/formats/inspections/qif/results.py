@@ -10,7 +10,7 @@ from trueloop.formats.inspections.qif.elements import Element
 from trueloop.formats.inspections.qif.plan import KINDS, POINTS, kind_of
 from trueloop.formats.inspections.qif.units import Units
 from trueloop.formats.inspections.shared.checks import Said
-from trueloop.formats.inspections.shared.text import number_in, numbers_in
+from trueloop.formats.inspections.shared.text import iso_time, number_in, numbers_in
 
 MAX_POINTS: Final = 500_000
 """Points that are kept of one file: 150 MB. Of more the inspections have the count."""
@@ -70,15 +70,8 @@ def take(one: ResultSet, around: str, element: Element, units: Units, said: Said
 
 def traced(element: Element) -> tuple[str, datetime | None]:
     """Returns operator and time of an inspection; the time of its report is not that of its measurement."""
-    times = (_time(element.words(name)) for name in ("InspectionStart", "InspectionEnd"))
+    times = (iso_time(element.words(name)) for name in ("InspectionStart", "InspectionEnd"))
     return element.words("InspectionOperator", "Name"), next((one for one in times if one is not None), None)
-
-
-def _time(text: str) -> datetime | None:
-    try:
-        return datetime.fromisoformat(text)
-    except ValueError:
-        return None
 
 
 def _result(element: Element, units: Units, said: Said) -> Result | None:
@@ -103,7 +96,7 @@ def _result(element: Element, units: Units, said: Said) -> Result | None:
         value.text if kind.startswith("UserDefined") else "",
         None if uncertainty is None else factor * number_in(uncertainty, units.path, value.line),
         VERDICTS.get(element.words("Status", "CharacteristicStatusEnum")),
-        _time(element.words("TimeStamp")),
+        iso_time(element.words("TimeStamp")),
         element.words("ActualComponentId"),
         _ids(element, "FeatureMeasurementIds", "FeatureActualIds"),
         _ids(element, "MeasurementDeviceIds"),

@@ -175,12 +175,13 @@ def moment(text: str, order: Order | None, place: Place) -> datetime | None:
     if not text:
         return None
     try:
-        return (_iso(text) or _year_first(text) or _local(text, order)).astimezone()
+        return (iso_time(text) or _year_first(text) or _local(text, order)).astimezone()
     except (ValueError, OverflowError, OSError) as error:
         raise _refusal(text, "it is no date with a time that is known here", place) from error
 
 
-def _iso(text: str) -> datetime | None:
+def iso_time(text: str) -> datetime | None:
+    """Returns a time as ISO 8601 writes it; None for anything else."""
     try:
         return datetime.fromisoformat(text)
     except ValueError:
