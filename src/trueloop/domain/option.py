@@ -185,8 +185,9 @@ def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
     """Refuses touches that are older than the limit, or from the future. Both times know their zone, or neither."""
     age_hours = (now - measured_at).total_seconds() / 3600
     if age_hours < 0:
+        ahead = f"{-60.0 * age_hours:.1f} min" if age_hours > -2.0 else f"{-age_hours:.1f} h"
         raise Code.CMP_AGE.refusal(
-            f"the touches were taken {-age_hours:.1f} h from now ({measured_at.isoformat(timespec='minutes')})",
+            f"the touches are dated {ahead} in the future ({measured_at.isoformat(timespec='minutes')})",
             hint="set the clock, or the time and its zone that the job gives",
             values={"age_h": age_hours},
         )

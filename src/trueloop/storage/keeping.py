@@ -73,7 +73,7 @@ class Keeping:
         standing = [row.id for row in rows if row.superseded_by is None]
         if standing and supersedes not in standing:
             raise Code.STO_DIFFERS.refusal(
-                f"this {kind.table} is stored already as row {standing[-1]}, with another content",
+                f"this {kind.words} is stored already as row {standing[-1]}, with another content",
                 hint="what is stored never changes: name the row that the new one supersedes",
             )
         if supersedes is not None and supersedes not in standing:
@@ -83,12 +83,12 @@ class Keeping:
         table = TABLES[kind.table]
         if self.connection.scalar(select(table.c.id).where(table.c.id == row)) is None:
             raise Code.STO_UNKNOWN.refusal(
-                f"there is no {kind.table} in row {row} to supersede", hint="look it up by find"
+                f"there is no {kind.words} in row {row} to supersede", hint="look it up by find"
             )
         later = self.connection.scalar(select(table.c.id).where(table.c.supersedes == row))
         if later is not None:
             raise Code.STO_DIFFERS.refusal(
-                f"the {kind.table} in row {row} is superseded already, by row {later}",
+                f"the {kind.words} in row {row} is superseded already, by row {later}",
                 hint=f"supersede row {later} instead",
             )
 

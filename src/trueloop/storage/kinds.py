@@ -48,6 +48,11 @@ class Kind:
         """Returns the names of the columns."""
         return SEARCHED[self.table]
 
+    @property
+    def words(self) -> str:
+        """Returns its name in a message."""
+        return self.table.replace("_", " ")
+
 
 def joined(identity: tuple[str, ...]) -> str:
     """Returns an identity as one text: different identities are different texts."""

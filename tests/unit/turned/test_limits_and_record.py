@@ -198,7 +198,11 @@ def test_the_next_cut_errs_by_the_process_less_the_weight_times_its_fit() -> Non
 
 @pytest.mark.parametrize(
     ("age_hours", "said", "override"),
-    [(25, "25.0 h ago", "compensation.max_age_hours in the job"), (-16.4, "16.4 h from now", None)],
+    [
+        (25, "25.0 h ago", "compensation.max_age_hours in the job"),
+        (-16.4, "16.4 h in the future", None),
+        (-1 / 60, "1.0 min in the future", None),
+    ],
 )
 def test_old_touches_are_refused_and_those_from_the_future_whatever_the_limit(
     age_hours: float, said: str, override: str | None

@@ -283,7 +283,7 @@ def read_image(path: FilePath, *, serial: str | None = None, program: bytes | No
     except OSError as error:
         near = nearest_name(path)
         raise Code.RTC_IMAGE.refusal(
-            f"{str(path)!r} is no image: missing: {error.strerror or error}",
+            f"{str(path)!r} cannot be loaded: missing: {error.strerror or error}",
             hint=f"did you mean {str(path.with_name(near))!r}?" if near else HINT,
             place=Place(str(path)),
             values={"refusal": "missing"},
@@ -293,7 +293,10 @@ def read_image(path: FilePath, *, serial: str | None = None, program: bytes | No
 
 def _refusal(refused: NoImageError, what: str, place: Place | None = None) -> TrueloopError:
     return Code.RTC_IMAGE.refusal(
-        f"{what} is no image: {refused.refusal}: {refused}", hint=HINT, place=place, values={"refusal": refused.refusal}
+        f"{what} cannot be loaded: {refused.refusal}: {refused}",
+        hint=HINT,
+        place=place,
+        values={"refusal": refused.refusal},
     )
 
 

@@ -60,7 +60,8 @@ def check_along(piece: CentrePiece, size_mm: Array, slope: Array, limits: Limits
             raise code.refusal(
                 f"{what} of {feature.name!r} reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f} mm "
                 f"(radius), z {z:.3f} mm; the limit is {limit * UM_PER_MM:.1f} {unit}",
-                hint="look at the touches there first: a bad touch is likelier than such an error",
+                hint="look first at the touches that determine it, there or beside it: a bad touch is likelier than "
+                "such an error",
                 override=allowed_by(field),
                 values=dict(zip(code.values, (float(values[k]) * UM_PER_MM, limit * UM_PER_MM), strict=True)),
             )
