@@ -129,7 +129,9 @@ def test_a_next_part_scatters_about_a_mean_that_is_uncertain_itself() -> None:
 
 
 def test_maps_of_a_part_by_what_was_put_in() -> None:
-    """Corrected by the others' mean it keeps what it alone has and what that mean has of the others."""
+    """Corrected by the others' mean it keeps what it alone has and what that mean has of the others; the variance
+    between parts is that of what was added to each, without that of the fits.
+    """
     rng = np.random.default_rng(5)
     truth = on_grid(random_surface(rng, 9, 0.010))
     own = np.stack([on_grid(random_surface(rng, 5, BETWEEN_MM)) for _ in range(10)])
@@ -143,6 +145,7 @@ def test_maps_of_a_part_by_what_was_put_in() -> None:
     np.testing.assert_allclose(again.predicted_mm, maps.predicted_mm + 0.01, atol=1e-12)  # none of it corrects itself
     half = part_maps(pattern_of(found, NAMES, size=Size(9, 9)), found[3], "S4", 0.5).predicted_mm
     np.testing.assert_allclose(half, (maps.predicted_mm + found[3].measured_mm) / 2, atol=1e-12)
+    assert np.mean(maps.variability_mm**2) == pytest.approx(np.mean(np.var(own, axis=0, ddof=1)), rel=0.06)
 
 
 WHOLE = np.ones(PLACES**2, bool)

@@ -19,7 +19,7 @@ from trueloop.statistics import rms
 from trueloop.surface.pattern.outlier import Outlier, on_square, outliers, shapes_of
 from trueloop.surface.pattern.support import Support, between, faded
 from trueloop.surface.separation.outlying_point import COVERAGE, MANY, student
-from trueloop.surface.separation.places import Places
+from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.separate import Separation, of_size, separate
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
 from trueloop.units import UM_PER_MM
@@ -254,8 +254,8 @@ class PartMaps:
     """Values in mm at the places of one part, each (n,).
 
     `predicted_mm` is what this part would have kept, corrected by the pattern of the *other* parts: a part that is
-    among those averaged would look better than a next one will. `uncertainty_mm` is the half-width of the
-    pattern's 95 % interval.
+    among those averaged would look better than a next one will. `variability_mm` is the standard deviation between
+    parts, the fits' own taken off; `uncertainty_mm` the half-width of the pattern's 95 % interval.
     """
 
     name: str
@@ -265,6 +265,7 @@ class PartMaps:
     random_mm: Array
     pattern_mm: Array
     predicted_mm: Array
+    variability_mm: Array
     uncertainty_mm: Array
 
 
@@ -274,6 +275,7 @@ def part_maps(pattern: Pattern, apart: Separation, name: str, weight: float) -> 
     stack = np.stack([own.value_mm(u, v) for own in pattern.models])
     others = np.mean(np.delete(stack, pattern.names.index(name), axis=0), axis=0)
     scatter = np.std(stack, axis=0, ddof=1)
+    fits_own = pattern.sigma_mm**2 * projector(apart.places, pattern.size).leverages
     return PartMaps(
         name=name,
         places=apart.places,
@@ -282,5 +284,6 @@ def part_maps(pattern: Pattern, apart: Separation, name: str, weight: float) -> 
         random_mm=apart.random_mm,
         pattern_mm=pattern.mean.value_mm(u, v),
         predicted_mm=apart.measured_mm - weight * others,
+        variability_mm=np.sqrt(np.maximum(scatter**2 - fits_own, 0.0)),
         uncertainty_mm=pattern.uncertainty_mm(scatter, u, v),
     )
