@@ -566,6 +566,12 @@ APPR LCT X+5 Y+6 R5 RL F300
 L X+6 Y+9
 DEP LCT X-80 Y+70 R5 F1000
 L Z+2 FMAX
+L X+20 Y-80 FMAX
+L Z-5 F1000
+APPR CT X+9 Y+6 CCA180 R+10 RR F300
+L X+90 Y+6
+DEP CT CCA180 R+8
+L Z+2 FMAX
 END PGM A MM
 """
 
@@ -575,12 +581,13 @@ def test_the_way_to_a_contour_is_the_control_s_and_not_divided(tmp_path: Path) -
     field is worked out here."""
     text, _ = mapped(tmp_path, LED, MIXED, "heidenhain")
     lines = [line for line in text.splitlines() if line.startswith(("APPR", "L X+", "DEP"))]
-    assert len(lines) == 3
+    assert lines[-1] == "DEP CT CCA180 R+8"
+    lines = [line for line in lines[:5] if not line.endswith("FMAX")]
     for line, head, tail, (x, y) in zip(
         lines,
-        ("APPR LCT ", "L ", "DEP LCT "),
-        (" R5 RL F300", "", " R5 F1000"),
-        ((5.0, 6.0), (6.0, 9.0), (-80.0, 70.0)),
+        ("APPR LCT ", "L ", "DEP LCT ", "APPR CT "),
+        (" R5 RL F300", "", " R5 F1000", " CCA180 R+10 RR F300"),
+        ((5.0, 6.0), (6.0, 9.0), (-80.0, 70.0), (9.0, 6.0)),
         strict=True,
     ):
         named = line.removeprefix(head).removesuffix(tail).split()

@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nc_program::dialect::{FlowStyle, G};
-use nc_program::{Drilled, MoveKind, Program, ToolPath, Word};
+use nc_program::dialect::FlowStyle;
+use nc_program::{Drilled, MoveKind, Program, ToolPath};
 
 use crate::edits::{BlockNumbers, Edits};
 use crate::field::{Field, Trouble, Vector};
@@ -156,7 +156,7 @@ impl Writing {
                 // by its arguments
             }
             let mut fate = fate(path, index, role, before, self.standing);
-            if fate == Fate::Displaced && path.kind[index] == MoveKind::Line && leads(program, path.block[index]) {
+            if fate == Fate::Displaced && path.kind[index] == MoveKind::Line && program.leads(path.block[index]) {
                 fate = Fate::Arrives;
             }
             if ways.has(index) {
@@ -366,12 +366,6 @@ fn fate(path: &ToolPath, index: usize, role: Option<&Role>, before: [Standing; 3
         MoveKind::Line | MoveKind::Thread if before.iter().any(|axis| axis.is_unknown()) => Fate::Arrives,
         _ => Fate::Displaced,
     }
-}
-
-/// Whether a block leads to or from a contour on a way of the control's own (APPR, DEP).
-fn leads(program: &Program, block: i32) -> bool {
-    let coded = |word: &Word| matches!(program.code(word), Some(G::Approach | G::Leave(_)));
-    program.dialect().flow == FlowStyle::Labels && program.words_of(block as usize).iter().any(coded)
 }
 
 /// A cut ends at a position of the program along every axis, and an arc starts at one too.

@@ -120,9 +120,6 @@ impl Runner<'_> {
     /// The cycle defined last: by CYCL CALL, M99 and M89.
     pub(crate) fn call_defined(&mut self, word: i32) {
         match self.state.defined.cycle {
-            Some(_) if self.scales_depth(self.state.modal.plane.axes().2) => {
-                self.not_followed(word, "its depth is scaled or mirrored");
-            }
             Some((number, drill)) => match self.defined_hole(number, drill) {
                 Ok(hole) => self.drill_here(&hole),
                 Err(why) => self.not_followed(word, &why),
@@ -251,6 +248,9 @@ impl Runner<'_> {
 
     /// By the Q parameters of a cycle that CYCL DEF defines.
     pub(crate) fn defined_hole(&self, number: u16, drill: Drill) -> Made<CalledHole> {
+        if self.scales_depth(self.state.modal.plane.axes().2) {
+            return Err("its depth is scaled or mirrored".to_owned());
+        }
         if number < 3 {
             return self.hole_of_lines(number, drill);
         }

@@ -62,6 +62,7 @@ impl Runner<'_> {
     pub(crate) fn execute(&mut self, request: &mut Request) {
         if request.codes().len() > 1 {
             self.check_groups(request);
+            self.check_claims(request);
         }
         if !request.pointless.is_empty() {
             self.count_steps(request);
@@ -358,6 +359,8 @@ impl Runner<'_> {
             "the way from the contour is not in the path; the next cut has to name both axes of the plane",
         );
         let third = self.state.modal.plane.axes().2;
+        self.drop_contouring("a way from the contour comes after it (DEP)");
+        self.state.contouring.left_at = Some(self.path.len());
         self.state.frame.rename([0, 1, 2].map(|axis| axis != third));
     }
 

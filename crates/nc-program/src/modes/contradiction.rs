@@ -2,6 +2,7 @@
 
 use crate::dialect::{FlowStyle, G};
 use crate::finding::{self, Severity};
+use crate::modes::codes::{acts, is_idle};
 use crate::modes::modal::Motion;
 use crate::modes::request::Request;
 use crate::reading::program::Word;
@@ -49,6 +50,31 @@ impl Runner<'_> {
             let at = self.word_start(*word as i32);
             self.report(severity, finding::DUPLICATE, at, message, "write the one that is meant");
         }
+    }
+
+    /// Reports two codes that both take the block's coordinates: of what acts the last alone is done. A move beside a way to
+    /// a place of the machine is its motion, and beside G92 and G52 what is in force after them.
+    pub(crate) fn check_claims(&mut self, request: &Request) {
+        let turns = |code: G| matches!(code, G::Rotate | G::Scale | G::Mirror(_) | G::EndMirror | G::Shift(_));
+        let moves = |code: G| matches!(code, G::Motion(_) | G::Drill(_) | G::DrillAlong(..) | G::Pass(_));
+        let claims = |code: G| code == G::Dwell || acts(code) && !is_idle(code);
+        let both = |one: G, other: G| {
+            one != other && claims(one) && (claims(other) || one != G::Dwell && acts(other))
+                || turns(one) && moves(other)
+                || moves(one) && turns(other)
+        };
+        let codes = request.codes();
+        let found = codes.iter().enumerate().find_map(|(index, (code, word))| {
+            let (_, first) = codes[..index].iter().find(|(before, _)| both(*before, *code))?;
+            Some((*first as i32, *word as i32))
+        });
+        let Some((first, again)) = found else { return };
+        let message = format!(
+            "\"{}\" and \"{}\" in one block both take its coordinates: this is not followed",
+            self.word_text(first),
+            self.word_text(again)
+        );
+        self.warn(finding::OPAQUE, self.word_start(again), message, "write each in a block of its own");
     }
 
     /// Refuses a feed or a speed below zero.

@@ -2,7 +2,7 @@
 
 use bytes::Bytes;
 
-use crate::dialect::{Class, Dialect, Name, G, M};
+use crate::dialect::{Class, Dialect, FlowStyle, Name, G, M};
 use crate::reading::lex;
 use crate::reading::names;
 
@@ -205,6 +205,12 @@ impl Program {
         let text = self.text(word);
         let level = text.strip_prefix(b"/").is_some_and(|rest| rest.is_empty() || matches!(rest, [b'1'..=b'9']));
         word.kind == WordKind::Unknown && self.dialect.rules.slash_within && level
+    }
+
+    /// Whether a block leads to or from a contour on a way of the control's own (APPR, DEP).
+    pub fn leads(&self, block: i32) -> bool {
+        let coded = |word: &Word| matches!(self.code(word), Some(G::Approach | G::Leave(_)));
+        self.dialect.flow == FlowStyle::Labels && self.words_of(block as usize).iter().any(coded)
     }
 
     /// What a word does as a code, where it is one that the dialect knows: `G01`, `TRANS`, `L`.

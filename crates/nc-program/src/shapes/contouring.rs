@@ -28,6 +28,8 @@ pub(crate) struct Contouring {
     /// Radius of every corner's rounding, mm; zero without one.
     every_mm: f64,
     line: Option<Line>,
+    /// Moves of the path when a contour was left on a way that is not in it (DEP LT).
+    pub left_at: Option<usize>,
 }
 
 /// A corner asked for by a block.
@@ -119,6 +121,13 @@ impl Runner<'_> {
         }
     }
 
+    /// Whether the last move, or what came after it without one, is a way of the control's own to or from a contour: the
+    /// direction in which it arrives is not known.
+    pub(crate) fn follows_way(&self) -> bool {
+        let led = self.path.block.last().is_some_and(|block| self.program.leads(*block));
+        led || self.state.contouring.left_at == Some(self.path.len())
+    }
+
     /// A corner after which no move comes.
     pub(crate) fn close_contour(&mut self) {
         self.state.contouring.corner.take_if(|asked| asked.word < 0);
@@ -150,6 +159,9 @@ impl Runner<'_> {
         let (first, second, third) = self.state.modal.plane.axes();
         let Some(last) = self.path.len().checked_sub(1) else { return Err("no move comes before it".into()) };
         let (Some(from), Some(to)) = (self.path.start.get(last), self.path.end.get(last)) else { return Ok(None) };
+        if self.follows_way() || self.program.leads(self.block as i32) {
+            return Err("a way to or from the contour is beside it (APPR, DEP)".into());
+        }
         let cuts = |kind: Option<&MoveKind>| matches!(kind, Some(MoveKind::Line | MoveKind::Arc));
         if !(cuts(self.path.kind.get(last)) && cuts(Some(&kind))) {
             return Err("it is not between two cuts".into());

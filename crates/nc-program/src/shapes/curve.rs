@@ -102,6 +102,12 @@ impl Runner<'_> {
 
     /// An arc that leaves as the move before arrives.
     pub(crate) fn tangent_arc(&mut self, end: [f64; 3], words: [i32; 3]) {
+        if self.follows_way() {
+            let message =
+                "a tangent arc after a way to or from the contour (APPR, DEP), whose direction is not known".into();
+            self.warn(finding::OPAQUE, self.block_start(), message, "write it as an arc with its centre or radius");
+            return self.emit(MoveKind::Line, end, words);
+        }
         let Some(along) = self.arriving() else {
             return self.refuse_arc("a tangent arc without a move before it".into(), end, words);
         };
