@@ -197,3 +197,12 @@ def test_klartext_is_corrected_by_lines_of_its_own() -> None:
     np.testing.assert_allclose(first[0], last[0], atol=1e-4)
     assert len(ours) > 10 and set(ours.feed[2:-1]) == {90.0}
     assert np.abs(ours.end_mm[:, 1] - 10.0).max() < 1e-9
+
+
+@pytest.mark.parametrize("way", ["APPR LT X+2 LEN5", "APPR CT X+2 CCA90 R+5"])
+def test_a_way_to_the_contour_whose_end_the_correction_displaces_is_refused(way: str) -> None:
+    """What lies between its start and the contour is the control's own: no line can be put in."""
+    text = f"0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S1\n2 L X-9 Y+10 Z+0 FMAX\n3 {way} Z+0 R0 F100\n4 L X+18\n5 L Z+5 FMAX\n"
+    with pytest.raises(TrueloopError) as refused:
+        on_flat(text, "heidenhain")
+    assert "APPR" in refused.value.message and refused.value.place.line == 4

@@ -17,6 +17,8 @@ pub enum G {
     Motion(Motion),
     /// The head of a program, whose last word is its unit: `BEGIN PGM PLATE MM`.
     Heading,
+    /// The feed is that of the tool's call: FAUTO.
+    FeedOfTool,
     /// A line of this block is at rapid.
     Fast,
     /// A drilling cycle, until another motion code.

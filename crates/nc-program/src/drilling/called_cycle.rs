@@ -25,7 +25,7 @@ pub(crate) struct CalledHole {
     bottom: f64,
     /// Where the tool ends.
     retract: f64,
-    /// Feeds down and up, mm; NaN for that in force.
+    /// Feeds down and up, mm; NaN for that in force, negative for one that is not known, infinite at rapid.
     feeds: [f64; 2],
     said: Said,
 }
@@ -57,6 +57,9 @@ impl CalledHole {
         self.said = Said { plane: [(0, 0); 2], depth: [span, (0, 0)] };
     }
 }
+
+/// A feed of a cycle that is MAX: its moves are at rapid.
+pub(crate) const RAPID_FEED: f64 = 99_999.999;
 
 /// Lines of a cycle that is defined by numbered lines: `CYCL DEF 1.0` to `1.5`.
 const LINES: usize = 6;
@@ -170,9 +173,8 @@ impl Runner<'_> {
         let mm = self.state.modal.mm();
         let here = self.state.position[self.state.modal.plane.axes().2];
         let surface = here - clearance.abs() * mm;
-        let unit = if self.state.modal.inch { self.program.dialect().rules.inch_feed * mm } else { mm };
         let feed = if number == 1 { fifth } else { fourth };
-        let feed = feed.filter(|feed| *feed > 0.0).map_or(f64::NAN, |feed| feed * unit);
+        let feed = feed.filter(|feed| *feed > 0.0).map_or(f64::NAN, |feed| feed * self.unit_of_feeds());
         fitting(CalledHole {
             drill,
             surface,
@@ -246,6 +248,11 @@ impl Runner<'_> {
         Ok((feeds, first))
     }
 
+    /// A feed of a cycle of 1 in mm.
+    pub(crate) fn unit_of_feeds(&self) -> f64 {
+        self.state.modal.mm() * if self.state.modal.inch { self.program.dialect().rules.inch_feed } else { 1.0 }
+    }
+
     /// By the Q parameters of a cycle that CYCL DEF defines.
     pub(crate) fn defined_hole(&self, number: u16, drill: Drill) -> Made<CalledHole> {
         if self.scales_depth(self.state.modal.plane.axes().2) {
@@ -268,16 +275,27 @@ impl Runner<'_> {
         if depth >= 0.0 {
             return Err(format!("its depth Q201 is {depth}"));
         }
-        let out = q(208).filter(|feed| *feed > 0.0).or(q(206));
-        let unit = if self.state.modal.inch { self.program.dialect().rules.inch_feed * mm } else { mm };
-        let feed = |value: Option<f64>| value.filter(|feed| *feed > 0.0).map_or(f64::NAN, |feed| feed * unit);
+        if self.state.store.get(&Key::Number(204)).is_some_and(f64::is_nan) {
+            return Err("the value of Q204 is not known".to_owned());
+        }
+        let feed = |number: u32| match self.state.store.get(&Key::Number(number)) {
+            Some(RAPID_FEED) => f64::INFINITY,
+            Some(feed) if feed.is_nan() => -1.0,
+            Some(feed) if feed > 0.0 => feed * self.unit_of_feeds(),
+            _ => f64::NAN,
+        };
+        // A tap comes out as it goes in: a Q208 is that of a cycle before it.
+        let (down, out) = (feed(206), if drill == Drill::Tap { f64::NAN } else { feed(208) });
+        if down.is_infinite() {
+            return Err("its feed down Q206 is MAX".to_owned());
+        }
         fitting(CalledHole {
             drill,
             surface: surface * mm,
             plane: (surface + clearance) * mm,
             bottom: (surface + depth) * mm,
             retract: (surface + clearance.max(q(204).unwrap_or(0.0))) * mm,
-            feeds: [feed(q(206)), feed(out)],
+            feeds: [down, if out.is_nan() { down } else { out }],
             said: Said { plane: [(0, 0); 2], depth: [self.state.defined.surface, (0, 0)] },
         })
     }
@@ -293,7 +311,7 @@ impl Runner<'_> {
         let bottom = self.path.len();
         self.state.modal.feed = down;
         self.height(MoveKind::Line, at, third, hole.bottom, INHERITED);
-        if matches!(hole.drill, Drill::Ream | Drill::Tap | Drill::Bore) {
+        if matches!(hole.drill, Drill::Ream | Drill::Tap | Drill::Bore) && up.is_finite() {
             self.state.modal.feed = up;
             self.height(MoveKind::Line, at, third, hole.plane, INHERITED);
         }

@@ -152,9 +152,9 @@ impl Runner<'_> {
             for word in program.words_of(block).iter().filter(|word| word.kind == WordKind::Assignment) {
                 let span = (program.value_start(word), word.end());
                 let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
-                if let Some(Key::Number(number)) = key {
-                    let value = self.assigned(span.0, span.1);
-                    values.push((number, value, (span.0 as u32, span.1 as u32)));
+                if let Some(Key::Number(number)) = &key {
+                    let value = self.given_value(key.as_ref(), span.0, span.1);
+                    values.push((*number, value, (span.0 as u32, span.1 as u32)));
                 }
             }
         }

@@ -9,6 +9,7 @@ use crate::modes::request::{Jump, Request};
 use crate::modes::tool::{Called, NONE_CALLED};
 use crate::modes::turned_frame::{SCALES, TURNS};
 use crate::path::INHERITED;
+use crate::reading::program::Word;
 use crate::run::Runner;
 use crate::shapes::spline::Spline;
 use crate::values::parameters::Key;
@@ -81,6 +82,9 @@ impl Runner<'_> {
             }
         }
         let turns = self.turn(request, action);
+        if to_machine(action) {
+            self.check_turned_way(request);
+        }
         match action {
             G::Inert | G::MachineCoordinates | G::BuilderCoordinates => {
                 let before = self.path.len();
@@ -220,6 +224,13 @@ impl Runner<'_> {
                 self.state_unit(inch, word);
             }
             G::Fast if modal.motion == Motion::Line => modal.motion = Motion::Rapid,
+            G::FeedOfTool => {
+                if std::mem::take(&mut self.state.feed_by_revolution) {
+                    self.set_feed_mode(FeedMode::PerMinute);
+                }
+                let is_known = self.state.modal.feed_mode == FeedMode::PerMinute;
+                self.state.modal.feed = if is_known { self.state.tool_feed } else { -1.0 };
+            }
             G::Drill(drill) => self.start_holes(drill, None, word),
             G::DrillAlong(drill, axis) => self.start_holes(drill, Some(usize::from(axis)), word),
             G::Pass(pass) => {
@@ -425,6 +436,13 @@ impl Runner<'_> {
         self.report(Severity::Note, finding::OPAQUE, self.word_start(word), message, hint);
     }
 
+    /// Whether the block calls a tool of Klartext, by its number or name, or gives the one in use another speed or feed.
+    fn calls_tool(&self) -> bool {
+        let is_call = |word: &Word| self.program.text(word).to_ascii_uppercase().starts_with(b"TOOL CALL");
+        self.program.dialect().flow == FlowStyle::Labels
+            && self.program.words_of(self.block).iter().take(2).any(is_call)
+    }
+
     fn apply_feed_speed_tool(&mut self, request: &Request, action: Action) {
         if self.is_corner(request) || is_idle(action) || action == G::CallCycleAt {
         } else if let Some(feed) = request.get(b'F') {
@@ -438,6 +456,9 @@ impl Runner<'_> {
         } else if request.any(b"z") {
             self.state.modal.feed = -1.0;
             self.note_opaque(request.word(b'z'), "a feed a tooth: the number of teeth is not in the program");
+        }
+        if self.calls_tool() {
+            self.state.tool_feed = request.get(b'F').map_or(-1.0, |_| self.state.modal.feed);
         }
         match request.get(b'S') {
             // With the position register S is the greatest speed, not the one to run at.

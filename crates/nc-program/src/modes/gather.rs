@@ -1,6 +1,7 @@
 //! Gathering: the words of a block become values by letter and codes.
 
 use crate::dialect::{Dialect, FlowStyle, Name, G, M};
+use crate::drilling::called_cycle::RAPID_FEED;
 use crate::finding::{self, Severity};
 use crate::modes::codes::acts;
 use crate::modes::home::MACHINE_AXIS;
@@ -13,6 +14,9 @@ use crate::values::scope::{has_value, Scope};
 
 /// The coordinate of the surface, of Klartext's drilling cycles.
 const SURFACE: Key<'static> = Key::Number(203);
+
+/// Feeds of Klartext's cycles: plunging, milling, retraction, pre-positioning, counterboring, finishing, turning.
+const FEEDS: [u32; 12] = [11, 12, 206, 207, 208, 253, 254, 309, 385, 478, 488, 505];
 
 /// A way to compute the value at a byte.
 type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Box<Fault>>;
@@ -149,11 +153,7 @@ impl Runner<'_> {
             return;
         }
         let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
-        let value = match self.program.source().get(self.program.value_start(word)..word.end()) {
-            // The feed of the tool's call, rapid, or the value of GLOBAL DEF: none that a cycle's own line states.
-            Some(b"AUTO" | b"FAUTO" | b"FMAX" | b"PREDEF") if self.program.dialect().about_pole => f64::NAN,
-            _ => self.assigned(self.program.value_start(word), word.end()),
-        };
+        let value = self.given_value(key.as_ref(), self.program.value_start(word), word.end());
         if key == Some(SURFACE) {
             self.state.defined.surface = (self.program.value_start(word) as u32, word.end() as u32);
         }
@@ -165,6 +165,23 @@ impl Runner<'_> {
             }
             Some(key) => request.assignments.push((key, value)),
             None => {}
+        }
+    }
+
+    /// The value of an assignment. Of Klartext a feed of a cycle may be rapid, or that of the tool's call, and every
+    /// parameter that of GLOBAL DEF, which is not read: NaN.
+    pub(crate) fn given_value(&mut self, key: Option<&Key>, at: usize, end: usize) -> f64 {
+        if self.program.dialect().flow != FlowStyle::Labels {
+            return self.assigned(at, end);
+        }
+        let text = self.program.source().get(at..end).unwrap_or(&[]).trim_ascii().to_ascii_uppercase();
+        let is_feed = matches!(key, Some(Key::Number(number)) if FEEDS.contains(number));
+        match text.as_slice() {
+            b"PREDEF" => f64::NAN,
+            b"MAX" | b"FMAX" if is_feed => RAPID_FEED,
+            b"AUTO" | b"FAUTO" if is_feed && self.state.tool_feed > 0.0 => self.state.tool_feed / self.unit_of_feeds(),
+            b"AUTO" | b"FAUTO" if is_feed => f64::NAN,
+            _ => self.assigned(at, end),
         }
     }
 

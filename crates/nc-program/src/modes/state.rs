@@ -63,6 +63,8 @@ pub(crate) struct State {
     pub feed_by_revolution: bool,
     /// Feed of every corner that follows, in program units; zero without one.
     pub corner_feed: f64,
+    /// The feed that the call of the tool gave (Klartext), mm; negative where it gave none.
+    pub tool_feed: f64,
     /// Parameters of the machine that were asked for already.
     pub asked: Vec<&'static str>,
     /// The simple turning cycle in force.
@@ -125,6 +127,7 @@ impl State {
             steady_feed: true,
             feed_by_revolution: false,
             corner_feed: 0.0,
+            tool_feed: -1.0,
             asked: Vec::new(),
             passes: None,
             thread: ThreadData::NONE,

@@ -148,9 +148,13 @@ impl Runner<'_> {
         match values.as_slice() {
             [(name, angle)] if part == TURNS && name == "ROT" => Some(Linear::turn(plane, *angle, [0.0; 3])),
             [(name, angle)] if part == TURNS && name == "IROT" => {
-                let (first, second, _) = plane.axes();
-                let before = self.state.frame.parts[TURNS]
-                    .map_or(0.0, |turn| turn.matrix[second][first].atan2(turn.matrix[first][first]).to_degrees());
+                let (first, second, third) = plane.axes();
+                let before = self.state.frame.parts[TURNS];
+                if before.is_some_and(|turn| turn.matrix[third][third] != 1.0) {
+                    return None; // of another plane
+                }
+                let before =
+                    before.map_or(0.0, |turn| turn.matrix[second][first].atan2(turn.matrix[first][first]).to_degrees());
                 // The control's step is coarser: an angle and its opposite are none.
                 Some(Linear::turn(plane, ((before + angle) * 1e9).round() / 1e9, [0.0; 3]))
             }
@@ -220,6 +224,19 @@ impl Runner<'_> {
             self.warn(finding::OPAQUE, self.block_start(), message.into(), hint);
         }
         turned
+    }
+
+    /// Reports a way to a place of the machine along axes that are turned, mirrored or scaled: manuals of Fanuc's kind forbid it.
+    pub(crate) fn check_turned_way(&mut self, request: &Request) {
+        let Some(linear) = self.state.frame.linear.filter(|_| self.program.dialect().flow == FlowStyle::Macro) else {
+            return;
+        };
+        let is_own = |axis: usize| (0..3).all(|other| linear.matrix[axis][other] == f64::from(u8::from(axis == other)));
+        if (0..3).any(|axis| !is_own(axis) && (request.get(AXES[axis]).is_some() || !self.names_axis(request))) {
+            let message = "a way to a place of the machine along an axis that is turned, mirrored or scaled: this is not followed";
+            let hint = "end the rotation, the mirror and the scaling before it";
+            self.warn(finding::OPAQUE, self.block_start(), message.into(), hint);
+        }
     }
 
     /// An arc has to stay one where it is turned, mirrored and scaled.

@@ -7,9 +7,6 @@ use crate::values::expression::{Fault, Reader};
 use crate::values::functions;
 use crate::values::parameters::{read_number, Key};
 
-/// The highest feed of a cycle of Klartext.
-const RAPID_FEED: f64 = 99_999.999;
-
 impl<'a> Reader<'a> {
     /// What a name stands for.
     pub(crate) fn named(&mut self) -> Result<f64, Box<Fault>> {
@@ -19,12 +16,6 @@ impl<'a> Reader<'a> {
         if let Some(constant) = functions::constant(&name) {
             self.at = end;
             return Ok(constant);
-        }
-        // A feed of a cycle: at rapid, which is the most that it takes; by the tool's call, which has no value here.
-        let feed = [(&b"max"[..], RAPID_FEED), (b"auto", f64::NAN)].into_iter().find(|(feed, _)| name == *feed);
-        if let Some((_, feed)) = feed.filter(|_| self.dialect.functions == Functions::Klartext) {
-            self.at = end;
-            return Ok(feed);
         }
         if self.dialect.functions == Functions::Klartext && functions::klartext(&name, f64::NAN).is_some() {
             self.at = end;

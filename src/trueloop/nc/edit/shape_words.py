@@ -35,7 +35,7 @@ def require_own_shape(program: Program, path: ToolPath, moves: Iterable[int], *,
     """
     for move in moves:
         words = _values(program, path, move)
-        wrong = shaping_words(program, path, move)
+        wrong = shaping_words(program, path, move) + _ways(program, path, move)
         wrong += [word for word in words if word.letter == TURNS]
         centre = [word for word in words if word.letter in CENTRE | {program.dialect.radius_letter}]
         if not absolute_centres:
@@ -89,6 +89,12 @@ def _is_about_pole(program: Program, path: ToolPath, move: int) -> bool:
     """Returns whether an arc is a C of Klartext, with the CC before it."""
     words = program.block(int(path.block[move])).data
     return program.dialect.klartext and any(word.text.upper() == "C" for word in words)
+
+
+def _ways(program: Program, path: ToolPath, move: int) -> list[Word]:
+    """Returns the words APPR and DEP, whose way is the control's own and depends on the place before it."""
+    words = program.block(int(path.block[move])).data if program.dialect.klartext else []
+    return [word for word in words if word.text.upper().startswith(("APPR", "DEP"))]
 
 
 def _values(program: Program, path: ToolPath, move: int) -> list[Word]:
