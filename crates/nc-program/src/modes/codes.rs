@@ -296,7 +296,10 @@ impl Runner<'_> {
             G::CallCycleAt => modal.motion = Motion::Line,
             G::Approach | G::Leave(true) => {
                 modal.motion = Motion::Line;
-                self.note_opaque(word, "the way to or from the contour is drawn as a straight line");
+                let message =
+                    format!("{}: the way to or from the contour is drawn as a straight line", self.word_text(word));
+                let hint = "the point that it names is displaced by a correction; the way to it is the control's";
+                self.report(Severity::Note, finding::OPAQUE, self.word_start(word), message, hint);
             }
             G::SystemData => self.forget_read(word),
             G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),

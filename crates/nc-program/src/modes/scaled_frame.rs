@@ -55,7 +55,13 @@ impl Runner<'_> {
             [Some(x), Some(y), Some(z)] if is_clear && [x, y, z].into_iter().all(positive) => Some([x, y, z]),
             _ => {
                 let hint = "name the factor of every axis: P, or on Fanuc I, J and K, there without a decimal point";
-                self.not_turned(word, "a scaling by a factor that the block does not state", hint);
+                let states = values.iter().any(Option::is_some);
+                let what = if states {
+                    "a scaling whose factors are not all given, not above zero, or in a form that the control reads otherwise,"
+                } else {
+                    "a scaling by a factor that the block does not state"
+                };
+                self.not_turned(word, what, hint);
                 None
             }
         }
@@ -66,13 +72,16 @@ impl Runner<'_> {
         let (given, frame) = (self.given(request), &self.state.frame);
         let shifted = at_zero && ((0..3).any(|axis| given[axis].unwrap_or(0.0) != 0.0 || frame.register[axis] != 0.0));
         let named = given.iter().flatten().all(|at| at.is_finite()) && given.iter().any(Option::is_some);
-        if !named || shifted || self.state.modal.incremental || given[self.state.modal.plane.axes().2].is_some() {
-            let what = "this mirror image";
-            return self.not_turned(
-                word,
-                what,
-                "mirror axes of the plane under G90; on Haas at X0 or Y0, without G52 and G92",
-            );
+        let why = match () {
+            () if !named => Some("a mirror image of no axis"),
+            () if self.state.modal.incremental => Some("a mirror image under G91"),
+            () if given[self.state.modal.plane.axes().2].is_some() => Some("a mirror image of the tool's axis"),
+            () if shifted => Some("a mirror image away from zero, or under G52 or G92,"),
+            () => None,
+        };
+        if let Some(what) = why {
+            let hint = "mirror axes of the plane under G90; on Haas at X0 or Y0, without G52 and G92";
+            return self.not_turned(word, what, hint);
         }
         let before = frame.parts[MIRRORS].unwrap_or(Linear::scaled([1.0; 3], [0.0; 3]));
         let mut mirrored = before;
