@@ -40,9 +40,9 @@ class SurfaceGaugingTable(Table):
     """Which columns of a scan in text are x, y and z, from 1; left out, its headings say so, or they are the first."""
     ball_radius_mm: NotNegative = 0.0
     """Above 0: points are ball centres, not compensated."""
-    alignment: Literal["datum", "best-fit", "found"] = "datum"
+    alignment: Literal["datum", "best-fit"] = "datum"
     """`"datum"`: location and orientation are errors. `"best-fit"`: what the set-up may have done is taken out, form
-    alone is left. `"found"`: points in any frame; their pose is found from all faces of the model, then a best fit.
+    alone is left.
     """
     measured_at: Moment | None = None
     """When the parts were measured (TOML date and time); left out, their age is not checked."""

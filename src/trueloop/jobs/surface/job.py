@@ -29,7 +29,6 @@ from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.pattern import WrittenPattern, pattern_surface
 from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.compensation.side import require_outer_side
-from trueloop.surface.deviations.pose import model_of_faces
 from trueloop.surface.options import SurfaceOptions
 
 if TYPE_CHECKING:
@@ -75,11 +74,7 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
         with in_file(path):
             require_outer_side(finish, surface, cutter)
     trim = None if face is None else face.trimmed_away
-    model = None
-    if points and job.gauging.alignment == "found":
-        others = () if face is None else face.others
-        model = model_of_faces([(surface, trim), *((other.surface, other.trimmed_away) for other in others)])
-    parts = tuple(read_measured(file, job, surface, trim, model) for file in points)
+    parts = tuple(read_measured(file, job, surface, trim) for file in points)
     hashes = {file: sha256_of(file.read_bytes()) for file in files}
     require_measured_once(points, hashes)
     inputs = SurfaceInputs(
@@ -172,7 +167,7 @@ def _nominal(path: Path, face: int | None, *, flip: bool) -> "tuple[Surface, Cad
 
 def options_of(job: SurfaceJobFile) -> SurfaceOptions:
     """Returns the job's options in mm."""
-    best_fit = job.gauging.alignment != "datum"
+    best_fit = job.gauging.alignment == "best-fit"
     return options_from(SurfaceOptions, job, best_fit=best_fit, limits=options_from(Limits, job))
 
 

@@ -1,7 +1,6 @@
 """The files of measured parts that a surface's job names: every part once, under a name of its own."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from difflib import get_close_matches
 from glob import glob
 from pathlib import Path
@@ -16,9 +15,7 @@ from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.surface import Surface
-from trueloop.surface.deviations.alignment import Alignment
 from trueloop.surface.deviations.points import MeasuredPoints, on_face
-from trueloop.surface.deviations.pose import Model, found_pose
 from trueloop.surface.on_face import Trim
 from trueloop.surface.options import SurfaceOptions
 from trueloop.units import MM_PER_INCH
@@ -83,45 +80,27 @@ def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) ->
             )
 
 
-def read_measured(
-    path: Path, job: SurfaceJobFile, surface: Surface, trim: Trim | None, model: Model | None = None
-) -> MeasuredPoints:
+def read_measured(path: Path, job: SurfaceJobFile, surface: Surface, trim: Trim | None) -> MeasuredPoints:
     """Reads a part's measured points, named as its file; of a scan those on the face.
 
-    `model`: what their pose is found by, where they are in a frame of their own. Raises SRF-FILE, for a scan SRF-UNIT
-    and SRF-OFF too, JOB-KEY where the job does not state its frame, and SRF-SETUP for a pose that is not found.
+    Raises SRF-FILE, for a scan SRF-UNIT and SRF-OFF too, and JOB-KEY where the job does not state its frame.
     """
     gauging = job.gauging
     if not is_scan(path):
         read = read_points(path)
-        points = MeasuredPoints(read.points_mm, gauging.ball_radius_mm, read.shape, path.stem, str(path), read.lines)
-        return points if model is None else _posed(points, model, options_from(SurfaceOptions, job))[0]
+        return MeasuredPoints(read.points_mm, gauging.ball_radius_mm, read.shape, path.stem, str(path), read.lines)
     if "alignment" not in gauging.model_fields_set:
         raise Code.JOB_KEY.refusal(
             f"'gauging.alignment' is not stated, and {path.name!r} is a scan: 0 of its lines say how it was aligned",
-            hint='gauging.alignment = "best-fit" where software aligned it, "datum" where it is in the part\'s datums, '
-            '"found" where it is in any frame',
+            hint='gauging.alignment = "best-fit" where software aligned it, "datum" where it is in the part\'s datums',
             place=Place(str(path)),
             values={"key": "gauging.alignment"},
         )
     factor = None if gauging.unit is None else MM_PER_INCH if gauging.unit == "inch" else 1.0
     scan = read_scan(path, factor, gauging.columns)
     measured = MeasuredPoints(scan.points_mm, gauging.ball_radius_mm, None, path.stem, str(path), scan.lines)
-    options, normal = options_from(SurfaceOptions, job), scan.normal
-    if model is not None:
-        measured, pose = _posed(measured, model, options)
-        normal = None if normal is None else normal @ pose.rotation.T
     with in_file(str(path)):
-        return on_face(surface, measured, normal, options.farthest_mm, trim)
-
-
-def _posed(points: MeasuredPoints, model: Model, options: SurfaceOptions) -> tuple[MeasuredPoints, Alignment]:
-    """Returns points in the frame of the model, and the motion that brings them there."""
-    there = points.points_mm[np.all(np.isfinite(points.points_mm), axis=1)]
-    with in_file(points.file):
-        limits = {"farthest_mm": options.farthest_mm, "setup_mm": options.setup_mm}
-        pose, note = found_pose(model, there, points.ball_radius_mm, points.name, **limits)
-    return replace(points, points_mm=pose.apply(points.points_mm), findings=(note,)), pose
+        return on_face(surface, measured, scan.normal, options_from(SurfaceOptions, job).farthest_mm, trim)
 
 
 def inspection_of(job: SurfaceJobFile, measured: MeasuredPoints, sha256: str) -> Inspection:

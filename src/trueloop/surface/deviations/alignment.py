@@ -129,12 +129,12 @@ def best_fit(
             break
     _refuse_far(moved_mm, setup_mm, name)
     left = tuple(
-        named_motion(*each) for each in zip(motions.motion[count:], motions.uncertainty_mm(form)[count:], strict=True)
+        _named(*each) for each in zip(motions.motion[count:], motions.uncertainty_mm(form)[count:], strict=True)
     )
     return Alignment("best fit", alignment.rotation, alignment.shift_mm, centre, left), feet
 
 
-def named_motion(motion: Array, uncertainty_mm: float) -> str:
+def _named(motion: Array, uncertainty_mm: float) -> str:
     """The motion's largest components, and how well the points determine it."""
     parts = [MOTIONS[k] for k in range(6) if abs(motion[k]) > PARTS] or [MOTIONS[int(np.argmax(np.abs(motion)))]]
     return f"{' and '.join(parts)} (known to {uncertainty_mm:.2g} mm)"

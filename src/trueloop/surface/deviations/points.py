@@ -180,7 +180,7 @@ def on_face(
         values={"part": scan.name},
     )
     lines = None if scan.lines is None else scan.lines[kept]
-    return replace(scan, points_mm=points[kept], lines=lines, findings=(*scan.findings, note))
+    return replace(scan, points_mm=points[kept], lines=lines, findings=(note,))
 
 
 def _normals(points_mm: Array, some: np.ndarray) -> Array:
