@@ -40,11 +40,26 @@ def tip(x: float) -> tuple[float, float]:
     return x + BALL_MM * np.sin(turn), touched + BALL_MM * np.cos(turn) - BALL_MM
 
 
-def job(folder: Path, last_mm: float, more: str = "") -> Path:
+def inside_out(solid: Any) -> Any:
+    """The faces of a solid, each with its normals into the material."""
+    from OCP.BRep import BRep_Builder
+    from OCP.TopAbs import TopAbs_FACE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS_Compound
+
+    faces, builder, each = TopoDS_Compound(), BRep_Builder(), TopExp_Explorer(solid, TopAbs_FACE)
+    builder.MakeCompound(faces)
+    while each.More():
+        builder.Add(faces, each.Current().Reversed())
+        each.Next()
+    return faces
+
+
+def job(folder: Path, last_mm: float, more: str = "", flip: bool = False) -> Path:
     """Parts whose level face is 12 µm too high at the seam, and a ball's passes from before the part to `last_mm`."""
-    faces = read_faces(written(solid(), folder / "bar.step"))
+    faces = read_faces(written(inside_out(solid()) if flip else solid(), folder / "bar.step"))
     (number,) = [k.number for k in faces if k.kind == "Plane" and k.area_mm2 == pytest.approx(SEAM_MM * WIDE_MM)
-                 and k.surface.normal(np.array([0.5]), np.array([0.5]))[0, 2] > 0.99]  # fmt: skip
+                 and np.min(k.surface.control_mm[..., 2]) > HIGH_MM - 1.0]  # fmt: skip
     x, y = (c.ravel() for c in np.meshgrid(np.linspace(0.5, 24.5, 25), np.linspace(0.5, 19.5, 20), indexing="ij"))
     for k in range(3):
         high = HIGH_MM + 0.012 * np.cos((x - SEAM_MM) / 6) + np.random.default_rng(k).normal(0, 3e-4, len(x))
@@ -57,17 +72,19 @@ def job(folder: Path, last_mm: float, more: str = "") -> Path:
     (folder / "finish.nc").write_text("\n".join([*lines, "M30", "%", ""]))
     path = folder / "job.toml"
     path.write_text(
-        f'name = "bar"\n[surface]\nfile = "bar.step"\nface = {number}\n[gauging]\npoints = ["P*.csv"]\n'
+        f'name = "bar"\n[surface]\nfile = "bar.step"\nface = {number}\nflip = {str(flip).lower()}\n'
+        '[gauging]\npoints = ["P*.csv"]\n'
         f'[program]\nfinish = "finish.nc"\ndialect = "fanuc-mill"\n[cutter]\nradius_mm = {BALL_MM}\n'
         f'[compensation]\ncad_file = "none"\n{more}'
     )
     return path
 
 
-def test_a_step_towards_the_next_face_that_the_program_cuts_on_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("flip", [False, True])
+def test_a_step_towards_the_next_face_that_the_program_cuts_on_is_refused(tmp_path: Path, flip: bool) -> None:
     """12 µm lie at the seam; half of it is taken away, the next face keeps all of its own: 6 µm, 60 µm/mm."""
     with pytest.raises(TrueloopError) as caught:
-        correct_surface(read_surface(job(tmp_path, 45.0, "weight = 0.5\n")))
+        correct_surface(read_surface(job(tmp_path, 45.0, "weight = 0.5\n", flip)))
     assert caught.value.code is Code.CMP_SLOPE
     assert caught.value.values["slope_um_per_mm"] == pytest.approx(60.0, abs=4.0)
     assert "at x 25.0" in caught.value.message

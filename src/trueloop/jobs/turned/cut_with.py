@@ -135,9 +135,17 @@ def _near(files: JobFiles, inputs: Inputs) -> Iterator[tuple[Record, str]]:
             if given in file.read_text(errors="replace"):
                 record = read_record(file)
                 if is_of_cut(record, inputs):
-                    yield record, f"{Path(relpath(file, folder)).as_posix()} ({record.id})"
+                    yield record, f"{_seen_from(folder, file)} ({record.id})"
         except (OSError, TrueloopError):
             continue
+
+
+def _seen_from(folder: Path, file: Path) -> str:
+    """The path of a file from a folder; where it lies on another drive, the whole."""
+    try:
+        return Path(relpath(file, folder)).as_posix()
+    except ValueError:
+        return file.as_posix()
 
 
 def _folders(starts: Sequence[Path]) -> list[Path]:
@@ -159,7 +167,7 @@ def _folders(starts: Sequence[Path]) -> list[Path]:
 
 
 def _is_searched(entry: DirEntry[str]) -> bool:
-    return not entry.name.startswith(".") and entry.is_dir(follow_symlinks=False)
+    return not entry.name.startswith(".") and entry.is_dir()
 
 
 def is_of_cut(record: Record, inputs: Inputs) -> bool:

@@ -179,9 +179,12 @@ def _missing(asked: Asked, actual: float | None, u: float | None, by: Seen | Non
 
 
 def on_the_machine(inspection: Inspection) -> bool:
-    """Returns whether the part was measured by the probe of the machine: so named, or by touches of an unnamed ball."""
+    """Returns whether the part was measured by the probe of the machine: in the machine's frame, by a device named so,
+    or by touches of an unnamed ball.
+    """
     device = inspection.device.casefold()
-    return "probe" in device if device else inspection.ball_radius_mm > 0.0
+    by_probe = device.startswith("probe") if device else inspection.ball_radius_mm > 0.0
+    return inspection.frame == "machine" or by_probe
 
 
 def _remarks(by: Seen | None, temperature: float | None) -> Iterator[str]:

@@ -74,7 +74,10 @@ def _changes(path: ToolPath, samples: Samples) -> tuple[Integers, Integers]:
 
 
 def _cuts(face: NextFace, centre_mm: Array, normal: Array, job: SurfaceJob) -> np.ndarray:
-    """Returns at which centres (n, 3) of the cutter's corner a face is cut that faces as `normal` (n, 3) does."""
+    """Returns at which centres (n, 3) of the cutter's corner a face is cut that runs on from one with `normal` (n, 3).
+
+    Which side of it the file takes for the outer one does not matter: models come with normals that point inwards.
+    """
     found = np.zeros(len(centre_mm), bool)
     try:
         surface = face.surface
@@ -86,8 +89,9 @@ def _cuts(face: NextFace, centre_mm: Array, normal: Array, job: SurfaceJob) -> n
     if not len(near):
         return found
     feet = closest(surface, centre_mm[near])
-    here = (np.abs(feet.distance_mm - job.cutter.corner_mm) <= job.cuts_mm) & (feet.beyond_mm <= SAME_MM)
-    here &= np.einsum("nk,nk->n", feet.normal, normal[near]) >= ALIKE
+    alike = np.einsum("nk,nk->n", feet.normal, normal[near])
+    away_mm = np.sign(alike) * feet.distance_mm - job.cutter.corner_mm
+    here = (np.abs(away_mm) <= job.cuts_mm) & (feet.beyond_mm <= SAME_MM) & (np.abs(alike) >= ALIKE)
     here[here] = ~face.trimmed_away(feet.u[here], feet.v[here]).astype(np.bool_)
     found[near[here]] = True
     return found
