@@ -245,6 +245,15 @@ def test_it_is_asked_for_where_a_job_in_another_folder_corrected_the_program(
     assert (tmp_path / first / "trueloop.db").exists() and (tmp_path / second / "trueloop.db").exists()
 
 
+@pytest.mark.parametrize(("most", "stated"), [(3, True), (2000, False)])
+def test_a_note_states_that_not_all_folders_near_the_job_were_looked_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: int, stated: bool
+) -> None:
+    monkeypatch.setattr("trueloop.jobs.turned.cut_with.MOST_FOLDERS", most)
+    done = correct(tmp_path, 1, FIRST, "contour")
+    assert any(f"looked for in {most} folders near the job" in note for note in done.correction.notes) == stated
+
+
 @pytest.mark.parametrize("stored", [False, True])
 def test_it_is_asked_for_where_the_time_of_the_measurement_is_not_stated(tmp_path: Path, stored: bool) -> None:
     """The answer that the hint names leads on; the files that were measured before stay possible."""

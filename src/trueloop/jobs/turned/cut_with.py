@@ -60,7 +60,15 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
     if not stated:
         with in_file(files.path):
             _require_no_allowance(inputs.touches)
-        return with_possible(inputs, tuple(_near(files, inputs)))
+        within = _folders_near(files)
+        if len(within) == MOST_FOLDERS:
+            note = wording(
+                "Corrections of the program were looked for in {n} folders near the job, and there are more: state "
+                "`programs.cut_with` if one of them was in force.",
+                n=MOST_FOLDERS,
+            )
+            inputs = replace(inputs, notes=(*inputs.notes, note))
+        return with_possible(inputs, tuple(_near(files, inputs, within)))
     by = None if programs.cut_by is None else Ran(programs.cut_by)
     with in_file(files.path):
         return replace(inputs, in_force=_stated(files, inputs, stated, by))
@@ -124,12 +132,16 @@ def with_possible(inputs: Inputs, known: Sequence[tuple[Record, str]]) -> Inputs
     return replace(inputs, in_force=replace(inputs.in_force, possible=possible), notes=notes)
 
 
-def _near(files: JobFiles, inputs: Inputs) -> Iterator[tuple[Record, str]]:
-    """Corrections of the job's program in the folders near the job, its outputs and its program; and their words."""
+def _folders_near(files: JobFiles) -> list[Path]:
+    """Folders near the job, its outputs and its program."""
+    program = files.path.parent / files.job.own_programs.finish
+    homes = [files.path.parent.resolve(), files.output_folder.resolve(), program.resolve().parent]
+    return _folders([*homes, *(one.parent for one in homes)])
+
+
+def _near(files: JobFiles, inputs: Inputs, within: Sequence[Path]) -> Iterator[tuple[Record, str]]:
+    """Corrections of the job's program in folders, and their words."""
     given, folder = sha256_of(inputs.program.source), files.path.parent.resolve()
-    program = (files.path.parent / files.job.own_programs.finish).resolve()
-    homes = [folder, files.output_folder.resolve(), program.parent]
-    within = _folders([*homes, *(one.parent for one in homes)])
     for file in sorted({file for one in within for file in one.glob("record*.json")}):
         try:
             if given in file.read_text(errors="replace"):

@@ -185,7 +185,7 @@ def _stated(readings: Observations) -> bool:
 
 def _unlikely_scatter(scatter: float, count: int) -> TrueloopError:
     return Code.MCH_SCATTER.refusal(
-        f"{count} readings scatter by {scatter:.2g} times their stated standard uncertainty",
+        f"{count} readings scatter by {scatter:.3g} times their stated standard uncertainty",
         hint="name the unit that the readings are in: reading_mm, reading_um, reading_in; or state the uncertainty "
         "they have",
         override="--accept MCH-SCATTER",
