@@ -121,8 +121,8 @@ def test_wear_is_taken_out_by_the_contours_of_both_programs(tmp_path: Path) -> N
     assert np.max(np.abs(errors_um)) > 15.0
     corrected(tmp_path, errors_um, CONTOUR)
     assert np.max(np.abs(touched(tmp_path, WORN, "out"))) < 0.2
-    turned = tmp_path / "turned"
-    turned.mkdir()
+    turned = tmp_path / "apart" / "turned"  # not near the corrections of the same programs
+    turned.mkdir(parents=True)
     corrected(turned, -errors_um, CONTOUR)
     np.testing.assert_allclose(touched(turned, WORN, "out"), 2 * errors_um, atol=0.5)
 
