@@ -105,8 +105,8 @@ def test_wear_is_taken_out_by_the_contours_of_all_edges_in_one_program(tmp_path:
     left = touched(tmp_path, WORN, tmp_path / "out" / "corrected.ngc")
     assert np.max(np.abs(left)) < 0.15
     assert joint.program == (tmp_path / "out" / "corrected.ngc").read_bytes()
-    turned = tmp_path / "turned"
-    turned.mkdir()
+    turned = tmp_path / "apart" / "turned"  # not near the corrections of the same program
+    turned.mkdir(parents=True)
     corrected(turned, (-errors_um).tolist(), '[compensation]\nby = "contour"\n')
     twice = touched(turned, WORN, turned / "out" / "corrected.ngc")
     np.testing.assert_allclose(twice, 2 * errors_um, atol=0.3)
@@ -215,8 +215,8 @@ def test_what_is_left_alone_stays_and_its_touches_serve_nothing(tmp_path: Path) 
     words = []
     for thrown in (0.0, 60.0):
         errors = errors_um + np.array([thrown * (p.feature == "right-wall") for p in PLACES])
-        folder = tmp_path / f"{thrown:g}"
-        folder.mkdir()
+        folder = tmp_path / f"apart {thrown:g}" / "job"  # not near the other's correction of the same program
+        folder.mkdir(parents=True)
         joint = corrected(folder, errors.tolist(), alone)
         (one,) = [of.correction for of in joint.edges if of.tool == "T15 (right corner)"]
         assert one is not None and one.profile.names == ("floor-right",)
