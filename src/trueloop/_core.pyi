@@ -348,11 +348,6 @@ def weights_product(
     each other together, to about so many digits. ValueError when refused.
     """
 
-def weights_product_rows(
-    points: NDArray[np.float64], vectors: NDArray[np.float64], exponent: float, nearest: float, rows: list[int]
-) -> NDArray[np.float64]:
-    """Some rows of that product, every pair worked off. ValueError when refused."""
-
 # nurbs: closest points of a B-spline patch
 
 @final

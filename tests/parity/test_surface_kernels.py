@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from trueloop._core import ScatteredSplines, fit_surface_grid, pair_sums, weights_product, weights_product_rows
+from trueloop._core import ScatteredSplines, fit_surface_grid, pair_sums, weights_product
 from trueloop.geometry.surface_basis import basis_matrix, clamped_knots
 
 RNG = np.random.default_rng(3)
@@ -69,8 +69,6 @@ def test_pair_sums_are_the_double_loop(n: int, exponent: float, nearest: float) 
     own = nearest**-exponent if nearest else 0.0
     size = c @ np.abs(vectors) + own * np.abs(vectors)
     np.testing.assert_array_less(np.abs(found - c @ vectors), 1e-12 * size)
-    some = weights_product_rows(points, vectors, exponent, nearest, [n - 1, 0])
-    np.testing.assert_allclose(some, found[[n - 1, 0]], rtol=1e-12)
 
 
 def on_sheet(n: int) -> np.ndarray:
@@ -112,5 +110,3 @@ def test_kernels_refuse_what_they_cannot_sum() -> None:
         weights_product(np.zeros((3, 3)), np.zeros((3, 1)), 3.0, -1.0)
     with pytest.raises(ValueError, match="3 columns"):
         pair_sums(np.zeros((3, 2)), np.zeros(3), 3.0, 0.0)
-    with pytest.raises(ValueError, match="row 3 is not one of 3 points"):
-        weights_product_rows(np.zeros((3, 3)), np.zeros((3, 1)), 3.0, 0.0, [3])

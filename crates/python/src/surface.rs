@@ -188,26 +188,6 @@ fn weights_product<'py>(
     found.into_pyarray(py).reshape([points.len(), columns])
 }
 
-/// Some rows of the same, every pair worked off: what the product to so many digits is checked by.
-#[pyfunction]
-fn weights_product_rows<'py>(
-    py: Python<'py>,
-    points: PyReadonlyArray2<'py, f64>,
-    vectors: PyReadonlyArray2<'py, f64>,
-    exponent: f64,
-    nearest: f64,
-    rows: Vec<usize>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let points = points_of(&points)?;
-    let decay = Decay::new(exponent, nearest).map_err(refuse)?;
-    let columns = vectors.shape()[1];
-    let vectors = vectors.as_slice()?;
-    let found = py
-        .detach(|| spatial::some_rows(&points, vectors, columns, decay, &rows))
-        .map_err(refuse)?;
-    found.into_pyarray(py).reshape([rows.len(), columns])
-}
-
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
 /// A B-spline patch, rational or not, for the closest points on it.
@@ -272,6 +252,5 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<ScatteredSplines>()?;
     module.add_function(wrap_pyfunction!(fit_surface_grid, module)?)?;
     module.add_function(wrap_pyfunction!(pair_sums, module)?)?;
-    module.add_function(wrap_pyfunction!(weights_product, module)?)?;
-    module.add_function(wrap_pyfunction!(weights_product_rows, module)?)
+    module.add_function(wrap_pyfunction!(weights_product, module)?)
 }

@@ -19,5 +19,5 @@ mod weight;
 pub use far::far_product;
 pub use pairs::{pair_sums, PairSums};
 pub use points::{Points, Refused};
-pub use product::{product, some_rows};
+pub use product::product;
 pub use weight::Decay;

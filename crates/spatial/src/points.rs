@@ -16,13 +16,6 @@ pub enum Refused {
         /// Which point.
         index: usize,
     },
-    /// A row that is not one of the points.
-    Row {
-        /// Which row.
-        row: usize,
-        /// How many points there are.
-        points: usize,
-    },
     /// Columns of unequal length.
     Lengths {
         /// Length expected.
@@ -48,7 +41,6 @@ impl fmt::Display for Refused {
             Self::Value { index } => {
                 write!(f, "point {index} has a value that is no finite number")
             }
-            Self::Row { row, points } => write!(f, "row {row} is not one of {points} points"),
             Self::Lengths { points, found } => write!(f, "{found} values for {points} points"),
             Self::Exponent { exponent } => write!(f, "the exponent {exponent} is not positive"),
             Self::Nearest { nearest } => write!(f, "the least distance {nearest} is negative"),

@@ -24,23 +24,6 @@ pub fn product(
     Ok(rows_of_product(points, vectors, columns, decay, &rows))
 }
 
-/// Some rows of `C V`.
-pub fn some_rows(
-    points: &Points,
-    vectors: &[f64],
-    columns: usize,
-    decay: Decay,
-    rows: &[usize],
-) -> Result<Vec<f64>, Refused> {
-    points.matches(vectors.len(), columns)?;
-    finite(vectors.iter().copied(), columns)?;
-    if let Some(&row) = rows.iter().find(|&&row| row >= points.len()) {
-        let points = points.len();
-        return Err(Refused::Row { row, points });
-    }
-    Ok(rows_of_product(points, vectors, columns, decay, rows))
-}
-
 fn rows_of_product(
     points: &Points,
     vectors: &[f64],
@@ -169,10 +152,6 @@ mod tests {
             product(&points, &odd, 2, decay),
             Err(Refused::Value { index: 1 })
         );
-        assert_eq!(
-            some_rows(&points, &[1.0, 2.0], 1, decay, &[0, 7]),
-            Err(Refused::Row { row: 7, points: 2 })
-        );
     }
 
     #[test]
@@ -192,11 +171,8 @@ mod tests {
                 let quadratic: f64 = column.zip(&values).map(|(a, b)| a * b).sum();
                 assert!((quadratic / (factor * wanted.products) - 1.0).abs() < 1e-11);
             }
-            let some = some_rows(&points, &vectors, columns, decay, &[5, 1099]).unwrap();
-            assert_eq!(some[columns..], found[1099 * columns..]);
         }
         let decay = Decay::new(2.0, 0.0).unwrap();
         assert!(product(&points, &values, 2, decay).is_err());
-        assert!(some_rows(&points, &values, 1, decay, &[1100]).is_err());
     }
 }

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from trueloop._core import NurbsPatch
-from trueloop.arrays import Array, for_kernel
+from trueloop.arrays import Array, Integers, for_kernel
 from trueloop.errors import Code
 from trueloop.geometry.surface_basis import BasisRows, basis_matrix, basis_rows
 
@@ -233,6 +233,13 @@ def closest(surface: Surface, points_mm: Array, near: tuple[Array, Array] | None
     low, high = np.array(surface.domain).T
     on_edge = np.any((at <= low) | (at >= high), axis=1)
     return Feet(at[:, 0], at[:, 1], foot, normal, along, np.where(on_edge, sideways, 0.0))
+
+
+def near(surface: Surface, points_mm: Array, reach_mm: float) -> Integers:
+    """Returns the indices of points (n, 3) that may be within `reach_mm` of a patch, by its box."""
+    control = surface.control_mm.reshape(-1, 3)
+    low, high = control.min(axis=0) - reach_mm, control.max(axis=0) + reach_mm
+    return np.flatnonzero(np.all((points_mm >= low) & (points_mm <= high), axis=1))
 
 
 def closest_parameters(surface: Surface, points_mm: Array) -> Array:

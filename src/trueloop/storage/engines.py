@@ -120,9 +120,7 @@ def url_of(where: str | Path) -> URL:
 
 
 def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool) -> Engine:
-    """Creates the engine, not yet connected. Raises STO-FILE where there is no such file, STO-DRIVER without
-    psycopg.
-    """
+    """Creates the engine, not yet connected. Raises STO-FILE for a missing file, STO-DRIVER without psycopg."""
     if url.get_backend_name() == "postgresql":
         return _postgresql(url, wait_s, read_only)
     if url.database in (None, "", ":memory:"):

@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
@@ -107,10 +108,22 @@ def _cut() -> Cut:
     return Cut(PART, Stage.FINISH, setting, Machine("Lathe", "0815"), "a" * 64, at=AT)
 
 
-@pytest.mark.parametrize(("device", "ball_mm", "stated"), [("", 0.0, False), ("", 1.0, True), ("CMM 3", 1.0, False)])
-def test_only_the_probe_of_the_machine_is_said_not_to_see_its_errors(device: str, ball_mm: float, stated: bool) -> None:
+@pytest.mark.parametrize(
+    ("device", "ball_mm", "frame", "stated"),
+    [
+        ("", 0.0, "part", False),
+        ("", 1.0, "part", True),
+        ("CMM 3", 1.0, "part", False),
+        ("Renishaw OMP40", 1.0, "machine", True),
+        ("probe of the machine tool", 1.0, "part", True),
+        ("Zeiss Prismo, probe VAST", 1.0, "part", False),
+    ],
+)
+def test_only_the_probe_of_the_machine_is_said_not_to_see_its_errors(
+    device: str, ball_mm: float, frame: Literal["part", "machine"], stated: bool
+) -> None:
     cut = _cut()
-    one = replace(inspected(JOURNAL, device=device, hours=9), ball_radius_mm=ball_mm)
+    one = replace(inspected(JOURNAL, device=device, hours=9), ball_radius_mm=ball_mm, frame=frame)
     shown = only(certified(cut, one, InspectionLink(one.identity, cut.identity)))
     assert any("does not see its own errors" in remark for remark in shown.remarks) is stated
 

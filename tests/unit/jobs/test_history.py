@@ -18,7 +18,7 @@ from trueloop.domain.tool import Edge
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.store.order import Dated, cutting_order
-from trueloop.jobs.store.tool_history import with_history
+from trueloop.jobs.store.tool_history import history_of_tool, with_history
 from trueloop.jobs.store.where import named_store, store_of
 from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.loops.turned.made_parts import made_part
@@ -85,7 +85,7 @@ def test_parts_with_and_without_known_errors_of_the_machine_teach_their_own_kind
         keep_part(store, correction, cut_of(correction, serial, order=order), 1.0)
     history = history_of(store, EDGE)
     assert [(part.serial, part.order, part.minutes_in_cut) for part in history] == [("2511", 0, 0.0), ("2711", 1, 6.0)]
-    of_machine = history_of(store, EDGE, of_machine=True)
+    of_machine = history_of_tool(store, EDGE, of_machine=True)
     assert [(part.serial, part.minutes_in_cut) for part in of_machine] == [("2611", 3.0)]
     inputs = with_history(store, replace(example_inputs("modbas2"), edge=EDGE))
     assert [part.serial for part in inputs.history] == ["2511", "2711"]

@@ -201,7 +201,7 @@ def test_klartext_is_corrected_by_lines_of_its_own() -> None:
 
 @pytest.mark.parametrize("way", ["APPR LT X+2 LEN5", "APPR CT X+2 CCA90 R+5"])
 def test_a_way_to_the_contour_whose_end_the_correction_displaces_is_refused(way: str) -> None:
-    """What lies between its start and the contour is the control's own: no line can be put in."""
+    """The control makes the way between its start and the contour: no block can be added there."""
     text = f"0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S1\n2 L X-9 Y+10 Z+0 FMAX\n3 {way} Z+0 R0 F100\n4 L X+18\n5 L Z+5 FMAX\n"
     with pytest.raises(TrueloopError) as refused:
         on_flat(text, "heidenhain")

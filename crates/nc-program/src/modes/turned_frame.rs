@@ -9,7 +9,7 @@ use crate::reading::names::skip_blank;
 use crate::reading::number;
 use crate::run::{Runner, AXES};
 
-/// Of `Frame::parts`.
+/// Indices of `Frame::parts`.
 pub(crate) const MIRRORS: usize = 0;
 pub(crate) const SCALES: usize = 1;
 pub(crate) const TURNS: usize = 2;

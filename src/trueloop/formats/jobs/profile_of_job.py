@@ -190,7 +190,7 @@ def _fit_notes(part: PartTable, profile: Profile) -> Iterator[str]:
 
 
 def scales_of(part: PartTable) -> Scales:
-    """Of the part's coordinates."""
+    """Returns how many mm a 1 is, in x (as a radius) and in z of the part's coordinates."""
     scale = MM_PER[part.unit]
     return (scale / 2 if part.x_is == "diameter" else scale), scale
 

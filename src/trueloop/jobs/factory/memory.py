@@ -11,8 +11,7 @@ from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.factory.shown.machines import tool_rows
 from trueloop.factory.views.series import MemoryCurve, MemoryPoint, NextPart, ToolEvent, ToolMemory, ToolRow
-from trueloop.jobs.store.history import history_from, life_of
-from trueloop.jobs.store.tool_history import parts_of_earlier_edges
+from trueloop.jobs.store.tool_history import history_of_tool
 from trueloop.jobs.tool_life import angles_deg
 from trueloop.jobs.tools import lives_in
 from trueloop.memory.edge.expect import expect
@@ -36,12 +35,10 @@ def tool_memory(store: Store, row: int, say: Texts = ENGLISH) -> ToolMemory:
     edge: Edge | None = next((one.value for one in find(store, Edge) if one.row == row), None)
     if tool is None or edge is None:
         raise unknown("tool", str(row), "the store has no edge in that row")
-    life = life_of(store, edge)
-    of_machine = bool(life) and life[-1].of_machine
-    history = history_from(store, edge, [one for one in life if one.of_machine == of_machine])
-    earlier = parts_of_earlier_edges(store, edge, life, of_machine)
+    parts = history_of_tool(store, edge)
+    history = [one for one in parts if one.order >= 0]
     found = learnt(history, np.radians(angles_deg(history))) if history else None
-    return _view(tool, (history, earlier), found, _events(store, edge), say)
+    return _view(tool, parts, found, _events(store, edge), say)
 
 
 def _events(store: Store, edge: Edge) -> tuple[ToolEvent, ...]:
@@ -51,14 +48,10 @@ def _events(store: Store, edge: Edge) -> tuple[ToolEvent, ...]:
 
 
 def _view(
-    tool: ToolRow,
-    parts: tuple[Sequence[MadePart], Sequence[MadePart]],
-    found: Learnt | None,
-    events: tuple[ToolEvent, ...],
-    say: Texts,
+    tool: ToolRow, parts: Sequence[MadePart], found: Learnt | None, events: tuple[ToolEvent, ...], say: Texts
 ) -> ToolMemory:
-    """Returns the page of an edge: `parts` are its own, which it shows, and those of earlier edges of its tool."""
-    history, earlier = parts
+    """Returns the page of an edge: of `parts` it shows its own, and predicts from those of earlier edges as well."""
+    history = [one for one in parts if one.order >= 0]
     if found is None:
         return ToolMemory(tool, (), (), (), (), len(history), 0, (), (), (), events)
     types = list(found.in_all)
@@ -71,7 +64,7 @@ def _view(
         *(found.parts, found.inspected),
         tuple((UM_PER_MM * found.setting_mm).tolist()),
         tuple((NORMAL_95 * UM_PER_MM * found.setting_u_mm).tolist()),
-        tuple(_next((*earlier, *history), name, say) for name in types),
+        tuple(_next(parts, name, say) for name in types),
         events,
     )
 

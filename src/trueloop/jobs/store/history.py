@@ -80,20 +80,16 @@ class LivedPart:
         return self.finish is not None and self.finish.device in before
 
 
-def history_of(
-    store: Store, edge: Edge, also: Sequence[LivedPart] = (), of_machine: bool | None = None
-) -> tuple[MadePart, ...]:
+def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
     """Returns the parts that an edge finished since it was mounted, in cutting order: without those superseded or
-    quarantined, and without parts of which no correction is known. `of_machine`: those that were corrected for known
-    errors of the machine, or those that were not, as their errors differ; None: as the last of them. `also` are parts
-    as they are about to be kept. `order` counts from 0; `minutes_in_cut` is the edge's age as the cut began, None where
-    the time of one of its earlier cuts is not known.
+    quarantined, and without parts of which no correction is known; of parts that were corrected for known errors of the
+    machine and others those that are as the last is, as their errors differ. `order` counts from 0; `minutes_in_cut` is
+    the edge's age as the cut began, None where the time of one of its earlier cuts is not known.
 
     Raises STO errors, and what the finish inspections refuse.
     """
-    life = life_of(store, edge, also)
-    kind = of_machine if of_machine is not None or not life else life[-1].of_machine
-    return history_from(store, edge, [one for one in life if one.of_machine == kind], [lived.cut for lived in also])
+    life = life_of(store, edge)
+    return history_from(store, edge, [one for one in life if one.of_machine == life[-1].of_machine])
 
 
 def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequence[Cut] = ()) -> tuple[MadePart, ...]:

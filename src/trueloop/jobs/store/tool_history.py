@@ -64,12 +64,17 @@ def parts_of_earlier_edges(
     )
 
 
-def history_of_tool(store: Store, edge: Edge, also: Sequence[LivedPart], of_machine: bool) -> tuple[MadePart, ...]:
-    """Returns the latest parts of earlier edges of a tool and all of its edge, as `history_of` takes these."""
+def history_of_tool(
+    store: Store, edge: Edge, also: Sequence[LivedPart] = (), of_machine: bool | None = None
+) -> tuple[MadePart, ...]:
+    """Returns the latest parts of earlier edges of a tool, their `order` below 0, and then all of its edge, as
+    `history_of` takes these. `also`: parts of the edge as they are about to be kept. `of_machine`: parts that were
+    corrected for known errors of the machine, or those that were not; None: as the edge's last.
+    """
     every = life_of(store, edge, also)
-    life = [one for one in every if one.of_machine == of_machine]
-    own = history_from(store, edge, life, [lived.cut for lived in also])
-    return (*parts_of_earlier_edges(store, edge, every, of_machine), *own)
+    kind = of_machine if of_machine is not None or not every else every[-1].of_machine
+    own = history_from(store, edge, [one for one in every if one.of_machine == kind], [lived.cut for lived in also])
+    return (*parts_of_earlier_edges(store, edge, every, bool(kind)), *own)
 
 
 def _earlier(store: Store, edge: Edge) -> Iterator[_Earlier]:

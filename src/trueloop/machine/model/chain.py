@@ -56,7 +56,7 @@ def error_name(text: str) -> ErrorName:
     place = len(text) == 4 and text[2] == "0"
     if len(text) != 3 + place or text[0] != "E" or text[1] not in COMPONENTS or not text[-1].isalpha():
         raise Code.MCH_NAME.refusal(
-            f"{text!r} ({len(text)} characters) is no axis error in the notation of ISO 230-1",
+            f"{text!r} ({len(text)} characters) is not an axis error in the notation of ISO 230-1",
             hint="E, one of XYZABC, a 0 for a constant of the axis itself, the axis: EXX, EBZ, EC0Y, EX0C",
             values={"name": text},
         )

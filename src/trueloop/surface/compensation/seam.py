@@ -8,7 +8,7 @@ import numpy as np
 from trueloop.arrays import Array, Integers
 from trueloop.domain.option import Limits, allowed_by
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.surface import Surface, closest
+from trueloop.geometry.surface import Surface, closest, near
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.surface.compensation.cutter import contacts
 from trueloop.surface.compensation.shift import SAME_MM, Samples, SurfaceJob
@@ -83,15 +83,13 @@ def _cuts(face: NextFace, centre_mm: Array, normal: Array, job: SurfaceJob) -> n
         surface = face.surface
     except TrueloopError:  # the kernel makes no surface of it: a face beside must not be in the way
         return found
-    control = surface.control_mm.reshape(-1, 3)
-    reach = job.cutter.corner_mm + job.cuts_mm
-    near = np.flatnonzero(np.all((centre_mm >= control.min(0) - reach) & (centre_mm <= control.max(0) + reach), axis=1))
-    if not len(near):
+    some = near(surface, centre_mm, job.cutter.corner_mm + job.cuts_mm)
+    if not len(some):
         return found
-    feet = closest(surface, centre_mm[near])
-    alike = np.einsum("nk,nk->n", feet.normal, normal[near])
+    feet = closest(surface, centre_mm[some])
+    alike = np.einsum("nk,nk->n", feet.normal, normal[some])
     away_mm = np.sign(alike) * feet.distance_mm - job.cutter.corner_mm
     here = (np.abs(away_mm) <= job.cuts_mm) & (feet.beyond_mm <= SAME_MM) & (np.abs(alike) >= ALIKE)
     here[here] = ~face.trimmed_away(feet.u[here], feet.v[here]).astype(np.bool_)
-    found[near[here]] = True
+    found[some[here]] = True
     return found

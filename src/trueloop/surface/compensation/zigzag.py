@@ -17,6 +17,8 @@ from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.tool_path import CoordinateState
 
 PLACES: Final = 200
+SPINDLE_RPM: Final = 7500
+"""An example's speed: feed and depth of the zig-zag do not follow from it."""
 MOST_POINTS: Final = 2_000_000
 
 
@@ -60,7 +62,7 @@ def program_text(passes: list[Array], dialect: Dialect, options: ZigzagOptions) 
 
     first = passes[0][0]
     up = coordinate_text(dialect, "Z", top, state)
-    lines = ["G17 G21 G40 G90 G94", "S7500 M3", f"G0 {up}", f"G0 {place(first, 'XY')}"]
+    lines = ["G17 G21 G40 G90 G94", f"S{SPINDLE_RPM} M3", f"G0 {up}", f"G0 {place(first, 'XY')}"]
     lines.append(f"G1 {place(first, 'Z')} F{options.feed_mm_per_min:g}")
     lines += [place(tip) for tips in passes for tip in tips][1:]
     return "\n".join([*lines, f"G0 {up}", "M5", "M2", ""])

@@ -11,7 +11,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, Finding, Place, Severity
-from trueloop.geometry.surface import Surface, closest
+from trueloop.geometry.surface import Surface, closest, near
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,22 +147,20 @@ def on_face(
     Raises SRF-OFF where no point is left.
     """
     points, total = scan.points_mm, len(scan.points_mm)
-    control = surface.control_mm.reshape(-1, 3)
-    reach = farthest_mm + scan.ball_radius_mm
-    near = np.flatnonzero(np.all((points >= control.min(0) - reach) & (points <= control.max(0) + reach), axis=1))
-    feet = closest(surface, points[near]) if len(near) else None
-    if feet is not None:
+    some = near(surface, points, farthest_mm + scan.ball_radius_mm)
+    if len(some):
+        feet = closest(surface, points[some])
         here = (np.abs(feet.distance_mm - scan.ball_radius_mm) <= farthest_mm) & (feet.beyond_mm == 0)
         if trim is not None and np.any(here):
             here[here] = ~trim(feet.u[here], feet.v[here]).astype(np.bool_)
-        near, of_face = near[here], feet.normal[here]
-    beside = total - len(near)
-    facing: Flags = np.ones(len(near), dtype=np.bool_)
-    if len(near) > PLANE_POINTS:
-        own = _normals(points, near) if normal is None else normal[near]
+        some, of_face = some[here], feet.normal[here]
+    beside = total - len(some)
+    facing: Flags = np.ones(len(some), dtype=np.bool_)
+    if len(some) > PLANE_POINTS:
+        own = _normals(points, some) if normal is None else normal[some]
         cosine = np.einsum("nk,nk->n", own, of_face)
         facing = (np.abs(cosine) if normal is None else cosine) >= FACING
-    kept = near[facing]
+    kept = some[facing]
     if not len(kept):
         raise Code.SRF_OFF.refusal(
             f"0 of {total} points of {scan.name!r} are on the face: {beside} are more than {farthest_mm:g} mm off it "
@@ -187,7 +185,7 @@ def _normals(points_mm: Array, some: np.ndarray) -> Array:
     """Normals (m, 3) of the planes through the neighbours of some of the points, of either sign."""
     from scipy.spatial import KDTree  # slow to import
 
-    _, near = KDTree(points_mm).query(points_mm[some], k=PLANE_POINTS)
-    off = points_mm[near] - np.mean(points_mm[near], axis=1, keepdims=True)
+    _, around = KDTree(points_mm).query(points_mm[some], k=PLANE_POINTS)
+    off = points_mm[around] - np.mean(points_mm[around], axis=1, keepdims=True)
     _, turned = np.linalg.eigh(np.einsum("nki,nkj->nij", off, off))
     return np.asarray(turned[:, :, 0])

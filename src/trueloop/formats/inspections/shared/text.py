@@ -177,7 +177,7 @@ def moment(text: str, order: Order | None, place: Place) -> datetime | None:
     try:
         return (iso_time(text) or _year_first(text) or _local(text, order)).astimezone()
     except (ValueError, OverflowError, OSError) as error:
-        raise _refusal(text, "it is no date with a time that is known here", place) from error
+        raise _refusal(text, "date and time are not in a known form", place) from error
 
 
 def iso_time(text: str) -> datetime | None:
@@ -213,5 +213,5 @@ def _local(text: str, order: Order | None) -> datetime:
 
 def _refusal(text: str, why: str, place: Place) -> TrueloopError:
     return Code.MSR_TIME.refusal(
-        f"{text!r} is no time that can be read: {why}", hint=DATES_HINT, place=place, values={"text": text}
+        f"{text!r} cannot be read as a time: {why}", hint=DATES_HINT, place=place, values={"text": text}
     )

@@ -1,4 +1,4 @@
-"""What columns of a table mean: their roles and units, and the headings by which they are known, English and German.
+"""Roles and units of a table's columns, and the headings by which they are recognised, English and German.
 
 Of two lines for one role the first is the more certain: of two columns for one thing, the one found there is taken.
 """

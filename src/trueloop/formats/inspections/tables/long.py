@@ -275,5 +275,5 @@ def unit_of_cells(long: Long, role: Role, numbers: Numbers) -> str:
 def no_unit(long: Long, role: Role, row: int, own: str) -> TrueloopError:
     """Returns the refusal MSR-UNIT of a column whose unit is not known."""
     name = long.grid.path.name
-    why = f"{own!r} is no unit of length" if own else f"the unit of {role} is stated nowhere in {name!r}"
+    why = f"{own!r} is not a unit of length" if own else f"the unit of {role} is stated nowhere in {name!r}"
     return unit_refusal(name, why, long.place(role, row))
