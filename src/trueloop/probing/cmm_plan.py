@@ -4,8 +4,9 @@ Moves of a measuring machine's ball from point to point of a turned part that do
 
 The part is a body of revolution. The ball comes to a point in the half plane through the axis and that point: along
 the normal from `start`, and to `start` radially from outside of the largest radius or along z from beyond the free end,
-and leaves it the same way. Between half planes it moves beyond the free end, along the part outside of its largest
-radius. The stem is not looked at: which stylus a measuring machine takes is not known here.
+and leaves it the same way; of a part that is turned all around, from behind it too. Between half planes it moves
+beyond the free end, along the part outside of its largest radius. The stem is not looked at: which stylus a measuring
+machine takes is not known here.
 """
 
 import math
@@ -142,8 +143,10 @@ def cmm_moves(touches: Sequence[CmmTouch], obstacle: Obstacle, approach: CmmAppr
     approach that is not longer than the allowance and its margin or longer than the clearance.
     """
     _require_apart(approach)
-    outside, beyond = np.max(obstacle.corners_mm, axis=0) + approach.ball_radius_mm + approach.clearance_mm
-    level = float(outside), float(beyond)
+    clear_mm = approach.ball_radius_mm + approach.clearance_mm
+    outside, beyond = np.max(obstacle.corners_mm, axis=0) + clear_mm
+    behind = None if obstacle.held_behind else float(np.min(obstacle.corners_mm[:, 1]) - clear_mm)
+    level = _Level(float(outside), float(beyond), behind)
     moves = list[CmmMove]()
     before: tuple[float, Point, Point] | None = None
     for touch in touches:
@@ -170,7 +173,16 @@ def _require_apart(approach: CmmApproach) -> None:
         )
 
 
-def _entry(touch: CmmTouch, obstacle: Obstacle, approach: CmmApproach, level: Point) -> tuple[Point, Point]:
+@dataclass(frozen=True)
+class _Level:
+    """What is surely free: outside of this radius, beyond this z, and behind this one where nothing holds the part."""
+
+    outside_mm: float
+    beyond_mm: float
+    behind_mm: float | None
+
+
+def _entry(touch: CmmTouch, obstacle: Obstacle, approach: CmmApproach, level: _Level) -> tuple[Point, Point]:
     """Where the ball leaves what is surely free for this touch, and where its move along the normal begins."""
     (x, z), (nx, nz), radius = touch.place_mm, touch.normal, approach.ball_radius_mm
     far, near = radius + approach.approach_mm, radius + approach.allowance_mm
@@ -178,8 +190,10 @@ def _entry(touch: CmmTouch, obstacle: Obstacle, approach: CmmApproach, level: Po
     distance, nearest = obstacle.distance_mm(np.array(start), np.array(contact))
     if distance < radius - OVERLAP_MM - CHORD_MM:
         raise _refusal(Code.PRB_BALL, touch, nearest, approach, contact, distance)
-    sideways, along = (level[0], start[1]), (start[0], level[1])
-    ways = (along, sideways) if abs(nz) > abs(nx) else (sideways, along)
+    sideways, along = [(level.outside_mm, start[1])], [(start[0], level.beyond_mm)]
+    if level.behind_mm is not None:
+        along.insert(0 if nz < 0.0 else 1, (start[0], level.behind_mm))
+    ways = [*along, *sideways] if abs(nz) > abs(nx) else [*sideways, *along]
     found = [obstacle.distance_mm(np.array(entry), np.array(start)) for entry in ways]
     for entry, (free, _) in zip(ways, found, strict=True):
         if free >= radius + MARGIN_MM + CHORD_MM:
@@ -189,17 +203,24 @@ def _entry(touch: CmmTouch, obstacle: Obstacle, approach: CmmApproach, level: Po
 
 
 def _between(
-    before: tuple[float, Point, Point] | None, then: tuple[float, Point], level: Point
+    before: tuple[float, Point, Point] | None, then: tuple[float, Point], level: _Level
 ) -> list[tuple[float, Point]]:
     """From a start back to its entry and on to the next one: along z where that is enough, else beyond the free end."""
     angle, entry = then
-    over = (angle, (entry[0], level[1]))
+    into = [(angle, place) for place in reversed(_outwards(entry, level))]
     if before is None:
-        return [over, then]
-    back = [(before[0], before[1]), (before[0], before[2])]
-    if before[0] == angle and before[2][0] == entry[0] == level[0]:
-        return [*back, then]
-    return [*back, (before[0], (before[2][0], level[1])), over, then]
+        return [(angle, (into[0][1][0], level.beyond_mm)), *into]
+    angle_before, start, entry_before = before
+    back = [(angle_before, place) for place in (start, *_outwards(entry_before, level))]
+    (_, (x_before, _)), (_, (x_then, _)) = back[-1], into[0]
+    if angle_before == angle and x_before == x_then == level.outside_mm:
+        return [*back, *into]
+    return [*back, (angle_before, (x_before, level.beyond_mm)), (angle, (x_then, level.beyond_mm)), *into]
+
+
+def _outwards(entry: Point, level: _Level) -> list[Point]:
+    """An entry, and of one from behind the place beside it from which the way along the part is free."""
+    return [entry] if entry[1] != level.behind_mm else [entry, (level.outside_mm, entry[1])]
 
 
 def _without_repeats(positions: Sequence[Vector]) -> list[Vector]:
@@ -216,7 +237,7 @@ def _refusal(
     return code.refusal(
         f"point {touch.name!r} on {touch.feature!r} cannot be reached from outside or along z: on the way to the "
         f"ball's centre at x {at[0]:.3f} mm (radius), z {at[1]:.3f} mm {left_mm:.3f} mm are left to {nearest!r}, "
-        f"{MARGIN_MM:.3f} mm are asked for",
+        f"{MARGIN_MM + CHORD_MM:.3f} mm are needed",
         hint="give a shorter approach or a smaller ball, or leave the point out",
         values={
             "point": touch.name,
@@ -225,6 +246,6 @@ def _refusal(
             "x_mm": at[0],
             "z_mm": at[1],
             "clearance_mm": left_mm,
-            "margin_mm": MARGIN_MM,
+            "margin_mm": MARGIN_MM + CHORD_MM,
         },
     )

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Final, TypeAlias
 
 import numpy as np
@@ -11,7 +11,7 @@ from trueloop.arrays import Array
 from trueloop.domain.option import Option
 from trueloop.geometry.feature import Feature, pieces_within
 from trueloop.geometry.offset import nose_centre_path
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import Profile, Side
 
 CHORD_MM: Final = 2e-3
 """Arcs are taken as polygons that deviate from them by at most this much; clearances are that much uncertain."""
@@ -21,10 +21,14 @@ BAR_MM: Final = 1000.0
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A closed polygon in the (x, z) plane; corner k to k + 1 belongs to `side[k]`, which names it in messages."""
+    """A closed polygon in the (x, z) plane; corner k to k + 1 belongs to `side[k]`, which names it in messages.
+
+    `held_behind`: a bar or chuck is behind it, so that nothing comes to it from there.
+    """
 
     corners_mm: Array
     side: tuple[str, ...]
+    held_behind: bool = True
 
     def distance_mm(self, start_mm: Array, end_mm: Array) -> tuple[float, str]:
         """Returns the distance of the segment between two points to the polygon, 0 inside, and what is nearest."""
@@ -50,19 +54,44 @@ def stock_obstacle(profile: Profile, allowance_mm: float = 0.0, bar_radius_mm: f
 
     Without `bar_radius_mm` the bar is as thick as the profile where that begins.
     """
+    features, corners, sides = _surface(profile, allowance_mm)
+    (x_start, z_start), end = features[0].start_mm, features[-1].end_mm
+    bar_mm = x_start if bar_radius_mm is None else bar_radius_mm
+    behind_mm = z_start - BAR_MM
+    tail = [end, (0.0, end[1]), (0.0, behind_mm), (bar_mm, behind_mm), (bar_mm, z_start)]
+    return _closed(corners, sides, tail, "the bar")
+
+
+def whole_obstacle(profile: Profile, allowance_mm: float = 0.0) -> Obstacle:
+    """Returns the part as a measuring machine has it: free behind where the profile comes round its back face.
+
+    It is solid about the axis between the profile's two ends, or a ring where they pass each other in the bore.
+    """
+    features, corners, sides = _surface(profile, allowance_mm)
+    z_start, z_end = features[0].start_mm[1], features[-1].end_mm[1]
+    if profile.side is not Side.AROUND or z_start <= float(np.min(np.concatenate(corners)[:, 1])):
+        return stock_obstacle(profile, allowance_mm)
+    solid = [(0.0, z_end), (0.0, z_start)] if z_end > z_start else []
+    return replace(_closed(corners, sides, [features[-1].end_mm, *solid], "the solid part"), held_behind=False)
+
+
+def _surface(profile: Profile, allowance_mm: float) -> tuple[Sequence[Feature], list[Array], list[str]]:
+    """The features with an allowance on them, corners along each, and the feature that each belongs to."""
     features: Sequence[Feature] = profile.features
     if allowance_mm > 0.0:
         features = nose_centre_path(profile, allowance_mm).features
-    corners, sides = [], []
+    corners, sides = list[Array](), list[str]()
     for feature in features:
         s = np.linspace(0.0, feature.length_mm, pieces_within(feature, CHORD_MM) + 1)[:-1]
         corners.append(feature.point_mm(s))
         sides += [feature.name] * len(s)
-    (x_start, z_start), (_, z_end) = features[0].start_mm, features[-1].end_mm
-    bar_mm = x_start if bar_radius_mm is None else bar_radius_mm
-    tail = [features[-1].end_mm, (0.0, z_end), (0.0, z_start - BAR_MM), (bar_mm, z_start - BAR_MM), (bar_mm, z_start)]
-    corners.append(np.array(tail))
-    return Obstacle(np.concatenate(corners), (*sides, *("the bar",) * len(tail)))
+    return features, corners, sides
+
+
+def _closed(
+    corners: Sequence[Array], sides: Sequence[str], tail: Sequence[tuple[float, float]], named: str
+) -> Obstacle:
+    return Obstacle(np.concatenate([*corners, np.array(tail)]), (*sides, *(named,) * len(tail)))
 
 
 def _point_to_segments(point: Array, a: Array, b: Array) -> Array:

@@ -9,10 +9,10 @@ from scipy.spatial import KDTree
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Line
-from trueloop.geometry.profile import Profile, junctions_of
+from trueloop.geometry.profile import Profile, Side, junctions_of
 from trueloop.probing.cmm_plan import MARGIN_MM, CmmApproach, CmmMove, CmmTouch, cmm_moves, cmm_plan, way_back
 from trueloop.probing.plan import Spacing, equally_spaced
-from trueloop.probing.stylus import stock_obstacle
+from trueloop.probing.stylus import stock_obstacle, whole_obstacle
 
 FEATURES = (
     Line("journal", (15.0, -80.0), (15.0, -60.0)),
@@ -72,6 +72,36 @@ def test_by_hand_a_cylinder_is_entered_radially_and_a_dome_s_pole_along_z() -> N
         *((-24.0, 0.0, -35.0), (-41.0, 0.0, -35.0), (-41.0, 0.0, 11.0)),
         *((0.0, 0.0, 11.0), (0.0, 0.0, 4.0)),
     )
+
+
+TURNED_AT_BOTH_ENDS = (
+    Line("bore", (10.0, -62.0), (10.0, -80.0)),
+    Line("back", (10.0, -80.0), (19.0, -80.0)),
+    Line("seat", (19.0, -80.0), (19.0, -50.0)),
+    Line("back-step", (19.0, -50.0), (26.0, -50.0)),
+    Line("collar", (26.0, -50.0), (26.0, 0.0)),
+    Line("front", (26.0, 0.0), (4.0, 0.0)),
+)
+
+
+@pytest.mark.parametrize("angles", [(0.0,), (0.0, 90.0, 200.0)])
+def test_a_part_that_is_turned_at_both_its_ends_is_reached_from_behind(angles: tuple[float, ...]) -> None:
+    features = TURNED_AT_BOTH_ENDS
+    profile = Profile(features, junctions_of(features), Side.AROUND)
+    points = equally_spaced(profile, {one.name: Spacing(3) for one in features})
+    names = [str(k + 1) for k in range(len(points.arc_length_mm))]
+    moves = cmm_moves(cmm_plan(profile, points, names, angles), whole_obstacle(profile), APPROACH)
+    ends = (*features, Line("face about the axis", (4.0, 0.0), (0.0, 0.0)), Line("ground", (0.0, -62.0), (10.0, -62.0)))
+    surface = KDTree(np.concatenate([one.point_mm(np.linspace(0.0, one.length_mm, 4000)) for one in ends]))
+    positions = np.array([position for move in moves for position in move.way_mm] + list(way_back(moves)))
+    for start, end in itertools.pairwise(positions):
+        places = np.linspace(start, end, max(2, int(math.dist(start, end) / 0.1)))
+        half_plane = np.stack([np.hypot(places[:, 0], places[:, 1]), places[:, 2]], axis=1)
+        assert np.min(surface.query(half_plane)[0]) >= APPROACH.ball_radius_mm + MARGIN_MM, (start, end)
+    bore = [move.way_mm for move in moves if move.touch.feature == "bore" and move.touch.angle_deg == 0.0]
+    # by hand: 4 mm inside of the wall, from 11 mm behind the back face at z −80
+    assert all(way[-2:] == ((6.0, 0.0, -91.0), (6.0, 0.0, way[-1][2])) for way in bore)
+    assert max(places[2] for way in bore for places in way) == 11.0  # from bore to bore beyond the front
 
 
 def test_what_cannot_be_reached_is_refused_with_the_point() -> None:

@@ -34,7 +34,7 @@ from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_moves, cmm_plan
 from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
 from trueloop.probing.probe_match import MatchedTouches, match_touches, renamed
 from trueloop.probing.probe_plan import ProbePlan, probe_plan
-from trueloop.probing.stylus import Obstacle, stock_obstacle
+from trueloop.probing.stylus import Obstacle, stock_obstacle, whole_obstacle
 from trueloop.probing.trials import Trials, match_trials, repeated
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
@@ -396,7 +396,7 @@ def program_of(measuring: MeasuringJob, approach: CmmApproach, source: str) -> s
     Raises PRB and TCH errors for what cannot be reached.
     """
     profile = measuring.part.profile
-    obstacle = stock_obstacle(profile, approach.allowance_mm)
+    obstacle = whole_obstacle(profile, approach.allowance_mm)
     angles = list(dict.fromkeys(touch.angle_deg for touch in measuring.touches))
     touches = sorted(measuring.touches, key=lambda touch: angles.index(touch.angle_deg))
     asked = [(one, _around(one, profile, measuring.angles_deg[0])) for one in measuring.characteristics]
