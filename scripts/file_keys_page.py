@@ -18,6 +18,7 @@ ELSEWHERE: Final = {
 """Files whose keys have a page that explains them at length."""
 TITLES: Final = {
     "machine": "Machine, for a model of its errors ([machine.md](machine.md#the-machine-file))",
+    "readings": "Readings by instruments' own files ([machine.md](machine.md#instruments-own-files))",
     "offsets": "Work offsets and tools ([cli.md](cli.md#offsets-file))",
     "mapping": "Mapping of a table ([measurements.md](measurements.md#tables-by-mapping))",
     "meaning": "Mapping of a control's output ([measurements.md](measurements.md#dumps-and-print-outs-of-controls))",

@@ -9,6 +9,7 @@ from trueloop.formats import cell_toml, links_toml
 from trueloop.formats.inspections.controls import meaning
 from trueloop.formats.inspections.tables import mapping
 from trueloop.formats.jobs import job, machine_toml, milled_job, probe_toml, surface_job
+from trueloop.formats.measurements import instruments_toml
 from trueloop.formats.realtime import signals_toml
 from trueloop.formats.tables import offsets_toml
 from trueloop.formats.toml_tables import Table
@@ -23,6 +24,7 @@ KINDS: Final[dict[str, type[Table]]] = {
     "machine": machine_toml.MachineFile,
     "virtual-machine": virtual_machine_toml.VirtualMachineFile,
     "virtual-mill": VirtualMillFile,
+    "readings": instruments_toml.ReadingsFile,
     "offsets": offsets_toml.OffsetsFile,
     "mapping": mapping.Mapping,
     "meaning": meaning.Meaning,

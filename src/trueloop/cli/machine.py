@@ -49,7 +49,9 @@ if TYPE_CHECKING:
     from trueloop.machine.standards import PlanarField
 
 MachineFile = Annotated[Path, argument("Structure, travels and error terms.", metavar="MACHINE.toml")]
-ReadingFiles = Annotated[list[Path], argument("Laser, straight edge, ball bar …", metavar="READINGS.csv")]
+ReadingFiles = Annotated[
+    list[Path], argument("CSV, or .toml that names instruments' own files.", metavar="READINGS.csv")
+]
 ModelFile = Annotated[Path, argument("As `trueloop machine fit` wrote it.", metavar="MODEL.json")]
 Temperatures = Annotated[
     list[str] | None,

@@ -7,6 +7,7 @@ structure = "mill-table-x"        # a preset, or letters: "w X b Y Z (S) t"
 [axes.X]
 travel_mm = [0, 500]              # travel_deg for rotary axes
 offset_mm = [0, 0, 0]             # from the frame that carries the axis to its own
+sense = "iso-841"                 # of a rotary axis; "opposite": it turns against it
 
 [terms]
 standard = "mill"                 # or "turning", "five-axis"; leave out for none
@@ -91,6 +92,9 @@ class AxisTable(Table):
     """Lowest and highest position of a rotary axis."""
     offset_mm: Vector = ZERO
     """From the frame that carries the axis to its own, at position 0."""
+    sense: Literal["iso-841", "opposite"] = "iso-841"
+    """Sense of a rotary axis: by ISO 841 a larger angle turns the tool right-handed *as seen from the work*, so a table
+    the other way; opposite, as LinuxCNC's kinematics of trunnion tables do."""
 
 
 class TermsTable(Table):
@@ -190,7 +194,11 @@ def _axis(axis: Axis, table: AxisTable) -> Axis:
         )
     low, high = travel or (-math.inf, math.inf)
     scale = math.pi / 180 if rotary else 1.0
-    return replace(axis, travel=(scale * low, scale * high), offset_mm=table.offset_mm)
+    if table.sense == "opposite" and not rotary:
+        why = f"axis {axis.name} is {axis.kind.value}: sense = {table.sense!r} is for rotary axes"
+        raise Code.MCH_UNIT.refusal(why, hint="take it out: X, Y and Z are right-handed as seen from the work")
+    sense = -1.0 if table.sense == "opposite" else 1.0
+    return replace(axis, travel=(scale * low, scale * high), offset_mm=table.offset_mm, sense=sense)
 
 
 def _terms(file: Located[MachineFile], chain: Chain) -> tuple[Term, ...]:

@@ -9,7 +9,8 @@ u_um | u_mm | u_in | u_urad | u_arcsec     standard uncertainty, if known
 tool_x_mm, tool_y_mm, tool_z_mm   point of measurement from the frame of the last axis that carries the tool
 run                     what was measured in one go
 absolute                no (or empty, or no column): the instrument was zeroed, a straightedge laid by eye, for the run;
-                        slope: against a square or the spindle, the zero alone is open; yes: nothing is
+                        slope: against a square or the spindle, the zero alone is open; yes: nothing is;
+                        length: a calibrated ball bar whose centre is open; centre: the length is open, not the centre
 NAME_degC, NAME_rpm     signals, under NAME
 note                    anything; no other columns
 time_s                  when it was read, for lags; where no history is given the rows themselves are one
@@ -51,8 +52,15 @@ ALONG: Final = ("along_x", "along_y", "along_z")
 TOOL: Final = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
 OTHERS: Final = ("along", *ALONG, *TOOL, "run", "time_s", "absolute")
 POSITION: Final = re.compile(r"[A-Z]_(mm|in|deg)")
-ABSOLUTE: Final = {"": (True, True), "no": (True, True), "slope": (True, False), "yes": (False, False)}
-"""Flags (zero, slope) by the text of `absolute`: True where it is the run's own."""
+ABSOLUTE: Final = {
+    "": (True, True, False, False),
+    "no": (True, True, False, False),
+    "slope": (True, False, False, False),
+    "yes": (False, False, False, False),
+    "length": (False, False, True, False),
+    "centre": (False, False, False, True),
+}
+"""Flags by the text of `absolute`, True where it is the run's own: zero and slope, a bar's centre alone, its length."""
 
 WAYS: Final = {"+": 1.0, "-": -1.0, "−": -1.0, "1": 1.0, "-1": -1.0, "": 0.0, "0": 0.0, "+1": 1.0}
 
@@ -83,7 +91,7 @@ def read_readings(path: FilePath, chain: Chain, history: History | None = None) 
         np.array(rows.lines),
         clock,
         {**units_of(clock), **units_in(rows)},
-        *_own(rows),
+        *_own(rows, along),
     )
 
 
@@ -185,14 +193,18 @@ def _along(rows: Rows) -> tuple[Array, Flags]:
     return np.eye(3)[component % 3], component >= 3
 
 
-def _own(rows: Rows) -> tuple[Flags, Flags]:
-    """Which readings have a zero, and which a slope, of their run's own."""
+def _own(rows: Rows, along: Array) -> tuple[Flags, Flags, Array]:
+    """Which readings have a zero, and which a slope, of their run's own; and each run's centre or length, (n, k)."""
     texts = rows.texts("absolute")
     for row, text in enumerate(texts):
         if text not in ABSOLUTE:
-            raise rows.refusal(row, f"absolute is {text!r}, not yes, slope or no", "absolute")
-    zero, slope = np.array([ABSOLUTE[text] for text in texts], dtype=bool).T
-    return zero, slope
+            raise rows.refusal(row, f"absolute is {text!r}, not {', '.join(filter(None, ABSOLUTE))}", "absolute")
+    zero, slope, centre, length = np.array([ABSOLUTE[text] for text in texts], dtype=bool).T
+    runs = np.array(rows.texts("run"))
+    own = [np.zeros((len(rows), 0))]
+    for flags, columns in ((centre, along), (length, np.ones((len(rows), 1)))):
+        own += [np.where((flags & (runs == run))[:, None], columns, 0.0) for run in np.unique(runs[flags])]
+    return zero, slope, np.hstack(own)
 
 
 def _ways(rows: Rows, name: str) -> Array:

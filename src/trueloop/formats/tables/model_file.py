@@ -73,6 +73,10 @@ FORMAT: Final = "trueloop machine model 2"
 HINT: Final = "make one with `trueloop machine fit`; a model of format 1 has to be fitted again from its readings"
 
 
+OPPOSITE: Final = ", opposite sense"
+"""Ending of a kind of axis; no key of its own, which earlier versions would pass over."""
+
+
 def model_to_json(model: MachineModel, made_from: Mapping[str, str] | None = None) -> str:
     """Returns the model as text; `made_from` names the files it was fitted to, with their sha256.
 
@@ -187,14 +191,17 @@ def _pair(ends: list[float] | None) -> tuple[float, float] | None:
 def _axis(axis: Axis) -> dict[str, Any]:
     travel = [None if np.isinf(end) else end for end in axis.travel]
     offset = list(axis.offset_mm)
-    return {"name": axis.name, "kind": axis.kind, "number": axis.number, "offset_mm": offset, "travel": travel}
+    kind = axis.kind if axis.sense > 0 else f"{axis.kind}{OPPOSITE}"
+    return {"name": axis.name, "kind": kind, "number": axis.number, "offset_mm": offset, "travel": travel}
 
 
 def _read_axis(content: dict[str, Any]) -> Axis:
     low, high = content["travel"]
     x, y, z = content["offset_mm"]
     travel = (-np.inf if low is None else low, np.inf if high is None else high)
-    return Axis(content["name"], AxisKind(content["kind"]), content["number"], (x, y, z), travel)
+    kind = AxisKind(content["kind"].removesuffix(OPPOSITE))
+    sense = -1.0 if content["kind"].endswith(OPPOSITE) else 1.0
+    return Axis(content["name"], kind, content["number"], (x, y, z), travel, sense)
 
 
 def _part(part: Part) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.machine_toml import read_machine
 from trueloop.formats.measurements.history_csv import read_history
+from trueloop.formats.measurements.instruments_toml import SUFFIX, files_of, read_instruments, refuse_alone
 from trueloop.formats.measurements.readings_csv import read_readings
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.model_file import accepted_text, model_to_json, read_model
@@ -103,9 +104,15 @@ def _now() -> str:
 
 
 def readings_of(paths: Sequence[Path], chain: Chain, history: Path | None) -> Observations:
-    """Joins all readings, with the log's past of each. Raises MCH errors that name the file."""
+    """Joins all readings, with the log's past of each: CSV, and the instruments' files that a readings file (`.toml`)
+    names. Raises MCH errors that name the file.
+    """
     past = read_history(history) if history else None
-    read = [read_readings(path, chain, past) for path in paths]
+    for path in paths:
+        refuse_alone(path)
+    read = [
+        read_instruments(path, chain) if path.suffix == SUFFIX else read_readings(path, chain, past) for path in paths
+    ]
     with in_file(paths[-1]):
         return joined(read)
 
@@ -199,4 +206,5 @@ def fit_machine(
     with in_file(files[0] if len(files) == 1 else machine):
         warnings = require_agreement((found, held), data, judged, accept)
     found = replace(found, findings=(*warnings, *found.findings))
-    return FittedMachine(found, chosen, held, data, (machine, *files, *([log] if log else ())))
+    sources = (machine, *(source for file in files for source in files_of(file)), *([log] if log else ()))
+    return FittedMachine(found, chosen, held, data, sources)

@@ -10,7 +10,7 @@ from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
 from trueloop.machine.identify.identify import Identification, values_weight, weighted_rows
 from trueloop.machine.identify.observations import Observations
-from trueloop.machine.identify.robust import orthonormal, slope_columns, without, zero_columns
+from trueloop.machine.identify.robust import instrument_columns, orthonormal, slope_columns, without, zero_columns
 from trueloop.machine.model.model import MachineModel
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
@@ -65,7 +65,7 @@ def compare(model: MachineModel, readings: Observations, run: str = "") -> HeldO
     (7.7, 0.2)
     """
     chain = model.machine.chain
-    opened = np.hstack([zero_columns(readings), slope_columns(chain, readings)])
+    opened = np.hstack([zero_columns(readings), slope_columns(chain, readings), instrument_columns(readings)])
     both = np.column_stack([readings.reading, readings.reading - readings.with_lags(model.lags).predicted(model)])
     return _held(run, without(opened, both), readings.is_angle)
 
@@ -107,7 +107,9 @@ def _refitted(
 
 
 class _Downdated:
-    """The weighted readings in an orthonormal basis q of the model's columns, zeros and slopes of runs taken out."""
+    """The weighted readings in an orthonormal basis q of the columns of model and instruments, zeros and slopes of runs
+    taken out.
+    """
 
     def __init__(self, found: Identification, readings: Observations) -> None:
         machine = found.model.machine
@@ -117,7 +119,10 @@ class _Downdated:
         self.readings, self.root, self.weight = readings, root, values_weight(readings) * root
         self.opened = np.hstack([zero_columns(readings), slope_columns(machine.chain, readings)])
         opened = self.opened * self.weight[:, None]
-        self.q = orthonormal(without(opened, rows * root[:, None]))
+        shared = instrument_columns(readings)
+        columns = np.hstack([rows * root[:, None], shared * self.weight[:, None]])
+        self.q = orthonormal(without(opened, columns))
+        self.opened = np.hstack([self.opened, shared])
         self.values = without(opened, values * root)
         self.right = self.q.T @ self.values
 

@@ -18,7 +18,9 @@ from trueloop.machine.identify.observations import Observations, ranges
 from trueloop.machine.identify.robust import (
     constants_of,
     determined_zeros,
+    instrument_columns,
     least_squares,
+    orthonormal,
     robust_solution,
     slope_columns,
     without,
@@ -305,14 +307,14 @@ def closed_rows(machine: Machine, terms: tuple[Term, ...], readings: Observation
 
 
 def unknown_columns(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> Array:
-    """Returns the weighted columns of the runs' own zeros and slopes without those that constants of the model stand
-    for.
+    """Returns an orthonormal basis of the weighted columns of the runs' own zeros and slopes and of the instruments'
+    unknowns, without those that constants of the model stand for.
     """
     weight = values_weight(readings)[:, None]
-    zeros, constants = zero_columns(readings) * weight, constants_of(terms)
+    zeros, constants = np.hstack([zero_columns(readings), instrument_columns(readings)]) * weight, constants_of(terms)
     if constants:
         zeros = determined_zeros(zeros, weighted_rows(machine, constants, readings)[0])
-    return np.hstack([zeros, slope_columns(machine.chain, readings) * weight])
+    return orthonormal(np.hstack([zeros, slope_columns(machine.chain, readings) * weight]))
 
 
 def _collinear(terms: tuple[Term, ...], rows: Array, opened: Array) -> list[Finding]:
@@ -326,9 +328,9 @@ def _collinear(terms: tuple[Term, ...], rows: Array, opened: Array) -> list[Find
     except TrueloopError as error:
         collinear_findings(terms, rows)
         raise error.code.refusal(
-            f"{error.message}, beside {opened.shape[1]} zeros and slopes of runs, which are not known",
+            f"{error.message}, beside {opened.shape[1]} zeros and slopes of runs and other unknowns of instruments",
             hint="mark what was read against a square, the spindle or a common zero: column absolute, slope or yes; "
-            "or measure diagonals",
+            "measure diagonals; turn a ball bar both ways, its length calibrated or the scales read by a laser",
             values=error.values,
         ) from error
 

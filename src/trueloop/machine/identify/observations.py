@@ -23,7 +23,8 @@ class Observations:
     each reading's standard uncertainty, NaN where it is not known. `run` names the readings measured in one go:
     hold-out leaves out whole runs. `clock` says when each reading was taken and what the sensors said before. `units`
     are those of the signals, where they are known. `own_zero` marks readings whose instrument was zeroed for their run
-    alone, `own_slope` those whose straightedge was laid by eye: both unknown (`run_zeros.py`).
+    alone, `own_slope` those whose straightedge was laid by eye: both unknown. `unknown` (n, k) holds the readings, mm
+    or rad, that a unit of each further unknown of an instrument causes: a bar's length, a ball's place, a drift.
     """
 
     state: State
@@ -37,6 +38,7 @@ class Observations:
     units: Mapping[str, str] = field(default_factory=dict)
     own_zero: NDArray[np.bool_] | bool = False
     own_slope: NDArray[np.bool_] | bool = False
+    unknown: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __len__(self) -> int:
         return len(self.reading)
@@ -59,6 +61,7 @@ class Observations:
             self.units,
             np.broadcast_to(self.own_zero, (count,))[rows],
             np.broadcast_to(self.own_slope, (count,))[rows],
+            self.unknown[rows] if self.unknown.size else self.unknown,
         )
 
     def with_lags(self, lags: Sequence[Lag]) -> "Observations":
@@ -97,6 +100,8 @@ class Observations:
 
 def joined(parts: list[Observations]) -> Observations:
     """Joins several sets of readings into one. Signals must be the same in all. Raises MCH-SIGNAL."""
+    from scipy.linalg import block_diag
+
     names = set(parts[0].state.signals)
     for part in parts[1:]:
         if set(part.state.signals) != names:
@@ -125,6 +130,7 @@ def joined(parts: list[Observations]) -> Observations:
         {name: unit for p in parts for name, unit in p.units.items()},
         np.concatenate([np.asarray(p.own_zero) for p in whole]),
         np.concatenate([np.asarray(p.own_slope) for p in whole]),
+        block_diag(*[p.unknown.reshape(len(p), -1) for p in whole]),
     )
 
 

@@ -33,6 +33,11 @@ def zero_columns(readings: Observations) -> Array:
     return np.hstack(columns)
 
 
+def instrument_columns(readings: Observations) -> Array:
+    """Returns the columns (n, k) of the instruments' unknowns that may be common to several runs."""
+    return readings.unknown.reshape(len(readings), -1)
+
+
 def slope_columns(chain: Chain, readings: Observations) -> Array:
     """Columns (n, slopes) of every channel whose slope is its own: displacements across the one axis that moved, −1
     to 1 over its way.

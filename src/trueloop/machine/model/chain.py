@@ -87,7 +87,8 @@ class Axis:
     `offset_mm` leads from the frame that carries the axis to the axis' own frame, at the axis' zero. The arms of the
     rotational errors are counted from that frame, of an axis that carries the tool as it has moved, of one that carries
     the work as it stands on what carries it (`kinematics.py`): so it states where the angular error was defined.
-    `travel` is in mm or rad, in control coordinates.
+    `travel` is in mm or rad, in control coordinates. `sense` is −1 for a rotary axis whose angles grow against ISO 841;
+    errors stay right-handed, tool as seen from the work.
     """
 
     name: str
@@ -95,6 +96,7 @@ class Axis:
     number: int
     offset_mm: Vector = ZERO
     travel: tuple[float, float] = (-np.inf, np.inf)
+    sense: float = 1.0
 
     def shown(self, position: float) -> str:
         """Formats a position: `12.5 mm`, `30°`."""

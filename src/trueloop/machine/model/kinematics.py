@@ -76,10 +76,10 @@ def bed_to_work(chain: Chain, fixed: Mapping[str, float]) -> Array:
 
 
 def travelled(chain: Chain, axis: Axis, positions: Array) -> Array:
-    """Returns the commanded position of one axis, (n,); a spindle has none."""
+    """Returns the commanded motion of one axis, (n,), positive by ISO 841; a spindle has none."""
     if axis.kind is AxisKind.SPINDLE:
         return np.zeros(len(positions))
-    position: Array = positions[:, chain.order.index(axis.name)]
+    position: Array = axis.sense * positions[:, chain.order.index(axis.name)]
     return position
 
 
