@@ -117,7 +117,16 @@ def test_each_hole_with_a_definition_of_its_own_goes_by_its_own_displacement(tmp
         ("heidenhain", "3 CYCL DEF 200 D ~\n Q200=2 ~\n Q203=0\n4 L X+5 M99\n", "not all given"),
         ("heidenhain", "3 CYCL DEF 240 C ~\n Q343=1 ~\n Q200=2 ~\n Q201=-3 ~\n Q203=0\n4 L X+5 M99\n", "tool decides"),
         ("heidenhain", "3 CYCL DEF 200 D ~\n Q200=2 ~\n Q201=+3 ~\n Q203=0\n4 L X+5 M99\n", "its depth Q201 is 3"),
-        ("heidenhain", "3 CYCL DEF 208 B ~\n Q200=2\n4 L X+5 M99\n", "CYCL DEF 208"),
+        ("heidenhain", "3 CYCL DEF 208 B ~\n Q200=2 ~\n Q201=-3 ~\n Q203=0\n4 L X+5 M99\n", "its size is not given"),
+        ("heidenhain", "3 CYCL DEF 254 S ~\n Q200=2\n4 L X+5 M99\n", "CYCL DEF 254"),
+        ("heidenhain", "3 CYCL DEF 232 F ~\n Q225=0\n4 CYCL CALL\n", "Q225, Q226, Q227 and Q386"),
+        (
+            "heidenhain",
+            "3 CYCL DEF 10.1 ROT+30\n4 CYCL DEF 208 B ~\n Q200=2 ~\n Q201=-3 ~\n Q203=0 ~\n Q335=9\n5 L X+5 Y+5 M99\n",
+            "are turned",
+        ),
+        ("siemens", "POCKET4(50,0,1,-10,10,0,0,5,0,0,100,100,2,1,0,0,0,0,0,0,1)\n", "further arguments"),
+        ("siemens", "POCKET3(50,0,1,-10,10,5,1,0)\n", "its size, PA and PO"),
         ("heidenhain", "3 CYCL CALL POS X+1 Y+2 Z+3\n", "CYCL CALL POS"),
     ],
 )

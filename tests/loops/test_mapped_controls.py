@@ -190,7 +190,7 @@ PLATE = "0 BEGIN PGM A MM\n1 L X+20 Y+1 Z+1 R0 FMAX\n"
         ("heidenhain", PLATE + "2 C X-20 Y+1 DR+\n", Code.NC_MAP, 3, "centre is not said"),
         ("heidenhain", PLATE + "2 Q1 = 25\n3 CC X+Q1 Y+1\n4 C X+30 Y+1 DR+\n", Code.NC_MAP, 4, "takes no sum"),
         ("heidenhain", PLATE + "2 CC X+25 Y+1\n3 C X+30 Y+1 DR+ M91\n", Code.NC_MAP, 4, "place of the machine"),
-        ("heidenhain", PLATE + "2 CYCL DEF 208 BORE ~\n  Q200=2 ;A\n3 CYCL CALL\n", Code.NC_OPAQUE, 3, "CYCL DEF"),
+        ("heidenhain", PLATE + "2 CYCL DEF 254 SLOT ~\n  Q200=2 ;A\n3 CYCL CALL\n", Code.NC_OPAQUE, 3, "CYCL DEF"),
         ("heidenhain", PLATE + "2 L M91 Z+9 FMAX\n3 L X+2 F9\n", Code.NC_MAP, 4, "place of the machine"),
     ],
 )

@@ -9,6 +9,7 @@ mod edits;
 pub mod field;
 mod geometry;
 mod mention;
+mod milled;
 mod part;
 mod pieces;
 mod reader;

@@ -8,6 +8,7 @@ use nc_program::{Drilled, MoveKind, Program, ToolPath};
 use crate::edits::{BlockNumbers, Edits};
 use crate::field::{Field, Trouble, Vector};
 use crate::geometry::Geometry;
+use crate::milled::shared;
 use crate::pieces::{pieces, Fault, Piece};
 use crate::reader::Part;
 use crate::refusal::{self, Refused};
@@ -75,6 +76,7 @@ impl Writing {
         let placed = Geometry::new(in_work, &mut self.travel, field.knows_travel(), flat_mm);
         let mut found = self.pieces(program, &placed, &displaced, field, &courses)?;
         self.check_limits(program, path, &found)?;
+        let shared = shared(path, &placed, field);
         let programmed = turned.is_some().then(|| Geometry::new(path, &mut self.travel, false, flat_mm));
         if programmed.is_some() {
             found.iter_mut().for_each(|piece| piece.take_back(path));
@@ -98,11 +100,16 @@ impl Writing {
             numbers: BlockNumbers::default(),
             heights: HashMap::new(),
             shared: Vec::new(),
+            milled: HashMap::new(),
             added: 0,
             tolerance_mm: self.limits.tolerance_mm / self.linear.map_or(1.0, |linear| linear.stretch()),
             knows_travel: field.knows_travel(),
             whole: self.whole,
         };
+        match shared {
+            Ok(milled) => writer.milled = milled,
+            Err(fault) => drop(self.refusals.keep(Err(told(fault, program, path)))?),
+        }
         self.write(&mut writer, &courses, roles, &found)?;
         if part.last {
             self.refusals.keep(require_returned(&self.register, program, in_work, &writer.off_in_work()))?;
@@ -211,6 +218,8 @@ impl Writing {
                     let refused = courses[hole.first..hole.end].iter().any(|course| course.fate == Fate::Refused);
                     let drilled = match &hole.said {
                         _ if refused => Ok(()),
+                        Some(said) if hole.milled.is_some() => require_unturned(program, path, hole.first)
+                            .and_then(|()| writer.mill_called(hole, said, courses)),
                         Some(said) => writer.drill_called(hole, said, here, courses),
                         None => writer.drill(hole, here, courses),
                     };

@@ -22,6 +22,7 @@ use crate::edits::Edits;
 use crate::edits::{new_lines, BlockNumbers};
 use crate::field::{sum, Vector};
 use crate::geometry::Geometry;
+use crate::milled::Shared;
 use crate::part::Course;
 use crate::pieces::Piece;
 use crate::refusal::Refused;
@@ -59,6 +60,8 @@ pub(crate) struct Writer<'a> {
     pub heights: HashMap<usize, f64>,
     /// Where the pieces of shared contours end.
     pub shared: Vec<Ended>,
+    /// How cycles are displaced whose passes are the control's, by their first move.
+    pub milled: HashMap<usize, Shared>,
     /// Blocks written in addition.
     pub added: usize,
     /// A start further off than this is gone to first, where the field differs by the way of travel, mm.

@@ -4,6 +4,7 @@
 use crate::dialect::{Name, Names, PoleFrom, G, M};
 use crate::drilling::drill::Drill;
 use crate::drilling::hole_places::Pattern;
+use crate::drilling::milled::Pocket;
 use crate::modes::modal::{Compensation, FeedMode, Motion, Plane, SpindleMode};
 use crate::order::flow::Flow;
 use crate::shapes::spline::Spline;

@@ -29,6 +29,7 @@ mod values;
 pub use dialect::Dialect;
 pub use drilling::hole::{Drilled, Said};
 pub use drilling::hole_places::Placed;
+pub use drilling::milled::Space;
 pub use emit::Executed;
 pub use finding::{Finding, Severity};
 pub use lint::{first_unknown, lint};

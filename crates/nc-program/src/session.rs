@@ -75,7 +75,7 @@ fn word_jumps(program: &Program, word: &Word) -> bool {
         (WordKind::Name, _) => match program.code(word) {
             Some(G::Motion(Motion::Tangent) | G::CallNamed) => true,
             // The heights of its holes are said where it is defined.
-            Some(G::HoleCycle(_) | G::Pattern(_) | G::ModalCycle | G::DefineCycle(Some(_))) => true,
+            Some(G::HoleCycle(_) | G::Pattern(_) | G::MillPocket(_) | G::ModalCycle | G::DefineCycle(Some(_))) => true,
             Some(G::Pole(_)) => dialect.about_pole,
             _ => false,
         },

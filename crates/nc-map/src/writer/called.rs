@@ -2,9 +2,11 @@
 //! stated where the cycle is defined, for all holes at once.
 
 use super::{Here, Writer};
-use crate::part::Course;
+use crate::milled::Shared;
+use crate::part::{require_said, Course};
 use crate::pieces::Piece;
 use crate::refusal::Refused;
+use crate::standing::Standing;
 use crate::value::takes_terms;
 use nc_program::{number, Drilled, Placed, Said};
 
@@ -45,6 +47,36 @@ impl Writer<'_> {
             }
         }
         self.carried[third] = by.unwrap_or(0.0);
+        Ok(())
+    }
+
+    /// Writes the heights of a cycle whose passes are the control's: it is displaced as a whole, where the field
+    /// displaces the space that it mills alike, and by as much as the tool was on its way there.
+    pub fn mill_called(&mut self, hole: &Drilled, said: &Said, courses: &[Course]) -> Result<(), Refused> {
+        let here = self.place(hole.place);
+        let mut standing = courses[hole.first].standing;
+        if !said.is_relative() {
+            standing[hole.third] = Standing::Said; // by the cycle
+        }
+        require_said(self.program, self.path, hole.first, standing, standing)?;
+        let Some(Shared { middle, off }) = self.milled.get(&hole.first).copied().filter(|_| !self.knows_travel) else {
+            return Err(self.uneven(&here, None));
+        };
+        let least = here.step.unit * here.state.mm();
+        for axis in 0..3 {
+            let along = axis == hole.third && !said.is_relative();
+            let beside = if along { 0.0 } else { (self.carried[axis] - middle[axis]).abs() };
+            let off = off[axis] + (beside - least).max(0.0);
+            if off > self.tolerance_mm {
+                return Err(self.uneven(&here, Some((axis, off))));
+            }
+        }
+        if said.is_relative() {
+            return Ok(());
+        }
+        for span in said.plane.into_iter().chain(said.depth).filter(|(start, end)| end > start) {
+            self.carried[hole.third] = self.value_of_cycle(&here, span, middle[hole.third])?;
+        }
         Ok(())
     }
 

@@ -94,6 +94,20 @@ impl Writer<'_> {
         Refused::block(self.block_start(here.block), message, hint)
     }
 
+    /// A cycle whose passes are the control's, over which the field differs; without an axis by the way of travel.
+    pub(super) fn uneven(&self, here: &Here, off: Option<(usize, f64)>) -> Refused {
+        let message = match off {
+            Some((axis, off_mm)) => format!(
+                "{} is displaced by up to {:.2} µm differently within what the cycle mills",
+                char::from(super::AXES[axis]),
+                1e3 * off_mm
+            ),
+            None => "the field depends on the way of travel, which the passes of the cycle do not tell".to_owned(),
+        };
+        let hint = "the cycle is displaced as a whole: allow a larger tolerance, or write its passes out as moves";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
     pub(super) fn repeated(&self, here: &Here, off_mm: f64) -> Refused {
         let message = format!("a hole that the block repeats would be {:.2} µm off", 1e3 * off_mm);
         Refused::block(self.block_start(here.block), message, "write each hole into a block of its own")

@@ -2,6 +2,7 @@
 
 use crate::drilling::drill::Drill;
 use crate::drilling::hole_places::Pattern;
+use crate::drilling::milled::Pocket;
 use crate::modes::modal::{Compensation, FeedMode, Motion, Plane, SpindleMode};
 use crate::shapes::curve::PoleFrom;
 use crate::turning::lap::Lap;
@@ -149,6 +150,8 @@ pub enum G {
     Groove(u8),
     /// A drilling cycle by its arguments, here: CYCLE81.
     HoleCycle(Drill),
+    /// A pocket by its arguments: POCKET3, POCKET4.
+    MillPocket(Pocket),
     /// The cycle behind it runs after each move: MCALL.
     ModalCycle,
     /// A cycle of that number is defined by Q parameters; `None` where it is not followed.

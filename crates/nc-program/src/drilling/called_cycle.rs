@@ -1,5 +1,5 @@
 //! Drilling cycles that are called: CYCLE81 to CYCLE89 of Sinumerik, at once or by MCALL after each move; of Klartext
-//! those that CYCL DEF 200 … define, by CYCL CALL and M99, or by M89 after each move.
+//! those that CYCL DEF 200 … define, by CYCL CALL and M99, or by M89 after each move. Milling cycles too, as they are.
 //!
 //! Their heights are arguments and Q parameters, not words of the block that drills: a path holds where each is written.
 
@@ -7,6 +7,7 @@ use crate::dialect::{Name, G};
 use crate::drilling::cycle_arguments::{numbers, Argument};
 use crate::drilling::drill::Drill;
 use crate::drilling::hole::{Drilled, Said};
+use crate::drilling::milled::{reach, POSITIONS};
 use crate::finding;
 use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
@@ -28,9 +29,20 @@ pub(crate) struct CalledHole {
     /// Feeds down and up, mm; NaN for that in force, negative for one that is not known, infinite at rapid.
     feeds: [f64; 2],
     said: Said,
+    /// Of a milling cycle: its number, and how far from its place it reaches, mm.
+    milled: Option<(u16, f64)>,
 }
 
 impl CalledHole {
+    /// Where feed begins, its bottom, and where the tool ends.
+    pub fn heights(&self) -> [f64; 3] {
+        [self.plane, self.bottom, self.retract]
+    }
+
+    pub fn said(&self) -> Said {
+        self.said
+    }
+
     /// Its heights count from where the tool stands.
     pub fn is_relative(&self) -> bool {
         self.said.is_relative()
@@ -71,10 +83,24 @@ pub(crate) struct Defined {
     pub cycle: Option<(u16, Drill)>,
     /// Every move calls it.
     pub modal: bool,
-    /// Where the surface's coordinate (Q203) was given last.
-    pub surface: (u32, u32),
+    /// Where each of [`POSITIONS`] was given last.
+    positions: [(u32, u32); POSITIONS.len()],
     /// The values of its numbered lines, program units.
     lines: [Option<f64>; LINES],
+}
+
+impl Defined {
+    /// A Q parameter was given at those bytes.
+    pub fn tell(&mut self, number: u32, span: (u32, u32)) {
+        if let Some(index) = POSITIONS.iter().position(|known| *known == number) {
+            self.positions[index] = span;
+        }
+    }
+
+    /// Where one of [`POSITIONS`] was given last.
+    pub fn said(&self, number: u32) -> (u32, u32) {
+        POSITIONS.iter().position(|known| *known == number).map_or((0, 0), |index| self.positions[index])
+    }
 }
 
 /// What keeps a cycle from being followed.
@@ -123,6 +149,11 @@ impl Runner<'_> {
     /// The cycle defined last: by CYCL CALL, M99 and M89.
     pub(crate) fn call_defined(&mut self, word: i32) {
         match self.state.defined.cycle {
+            Some((_, Drill::Face)) => {
+                if let Err(why) = self.mill_face() {
+                    self.not_followed(word, &why);
+                }
+            }
             Some((number, drill)) => match self.defined_hole(number, drill) {
                 Ok(hole) => self.drill_here(&hole),
                 Err(why) => self.not_followed(word, &why),
@@ -135,8 +166,10 @@ impl Runner<'_> {
     pub(crate) fn define_cycle(&mut self, cycle: Option<(u16, Drill)>, word: i32) {
         (self.state.defined.cycle, self.state.defined.modal) = (cycle, false);
         self.state.defined.lines = [None; LINES];
-        if self.state.defined.cycle.is_none() {
-            self.note_opaque(word, "what it does is not in the path");
+        match cycle {
+            None => self.note_opaque(word, "what it does is not in the path"),
+            Some((_, Drill::Mill | Drill::Face)) => self.note_opaque(word, "its passes are not in the path"),
+            Some(_) => {}
         }
     }
 
@@ -146,8 +179,12 @@ impl Runner<'_> {
         let Some((head, rest)) = text.split_once('.') else { return };
         let line = rest.bytes().next().filter(u8::is_ascii_digit).map_or(0, |digit| usize::from(digit - b'0'));
         let starts = |(index, byte): (usize, char)| {
-            let parameter = byte == 'Q' && rest.as_bytes().get(index + 1).is_some_and(u8::is_ascii_digit);
-            (index > 0 && (byte.is_ascii_digit() || matches!(byte, '+' | '-' | '.')) || parameter).then_some(index)
+            let next = rest.as_bytes().get(index + 1);
+            let before_digit = next.is_some_and(u8::is_ascii_digit);
+            let signed =
+                matches!(byte, '+' | '-') && next.is_some_and(|next| matches!(next, b' ' | b'.' | b'Q' | b'q'));
+            let begins = byte.is_ascii_digit() || matches!(byte, '+' | '-' | '.') && before_digit || signed;
+            (index > 0 && begins || byte == 'Q' && before_digit).then_some(index)
         };
         let Some(from) = rest.char_indices().find_map(starts) else { return };
         let written = rest.get(from..).unwrap_or("").trim().replace(',', ".");
@@ -183,6 +220,7 @@ impl Runner<'_> {
             retract: here,
             feeds: [feed; 2],
             said: Said::RELATIVE,
+            milled: self.reach_of(number, drill)?,
         })
     }
 
@@ -222,6 +260,7 @@ impl Runner<'_> {
             retract: retract * mm,
             feeds: feeds.map(|feed| feed * mm),
             said,
+            milled: None,
         })
     }
 
@@ -258,7 +297,10 @@ impl Runner<'_> {
         if self.scales_depth(self.state.modal.plane.axes().2) {
             return Err("its depth is scaled or mirrored".to_owned());
         }
-        if number < 3 {
+        if drill == Drill::Face {
+            return Err("it mills at coordinates of its own".to_owned());
+        }
+        if number < 6 {
             return self.hole_of_lines(number, drill);
         }
         let mm = self.state.modal.mm();
@@ -286,7 +328,7 @@ impl Runner<'_> {
         };
         // A tap comes out as it goes in: a Q208 is that of a cycle before it.
         let (down, out) = (feed(206), if drill == Drill::Tap { f64::NAN } else { feed(208) });
-        if down.is_infinite() {
+        if down.is_infinite() && drill != Drill::Mill {
             return Err("its feed down Q206 is MAX".to_owned());
         }
         fitting(CalledHole {
@@ -296,12 +338,16 @@ impl Runner<'_> {
             bottom: (surface + depth) * mm,
             retract: (surface + clearance.max(q(204).unwrap_or(0.0))) * mm,
             feeds: [down, if out.is_nan() { down } else { out }],
-            said: Said { plane: [(0, 0); 2], depth: [self.state.defined.surface, (0, 0)] },
+            said: Said { plane: [(0, 0); 2], depth: [self.state.defined.said(203), (0, 0)] },
+            milled: self.reach_of(number, drill)?,
         })
     }
 
     /// Down from where the tool stands, and out again.
     pub(crate) fn drill_here(&mut self, hole: &CalledHole) {
+        if let Some((number, reach)) = hole.milled {
+            return self.mill_here(hole, number, reach);
+        }
         let third = self.state.modal.plane.axes().2;
         let (at, feed, first) = (self.state.position, self.state.modal.feed, self.path.len());
         if at[third] != hole.plane {
@@ -334,7 +380,18 @@ impl Runner<'_> {
             series: 0,
             repeat: 0,
             said: Some(hole.said),
+            milled: None,
         });
+    }
+
+    /// Of a milling cycle its number and how far it reaches, mm.
+    fn reach_of(&self, number: u16, drill: Drill) -> Made<Option<(u16, f64)>> {
+        if drill != Drill::Mill {
+            return Ok(None);
+        }
+        self.require_plain_frame()?;
+        let q = |number: u32| self.state.store.get(&Key::Number(number));
+        Ok(Some((number, reach(number, q, &self.state.defined.lines)? * self.state.modal.mm())))
     }
 
     pub(crate) fn not_followed(&mut self, word: i32, why: &str) {

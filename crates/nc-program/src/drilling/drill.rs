@@ -27,6 +27,10 @@ pub enum Drill {
     Bore,
     /// Down and out at feed, the spindle the other way round (G84, G74).
     Tap,
+    /// Milled around the place, by passes of the control's own.
+    Mill,
+    /// Milled by coordinates of its own.
+    Face,
 }
 
 /// Heights of one hole, mm.
@@ -91,6 +95,7 @@ impl Runner<'_> {
                 series: hole.series,
                 repeat,
                 said: None,
+                milled: None,
             });
             target[third] = self.state.position[third];
         }

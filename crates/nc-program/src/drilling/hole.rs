@@ -1,6 +1,7 @@
 //! A hole of a drilling cycle: what stays in force from one to the next, and what a path tells of each.
 
 use crate::drilling::drill::Drill;
+use crate::drilling::milled::Space;
 
 /// Values that stay from hole to hole.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +65,8 @@ pub struct Drilled {
     pub repeat: usize,
     /// Where the heights of a cycle are written that is called; `None` where its own block states them.
     pub said: Option<Said>,
+    /// The space that a cycle mills by passes which the path does not have; `None` of a hole.
+    pub milled: Option<Space>,
 }
 
 /// The bytes, from one to before another, of the height values of a cycle that is called: those that go

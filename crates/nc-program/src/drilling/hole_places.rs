@@ -14,7 +14,7 @@ use crate::values::parameters::Key;
 const MOST: f64 = 10_000.0;
 
 /// The bytes of two coordinates, from one to before another.
-type Spans = [(u32, u32); 2];
+pub(crate) type Spans = [(u32, u32); 2];
 
 /// How a pattern's places lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +99,7 @@ impl Runner<'_> {
     }
 
     /// At rapid to a place of the plane, mm.
-    fn go_to_place(&mut self, place: [f64; 2], said: Spans) {
+    pub(crate) fn go_to_place(&mut self, place: [f64; 2], said: Spans) {
         let (first, second, _) = self.state.modal.plane.axes();
         let mut end = self.state.position;
         (end[first], end[second]) = (place[0], place[1]);
@@ -116,7 +116,7 @@ impl Runner<'_> {
             let value = q.get(number)?;
             self.state.store.set(Key::Number(number), value);
         }
-        self.state.defined.surface = q.span(203);
+        self.state.defined.tell(203, q.span(203));
         let high = match q.get(301)? {
             0.0 => false,
             1.0 => true,

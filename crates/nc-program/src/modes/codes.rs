@@ -55,7 +55,7 @@ fn in_machine(code: G) -> bool {
 fn is_cycle(code: G) -> bool {
     matches!(code, G::FinishContour | G::RoughContour(_) | G::TurningCycle | G::Thread | G::Groove(_) | G::Profile(_))
         || matches!(code, G::Lap(_) | G::Removal(_) | G::HoleCycle(_) | G::ModalCycle | G::CallCycle | G::CallCycleAt)
-        || matches!(code, G::Pattern(_) | G::CallMacro | G::ModalMacro | G::Leave(false))
+        || matches!(code, G::Pattern(_) | G::MillPocket(_) | G::CallMacro | G::ModalMacro | G::Leave(false))
 }
 
 impl Runner<'_> {
@@ -128,6 +128,7 @@ impl Runner<'_> {
             G::Lap(lap) => self.lap(request, lap, word),
             G::Removal(removal) => self.removal(removal, word),
             G::HoleCycle(drill) => self.cycle_here(drill, word),
+            G::MillPocket(pocket) => self.mill_pocket(pocket, word),
             G::ModalCycle => self.modal_cycle(word),
             G::CallCycle => self.call_defined(word),
             G::CallCycleAt => self.call_at(request, word),

@@ -12,9 +12,6 @@ use crate::values::expression::{self, is_vacant, Fault, Values};
 use crate::values::parameters::Key;
 use crate::values::scope::{has_value, Scope};
 
-/// The coordinate of the surface, of Klartext's drilling cycles.
-const SURFACE: Key<'static> = Key::Number(203);
-
 /// Feeds of Klartext's cycles: plunging, milling, retraction, pre-positioning, counterboring, finishing, turning.
 const FEEDS: [u32; 12] = [11, 12, 206, 207, 208, 253, 254, 309, 385, 478, 488, 505];
 
@@ -154,8 +151,8 @@ impl Runner<'_> {
         }
         let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
         let value = self.given_value(key.as_ref(), self.program.value_start(word), word.end());
-        if key == Some(SURFACE) {
-            self.state.defined.surface = (self.program.value_start(word) as u32, word.end() as u32);
+        if let Some(Key::Number(number)) = &key {
+            self.state.defined.tell(*number, (self.program.value_start(word) as u32, word.end() as u32));
         }
         match key {
             Some(key) if self.program.dialect().formulas => self.state.store.set(key, value), // one after another

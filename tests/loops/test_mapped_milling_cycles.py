@@ -1,0 +1,175 @@
+"""Milling cycles of Klartext and Sinumerik: left as they are, displaced as a whole by their place and heights."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.mapped import FREE, mapped, path_of
+from trueloop.domain.option import MapOptions
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.field.field import Field, affine_field, function_field
+
+SHIFT = affine_field(np.eye(3), (0.1, 0.2, -0.05))
+
+BORE = """0 BEGIN PGM A MM
+1 TOOL CALL 24 Z S2222 F160
+2 CYCL DEF 208 BORE MILLING ~
+  Q200=+2 ;SET-UP CLEARANCE ~
+  Q201=-8 ;DEPTH ~
+  Q206= AUTO ;FEED ~
+  Q334=+0.6 ;PLUNGING ~
+  Q203=+0 ;SURFACE ~
+  Q204=+50 ;2ND CLEARANCE ~
+  Q335=+20 ;DIAMETER
+3 L X+40 Y+30 R0 FMAX M99
+4 L Z+80 FMAX
+5 END PGM A MM
+"""
+FACE = """0 BEGIN PGM A MM
+1 TOOL CALL 6 Z S3000 F600
+2 L X+0 Y+0 Z+60 R0 FMAX
+3 CYCL DEF 232 FACE MILLING ~
+  Q389=+2 ;STRATEGY ~
+  Q225=-30 ;START 1ST AXIS ~
+  Q226=-15 ;START 2ND AXIS ~
+  Q227=+1 ;START 3RD AXIS ~
+  Q386=+0 ;END 3RD AXIS ~
+  Q218=+65 ;1ST SIDE ~
+  Q219=+35 ;2ND SIDE ~
+  Q200=+2 ;CLEARANCE
+4 CYCL CALL
+5 END PGM A MM
+"""
+OLD = """0 BEGIN PGM A MM
+1 TOOL CALL 2 Z S2020 F200
+2 L X+60 Y+45 Z+1 FMAX
+3 CYCL DEF 5.0 KREISTASCHE
+4 CYCL DEF 5.1 ABST 1
+5 CYCL DEF 5.2 TIEFE -5.5
+6 CYCL DEF 5.3 ZUSTLG 5.5 F100
+7 CYCL DEF 5.4 RADIUS 20
+8 CYCL DEF 5.5 F200 DR-
+9 CYCL CALL
+10 L X+90 FMAX
+11 CYCL CALL
+12 END PGM A MM
+"""
+POCKET = "G17 G71 G90 G94 F300\nG0 X0 Y0 Z50\nPOCKET4(50,0,1,-10,20,R1+40,30,5)\nG0 X0 Y0\nM30\n"
+
+
+def lines(folder: Path, text: str, field: Field, dialect: str = "heidenhain", options: MapOptions = FREE) -> list[str]:
+    return [line for line in mapped(folder, text, field, dialect, options)[0].splitlines() if "trueloop" not in line]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "changes"),
+    [
+        (BORE, "heidenhain", {"X+40 Y+30": "X+40.1000 Y+30.2000", "Q203=+0": "Q203=-0.0500", "Z+80": "Z+79.9500"}),
+        (
+            FACE,
+            "heidenhain",
+            {
+                "X+0 Y+0 Z+60": "X+0.1000 Y+0.2000 Z+59.9500",
+                "Q225=-30": "Q225=-29.9000",
+                "Q226=-15": "Q226=-14.8000",
+                "Q227=+1": "Q227=+0.9500",
+                "Q386=+0": "Q386=-0.0500",
+            },
+        ),
+        (OLD, "heidenhain", {"X+60 Y+45 Z+1": "X+60.1000 Y+45.2000 Z+0.9500", "X+90": "X+90.1000"}),
+        (
+            "R1=0\n" + POCKET,
+            "siemens",
+            {
+                "X0 Y0 Z50": "X0.1000 Y0.2000 Z49.9500",
+                "(50,0,1,-10,20,R1+40,30,5)": "(49.9500,-0.0500,1,-10.0500,20,R1+40+0.1,30.2000,5)",
+                "\nG0 X0 Y0\n": "\nG0 X0.1000 Y0.2000\n",
+            },
+        ),
+    ],
+    ids=["bore", "face", "old", "pocket4"],
+)
+def test_place_and_heights_are_displaced_and_sizes_stay(
+    text: str, dialect: str, changes: dict[str, str], tmp_path: Path
+) -> None:
+    wanted = text
+    for old, new in changes.items():
+        assert wanted.count(old) == 1
+        wanted = wanted.replace(old, new)
+    assert lines(tmp_path, text, SHIFT, dialect) == wanted.splitlines()
+
+
+def stretch(axis: int, along: int, slope: float) -> Field:
+    """Displaces along one axis by `slope` times another."""
+
+    def displacement(points_mm: np.ndarray) -> np.ndarray:
+        found = np.zeros_like(points_mm)
+        found[:, axis] = slope * points_mm[:, along]
+        return found
+
+    return function_field(displacement, "stretch")
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "across_mm", "deep_mm"),
+    [
+        (BORE, "heidenhain", 20.0, 10.0),
+        (FACE, "heidenhain", 65.0, 3.0),
+        (OLD, "heidenhain", 40.0, 6.5),
+        ("R1=0\n" + POCKET, "siemens", 40.0, 11.0),
+    ],
+    ids=["bore", "face", "old", "pocket4"],
+)
+@pytest.mark.parametrize("axis", [0, 2])
+@pytest.mark.parametrize("along", [0, 2])
+def test_what_differs_within_the_cycle_is_refused(
+    text: str, dialect: str, across_mm: float, deep_mm: float, axis: int, along: int, tmp_path: Path
+) -> None:
+    """The field differs by 4 µm from one side of what is milled to the other, or from its top to its bottom."""
+    field = stretch(axis, along, 4e-3 / (deep_mm if along == 2 else across_mm))
+    with pytest.raises(TrueloopError, match="differently within what the cycle mills") as refused:
+        lines(tmp_path, text, field, dialect, MapOptions(limit_mm=np.inf, slope=np.inf, tolerance_mm=1.9e-3))
+    assert refused.value.code is Code.NC_MAP
+
+
+def test_the_middle_of_what_is_milled_counts(tmp_path: Path) -> None:
+    """Z is displaced by 1e-3 Z: 2 µm at the top, where feed begins, -8 µm at the bottom, -3 µm in the middle."""
+    wide = MapOptions(limit_mm=np.inf, slope=np.inf, tolerance_mm=5.1e-3)
+    written = lines(tmp_path, BORE, stretch(2, 2, 1e-3), "heidenhain", wide)
+    assert "  Q203=-0.0030 ;SURFACE ~" in written
+
+
+def test_a_field_is_asked_all_over_the_pocket(tmp_path: Path) -> None:
+    """A bump 6 mm wide beside the middle, away from the corners of the space that is milled."""
+
+    def bump(points_mm: np.ndarray) -> np.ndarray:
+        near = np.linalg.norm(points_mm[:, :2] - [45.0, 30.0], axis=1) < 3.0
+        return np.column_stack([0.004 * near, 0 * near, 0 * near])
+
+    with pytest.raises(TrueloopError, match="differently within what the cycle mills"):
+        lines(tmp_path, BORE, function_field(bump, "bump"), "heidenhain")
+
+
+def test_after_a_slot_a_cut_names_both_axes_of_the_plane(tmp_path: Path) -> None:
+    """Where a slot ends depends on its position's number; a bore ends where it began."""
+    slot = BORE.replace("CYCL DEF 208 BORE MILLING", "CYCL DEF 253 SLOT MILLING").replace(
+        "Q335=+20 ;DIAMETER", "Q218=+20 ~\n  Q219=+8"
+    )
+    cut = "4 L Z+80 FMAX\n5 L X+50 R0 F100\n"
+    lines(tmp_path, BORE.replace("4 L Z+80 FMAX\n", cut), SHIFT)
+    with pytest.raises(TrueloopError, match="Y has no position since") as refused:
+        lines(tmp_path, slot.replace("4 L Z+80 FMAX\n", cut), SHIFT)
+    assert refused.value.place.line == slot.splitlines().index("4 L Z+80 FMAX") + 2
+
+
+def test_no_pass_of_the_cycle_is_in_the_path() -> None:
+    """The tool goes to the plane Q203 + Q200 and out to Q203 + Q204; what it cuts between is the control's."""
+    path = path_of(BORE, "heidenhain")
+    assert path.rapid.all()
+    assert path.end_mm.tolist()[:3] == [[40.0, 30.0, 0.0], [40.0, 30.0, 2.0], [40.0, 30.0, 50.0]]
+
+
+def test_a_cycle_is_not_displaced_where_a_rotary_axis_stands_turned(tmp_path: Path) -> None:
+    with pytest.raises(TrueloopError, match="A does not stand at 0 degrees"):
+        lines(tmp_path, BORE.replace("3 L X+40", "3 L A+90 R0 FMAX\n4 L X+40"), SHIFT)
