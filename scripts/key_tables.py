@@ -80,6 +80,7 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
     },
     "milled.md": {
         "[[feature]]": milled_job.MilledFeatureTable,
+        "[program]": milled_job.MilledProgramTable,
         "[[tool]]": milled_job.MillToolTable,
         "[[measured]]": milled_job.MeasuredTable,
         "[frame]": milled_job.FrameTable,

@@ -342,6 +342,13 @@ class Code(StrEnum):
         ("part", "entry", "off", "u"),
     )
     MIL_RECORD = "MIL-RECORD", "a record that is not of this part's entries", ("file",)
+    MIL_CUT = "MIL-CUT", "a feature that several passes could have cut last", ("feature",)
+    MIL_NOT_CUT = "MIL-NOT-CUT", "a feature that no pass of the program cuts", ("feature",)
+    MIL_SIDE = "MIL-SIDE", "a wall whose tool runs where the material is stated to be", ("feature", "kind")
+    MIL_STATED = "MIL-STATED", "a stated value that the program contradicts", ("stated", "program")
+    MIL_LEVELS = "MIL-LEVELS", "a face that is cut at several heights", ("feature", "levels_mm")
+    MIL_REGISTER = "MIL-REGISTER", "a register of a radius or length that several tools use", ("register", "tools")
+    MIL_CORNER = "MIL-CORNER", "an inside corner that the tool would not fit into", ("tool", "corner_mm")
 
     # MCH: machine models
     MCH_NAME = "MCH-NAME", "no axis error of ISO 230-1", ("name",)

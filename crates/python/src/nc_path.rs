@@ -125,7 +125,11 @@ pub fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDi
         "spindle_limit",
         column(py, states.iter().map(|state| not_yet(state.spindle_limit))),
     )?;
-    columns.set_item("tool", column(py, states.iter().map(|state| state.tool)))?;
+    columns.set_item("tool", column(py, states.iter().map(Modal::tool_in_use)))?;
+    columns.set_item(
+        "radius_offset",
+        column(py, states.iter().map(Modal::radius_offset)),
+    )?;
     columns.set_item(
         "compensation",
         column(py, states.iter().map(|state| state.compensation as u8)),

@@ -56,8 +56,10 @@ def _entry_line(job: "MilledJob", one: "Proposed") -> str:
     words = one.entry.words
     if one.entry.register == "turn":
         unit, scale, decimals = "°", math.degrees(1.0), 3
-    elif one.entry.register == "radius" and one.entry.of in job.diameters:
+    elif one.entry.register == "radius" and one.entry.of in job.cut.diameters:
         words, scale = f"tool {one.entry.of}, diameter", 2.0 * scale
+    called = {"radius": job.cut.radius_words, "length": job.cut.length_words}.get(one.entry.register, {})
+    words = f"{words} ({called[one.entry.of]})" if called.get(one.entry.of) else words
     total = "" if one.change == one.total else f"; since the first part {one.total * scale:+.{decimals}f}{unit}"
     u = 2.0 * one.standard_u * scale
     return f"{words}: add {one.change * scale:+.{decimals}f}{unit} (± {u:.{decimals + 1}f}{unit}){total}"
@@ -78,6 +80,7 @@ def _notes(job: "MilledJob", found: "Proposal") -> list[str]:
         f"{name}: far off what tools and work offsets explain; it has no part in these numbers, measure it again"
         for name in found.unlike
     ]
+    notes += [f"{name}: not in the program; tool and work offset are as stated" for name in job.cut.stated]
     if job.unused:
         listed = ", ".join(job.unused[:10]) + (", …" if len(job.unused) > 10 else "")
         notes.append(f"{len(job.unused)} readings show no size or coordinate of a feature: {listed}")
@@ -115,6 +118,17 @@ def _as_dict(job: "MilledJob", found: "Proposal") -> dict[str, object]:
                 "probability_in": one.changed.probability_in,
             }
             for one in found.expected
+        ],
+        "features": [
+            {
+                "name": one.name,
+                "tool": one.tool,
+                "work_offset": one.work_offset,
+                "side": one.side,
+                "radius": "control" if one.radius_at_control else "program",
+                "line": job.cut.lines.get(one.name),
+            }
+            for one in job.cut.features.values()
         ],
         "unlike": list(found.unlike),
         "unused": list(job.unused),

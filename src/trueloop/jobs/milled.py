@@ -1,7 +1,6 @@
 """A milled part's job: read with its measurements, answered with numbers to enter at the control, and recorded."""
 
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -16,7 +15,8 @@ from trueloop.errors import Code, Place, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import Stated
-from trueloop.formats.jobs.milled_job import MeasuredTable, MilledFeatureTable, MilledJobFile, read_milled_job
+from trueloop.formats.jobs.milled_job import MeasuredTable, MilledJobFile, read_milled_job
+from trueloop.jobs.milled_features import CutFeatures, cut_features
 from trueloop.jobs.user import user_name
 from trueloop.milled.entries import PLAINEST, Entered, Entry, Part, Proposal, Register, propose
 from trueloop.milled.feature import MilledFeature
@@ -36,7 +36,7 @@ class MilledJob:
     name: str
     parts: tuple[Part, ...]
     possible: tuple[Entry, ...]
-    diameters: frozenset[str]
+    cut: CutFeatures
     unused: tuple[str, ...]
     files: tuple[Path, ...]
     job: MilledJobFile
@@ -58,10 +58,10 @@ def read_milled(path: Path) -> MilledJob:
     job = read_milled_job(path)
     with in_file(path):
         _require_facts(job)
-    scale = MM_PER_INCH if job.unit == "inch" else 1.0
-    features = {one.name: _feature(one, scale) for one in job.feature}
+        cut = cut_features(path, job)
     frame = Frame(job.frame.x, job.frame.y, job.frame.z, job.frame.turn)
     parts, unused, files = list[Part](), dict[str, None](), [path]
+    files += [] if job.program is None else [path.parent / job.program.file]
     for table in job.measured:
         records = [path.parent / one for one in table.entered or ()]
         in_force = _in_force(records, job.name)
@@ -70,24 +70,26 @@ def read_milled(path: Path) -> MilledJob:
         for serial, readings in _by_part(_inspections(path, table)):
             with in_file(file):
                 part, without = _part(
-                    job, features, frame, (serial or str(len(parts) + 1), readings), in_force, len(parts)
+                    job, cut.features, frame, (serial or str(len(parts) + 1), readings), in_force, len(parts)
                 )
             unused.update(dict.fromkeys(without))
             parts.append(part)
-    tools = {one.number: one for one in job.tool}
-    used = {one.tool for one in job.feature}
-    offsets = dict.fromkeys(one.work_offset for one in job.feature)
+    return MilledJob(job.name, tuple(parts), _possible(job, cut), cut, tuple(unused), tuple(files), job, path)
+
+
+def _possible(job: MilledJobFile, cut: CutFeatures) -> tuple[Entry, ...]:
+    """Returns the numbers that the control can be given, work offsets of the measurement's datums last."""
+    features = cut.features.values()
+    offsets = dict.fromkeys(one.work_offset for one in features)
     turns = job.rotation and len(offsets) == 1  # each turns about a zero of its own, which the job does not state
     registers: tuple[Register, ...] = ("x", "y", "z", "turn") if turns else ("x", "y", "z")
     datums = {job.frame.x, job.frame.y, job.frame.z, *(job.frame.turn or ())}
-    of_datums = {one.work_offset for one in job.feature if one.name in datums}
-    possible = (
-        *(Entry("radius", str(n)) for n in sorted(used) if tools[n].radius == "control"),
-        *(Entry("length", str(n)) for n in sorted(used)),
+    of_datums = {one.work_offset for one in features if one.name in datums}
+    return (
+        *(Entry("radius", str(n)) for n in sorted({one.tool for one in features if one.radius_at_control})),
+        *(Entry("length", str(n)) for n in sorted({one.tool for one in features if one.length_at_control})),
         *(Entry(register, name) for name in sorted(offsets, key=of_datums.__contains__) for register in registers),
     )
-    diameters = frozenset(str(one.number) for one in job.tool if one.register_is == "diameter")
-    return MilledJob(job.name, tuple(parts), possible, diameters, tuple(unused), tuple(files), job, path)
 
 
 def entries_for_next_part(job: MilledJob) -> Proposal:
@@ -108,6 +110,9 @@ def entries_for_next_part(job: MilledJob) -> Proposal:
                 override=f"a larger `{key}` in the job",
                 values={"entry": one.entry.words, "change": one.change * scale, "limit": limit},
             )
+        if one.entry.register == "radius":
+            with in_file(job.path):
+                job.cut.require_room(one.entry.of, one.total)
     return found
 
 
@@ -145,23 +150,6 @@ def _require_facts(job: MilledJobFile) -> None:
                 hint=f'add to its [[measured]] `entered = ["out/{RECORD}"]`, all records until then, or `entered = []`',
                 values={"measurement": k, "file": table.file.name},
             )
-
-
-def _feature(table: MilledFeatureTable, scale: float) -> MilledFeature:
-    x, y, z = (scale * value for value in table.at)
-    length = math.hypot(*table.direction)
-    i, j, k = (value / length for value in table.direction)
-    return MilledFeature(
-        name=table.name,
-        kind=table.kind,
-        place_mm=(x, y, z),
-        tool=table.tool,
-        work_offset=table.work_offset,
-        size_mm=scale * table.size,
-        direction=(i, j, k),
-        depth_mm=scale * table.depth,
-        side=table.side,
-    )
 
 
 def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:

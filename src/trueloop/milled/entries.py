@@ -65,7 +65,8 @@ class Entry:
         """Returns the error that an entry of +1 (mm, or rad of a turn) leaves at places, (N,)."""
         if self.register in ("radius", "length"):
             mine = np.asarray(places.columns["tool"]) == self.of
-            effect = wall_share(places) if self.register == "radius" else places.number("normal_z")
+            moved = wall_share(places) if self.register == "radius" else places.number("normal_z")
+            effect = moved * places.number(f"{self.register}_at_control")
         else:
             mine = np.asarray(places.columns["work_offset"]) == self.of
             turn = self.register == "turn"

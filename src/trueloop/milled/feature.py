@@ -35,7 +35,8 @@ class MilledFeature:
     `place_mm`: the centre of a bore, boss, slot or rib at its top; a point of a face. `size_mm`: the diameter, or the
     width between two parallel walls; 0 of a face. `direction`: the unit vector from the centre of a slot or rib to one
     wall, or the outward normal of a face; unused of a bore or boss. `depth_mm`: from the top down, positive; 0 of a
-    face. `side`: how the finishing pass runs along the wall, empty: not stated.
+    face. `side`: how the finishing pass runs along the wall, empty: not known. `radius_at_control`,
+    `length_at_control`: whether the tool's registers at the control move what it cuts here.
     """
 
     name: str
@@ -47,6 +48,8 @@ class MilledFeature:
     direction: Vector = (0.0, 0.0, 1.0)
     depth_mm: float = 0.0
     side: Side = ""
+    radius_at_control: bool = True
+    length_at_control: bool = True
 
     @property
     def inward(self) -> bool:

@@ -196,6 +196,8 @@ def _columns(feature: MilledFeature, below_top_mm: float | None, part_type: str,
         "side": feature.side,
     }
     numbers = {"part": np.full(n, float(part)), "order": np.full(n, float(part)), "depth_share": share}
+    for register in ("radius_at_control", "length_at_control"):
+        numbers[register] = np.full(n, float(getattr(feature, register)))
     spatial = {name: points[:, k] for k, name in enumerate(("x_mm", "y_mm", "z_mm"))}
     facing = {name: normals[:, k] for k, name in enumerate(("normal_x", "normal_y", "normal_z"))}
     return {**{name: np.full(n, value, dtype=object) for name, value in labels.items()}, **numbers, **spatial, **facing}

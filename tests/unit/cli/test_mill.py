@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.cli import run
+from tests.support.mill_programs import CONTROLS, Control, plate
 from tests.support.mill_shop import Mill
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
@@ -41,7 +42,7 @@ def test_three_parts_are_measured_and_the_control_is_set_between_them(tmp_path: 
     job = tmp_path / "plate" / "plate.toml"
     per_mm = 1.0 if unit == "mm" else 1.0 / 25.4
     text = job.read_text().replace('unit = "mm"', f'unit = "{unit}"').partition("[[measured]]")[0]
-    text = text.replace("number = 2\n", 'number = 2\nregister_is = "diameter"\n')
+    text += '[[tool]]\nnumber = 2\nregister_is = "diameter"\n'
     number = r"-?\d+(?:\.\d+)?"
     in_unit = lambda found: f"{found[1]}{re.sub(number, lambda one: repr(float(one[0]) * per_mm), found[2])}"  # noqa: E731
     text = re.sub(r"^((?:at|size|depth) = )(.*)$", in_unit, text, flags=re.M)
@@ -81,7 +82,7 @@ def test_a_part_that_was_not_cut_with_the_stated_numbers_is_refused(tmp_path: Pa
     assert "MIL-CONTRADICTED: part '1' is off by" in run("mill", "entries", job, "-o", tmp_path / "no", status=3)
     assert not (tmp_path / "no").exists()
     job.write_text(second + "entered = []\n")
-    assert "tool 2, radius: add -0.020 mm" in run("mill", "entries", job, "-o", tmp_path / "yes")
+    assert "tool 2, radius (D22): add -0.020 mm" in run("mill", "entries", job, "-o", tmp_path / "yes")
 
 
 def test_the_changes_of_several_records_add_up(tmp_path: Path) -> None:
@@ -136,3 +137,42 @@ def test_names_are_found_without_case_and_runs_of_one_part_are_one_part(tmp_path
     file.write_text(dmis_results([one, one], "part"))
     twice = json.loads(run("mill", "entries", job, "--json"))
     assert twice["parts"] == ["1"]
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+def test_the_program_of_any_control_leads_to_the_same_numbers(tmp_path: Path, control: Control) -> None:
+    """The example's own program against that of another control, and against a job that states what cuts."""
+    run("examples", "plate", "-o", tmp_path)
+    job = tmp_path / "plate" / "plate.toml"
+    text = job.read_text()
+    features, program, measured = text[: text.index("[program]")], text[text.index("[program]") :], ""
+    program, measured = program[: program.index("[[measured]]")], program[program.index("[[measured]]") :]
+    tools = '[[tool]]\nnumber = 1\nradius = "control"\n[[tool]]\nnumber = 2\nradius = "control"\n'
+    stated = re.sub(
+        r'^(name = "(.).*")$', lambda one: f"{one[1]}\ntool = {2 if one[2] == 'B' else 1}", features, flags=re.M
+    )
+    stated = stated.replace('name = "plate"\ntool = 1', 'name = "plate"')
+    (job.parent / "own.nc").write_text(plate(control))
+    (job.with_name("stated.toml")).write_text(stated + tools + measured)
+    (job.with_name("own.toml")).write_text(
+        features + program.replace("finish.nc", "own.nc").replace("fanuc-mill", control) + measured
+    )
+    by_statement, by_program = (
+        json.loads(run("mill", "entries", job.with_name(name), "--json")) for name in ("stated.toml", "own.toml")
+    )
+    numbers = [
+        [
+            (one["register"], one["change_urad" if one["register"] == "turn" else "change_um"])
+            for one in found["entries"]
+        ]
+        for found in (by_statement, by_program)
+    ]
+    assert len(numbers[0]) == 6 and numbers[0] == numbers[1]
+    printed = run("mill", "entries", job.with_name("own.toml"))
+    words = {
+        "linuxcnc": "tool 2, diameter (D2): add -0.040 mm",
+        "siemens": "tool 2, radius (D1): add -0.020 mm",
+        "heidenhain": "tool 2, radius: add -0.020 mm",
+    }
+    assert printed.startswith(words.get(control, "tool 2, radius (D22): add -0.020 mm"))
+    assert f"{'preset 1' if control == 'heidenhain' else 'G54'}, X: add -0.030 mm" in printed

@@ -180,7 +180,7 @@ impl Runner<'_> {
         }
         let mm = self.state.modal.mm();
         let of_tool = self.program.dialect().flow == FlowStyle::Structured; // D is an edge of the tool in use
-        let named = request.get(b'D').filter(|_| !of_tool);
+        let named = request.get(b'D').or(self.state.radius_called).filter(|_| !of_tool);
         let number = named.unwrap_or(f64::from(self.tool_in_use()));
         let edge = matches!(self.program.dialect().tool_offset, ToolOffset::Edge(_)).then_some(self.state.edge.0);
         // T0100 cancels the offset of a lathe's tool; before any T word that of the tool called by hand is in force.

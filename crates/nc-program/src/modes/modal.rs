@@ -133,6 +133,8 @@ pub struct Modal {
     pub spindle_limit: f64,
     /// The T word as programmed; −1 before the first.
     pub tool: i32,
+    /// The T word at the last tool change by M06; −1 before.
+    pub spindle_tool: i32,
     /// Cutter compensation.
     pub compensation: Compensation,
     /// What the program said of the tool where it switched compensation on.
@@ -157,10 +159,30 @@ impl Modal {
         spindle_speed: -1.0,
         spindle_limit: -1.0,
         tool: -1,
+        spindle_tool: -1,
         compensation: Compensation::Off,
         called: NONE_CALLED,
         work_offset: 1,
     };
+
+    /// The T word of the tool in use: the one in the spindle, as far as it is known; −1 before the first.
+    pub fn tool_in_use(&self) -> i32 {
+        if self.spindle_tool == -1 {
+            self.tool
+        } else {
+            self.spindle_tool
+        }
+    }
+
+    /// The number by which the radius of the compensation in force was called, of a tool with edges times 1000, and D; 0
+    /// where the program gives it, or for none.
+    pub fn radius_offset(&self) -> i32 {
+        match self.called {
+            Called { radius, .. } if radius >= 0.0 => 0,
+            Called { number, edge: Some(edge), .. } => number.saturating_mul(1000).saturating_add(edge),
+            Called { number, .. } => number,
+        }
+    }
 
     /// Millimetres in a program unit.
     pub fn mm(&self) -> f64 {

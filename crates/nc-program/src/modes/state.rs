@@ -43,8 +43,8 @@ pub(crate) struct State {
     pub other_axes: Vec<u8>,
     /// Tape marks met.
     pub tape_marks: usize,
-    /// The T word at the last tool change by M06; −1 before.
-    pub spindle_tool: i32,
+    /// The last D word of a mill whose registers of radii D calls.
+    pub radius_called: Option<f64>,
     /// The edge of the tool in use, and the plane in which its lengths were taken.
     pub edge: (i32, Plane),
     /// Lengths of tools that the program states, mm, by their numbers.
@@ -117,7 +117,7 @@ impl State {
             undefined: Vec::new(),
             other_axes: Vec::new(),
             tape_marks: 0,
-            spindle_tool: -1,
+            radius_called: None,
             edge: (1, dialect.initial.plane),
             defined_tools: Vec::new(),
             oversize: 0.0,

@@ -1,6 +1,6 @@
 //! Offsets of tools: what the control's table adds to positions, as far as it is told.
 
-use crate::dialect::{ToolOffset, M};
+use crate::dialect::{FlowStyle, ToolOffset, M};
 use crate::modes::modal::Plane;
 use crate::modes::request::Request;
 use crate::modes::tool::{called, Tool};
@@ -21,7 +21,10 @@ impl Runner<'_> {
             self.state.modal.tool = if by_name { BY_NAME } else { tool.round() as i32 };
         }
         if request.changes_tool {
-            self.state.spindle_tool = self.state.modal.tool;
+            self.state.modal.spindle_tool = self.state.modal.tool;
+        }
+        if self.calls_radii_by_d() {
+            self.state.radius_called = request.get(b'D').or(self.state.radius_called);
         }
         let tool = self.tool_called();
         let other = tool != before || tool == BY_NAME && word >= 0;
@@ -40,10 +43,13 @@ impl Runner<'_> {
 
     /// The T word of the tool in the spindle, as far as it is known.
     pub(crate) fn tool_called(&self) -> i32 {
-        match self.state.spindle_tool {
-            -1 => self.state.modal.tool,
-            changed => changed,
-        }
+        self.state.modal.tool_in_use()
+    }
+
+    /// Whether a D of any block calls the register of radii that later blocks compensate with: Fanuc's and Haas' mills.
+    fn calls_radii_by_d(&self) -> bool {
+        let dialect = self.program.dialect();
+        dialect.flow == FlowStyle::Macro && dialect.tool_offset == ToolOffset::Code
     }
 
     /// Whether T alone changes the tool: on lathes, and where no M06 was met on controls that may do without it.
@@ -51,7 +57,7 @@ impl Runner<'_> {
         let dialect = self.program.dialect();
         match dialect.tool_offset {
             ToolOffset::InT | ToolOffset::Call => true,
-            ToolOffset::Edge(_) => self.state.spindle_tool == -1,
+            ToolOffset::Edge(_) => self.state.modal.spindle_tool == -1,
             _ => dialect.m_code(6.0) != Some(M::ChangeTool),
         }
     }

@@ -178,6 +178,7 @@ impl Runner<'_> {
             spindle_speed: now.spindle_speed,
             spindle_limit: now.spindle_limit,
             tool: now.tool,
+            spindle_tool: now.spindle_tool,
             work_offset: now.work_offset,
             ..saved.modal
         };

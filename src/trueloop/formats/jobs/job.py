@@ -6,6 +6,7 @@ file. Unknown keys are refused: a mistyped option must not be an option ignored.
 
 from operator import attrgetter
 from pathlib import Path
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -23,6 +24,8 @@ from trueloop.formats.jobs.tool_tables import (
 )
 from trueloop.formats.option_tables import options_from, with_options
 from trueloop.formats.toml_tables import (
+    Finite,
+    In,
     Located,
     T,
     Table,
@@ -51,6 +54,21 @@ class StoreTable(Table):
     """Its file, from the job's folder, or its URL (`postgresql://…`); left out, `trueloop.db` beside the job, which is
     made. `--db` takes its place; `--no-store`: no store.
     """
+
+
+class ProgramTable(Table):
+    """How the program that a job names is read."""
+
+    dialect: str | None = None
+    """One of those in [dialects.md](dialects.md); left out, it is found from the program."""
+    unit: Literal["mm", "inch"] | None = None
+    """`"mm"` or `"inch"`: the unit in force at the program's start, where it does not state it; see
+    [cli.md](cli.md#the-unit-of-a-program).
+    """
+    parameters: Annotated[dict[str, Finite], In("program's")] = Field(default_factory=dict)
+    """Values of the program's parameters and of the machine's that it depends on, `{ "3402#0" = 0 }`."""
+    accept_unknown_words: bool = False
+    """Go on although the program holds words or codes that the dialect does not know: taken to move nothing."""
 
 
 @with_options("memory", IN_FULL)

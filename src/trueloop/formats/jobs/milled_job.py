@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from trueloop.formats.jobs.job import read_job_file
+from trueloop.formats.jobs.job import ProgramTable, read_job_file
 from trueloop.formats.toml_tables import Count, In, NotNegative, Positive, Table, Vector
 from trueloop.milled.feature import Kind, Side
 
@@ -26,12 +26,12 @@ class MilledFeatureTable(Table):
     """From the top down."""
     direction: Vector = (0.0, 0.0, 1.0)
     """The vector from the middle of a slot or rib to one wall; of a face, its outward normal."""
-    tool: Count
-    """Number of the tool that finishes it."""
-    work_offset: str = "G54"
-    """The work offset in force there."""
+    tool: Count | None = None
+    """Number of the tool that finishes it; with a `[program]` found there, without one required."""
+    work_offset: str | None = None
+    """The work offset in force there; left out, the program's, without one `"G54"`."""
     side: Side = ""
-    """How the finishing pass runs along its wall."""
+    """How the finishing pass runs along its wall, found from a `[program]`."""
 
     @model_validator(mode="after")
     def _as_its_kind_needs(self) -> "MilledFeatureTable":
@@ -47,6 +47,13 @@ class MilledFeatureTable(Table):
             level = "in the plane of x and y, such as [1.0, 0.0, 0.0]" if self.kind != "face" else "other than zero"
             raise ValueError(f"`direction` of {self.name!r} is {list(self.direction)}, it is to be {level}")
         return self
+
+
+class MilledProgramTable(ProgramTable):
+    """The finishing program, from which it is found what cuts each feature."""
+
+    file: Path
+    """The program; it is read, never changed."""
 
 
 class FrameTable(Table):
@@ -67,12 +74,18 @@ class MillToolTable(Table):
 
     number: Count
     """Its number."""
-    radius: Literal["control", "program"]
+    radius: Literal["control", "program"] | None = None
     """`"control"`: its radius stands at the control (G41, G42 with D) and can be entered there; `"program"`: the paths
-    were computed with it, so that no number at the control moves a wall.
+    were computed with it, so that no number at the control moves a wall. Found from a `[program]`, else required.
     """
-    register_is: Literal["radius", "diameter"] = "radius"
-    """The quantity that the control's register holds."""
+    cutter_radius: Annotated[Positive | None, In("`unit`")] = None
+    """Radius of the cutter: needed where it decides which pass of a `[program]` is the last on a wall, and where the
+    contour has inside corners.
+    """
+    register_is: Literal["radius", "diameter"] | None = None
+    """The quantity that the control's register holds; left out, `"diameter"` with a program of LinuxCNC, else
+    `"radius"`.
+    """
 
 
 class MeasuredTable(Table):
@@ -119,7 +132,8 @@ class MilledJobFile(Table):
     """Unit of the features."""
     feature: Annotated[tuple[MilledFeatureTable, ...], Field(min_length=1)]
     frame: FrameTable = FrameTable()
-    tool: Annotated[tuple[MillToolTable, ...], Field(min_length=1)]
+    program: MilledProgramTable | None = None
+    tool: tuple[MillToolTable, ...] = ()
     measured: Annotated[tuple[MeasuredTable, ...], Field(min_length=1)]
     names: dict[str, str] = Field(default_factory=dict)
     """Names in the files, and the job's: `{ CIR1 = "B1" }`."""
@@ -138,9 +152,12 @@ class MilledJobFile(Table):
             raise ValueError(f"{len(self.tool)} [[tool]] tables have {len(tools)} numbers: describe each tool once")
         if twice := next((one for one in names if names.count(one) > 1), None):
             raise ValueError(f"{names.count(twice)} features are named {twice!r}")
-        for one in self.feature:
+        for one in self.feature if self.program is None else ():
             if one.tool not in tools:
-                raise ValueError(f"{one.name!r} is cut by tool {one.tool}, which no [[tool]] describes")
+                by = "what cuts it" if one.tool is None else f"tool {one.tool}, which no [[tool]] describes"
+                raise ValueError(f"{one.name!r} is to be cut by {by}: state `tool` and its [[tool]], or a [program]")
+        if self.program is None and (without := next((one for one in self.tool if one.radius is None), None)):
+            raise ValueError(f"`radius` of tool {without.number} is required, or a [program] to find it from")
         used = (self.frame.x, self.frame.y, self.frame.z, *(self.frame.turn or ()), *self.names.values())
         if unknown := next((one for one in used if one and one not in names), None):
             raise ValueError(f"no feature is named {unknown!r}")

@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from trueloop.domain.option import OF_SURFACES
-from trueloop.formats.jobs.job import StoreTable, read_job_file
+from trueloop.formats.jobs.job import ProgramTable, StoreTable, read_job_file
 from trueloop.formats.option_tables import with_options
-from trueloop.formats.toml_tables import Count, Finite, In, Moment, NotNegative, Positive, Table
+from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Table
 from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.options import SurfaceOptions
 
@@ -70,23 +70,13 @@ class CutterTable(Table):
     """
 
 
-class SurfaceProgramTable(Table):
+class SurfaceProgramTable(ProgramTable):
     """The finishing program that cut the parts."""
 
     finish: Path
     """The program; it is read, never changed."""
-    dialect: str | None = None
-    """One of those in [dialects.md](dialects.md); left out, it is found from the program."""
-    unit: Literal["mm", "inch"] | None = None
-    """`"mm"` or `"inch"`: the unit in force at the program's start, where it does not state it; see
-    [cli.md](cli.md#the-unit-of-a-program).
-    """
     decimals: Annotated[int, Field(ge=0, le=9, strict=True)] = 0
     """Decimals of new coordinates; never fewer than the control's and the program's."""
-    parameters: Annotated[dict[str, Finite], In("program's")] = Field(default_factory=dict)
-    """Values of the program's parameters and of the machine's that it depends on, `{ "3402#0" = 0 }`."""
-    accept_unknown_words: bool = False
-    """Go on although the program holds words or codes that the dialect does not know: taken to move nothing."""
 
 
 @with_options("compensation", SurfaceOptions, SurfaceJob, OF_SURFACES)

@@ -124,13 +124,17 @@ class ToolPath:
     spindle_limit = _of_state("spindle_limit")
     """The greatest speed under constant surface speed, 1/min, where programmed (G50 S, G92 S); else NaN."""
     tool = _of_state("tool")
-    """The T word as programmed, −1 before the first."""
+    """The T word of the tool in use, −1 before the first: where M06 changes tools, the T word at the last change."""
     tool_offset = _of_state("tool_offset")
     """The number by which the tool offset in force was called: 13 of T0313, that of H, that of the tool; of a
     Sinumerik's T3 D2 3002. 0 for none, −1 where the block gave the offset itself.
     """
     compensation = _of_state("compensation")
     """The cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
+    radius_offset = _of_state("radius_offset")
+    """The number by which the radius of the compensation in force was called: D, the tool's, of a
+    Sinumerik's T3 D2 3002; 0 for none, and where the program gives the radius.
+    """
     work_offset = _of_state("work_offset")
     """The work offset in force, from 1 (G54)."""
     origin_mm = _of_state("origin_mm")

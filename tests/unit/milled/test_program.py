@@ -1,0 +1,184 @@
+"""What cuts each feature, found from programs that a generator apart writes in the words of five controls."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.support.mill_programs import CONTROLS, Control, Writer, plate
+from tests.support.mill_shop import BORES, BOSSES, PLANES
+from tests.support.refusals import refused
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.jobs.milled_job import read_milled_job
+from trueloop.jobs.milled_features import CutFeatures, cut_features
+from trueloop.milled.feature import Kind
+
+
+def feature(name: str, kind: Kind, at: tuple[float, float, float], more: str = "") -> str:
+    return f'[[feature]]\nname = "{name}"\nkind = "{kind}"\nat = {list(at)}\n{more}\n'
+
+
+ROUND = {
+    **{name: ("bore", (x, y, 0.0), f"size = {d}\ndepth = {t}") for name, (x, y, d, t) in BORES.items()},
+    **{name: ("boss", (x, y, 0.0), f"size = {d}\ndepth = {t}") for name, (x, y, d, t) in BOSSES.items()},
+    "H": ("bore", (80.0, 40.0, 0.0), "size = 6.0\ndepth = 20.0"),
+}
+FEATURES: dict[str, tuple[Kind, tuple[float, float, float], str]] = {
+    **ROUND,  # type: ignore[dict-item]
+    **{name: ("face", (0.0, 0.0, z), "") for name, z in PLANES.items()},
+    "P.x": ("slot", (75.0, 0.0, 0.0), "size = 30.0\ndepth = 12.0\ndirection = [1.0, 0.0, 0.0]"),
+    "P.y": ("slot", (75.0, 0.0, 0.0), "size = 20.0\ndepth = 12.0\ndirection = [0.0, 1.0, 0.0]"),
+    "R": ("rib", (0.0, -50.0, 0.0), "size = 4.0\ndepth = 5.0\ndirection = [0.0, 1.0, 0.0]"),
+}
+
+
+def found(
+    folder: Path,
+    control: Control = "fanuc-mill",
+    features: dict[str, tuple[Kind, tuple[float, float, float], str]] = FEATURES,
+    tools: str = "",
+    change: Callable[[str], str] = lambda text: text,
+) -> CutFeatures:
+    """Returns what is found of features in the plate's program, its text changed."""
+    (folder / "finish.nc").write_text(change(plate(control)))
+    job = folder / "job.toml"
+    listed = "\n".join(feature(name, *one) for name, one in features.items())
+    program = f'[program]\nfile = "finish.nc"\ndialect = "{control}"\n'
+    job.write_text(f'name = "plate"\nunit = "mm"\n{listed}\n{program}\n{tools}\n[[measured]]\nfile = "part-1.dmo"\n')
+    return cut_features(job, read_milled_job(job))
+
+
+CUT_BY = {
+    "B": (2, True, "climb"),
+    "S": (1, True, "climb"),
+    "H": (6, False, ""),
+    "P": (2, True, "conventional"),
+    "R": (3, False, "climb"),
+}
+"""Tool, whether its radius stands at the control, direction: as the generator writes the features' last passes."""
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+def test_tool_register_work_offset_and_direction_are_found_in_programs_of_five_controls(
+    tmp_path: Path, control: Control
+) -> None:
+    cut = found(tmp_path, control)
+    offset = "preset 1" if control == "heidenhain" else "G54"
+    for name, one in cut.features.items():
+        tool, control_radius, side = CUT_BY.get(name[0], (1, False, ""))
+        assert (name, one.tool, one.radius_at_control, one.side) == (name, tool, control_radius, side)
+        assert (one.work_offset, one.length_at_control) == (offset, True)
+    words = {"fanuc-mill": "D22", "haas-mill": "D22", "linuxcnc": "D2", "siemens": "D1", "heidenhain": ""}
+    assert cut.radius_words["2"] == words[control] and cut.corner_mm == {"2": 6.0}
+    assert cut.diameters == (frozenset("1236") if control == "linuxcnc" else frozenset())
+    assert cut.cutter_mm["6"] == pytest.approx(3.0)
+
+
+def only(*names: str, **changed: tuple[Kind, tuple[float, float, float], str]):  # type: ignore[no-untyped-def]
+    return {name: changed.get(name, FEATURES[name]) for name in names}
+
+
+BORE = ("bore", (-50.0, -30.0, 0.0), "size = 12.0\ndepth = 20.0")
+WIDE = (*BORE[:2], "size = 12.2\ndepth = 20.0")
+
+
+@pytest.mark.parametrize(
+    ("code", "features", "tools", "change"),
+    [
+        # a bore stated where a boss is cut, and the other way round
+        (Code.MIL_SIDE, {"S0": ("bore", (-25.0, 0.0, 0.0), "size = 16.0\ndepth = 10.0")}, "", None),
+        (Code.MIL_SIDE, {"B0": ("boss", *BORE[1:])}, "", None),
+        (Code.MIL_SIDE, {"P.x": ("rib", *FEATURES["P.x"][1:])}, "", None),
+        # another place, another size: whatever the job states, the wall is not there
+        (Code.MIL_NOT_CUT, {"B0": ("bore", (-50.0, -29.8, 0.0), BORE[2])}, "", None),
+        (Code.MIL_NOT_CUT, {"B0": WIDE}, "[[tool]]\nnumber = 2\ncutter_radius = 4.0", None),
+        (Code.MIL_CUT, {"B0": WIDE}, "", None),
+        # stated values that are not the program's
+        (Code.MIL_STATED, {"B0": (*BORE[:2], BORE[2] + "\ntool = 1")}, "", None),
+        (Code.MIL_STATED, {"B0": (*BORE[:2], BORE[2] + '\nwork_offset = "G55"')}, "", None),
+        (Code.MIL_STATED, {"B0": (*BORE[:2], BORE[2] + '\nside = "conventional"')}, "", None),
+        (Code.MIL_STATED, only("B0"), '[[tool]]\nnumber = 2\nradius = "program"', None),
+        (Code.MIL_STATED, only("H"), '[[tool]]\nnumber = 6\nradius = "control"', None),
+        (Code.MIL_STATED, only("H"), "[[tool]]\nnumber = 6\ncutter_radius = 6.0", None),  # its diameter
+        # one register for two tools: D of the roughing tool, H of the drill
+        (Code.MIL_REGISTER, only("B0"), "", lambda text: text.replace("D21", "D22")),
+        (Code.MIL_REGISTER, only("H"), "", lambda text: text.replace("G43 H5", "G43 H6")),
+        # the bores once more from another work offset
+        (Code.MIL_CUT, only("B0"), "", lambda text: text.replace("M30", _bores_from(text, "G55") + "M30")),
+        # the floor a second time, 0.02 mm deeper
+        (Code.MIL_LEVELS, only("floor"), "", lambda text: text.replace("T2 M6", _face(-15.02) + "T2 M6")),
+    ],
+)  # fmt: skip
+def test_what_could_set_a_wrong_number_is_refused(
+    tmp_path: Path, code: Code, features: dict[str, object], tools: str, change: Callable[[str], str] | None
+) -> None:
+    refusal = refused(found, tmp_path, "fanuc-mill", features, tools, change or (lambda text: text))
+    assert refusal.code is code, str(refusal)
+
+
+def _bores_from(text: str, offset: str) -> str:
+    part = text[text.index("T2 M6") : text.index("G42")]
+    return part.replace("G54", offset)
+
+
+def _face(z: float) -> str:
+    return f"G0 X-90. Y90.\nG1 Z{z} F200.\nX90.\nG0 Z50.\n"
+
+
+@pytest.mark.parametrize("radius", ["", "cutter_radius = 4.0"])
+def test_a_contour_of_the_centre_under_wear_compensation_is_found_by_the_cutters_radius(
+    tmp_path: Path, radius: str
+) -> None:
+    """D holds wear alone: the circle that G41 keeps the tool from is smaller than the bore by the cutter's radius."""
+    tools = f"[[tool]]\nnumber = 2\n{radius}"
+    wear = lambda writer: writer.wear_of.update({2: 4.0})  # noqa: E731
+    text = plate("fanuc-mill", wear)
+    if not radius:
+        assert refused(found, tmp_path, "fanuc-mill", only("B0"), tools, lambda _: text).code is Code.MIL_CUT
+        return
+    cut = found(tmp_path, "fanuc-mill", only("B0", "B5", "P.x", "P.y"), tools, lambda _: text)
+    assert {(one.tool, one.radius_at_control) for one in cut.features.values()} == {(2, True)}
+    assert [one.side for one in cut.features.values()] == ["climb", "climb", "conventional", "conventional"]
+
+
+def test_a_pass_that_may_or_may_not_reach_is_asked_for(tmp_path: Path) -> None:
+    """A second cutter goes around the boss at 11 mm from it, after it was finished: by its radius it touches or not."""
+    again = Writer("fanuc-mill")
+    again.change(7, 0)
+    again.circle(-25.0, 0.0, 8.0 + 11.0, False, (-10.0,), inside=False)
+    later = "\n".join(again.lines) + "\nM30"
+    change = lambda text: text.replace("M30", later)  # noqa: E731
+    refusal = refused(found, tmp_path, "fanuc-mill", only("S0"), "", change)
+    assert refusal.code is Code.MIL_CUT and "cutter_radius" in refusal.hint
+    for radius, tool in ((10.0, 1), (11.0, 7)):
+        stated = f"[[tool]]\nnumber = 7\ncutter_radius = {radius}"
+        assert found(tmp_path, "fanuc-mill", only("S0"), stated, change).features["S0"].tool == tool
+
+
+def test_a_feature_of_another_program_is_as_stated(tmp_path: Path) -> None:
+    elsewhere: tuple[Kind, tuple[float, float, float], str] = (
+        "bore",
+        (0.0, 80.0, 0.0),
+        'size = 30.0\ndepth = 9.0\ntool = 9\nwork_offset = "G56"',
+    )
+    cut = found(tmp_path, "fanuc-mill", {**only("B0"), "E": elsewhere}, '[[tool]]\nnumber = 9\nradius = "control"')
+    assert cut.stated == ("E",)
+    one = cut.features["E"]
+    assert (one.tool, one.work_offset, one.radius_at_control) == (9, "G56", True)
+
+
+def test_a_radius_is_not_made_larger_than_an_inside_corner_has_room_for(tmp_path: Path) -> None:
+    def room(cutter: str) -> CutFeatures:
+        return found(tmp_path, "fanuc-mill", only("P.x"), f"[[tool]]\nnumber = 2\n{cutter}")
+
+    equal, smaller, unknown = (room(one) for one in ("cutter_radius = 6.0", "cutter_radius = 5.9", ""))
+    for cut, total_mm, allowed in (
+        (equal, 0.001, False), (equal, -0.02, True), (smaller, 0.09, True), (smaller, 0.11, False),
+        (unknown, 0.001, False), (unknown, -0.001, True),
+    ):  # fmt: skip
+        try:
+            cut.require_room("2", total_mm)
+        except TrueloopError as refusal:
+            assert refusal.code is Code.MIL_CORNER and not allowed
+        else:
+            assert allowed
