@@ -1,5 +1,6 @@
 """Pages of machine tests in a real browser: what a metrologist looks at is drawn, and nothing else is asked for."""
 
+import json
 import re
 from pathlib import Path
 
@@ -100,3 +101,19 @@ def _components() -> Components:
     state = State(chain.positions({name: nominal[:, k] for k, name in enumerate("XYZ")}))
     seen = Inspections(nominal, normal, cut - model.error_mm(state), cut, 5e-4, 5e-4)
     return error_components(model, seen, state, state, compensated=True)
+
+
+def test_the_circular_page_draws_both_ways_and_names_the_cause(tmp_path: Path) -> None:
+    """40 µrad of squareness at R 100: 4 µm wide. The figures of the page are those that are printed."""
+    rows = ["test_id,axis,angle_deg,radius_nominal_mm,deviation_um"]
+    for way, angles in (("ccw", range(360)), ("cw", range(359, -1, -1))):
+        rows += [f"{way},XY,{a},100,{2 * np.sin(2 * np.radians(a)) + 0.05 * (-1) ** a:.4f}" for a in angles]
+    bar = tmp_path / "bar <1>.csv"
+    bar.write_text("\n".join(rows))
+    dom = _page(["circular", str(bar)], tmp_path / "page.html")
+    assert "bar &lt;1&gt;" in dom and "largest cause: squareness, +40.0 ±" in dom
+    figure = re.search(r'<figure id="circle".*?</figure>', dom, re.S)
+    assert figure is not None and len(re.findall("<path", figure[0])) >= 6
+    printed = invoke("machine", "circular", bar, "--json")
+    found = json.loads(printed.stdout)
+    assert found["largest"] == "squareness" and abs(found["values"]["G ccw"] - 4.1) < 0.02

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -37,7 +38,7 @@ from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from trueloop.arrays import Array
     from trueloop.jobs.machine.kept import Decomposed
@@ -691,6 +692,28 @@ def points(
 Page = Annotated[Path | None, option("Page with the plots.", "--out", "-o", metavar="PAGE.html")]
 
 
+def _print_evaluation(
+    read: Path,
+    page: "tuple[Path | None, Callable[[], str]]",
+    lines: "Iterable[str]",
+    summary: "Mapping[str, object]",
+    as_json: bool,
+) -> None:
+    """Writes the page where one is wanted, and prints the evaluation of a test as lines or JSON."""
+    from trueloop.formats.outputs import write_all
+
+    out, content = page
+    if out is not None:
+        write_all(out.parent, [(out.name, content().encode())], inputs=(read,))
+    if as_json:
+        print_json(summary)
+        return
+    for line in lines:
+        typer.echo(line)
+    if out is not None:
+        typer.echo(f"written: {out}")
+
+
 def positioning(
     test: Annotated[Path, argument("Target, approach, cycle, actual.", metavar="TEST.csv")],
     out: Page = None,
@@ -698,20 +721,30 @@ def positioning(
 ) -> None:
     """Analyse a positioning test after ISO 230-2: A, R, E, B, M, and every raw deviation on a page."""
     from trueloop.formats.measurements.positioning_data import read_positioning
-    from trueloop.formats.outputs import write_all
     from trueloop.report.machine.positioning import positioning_page
     from trueloop.report.machine.summary import positioning_lines, positioning_summary
 
     found = read_positioning(test)
-    if out is not None:
-        write_all(out.parent, [(out.name, positioning_page(test.stem, found).encode())], inputs=(test,))
-    if as_json:
-        print_json(positioning_summary(found))
-        return
-    for line in positioning_lines(found):
-        typer.echo(line)
-    if out is not None:
-        typer.echo(f"written: {out}")
+    page = partial(positioning_page, test.stem, found)
+    _print_evaluation(test, (out, page), positioning_lines(found), positioning_summary(found), as_json)
+
+
+def circular(
+    bar: Annotated[Path, argument("A ball bar's circles, one or one each way.", metavar="BALLBAR.csv")],
+    out: Page = None,
+    as_json: AsJson = False,
+) -> None:
+    """Analyse a circular test after ISO 230-4: G, G(b), F, D, and its causes with the one that makes most named."""
+    from trueloop.errors import in_file
+    from trueloop.formats.measurements.instrument_files import read_circles
+    from trueloop.machine.circular import circular_test
+    from trueloop.report.machine.circular import circular_lines, circular_page, circular_summary
+
+    circles = read_circles(bar)
+    with in_file(bar):
+        found = circular_test(circles)
+    page = partial(circular_page, bar.stem, found)
+    _print_evaluation(bar, (out, page), circular_lines(found), circular_summary(found), as_json)
 
 
 def drift(
@@ -722,25 +755,18 @@ def drift(
 ) -> None:
     """Analyse a drift test after ISO 230-3: ranges over all and within a time, plots beside the temperatures."""
     from trueloop.formats.measurements.history_csv import read_drift
-    from trueloop.formats.outputs import write_all
     from trueloop.machine.drift import drift as analysed
     from trueloop.report.machine.positioning import drift_page
 
     test = read_drift(log)
     found = [analysed(test.time_s, values, name, 3600 * window_h) for name, values in test.displacement_mm.items()]
-    if out is not None:
-        write_all(out.parent, [(out.name, drift_page(log.stem, test, found).encode())], inputs=(log,))
-    if as_json:
-        print_json({"channels": [item.__dict__ for item in found]})
-        return
-    for item in found:
-        over_all_um, within_um = UM_PER_MM * item.total_range, UM_PER_MM * item.window_range
-        typer.echo(
-            f"{item.channel:<8} {over_all_um:9.2f} µm over all, {within_um:.2f} within {window_h:g} h from "
-            f"{item.window_start_s / 3600:.2f} h"
-        )
-    if out is not None:
-        typer.echo(f"written: {out}")
+    lines = [
+        f"{item.channel:<8} {UM_PER_MM * item.total_range:9.2f} µm over all, {UM_PER_MM * item.window_range:.2f} "
+        f"within {window_h:g} h from {item.window_start_s / 3600:.2f} h"
+        for item in found
+    ]
+    page = partial(drift_page, log.stem, test, found)
+    _print_evaluation(log, (out, page), lines, {"channels": [item.__dict__ for item in found]}, as_json)
 
 
 app = Group("A machine's own errors: found from readings, taken out of programs, handed to the control.")
@@ -753,6 +779,7 @@ app.add_all(
     export,
     decompose,
     positioning,
+    circular,
     drift,
     drift_fit,
     drift_predict,

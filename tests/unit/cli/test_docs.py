@@ -102,6 +102,7 @@ COMMANDS = (
     "machine compensate",
     "machine export",
     "machine positioning",
+    "machine circular",
     "machine drift",
     "machine drift-fit",
     "machine drift-predict",

@@ -18,6 +18,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_input
 from trueloop.formats.measurements.rows import KIND, MOST, CsvFile, csv_of, number_of
+from trueloop.machine.circular import Circle
 from trueloop.units import UM_PER_MM
 
 Lines = NDArray[np.intp]
@@ -43,31 +44,6 @@ class LaserFile:
 
 
 @dataclass(frozen=True)
-class Circle:
-    """One way round a circle in a plane such as `XY`: angles (n,) rad from its first axis towards its second, in their
-    order in time, and length − nominal radius there, mm.
-    """
-
-    name: str
-    plane: str
-    radius_mm: float
-    angle_rad: Array
-    deviation_mm: Array
-    line: Lines
-
-    @property
-    def sense(self) -> float:
-        """Returns 1 for counter-clockwise as seen against the plane's normal, −1 for clockwise."""
-        return float(np.sign(self.angle_rad[-1] - self.angle_rad[0]))
-
-    @property
-    def closed(self) -> bool:
-        """Returns whether the angles go round the whole circle, but for one step."""
-        step = float(np.abs(np.diff(self.angle_rad)).max())
-        return bool(np.ptp(self.angle_rad) + step > 2 * np.pi - 1e-9)
-
-
-@dataclass(frozen=True)
 class TouchLog:
     """Centres of the stylus ball at touches (n, 3) in the log's unit, and A, B, C (n, 3) there in rad."""
 
@@ -88,6 +64,15 @@ def read_instrument(path: Path) -> LaserFile | tuple[Circle, ...] | TouchLog | N
     if len(numbers := first.split()) == LOG_COLUMNS and not np.isnan([number_of(one) for one in numbers]).any():
         return _touches(path, lines)
     return None
+
+
+def read_circles(path: Path) -> tuple[Circle, ...]:
+    """Returns the circles of a ball bar's file. Raises MCH-FILE, also for another file, and MCH-UNIT."""
+    found = read_instrument(path)
+    if not isinstance(found, tuple):
+        columns = ", ".join((*OTHERS[3:], *UNITS))
+        raise _unreadable(path, 1, f"{path.name!r} is no ball bar's file: its header lacks some of {columns}")
+    return found
 
 
 def _laser(path: Path, lines: list[tuple[int, str]]) -> LaserFile:

@@ -25,18 +25,17 @@ from typing import Final, Literal
 import numpy as np
 from pydantic import Field
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.measurements.instrument_files import (
     ROTARY,
-    Circle,
     LaserFile,
-    Lines,
     TouchLog,
     places,
     read_instrument,
 )
 from trueloop.formats.toml_tables import Finite, Positive, Table, Vector, read_located
+from trueloop.machine.circular import Circle
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import AxisKind, Chain
 from trueloop.machine.model.kinematics import tool_in_work_mm
@@ -349,7 +348,7 @@ def _made(
     along: Array,
     reading: Array,
     run: list[str],
-    line: Lines,
+    line: Integers,
     unknown: Array,
     spread: Array | float = 1.0,
 ) -> Observations:
@@ -364,7 +363,7 @@ def _made(
         np.zeros(count, dtype=bool),
         u,
         tuple(run),
-        line,
+        line.astype(np.intp),
         own_zero=np.zeros(count, dtype=bool),
         own_slope=np.zeros(count, dtype=bool),
         unknown=unknown,
