@@ -33,6 +33,7 @@ from trueloop.server.identity.oidc import SignIns
 from trueloop.server.identity.provider import Oidc
 from trueloop.server.routes import (
     accounts,
+    by_hand,
     cell,
     changes,
     events,
@@ -155,6 +156,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     changes.routes,
     cell.routes,
     uploads.routes,
+    by_hand.routes,
 )
 
 

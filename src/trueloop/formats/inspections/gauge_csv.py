@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final, Literal, TypeAlias
 
 from trueloop.domain.characteristic import Characteristic, Quantity
@@ -291,15 +292,23 @@ SHEET_STATED: Final = ("serial", "instrument", "expanded_uncertainty_um", "opera
 DECIMALS: Final = {"mm": 4, "inch": 5}
 
 
-def gauge_sheet_csv(planned: Sequence[Characteristic], unit: Literal["mm", "inch"] = "mm") -> str:
-    """Lengths and diameters as rows that `gauge_csv` reads once they have values; rows without are passed over."""
+def gauge_sheet_csv(
+    planned: Sequence[Characteristic],
+    unit: Literal["mm", "inch"] = "mm",
+    values: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    stated: Mapping[str, str] = MappingProxyType({}),
+) -> str:
+    """Lengths and diameters as rows that `gauge_csv` reads once they have values; rows without are passed over.
+
+    `values` as they were read, by the name of the size: a row for each. `stated` for all rows, by `SHEET_STATED`.
+    """
     per, ending = (1.0, "mm") if unit == "mm" else (MM_PER_INCH, "in")
 
     def number(value: float | None) -> str:
         return "" if value is None else f"{value / per:.{DECIMALS[unit]}f}"
 
     out = io.StringIO()
-    out.write("".join(f"# {key}:\n" for key in SHEET_STATED))
+    out.write("".join(f"# {key}: {stated.get(key, '')}".rstrip() + "\n" for key in SHEET_STATED))
     writer = csv.writer(out, lineterminator="\n")
     limits = ("lower_limit", "upper_limit") if any(one.lower_limit or one.upper_limit for one in planned) else ()
     writer.writerow(
@@ -307,5 +316,6 @@ def gauge_sheet_csv(planned: Sequence[Characteristic], unit: Literal["mm", "inch
     )
     for one in planned:
         row = (one.name, one.feature, one.other, one.quantity.value, number(one.at_z_mm), number(one.nominal))
-        writer.writerow((*row, *(number(getattr(one, name)) for name in limits), ""))
+        bounds = [number(getattr(one, name)) for name in limits]
+        writer.writerows((*row, *bounds, value) for value in values.get(one.name) or ("",))
     return out.getvalue()

@@ -15,7 +15,8 @@ class NewJob:
     """The content of a new job. Paths are as they shall stand in it: relative to the job.
 
     `profile` is spelled out where there is no `drawing`, whose format `drawing_key` names ("dxf" or "step"); `chosen`
-    are keys that say what of it is meant, and `asked` is what it asks for.
+    are keys that say what of it is meant, and `asked` is what it asks for. `stated`: further keys with their values in
+    TOML, by table.
     """
 
     name: str
@@ -36,12 +37,21 @@ class NewJob:
     lines: tuple[int, int] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     accept_unknown_words: bool = False
+    stated: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 def job_toml(new: NewJob) -> str:
     """The job as TOML."""
     gauging = f"[gauging]\n{new.measured_key} = {quoted(new.measured_file)}\n"
-    return "\n".join([_part(new), _tool(new), _programs(new), gauging, '[output]\nfolder = "out"', ""])
+    lines = "\n".join([_part(new), _tool(new), _programs(new), gauging, '[output]\nfolder = "out"', ""]).split("\n")
+    for table, keys in new.stated.items():
+        added = [f"{key} = {value}" for key, value in keys.items()]
+        if f"[{table}]" not in lines:
+            lines += [f"[{table}]", *added, ""]
+        else:
+            at = lines.index(f"[{table}]") + 1
+            lines[at:at] = added
+    return "\n".join(lines)
 
 
 def _part(new: NewJob) -> str:

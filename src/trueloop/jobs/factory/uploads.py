@@ -2,21 +2,19 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 from pydantic import Field
 from sqlalchemy import delete, insert, select
 
-from trueloop.domain.codec import Codec
 from trueloop.domain.factory import WorkOrder
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.values import CODEC as STORED
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.factory.load import Known, order_of
@@ -26,6 +24,7 @@ from trueloop.formats.input_file import read_source
 from trueloop.formats.inspections.known import HEAD, KNOWN
 from trueloop.formats.inspections.measured_file import Stated, Unit
 from trueloop.formats.inspections.tables import read as tables
+from trueloop.jobs.factory.hand_job import HandJob
 from trueloop.jobs.factory.job_folder import job_folder, programs_of, unnamed_folder, without_folder
 from trueloop.jobs.measure.measured import read_measured, read_part_of_job
 from trueloop.jobs.measure.table_mapping import map_table
@@ -59,7 +58,8 @@ class ReadAs:
 class Handed:
     """A file that was handed over, as it lies at `path` in a folder of its own, under the name that its owner gave it.
 
-    `order`: whose job's part its values are matched with, and the texts of that order's `programs`.
+    `order`: whose job's part its values are matched with, and the texts of that order's `programs`. `hand`: the job of
+    a person, whose program it is.
     """
 
     path: str
@@ -68,6 +68,7 @@ class Handed:
     asked: ReadAs = field(default_factory=ReadAs)
     order: WorkOrder | None = None
     programs: Mapping[str, bytes] = field(default_factory=dict)
+    hand: HandJob | None = None
 
     @property
     def file(self) -> Path:
@@ -154,17 +155,6 @@ def toml_read(handed: Handed) -> bool:
             values={"file": handed.name},
         ) from None
     return True
-
-
-READINGS: Final[Mapping[str, Callable[[Handed], Any]]] = {
-    one.__name__: one for one in (upload_view, program_read, inspected, order_read, toml_read)
-}
-"""The ways to read a file, by name."""
-CODEC: Final[Codec] = STORED.with_more(
-    *(Handed, ReadAs, Inspected, UploadView, views.ProgramRead, views.MeasurementRead, views.InspectionRead),
-    *(views.ValueRead, views.DrawingRead, views.Remarked),
-)
-"""Questions to a process that reads files, and its answers."""
 
 
 def _unit(program: Program, given: Unit | None) -> Unit | None:
@@ -287,6 +277,11 @@ def upload_of(store: Store, sha256: str, by: str) -> Upload:
     return Upload(row.name, row.sha256, bytes(row.content))
 
 
+def safe_name(name: str) -> str:
+    """Returns the name of a file with letters, digits and `._-` alone, and the end of its own."""
+    return _UNSAFE.sub("_", name)[-_LONGEST:].lstrip(".") or "file"
+
+
 @contextmanager
 def handed(store: Store, upload: Upload, asked: ReadAs) -> Iterator[Handed]:
     """Yields the file in a temporary folder of its own, with what the store knows of the order that is requested.
@@ -300,6 +295,6 @@ def handed(store: Store, upload: Upload, asked: ReadAs) -> Iterator[Handed]:
             order = order_of(known, asked.order).order
             programs = programs_of(known, order)
     with unnamed_folder() as folder:
-        path = folder / (_UNSAFE.sub("_", upload.name)[-_LONGEST:].lstrip(".") or "file")
+        path = folder / safe_name(upload.name)
         path.write_bytes(upload.content)
         yield Handed(str(path), upload.name, upload.sha256, asked, order, programs)

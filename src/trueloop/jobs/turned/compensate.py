@@ -165,11 +165,31 @@ def compensate_and_keep(
     cuts = read_cuts(files)
     beside: Beside = "made" if any(one.part.serial for one in cuts.measured.inspections) else "unused"
     store = store_of(files.path.parent, keeping.db, files.job.store.db, beside)
-    corrected = _corrected(cuts, store, memory)
     folder = Path(output or _from_here(files.output_folder))
-    options = files.page_options(language, unit)
-    contents = [*new_tables(files, corrected), *outputs_of_part(corrected, options, pdf).items()]
-    kept = None if store is None else _kept(store, files, corrected, keeping)
+    return corrected_into(
+        *(folder, files, cuts, store, keeping), page=files.page_options(language, unit), pdf=pdf, memory=memory
+    )
+
+
+def corrected_into(
+    folder: Path,
+    files: JobFiles,
+    cuts: ReadCuts,
+    store: "Store | None",
+    keeping: Keeping | None,
+    *,
+    page: PageOptions,
+    pdf: bool = False,
+    memory: Use | None = None,
+) -> Done:
+    """Corrects a job as read, with what an open store knows, and writes its files into a folder.
+
+    That is kept in the store as `keeping` says; None: nothing is kept. Raises what correcting refuses, STO, EDG, MEM
+    and OUT errors.
+    """
+    corrected = _corrected(cuts, store, memory)
+    contents = [*new_tables(files, corrected), *outputs_of_part(corrected, page, pdf).items()]
+    kept = None if store is None or keeping is None else _kept(store, files, corrected, keeping)
     with kept_all_the_same(kept):
         return Done(corrected, write_all(folder, contents, files.sources.files), kept)
 

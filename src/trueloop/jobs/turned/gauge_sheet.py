@@ -1,9 +1,11 @@
 """The sheet of what a person measures of a job's part, for paper and as the file to fill in."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from trueloop.domain.characteristic import Characteristic
+from trueloop.errors import Code
 from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv
 from trueloop.formats.outputs import write_all
 from trueloop.geometry.profile import Profile
@@ -28,7 +30,22 @@ class GaugeSheet:
     @property
     def csv(self) -> str:
         """Returns the file to fill in, which a job names under `gauging.readings`."""
-        return gauge_sheet_csv(self.planned, "inch" if self.inch else "mm")
+        return self.filled_in({}, {})
+
+    def filled_in(self, values: Mapping[str, Sequence[str]], stated: Mapping[str, str]) -> str:
+        """Returns that file with values by the names of sizes, and what is stated for all of them.
+
+        Raises MSR-FEATURE for a name that is none of a size of the sheet.
+        """
+        names = [one.name for one in self.planned]
+        other = next((name for name in values if name not in names), None)
+        if other is not None:
+            raise Code.MSR_FEATURE.refusal(
+                f"the sheet has no size {other!r}",
+                hint=f"its sizes are: {', '.join(names)}",
+                values={"feature": other},
+            )
+        return gauge_sheet_csv(self.planned, "inch" if self.inch else "mm", values, stated)
 
     @property
     def page(self) -> str:

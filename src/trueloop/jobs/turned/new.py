@@ -94,7 +94,10 @@ FEWEST, MOST = 3, 20
 
 @dataclass(frozen=True)
 class Wanted:
-    """The sources of a new job. `measured`: "gauge" for readings of diameters and lengths, "points" for touches."""
+    """The sources of a new job. `measured`: "gauge" for readings of diameters and lengths, "points" for touches.
+
+    `measured_file` holds these already: none to be filled in is written. `stated` are further keys of the job.
+    """
 
     program: Path
     nose_radius_mm: float
@@ -107,10 +110,12 @@ class Wanted:
     lines: tuple[int, int] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     measured: Literal["gauge", "points"] = "gauge"
+    measured_file: Path | None = None
     side: Side = Side.OUTSIDE
     chosen: Chosen = AS_DRAWN
     tip: int | None = None
     accept_unknown_words: bool = False
+    stated: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -140,10 +145,9 @@ def new_job(wanted: Wanted) -> Made:
     with in_file(wanted.program):
         path = commanded(program, None, profile, wanted.nose_radius_mm, 0.0, _run(wanted)).path
     inch = unit_of_path(program.unit, path)["unit"] == "inch"
-    measured, places = (
-        _gauge_files(wanted, profile, inch) if wanted.measured == "gauge" else _touches(wanted, profile, inch)
-    )
-    contents = {"job.toml": job_toml(_said(wanted, program, drawn, next(iter(measured)))), **measured}
+    measured, places = _to_fill_in(wanted, profile, inch)
+    file = next(iter(measured)) if wanted.measured_file is None else relpath(wanted.measured_file, wanted.folder)
+    contents = {"job.toml": job_toml(_said(wanted, program, drawn, file)), **measured}
     for file in contents:
         _require_new(wanted.folder / file)
     inputs = [wanted.program, *([] if wanted.drawing is None else [wanted.drawing])]
@@ -164,8 +168,12 @@ def _drawn(wanted: Wanted, program: Program) -> Drawn:
     return Drawn(contour.profile, tuple(contour.notes))
 
 
-def _gauge_files(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str, str], int]:
-    """The file to be filled in and the sheet, by name, and how many places they have."""
+def _to_fill_in(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str, str], int]:
+    """The file to be filled in, of gauges with the sheet, by name, and how many places they have."""
+    if wanted.measured_file is not None:
+        return {}, 0
+    if wanted.measured == "points":
+        return _touches(wanted, profile, inch)
     sheet = GaugeSheet(wanted.name, profile, gauge_plan(profile), inch)
     return {"readings.csv": sheet.csv, "sheet.html": sheet.page}, len(sheet.planned)
 
@@ -224,4 +232,5 @@ def _said(wanted: Wanted, program: Program, drawn: Drawn, file: str) -> NewJob:
         lines=wanted.lines,
         parameters=wanted.parameters,
         accept_unknown_words=wanted.accept_unknown_words,
+        stated=wanted.stated,
     )

@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
+
+from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.geometry.profile import Profile
 from trueloop.report import style
 from trueloop.report.markup import esc, figure_block, html_page, section, table
 from trueloop.report.style import Figure
-from trueloop.report.turned.figures.part_drawing import diagonal_mm, material, outline_mm
+from trueloop.report.turned.figures.part_drawing import diagonal_mm, feature_names, material, outline_mm
 from trueloop.units import MM_PER_INCH
 
 WIDTH: Final = 900
@@ -32,8 +35,12 @@ def touch_sheet(part: str, profile: Profile, planned: Sequence[Characteristic], 
     return html_page(f"{esc(part)} – what to measure", body)
 
 
-def places_figure(profile: Profile, planned: Sequence[Characteristic], inch: bool = False) -> Figure:
-    """Draws the part with a numbered line across each diameter and along each length; z to the right, x a radius."""
+def places_figure(
+    profile: Profile, planned: Sequence[Characteristic], inch: bool = False, width: int = WIDTH
+) -> Figure:
+    """Draws the part with its features' names, a numbered line across each diameter and along each length; z to the
+    right, x a radius.
+    """
     per = MM_PER_INCH if inch else 1.0
     outline = outline_mm(profile) / per
     largest, gap = float(outline[:, 0].max()), MARGIN * diagonal_mm(profile) / per
@@ -51,11 +58,25 @@ def places_figure(profile: Profile, planned: Sequence[Characteristic], inch: boo
             notes.append(style.note((low + high) / 2, x + 0.35 * gap, f"<b>{number}</b>", font={"color": style.INK}))
     z_low, z_high = float(outline[:, 1].min()) - gap, float(outline[:, 1].max()) + gap
     x_low, x_high = -largest - (rows + 1) * gap, largest + gap
-    height = min(HIGHEST, round(90 + (WIDTH - 80) * (x_high - x_low) / (z_high - z_low)))
+    height = min(HIGHEST, round(90 + (width - 80) * (x_high - x_low) / (z_high - z_low)))
+    mm_per_px = per * max((z_high - z_low) / (width - 80), (x_high - x_low) / (height - 90))
+    names = feature_names(profile, _marked_mm(profile, planned), [0.0] * len(profile.features), mm_per_px)
+    notes += [{**name, "x": name["x"] / per, "y": name["y"] / per} for name in names]
     xaxis = style.axis(f"z ({'inch' if inch else 'mm'})", z_low, z_high)
     yaxis = style.axis("", x_low, x_high, zeroline=False, scaleanchor="x", scaleratio=1, constrain="domain")
     yaxis |= {"tickvals": [], "ticktext": []}  # below the axis are dimensions, no radii
-    return {"data": traces, "layout": style.layout(WIDTH, height, annotations=notes, xaxis=xaxis, yaxis=yaxis)}
+    return {"data": traces, "layout": style.layout(width, height, annotations=notes, xaxis=xaxis, yaxis=yaxis)}
+
+
+def _marked_mm(profile: Profile, planned: Sequence[Characteristic]) -> list[Array]:
+    """Arc lengths at which the lines across diameters meet each feature."""
+    found = []
+    for feature in profile.features:
+        start, end = (float(point[1]) for point in (feature.start_mm, feature.end_mm))
+        at = [one.at_z_mm for one in planned if one.feature == feature.name and one.at_z_mm is not None]
+        per = 0.0 if start == end else feature.length_mm / (end - start)
+        found.append(np.sort(np.array([(z - start) * per for z in at])))
+    return found
 
 
 def _ends_z_mm(profile: Profile, length: Characteristic) -> tuple[float, float]:

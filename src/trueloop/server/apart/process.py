@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.errors import TrueloopError
-from trueloop.jobs.factory.uploads import READINGS
+from trueloop.jobs.factory.readings import READINGS
 from trueloop.server.apart.answers import CODEC, Answer, Question, Refusal
 
 READY: Final = b"ready\n"

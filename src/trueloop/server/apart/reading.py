@@ -53,6 +53,16 @@ _OF_LOOP: Final[WeakKeyDictionary[asyncio.AbstractEventLoop, _Queue]] = WeakKeyD
 
 async def read_apart(here: Service, upload: Upload, asked: ReadAs, reading: Callable[[Handed], T]) -> T:
     """Reads a file by one of `READINGS`. Raises what that raises, FAC-UNKNOWN, SRV-FILE, SRV-DELAY."""
+
+    def read() -> T:
+        with handed(here.store, upload, asked) as given:
+            return answered(here.settings.limits, given, reading)
+
+    return await in_turn(here, read)
+
+
+async def in_turn(here: Service, work: Callable[[], T]) -> T:
+    """Does what reads files that were handed over, at most `AT_ONCE` at a time. Raises what it raises, SRV-DELAY."""
     queue = _OF_LOOP.setdefault(asyncio.get_running_loop(), _Queue())
     if queue.length >= AT_ONCE + WAITING:
         raise Code.SRV_DELAY.refusal(
@@ -62,14 +72,9 @@ async def read_apart(here: Service, upload: Upload, asked: ReadAs, reading: Call
         )
     queue.length += 1
     try:
-        return await run_sync(_read, here, upload, asked, reading, limiter=queue.limiter)
+        return await run_sync(work, limiter=queue.limiter)
     finally:
         queue.length -= 1
-
-
-def _read(here: Service, upload: Upload, asked: ReadAs, reading: Callable[[Handed], T]) -> T:
-    with handed(here.store, upload, asked) as given:
-        return answered(here.settings.limits, given, reading)
 
 
 def answered(limits: Limits, given: Handed, reading: Callable[[Handed], T]) -> T:

@@ -4,6 +4,7 @@ z runs to the right and x, a radius, up; coordinates are mm.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -15,7 +16,6 @@ from trueloop.geometry.profile import Profile, Side
 from trueloop.report import style
 from trueloop.report.style import Trace
 from trueloop.report.texts.texts import Texts
-from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 
 CHARACTER_PX: Final = 7.5
@@ -67,20 +67,21 @@ def with_wall_mm(outline: Array, side: Side) -> Array:
     return np.concatenate([outline, [[(1.0 + WALL) * outline[:, 0].max(), outline[0, 1]]]])
 
 
-def feature_names(profile: Profile, touches: ErrorVectors, inward_mm: Array, mm_per_px: float) -> list[dict[str, Any]]:
+def feature_names(
+    profile: Profile, marked_mm: Sequence[Array], inward_mm: Sequence[float], mm_per_px: float
+) -> list[dict[str, Any]]:
     """Places each feature's name inside the material, where the feature is long enough and no other name is.
 
-    It stands between two touches, and deeper than their whiskers reach: `inward_mm` of shape (n,).
+    By feature: it stands between two of the marks on it, at these arc lengths, and deeper than they reach.
     """
     diagonal = diagonal_mm(profile)
     notes: list[dict[str, Any]] = []
     taken: list[Box] = []
     for i, feature in enumerate(profile.features):
         if feature.length_mm > 0.1 * diagonal:
-            rows = touches.of_feature(i)
-            s = _widest_gap(touches.arc_length_mm[rows], feature.length_mm)
+            s = _widest_gap(marked_mm[i], feature.length_mm)
             faces_z = float(feature.outward_normal(s)[1]) > 0.9
-            deep = BESIDE_PX * mm_per_px if faces_z else DEEP_PX * mm_per_px + np.max(inward_mm[rows], initial=0.0)
+            deep = BESIDE_PX * mm_per_px if faces_z else DEEP_PX * mm_per_px + inward_mm[i]
             at = feature.point_mm(s) - deep * feature.outward_normal(s)
             anchor = {"xanchor": "right" if faces_z else "center", "font": {"color": style.INK}}
             box = Box.of_text(feature.name, float(at[1]), float(at[0]), faces_z, mm_per_px)

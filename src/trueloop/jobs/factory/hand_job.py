@@ -1,0 +1,152 @@
+"""The job of a part that a person corrects: what was stated, and the job as it is written of that."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AwareDatetime, Field
+
+from trueloop.domain.option import Language, LengthUnit
+from trueloop.formats.jobs.profile_of_job import quoted
+from trueloop.geometry.profile import Side
+from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of
+from trueloop.jobs.turned.new import Chosen, Made, Wanted, Zero, new_job
+from trueloop.turned.options import By
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Number = Annotated[int, Field(ge=0, lt=1 << 31)]
+Words = Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
+Typed = Annotated[str, Field(max_length=40, pattern=r"^[^\x00-\x1f\x7f]*$")]
+Hash = Annotated[str, Field(max_length=64, pattern=r"^[0-9a-f]*$")]
+JOB, SHEET = "job.toml", "readings.csv"
+
+
+@dataclass(frozen=True)
+class AskedPart:
+    """A part by the finish program that cuts it: `program` and `drawing` are hashes of files handed over.
+
+    What is left out is taken from the program, the drawing, or asked for.
+    """
+
+    program: Hash
+    nose_radius_mm: Annotated[float, Field(ge=0, le=1000, allow_inf_nan=False)]
+    drawing: Hash = ""
+    name: Words = ""
+    dialect: Words | None = None
+    unit: Literal["mm", "inch"] | None = None
+    side: Literal["outside", "inside"] = "outside"
+    tool: Annotated[int, Field(ge=1, lt=1 << 31)] | None = None
+    tip: Annotated[int, Field(ge=0, le=9)] | None = None
+    lines: tuple[Number, Number] | None = None
+    parameters: Annotated[Mapping[Words, Finite], Field(max_length=1000)] = field(default_factory=dict)
+    outline: Annotated[int, Field(ge=1, lt=1 << 31)] | None = None
+    zero: Zero = "drawing"
+    accept_unknown_words: bool = False
+
+
+@dataclass(frozen=True)
+class AskedReadings:
+    """What was measured: `values` as they were read, by the name of the size, or `file`, the hash of one handed over.
+
+    `by`: what carries the correction. `cut_with`: "given", the id of a correction, or "" where nothing is stated.
+    """
+
+    values: Annotated[Mapping[Words, tuple[Typed, ...]], Field(max_length=1000)] = field(default_factory=dict)
+    file: Hash = ""
+    file_unit: Literal["mm", "inch"] | None = None
+    mapping_toml: Annotated[str, Field(max_length=100_000)] = ""
+    serial: Words = ""
+    instrument: Words = ""
+    expanded_uncertainty_um: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)] | None = None
+    measured_at: AwareDatetime | None = None
+    measured_allowance_mm: Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)] | None = None
+    by: By = "auto"
+    cut_with: Annotated[str, Field(pattern=r"^(given|[0-9a-f]{16})?$")] = ""
+    cut_by: Literal["corrected", "offsets", "wear"] | None = None
+
+
+@dataclass(frozen=True)
+class HandJob:
+    """What was stated, with the names that the files have in the folder of the program ("": there is none).
+
+    `operator` is who stated it; sentences and pictures are for a reader of this language and unit.
+    """
+
+    part: AskedPart
+    name: str
+    measured: AskedReadings | None = None
+    drawing: str = ""
+    file: str = ""
+    operator: str = ""
+    language: Language = "en"
+    unit: LengthUnit = "mm"
+
+
+def written_job(program: Path, asked: HandJob) -> tuple[Path, Made]:
+    """Writes the job beside its program, with the readings, as `trueloop new` does; returns its path and the part.
+
+    Raises what `new_job` raises, and MSR-FEATURE for a value of a size that is not on the sheet.
+    """
+    folder, part, measured = program.parent, asked.part, asked.measured
+    made = new_job(
+        Wanted(
+            program=program,
+            nose_radius_mm=part.nose_radius_mm,
+            name=asked.name,
+            folder=folder,
+            drawing=folder / asked.drawing if asked.drawing else None,
+            dialect=part.dialect,
+            unit=part.unit,
+            tool=part.tool,
+            lines=part.lines,
+            parameters=part.parameters,
+            measured_file=folder / asked.file if asked.file else None,
+            side=Side(part.side),
+            chosen=Chosen(part.outline, part.zero),
+            tip=part.tip,
+            accept_unknown_words=part.accept_unknown_words,
+            stated={} if measured is None else _stated(folder, measured, asked),
+        )
+    )
+    job = folder / JOB
+    if measured is not None and not asked.file:
+        sheet = gauge_sheet_of(job).filled_in(measured.values, _above(measured, asked.operator))
+        (folder / SHEET).write_text(sheet, encoding="utf-8")
+    return job, made
+
+
+def _above(measured: AskedReadings, operator: str) -> dict[str, str]:
+    """The statements for all readings of a sheet. They are part of its hash: another statement, another inspection."""
+    u_um, at = measured.expanded_uncertainty_um, measured.measured_at
+    return {
+        "serial": measured.serial,
+        "instrument": measured.instrument,
+        "expanded_uncertainty_um": "" if u_um is None else repr(u_um),
+        "operator": operator,
+        "measured_at": "" if at is None else at.isoformat(),
+    }
+
+
+def _stated(folder: Path, measured: AskedReadings, asked: HandJob) -> dict[str, dict[str, str]]:
+    """The keys of the job that say what was measured and how it is to be corrected, with their values in TOML."""
+    gauging = {}
+    if asked.file:
+        gauging = {"device": quoted(measured.instrument), "operator": quoted(asked.operator)}
+    if asked.file and measured.measured_at is not None:
+        gauging["measured_at"] = measured.measured_at.isoformat()
+    if measured.measured_allowance_mm is not None:
+        gauging["measured_allowance_mm"] = repr(measured.measured_allowance_mm)
+    if measured.file_unit is not None:
+        gauging["readings_unit"] = quoted(measured.file_unit)
+    if measured.mapping_toml:
+        (folder / "mapping.toml").write_text(measured.mapping_toml, encoding="utf-8")
+        gauging["readings_mapping"] = quoted("mapping.toml")
+    cut = {"cut_with": measured.cut_with, "cut_by": measured.cut_by or ""}
+    return {
+        "part": {"serial": quoted(measured.serial)},
+        "programs": {key: quoted(value) for key, value in cut.items() if value},
+        "gauging": gauging,
+        "compensation": {"by": quoted(measured.by)},
+        "report": {"language": quoted(asked.language)},
+    }

@@ -1,0 +1,288 @@
+"""A part corrected by a person over HTTP: shown, measured, corrected; refused as the command line refuses."""
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from httpx2 import Response
+
+from tests.server.test_apart import FOREVER
+from tests.server.test_uploads import hand_over
+from tests.support.new_stores import new_file
+from tests.support.service import Caller, Running, problem, started
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.record import sha256_of
+from trueloop.jobs.factory.by_hand import made_before
+from trueloop.jobs.store.codec import store_codec
+from trueloop.jobs.turned.compensate import compensate_job
+from trueloop.jobs.turned.new import Wanted, new_job
+from trueloop.server.settings import Limits, Settings
+from trueloop.storage.store import find, open_store
+
+EXAMPLES = Path(__file__).parents[2] / "src" / "trueloop" / "examples"
+SHAFT = (EXAMPLES / "shaft" / "finish.nc").read_bytes()
+READ = {
+    "cylinder-1 a": "44.031",
+    "cylinder-1 b": "44.027",
+    "cylinder-2 a": "36.025",
+    "cylinder-2 b": "36.022",
+    "cylinder-3 a": "30.016",
+    "cylinder-4 a": "24.013",
+}
+AFTER = {
+    "cylinder-1 a": "44.006",
+    "cylinder-1 b": "44.006",
+    "cylinder-2 a": "36.005",
+    "cylinder-2 b": "36.006",
+    "cylinder-3 a": "30.005",
+    "cylinder-4 a": "24.006",
+}
+
+
+@pytest.fixture
+def service(tmp_path: Path) -> Iterator[Running]:
+    store = open_store(new_file(tmp_path / "service.db"), codec=store_codec())
+    yield started(store)
+    store.close()
+
+
+def part_of(caller: Caller, program: bytes = SHAFT, **stated: Any) -> dict[str, Any]:
+    sha = hand_over(caller, "finish.nc", program)["sha256"]
+    return {"program": sha, "nose_radius_mm": 0.8, "dialect": "fanuc-lathe", "name": "shaft", **stated}
+
+
+def measured(values: Mapping[str, str] = READ, **stated: Any) -> dict[str, Any]:
+    return {
+        "values": {name: [value] for name, value in values.items()},
+        "serial": "0017",
+        "expanded_uncertainty_um": 4.0,
+        **stated,
+    }
+
+
+def corrected(caller: Caller, part: dict[str, Any], readings: dict[str, Any], **query: str) -> dict[str, Any]:
+    answer = caller.post("by-hand/correction", {"part": part, "measured": readings}, params=query)
+    assert answer.status_code == 201, answer.text
+    return dict(answer.json())
+
+
+def file_of(caller: Caller, made: dict[str, Any], name: str) -> bytes:
+    (sha,) = [one["sha256"] for one in made["files"] if one["name"] == name]
+    return bytes(caller.get(f"uploads/{sha}/file").content)
+
+
+def by_command(folder: Path, values: Mapping[str, str], *more: str, serial: str = "0017") -> bytes:
+    """The corrected program of `trueloop new` and `trueloop compensate` in a folder whose store they share."""
+    if not (folder / "trueloop.db").exists():
+        new_file(folder / "trueloop.db")
+    made = new_job(Wanted(folder / "finish.nc", 0.8, "shaft", folder / serial, dialect="fanuc-lathe"))
+    sheet = folder / serial / "readings.csv"
+    rows = sheet.read_text().replace("# expanded_uncertainty_um:", "# expanded_uncertainty_um: 4.0").splitlines()
+    sheet.write_text("\n".join(row + values.get(row.partition(",")[0], "") for row in rows) + "\n")
+    job = made.files[0]
+    text = job.read_text().replace("[part]", f'[part]\nserial = "{serial}"', 1)
+    job.write_text(text.replace("[programs]", "\n".join(["[programs]", *more]), 1))
+    compensate_job(job, store=str(folder / "trueloop.db"))
+    return (folder / serial / "out" / "corrected.nc").read_bytes()
+
+
+def moves(program: bytes) -> list[str]:
+    """Its lines but for the record's id."""
+    return [line for line in program.decode().splitlines() if "trueloop" not in line.lower()]
+
+
+def test_a_program_is_shown_as_a_part_with_the_sizes_to_measure(service: Running) -> None:
+    otto = service.signed_in("operator")
+    seen = otto.post("by-hand/part", part_of(otto)).json()
+    assert seen["problem"] is None and seen["question"] is None, seen
+    assert (seen["dialect"], seen["unit"], seen["tools"]) == ("fanuc-lathe", "mm", ["T3"])
+    assert seen["features"][0] == "cylinder-1" and len(seen["features"]) == 11
+    assert [(one["number"], one["name"], one["nominal"]) for one in seen["sizes"][:3]] == [
+        (1, "cylinder-1 a", 44.0),
+        (2, "cylinder-1 b", 44.0),
+        (3, "face-1 length", 80.0),
+    ]
+    for drawn in (seen["picture"]["wide"], seen["picture"]["narrow"]):
+        assert drawn.startswith("<svg") and "cylinder-1" in drawn and ">9</text>" in drawn
+    assert problem(service.signed_in("viewer").post("by-hand/part", part_of(otto))) == "SRV-ROLE"
+    ana = service.signed_in("engineer")  # who has not handed it over
+    assert problem(ana.post("by-hand/part", part_of(otto))) == "FAC-UNKNOWN"
+
+
+def test_two_parts_are_corrected_as_by_the_command_line(service: Running, tmp_path: Path) -> None:
+    """The second correction is the whole one: what was in force, and what the second part adds."""
+    (tmp_path / "finish.nc").write_bytes(SHAFT)
+    otto = service.signed_in("operator")
+    part = part_of(otto)
+    first = corrected(otto, part, measured())
+    assert first["kept"] is True
+    assert not any("folders near" in note for note in first["notes"])  # of other people's corrections
+    contour, wear = first["ways"]
+    assert (contour["by"], contour["program"], contour["enter"]) == ("corrected", "corrected.nc", "")
+    assert wear["by"] == "wear" and wear["given"] and wear["program"] == "finish.nc"
+    assert wear["enter"].startswith("T3 wear X −0.022 mm (diameter), Z +0.000 (X ± 0.012")
+    assert moves(file_of(otto, first, "corrected.nc")) == moves(by_command(tmp_path, READ))
+    assert b"<svg" in file_of(otto, first, "report.html")
+    (known,) = otto.post("by-hand/part", part).json()["made_before"]
+    assert (known["id"], known["serial"], known["ways"]) == (first["id"], "0017", ["corrected", "wear"])
+
+    for serial in ("0018", ""):  # one without a number is not kept, and what cut it is asked for all the same
+        unsaid = otto.post("by-hand/correction", {"part": part, "measured": measured(AFTER, serial=serial)})
+        assert problem(unsaid) == "CMP-CUT-WITH"
+        assert first["id"] in unsaid.json()["detail"]
+    said = {"cut_with": first["id"], "cut_by": "corrected"}
+    second = corrected(otto, part, measured(AFTER, serial="0018", **said))
+    record = by_command(tmp_path, AFTER, f'cut_with = "{first_id(tmp_path)}"', 'cut_by = "corrected"', serial="0018")
+    assert moves(file_of(otto, second, "corrected.nc")) == moves(record)
+    alone = corrected(otto, part, measured(AFTER, serial="", **said))
+    assert alone["kept"] is False and moves(file_of(otto, alone, "corrected.nc")) == moves(record)
+
+
+def first_id(folder: Path) -> str:
+    """The only correction in the store of the command line."""
+    store = open_store(folder / "trueloop.db", codec=store_codec())
+    try:
+        return made_before(store, sha256_of(SHAFT))[0].id
+    finally:
+        store.close()
+
+
+def in_inches(program: bytes) -> bytes:
+    """The words X, Z and R of a program as inches, to the millionth, with G20."""
+    text = re.sub(r"(?<=[XZR])-?\d+\.\d+", lambda one: f"{float(one[0]) / 25.4:.6f}", program.decode())
+    return text.replace("G21", "G20").replace("F0.12", "F0.005").encode()
+
+
+def test_an_inch_program_is_measured_in_inches(service: Running) -> None:
+    otto = service.signed_in("operator")
+    part = part_of(otto, in_inches(SHAFT))
+    seen = otto.post("by-hand/part", part).json()
+    assert seen["unit"] == "inch" and seen["sizes"][0]["nominal"] == pytest.approx(44.0, abs=1e-4)
+    inches = {name: f"{float(value) / 25.4:.5f}" for name, value in READ.items()}
+    made = corrected(otto, part, measured(inches, by="offset"))
+    (wear,) = [one for one in made["ways"] if one["by"] == "wear"]
+    found = re.match(r"T3 wear X −(0\.\d+) inch \(diameter\)", wear["enter"])
+    assert found and float(found[1]) * 25.4 == pytest.approx(0.022, abs=0.002), wear
+    assert problem(correction(otto, part, measured(READ))) == "MSR-SCALE"  # mm for inches
+
+
+SIEMENS = b"""; SHAFT
+N10 G90 G18 G71 G95 DIAMON
+N20 T="FINISH" D1
+N30 G96 S220 M4
+N40 G0 X30 Z5
+N50 G42 G0 X-1.6 Z2
+N60 G1 Z0 F0.12
+N70 X22
+N80 X24 Z-1
+N90 Z-10.5
+N100 G2 X27 Z-12 CR=1.5
+N110 G1 X30
+N120 Z-30
+N130 X36 Z-45
+N140 Z-78
+N150 G2 X40 Z-80 CR=2
+N160 G1 X44
+N170 Z-112
+N180 X50
+N190 G40 G0 X80 Z50
+N200 M30
+"""
+
+
+def test_a_siemens_program_is_corrected_by_its_contour(service: Running) -> None:
+    otto = service.signed_in("operator")
+    part = part_of(otto, SIEMENS, dialect=None)
+    seen = otto.post("by-hand/part", part).json()
+    assert seen["dialect"] == "siemens" and len(seen["features"]) == 11, seen
+    made = corrected(otto, part, measured(by="contour"), language="de")
+    (way,) = made["ways"]
+    assert (way["by"], way["enter"]) == ("corrected", "")
+    program = file_of(otto, made, way["program"]).decode()
+    ends = re.findall(r"X=?(43\.\d+)", program)  # 44 less a wear of 0.022 and the taper
+    assert ends and all(43.965 < float(one) < 43.985 for one in ends), program
+    assert "Erwart" in made["headline"] or "erwart" in made["headline"], made["headline"]
+
+
+def test_what_a_program_does_not_say_is_asked_for(service: Running) -> None:
+    otto = service.signed_in("operator")
+    unsaid = otto.post("by-hand/part", part_of(otto, b"G00 X30. Z5.\nG01 X20. Z0. F0.1\nZ-20.\nM30\n", dialect=None))
+    assert unsaid.json()["problem"]["code"] == "NC-DIALECT"
+    assert unsaid.json()["question"]["about"] == "dialect" and "haas-lathe" in unsaid.json()["question"]["choices"]
+    unitless = SHAFT.replace(b"G21 ", b"")
+    seen = otto.post("by-hand/part", part_of(otto, unitless)).json()
+    assert seen["problem"]["code"] == "NC-UNIT" and seen["question"] == {"about": "unit", "choices": ["mm", "inch"]}
+    assert otto.post("by-hand/part", part_of(otto, unitless, unit="mm")).json()["problem"] is None
+    family = (EXAMPLES / "modbas2" / "finish.nc").read_bytes()
+    part = part_of(otto, family, dialect="ge2000t", nose_radius_mm=0.79375)
+    seen = otto.post("by-hand/part", part).json()
+    assert seen["question"] == {"about": "parameters", "choices": ["P42", "P46", "P47"]}, seen
+    part["parameters"] = {"P42": 8.0, "P46": 3.52, "P47": 0.0}
+    seen = otto.post("by-hand/part", part).json()
+    assert seen["problem"] is None and seen["unit"] == "inch" and len(seen["features"]) == 7, seen
+
+
+def correction(caller: Caller, part: dict[str, Any], readings: dict[str, Any]) -> Response:
+    return caller.post("by-hand/correction", {"part": part, "measured": readings})
+
+
+def test_what_cannot_be_right_is_refused_and_nothing_kept(service: Running) -> None:
+    otto = service.signed_in("operator")
+    part = part_of(otto)
+    inch = {**READ, "cylinder-3 a": "1.1817"}
+    assert problem(correction(otto, part, measured(inch))) == "MSR-NOMINAL"
+    assert problem(correction(otto, part, measured({**READ, "cylinder-3 a": "30.O16"}))) == "MSR-NUMBER"
+    assert problem(correction(otto, part, measured({}))) == "MSR-NONE"
+    assert problem(correction(otto, part, measured({**READ, "cylinder-9 a": "1"}))) == "MSR-FEATURE"
+    large = {name: f"{float(value) + 1.0:.3f}" for name, value in READ.items()}
+    assert problem(correction(otto, part, measured(large))) == "CMP-SIZE"
+    drilled = part_of(otto, b"%\nO1\nG21 G18 G40 G99\nT0101\nG00 X0. Z5.\nG01 Z-20. F0.1\nG00 Z5.\nM30\n%\n")
+    seen = otto.post("by-hand/part", drilled).json()
+    assert seen["problem"]["code"].startswith(("NC-", "GEO-")) and seen["problem"]["hint"] and not seen["features"]
+    assert problem(correction(otto, drilled, measured())) == seen["problem"]["code"]
+    assert not find(service.store, Inspection)
+
+
+def test_no_file_of_the_server_is_read_and_no_folder_named(
+    service: Running, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    otto = service.signed_in("operator")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "O2000").write_text("G01 X1. Z1.\nM99\n")
+    calling = SHAFT.replace(b"M30\n", f"M98 P2000\nM98 ({tmp_path}/O2000)\nM30\n".encode())
+    seen = otto.post("by-hand/part", part_of(otto, calling)).json()
+    assert seen["problem"]["code"] == "NC-FLOW", seen
+    assert "/tmp" not in seen["problem"]["said"].replace(str(tmp_path), ""), seen
+    part = part_of(otto)
+    for key, value in (("cut_with", "../../record.json"), ("cut_with", "/etc/passwd"), ("serial", 'a"\nx = 1')):
+        assert problem(correction(otto, part, {**measured(), key: value})) == "SRV-REQUEST"
+    for key in ("program", "drawing"):
+        assert problem(otto.post("by-hand/part", {**part, key: "/etc/passwd"})) == "SRV-REQUEST"
+    named = corrected(otto, part_of(otto, name='"]\\n[programs]'), measured(instrument='"""\'[part]'))
+    assert 'name = "\\"]' in file_of(otto, named, "job.toml").decode()
+
+
+def test_a_file_of_measurements_takes_the_place_of_values(service: Running) -> None:
+    otto = service.signed_in("operator")
+    part = part_of(otto)
+    at_z = (-105.6, -86.4, -71.4, -51.6, -26.4, -5.75)
+    rows = [f"{name[:-2]},{z},{READ[name]}" for name, z in zip(READ, at_z, strict=True)]
+    text = "\n".join(["# expanded_uncertainty_um: 4", "feature,z_mm,diameter_mm", *rows, ""]).encode()
+    file = hand_over(otto, "shift 3.csv", text)["sha256"]
+    typed, read = (
+        corrected(otto, part, {**given, "by": "contour", "serial": serial})
+        for given, serial in ((measured(), "1"), ({"file": file, "cut_with": "given"}, "2"))
+    )
+    assert moves(file_of(otto, typed, "corrected.nc")) == moves(file_of(otto, read, "corrected.nc"))
+
+
+def test_a_program_that_takes_too_long_is_refused(tmp_path: Path) -> None:
+    store = open_store(new_file(tmp_path / "limited.db"), codec=store_codec())
+    otto = started(store, Settings(poll_s=0.01, workers=0, limits=Limits(read_s=2.0))).signed_in("operator")
+    assert problem(otto.ask("POST", "uploads", params={"name": "forever.ngc"}, content=FOREVER)) == "SRV-FILE"
+    part = {"program": sha256_of(FOREVER), "nose_radius_mm": 0.8, "dialect": "linuxcnc"}
+    assert problem(otto.post("by-hand/part", part)) == "SRV-FILE"
+    assert problem(correction(otto, part, measured())) == "SRV-FILE"
+    store.close()
