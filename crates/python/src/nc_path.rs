@@ -53,6 +53,16 @@ pub fn moves<'py>(
     columns.set_item("executed", rows(py, blocks.collect())?)?;
     columns.set_item("call", column(py, path.call))?;
     columns.set_item("calls", rows(py, path.calls)?)?;
+    let milled = path
+        .drilled
+        .iter()
+        .filter_map(|hole| Some((hole.first, hole.milled?)));
+    let (first, space): (Vec<usize>, Vec<[[f64; 3]; 2]>) = milled.unzip();
+    columns.set_item("milled_before", column(py, first))?;
+    let space = space
+        .into_iter()
+        .map(|[low, high]| [low[0], low[1], low[2], high[0], high[1], high[2]]);
+    columns.set_item("milled_mm", rows(py, space.collect())?)?;
     let (before, seconds): (Vec<usize>, Vec<f64>) = path.dwells.into_iter().unzip();
     columns.set_item("dwell_before", column(py, before))?;
     columns.set_item("dwell_s", column(py, seconds))?;

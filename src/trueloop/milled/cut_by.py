@@ -126,6 +126,7 @@ class CutBy:
         else:
             last = [None]
         found = [one for one in last if one is not None]
+        self._require_seen(feature, stated, found if len(found) == len(last) else [])
         if len(found) < len(last):
             if stated.tool is None:
                 raise self._not_cut(feature, walls)
@@ -160,6 +161,20 @@ class CutBy:
             length_at_control=called.length > 0,
         )
         return cut, max(one.line for one in found)
+
+    def _require_seen(self, feature: MilledFeature, stated: StatedCut, found: Sequence[Touch]) -> None:
+        """Raises MIL-CUT where a macro or a cycle that the path does not show could have cut a feature last."""
+        after = min((one.move for one in found), default=-1)
+        for point in feature.surface()[0]:
+            line = self.passes.hidden_after(after, point)
+            if line is not None and stated.tool is None:
+                raise Code.MIL_CUT.refusal(
+                    f"what cuts {feature.name} is not plain: line {line} runs what the path does not show, and that "
+                    "could cut there last",
+                    hint="state the feature's `tool` and `work_offset`, and the [[tool]] with `radius`",
+                    place=Place(line=line),
+                    values={"feature": feature.name},
+                )
 
     def _same_offset(self, stated: str, called: Called) -> bool:
         return offset_number(stated) == called.work_offset

@@ -5,13 +5,15 @@ rotary axis away from zero, and moves that begin or end at a place which the pro
 """
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Integers
+from trueloop.arrays import Array, Integers
+from trueloop.errors import Code
 from trueloop.geometry.feature import Point
 from trueloop.nc.program.along import said_ends
 from trueloop.nc.program.program import Program
@@ -21,6 +23,9 @@ SAME_MM: Final = 1e-3
 """Places nearer than this are the same."""
 MATCH_MM: Final = 0.05
 """A path that lies further from where a wall is cut cuts another wall, or leaves material on."""
+UNSEEN: Final = re.compile(r"(what it does|moves|what it runs after each move) (is|are) not in the path")
+PROBING: Final = re.compile(r"G65\s*P98\d\d|TCH PROBE|CYCLE97[1-9]|CYCLE99[78]")
+"""Macros and cycles that measure: Renishaw's Inspection Plus, Klartext's and Sinumerik's."""
 LEFT: Final = 41
 XY: Final = 17
 
@@ -87,6 +92,7 @@ class Passes:
         self.arcs: Integers = np.flatnonzero(arcs)
         self.level: Integers = np.flatnonzero((line & (level > SAME_MM) | arcs) & (way[:, 2] <= SAME_MM))
         self.circles = tuple(self._circles())
+        self.unseen = tuple(_unseen_lines(program, path))
 
     def called(self, move: int) -> Called:
         """Returns the calls in force at a move."""
@@ -181,6 +187,19 @@ class Passes:
         line = int(self.path.line[move])
         return Touch(move, line, self.called(move), gap_mm, self.compensated(move), climb, from_air)
 
+    def hidden_after(self, move: int, point_mm: Array) -> int | None:
+        """Returns the line of a run after a move, −1 for any, that the path does not show and that could cut at a point
+        (3,): a milling cycle around it, or a macro or cycle that could cut anywhere; None without.
+        """
+        path, last = self.path, len(self.path) - 1
+        for first, (low, high) in zip(path.milled_before.tolist(), path.milled_mm.reshape(-1, 2, 3), strict=True):
+            shift = path.register_mm[min(first, last)]
+            within = (low + shift - MATCH_MM <= point_mm) & (point_mm <= high + shift + MATCH_MM)
+            if first > move and np.all(within):
+                return int(path.line[min(first, last)])
+        since = 0 if move < 0 or len(path.calls) else int(path.line[move])
+        return next((line for line in self.unseen if line > since), None)
+
     def users(self, register: str) -> dict[int, set[int]]:
         """Returns the tools that cut with each register of radii (`radius`) or lengths (`length`), by its number."""
         found = dict[int, set[int]]()
@@ -202,3 +221,13 @@ class Passes:
         turn = np.abs(path.sweep_rad[moves]) < math.pi - SAME_MM
         own = [m for m in moves[inside & turn].tolist() if self.compensated(m) and path.tool[m] == tool]
         return min((self._circle(move)[2] for move in own), default=None)
+
+
+def _unseen_lines(program: Program, path: ToolPath) -> Iterator[int]:
+    """Yields the lines of macros and cycles that are not in the path and could cut; probing macros do not."""
+    for found in path.findings:
+        line = found.place.line
+        if found.code is Code.NC_OPAQUE and line is not None and UNSEEN.search(found.message):
+            block = program.block(line - 1)
+            if not PROBING.search(program.source[block.start : block.end].decode("latin-1")):
+                yield line

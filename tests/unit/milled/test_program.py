@@ -1,5 +1,6 @@
 """What cuts each feature, found from programs that a generator apart writes in the words of five controls."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -48,6 +49,10 @@ def found(
     return cut_features(job, read_milled_job(job))
 
 
+CIRCLE = (
+    "900 L X{x:+d} Y{y:+d} Z+5 FMAX\n901 CYCL DEF 252 CIRCULAR POCKET Q215=2 Q223=12 Q368=0 Q207=500 Q351=1 Q201=-20 "
+    "Q202=5 Q369=0 Q206=150 Q338=0 Q200=2 Q203=0 Q204=50 Q370=1 Q366=1 Q385=500\n902 L X{x:+d} Y{y:+d} FMAX M99\n"
+)
 CUT_BY = {
     "B": (2, True, "climb"),
     "S": (1, True, "climb"),
@@ -182,3 +187,28 @@ def test_a_radius_is_not_made_larger_than_an_inside_corner_has_room_for(tmp_path
             assert refusal.code is Code.MIL_CORNER and not allowed
         else:
             assert allowed
+
+
+@pytest.mark.parametrize(
+    ("control", "run", "asked"),
+    [
+        ("fanuc-mill", "G65 P8100 X1.\n", True),
+        ("fanuc-mill", "G65 P9814 D12.\n", False),  # Renishaw's measurement of a bore
+        ("haas-mill", "G13 D2 I5. F100.\n", True),
+        ("heidenhain", CIRCLE.format(x=-50, y=-30), True),
+        ("heidenhain", CIRCLE.format(x=50, y=30), False),
+    ],
+)
+def test_a_run_that_the_path_does_not_show_is_asked_for_where_it_could_cut_last(
+    tmp_path: Path, control: Control, run: str, asked: bool
+) -> None:
+    """A macro or cycle after the bore's last pass; the place of a milling cycle is known, others are left alone."""
+    change = lambda text: re.sub(r"(\d+ )?M30", lambda end: run + end[0], text)  # noqa: E731
+    if asked:
+        refusal = refused(found, tmp_path, control, only("B0"), "", change)
+        assert refusal.code is Code.MIL_CUT and "the path does not show" in str(refusal)
+    else:
+        assert found(tmp_path, control, only("B0"), "", change).features["B0"].tool == 2
+    bore = (*BORE[:2], BORE[2] + "\ntool = 2")
+    stated = found(tmp_path, control, {"B0": bore}, '[[tool]]\nnumber = 2\nradius = "control"', change)  # type: ignore[dict-item]
+    assert stated.features["B0"].tool == 2

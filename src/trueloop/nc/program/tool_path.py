@@ -67,6 +67,9 @@ class ToolPath:
     `call` (n,) indexes `calls` (k, 2): the block that calls, and the call that one is in itself, −1 outside any. Before
     move `dwell_before` (m,) the tool dwells for `dwell_s` (m,), NaN where the program counts revolutions.
 
+    `milled_before` (m,): the move, the first of its own, before which a milling cycle of the control's cuts within
+    `milled_mm` (m, 6), the lowest and the highest X, Y, Z; its passes are not moves of the path.
+
     `unit_stated`: the block, from 0, that states the unit before any length, and whether it is the inch.
 
     Of a traced run also the m blocks executed, in order: `executed` (m, 3), block, number of moves and state after it.
@@ -91,6 +94,8 @@ class ToolPath:
     states: dict[str, NDArray[Any]]
     executed: Integers = field(default_factory=lambda: np.empty((0, 3), dtype=np.int32))
     findings: tuple[Finding, ...] = ()
+    milled_before: Integers = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    milled_mm: Array = field(default_factory=lambda: np.empty((0, 6)))
 
     def __len__(self) -> int:
         return len(self.motion)
