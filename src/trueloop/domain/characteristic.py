@@ -22,6 +22,11 @@ class Quantity(StrEnum):
         """Returns the unit of its values: millimetres, or degrees of an angle."""
         return "deg" if self is Quantity.ANGLE else "mm"
 
+    @property
+    def is_zone(self) -> bool:
+        """Returns whether a value is the width of a zone, which counts from 0 and is never negative."""
+        return self in (Quantity.RUNOUT, Quantity.FORM)
+
 
 @dataclass(frozen=True)
 class Characteristic:

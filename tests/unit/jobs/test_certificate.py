@@ -97,10 +97,52 @@ def test_what_other_parts_were_measured_for_is_missing_on_this_one() -> None:
     assert seat.missing == ["it was not measured on this part"] and shown.outcome == "not certified"
 
 
-def test_repeats_are_averaged_and_a_temperature_off_20_degrees_is_said() -> None:
+def test_repeats_are_averaged_u_holds_their_spread_and_a_temperature_off_20_degrees_is_said() -> None:
     readings = [replace(JOURNAL, actual=24.0 + k / 1000, repeat=k, temperature_c=24.0) for k in (1, 2, 6)]
     one = only(certified(inspected(*readings)))
-    assert (one.actual, one.repeats, one.remarks) == (24.003, 3, ["measured at 24.0 °C, not at 20 °C"])
+    assert (one.actual, one.repeats, one.verdict) == (24.003, 3, "in")
+    assert one.expanded_u == pytest.approx(2 * (0.001**2 + (0.002**2 + 0.001**2 + 0.003**2) / 2) ** 0.5, abs=1e-7)
+    assert one.remarks == ["measured at 24.0 °C, not at 20 °C"]
+
+
+@pytest.mark.parametrize(
+    ("actuals", "verdict", "away"),
+    [
+        ((24.04, 23.96), "out", "+40.0"),
+        ((24.0, 24.0, 24.023), "out", "+15.3"),
+        ((24.0, 24.0, 24.0, 23.979), "undecided", "−15.8"),
+        ((24.015, 23.985), "undecided", ""),  # each is inside; by how far they scatter, their mean is not proven
+    ],
+)
+def test_the_worst_of_several_readings_is_judged(actuals: tuple[float, ...], verdict: str, away: str) -> None:
+    """The limits are 23.98 and 24.02, 1.645 u is 1.6 µm: by hand."""
+    shown = certified(inspected(*(replace(JOURNAL, actual=actual, repeat=k) for k, actual in enumerate(actuals, 1))))
+    one = only(shown)
+    outcome = "does not conform" if verdict == "out" else "not certified"
+    assert (one.verdict, one.certified, shown.outcome) == (verdict, False, outcome)
+    said = [f"judged by the worst of {len(actuals)} readings, {away} µm from their mean"] if away else []
+    assert one.remarks == said
+
+
+def test_another_measurement_that_is_out_forbids_to_certify_until_the_part_is_cut_again() -> None:
+    out = inspected(replace(JOURNAL, actual=24.03), device="micrometer 114", hours=4)
+    shown = certified(out, inspected(JOURNAL, hours=5))
+    assert (only(shown).verdict, shown.outcome) == ("in", "not certified")
+    assert only(shown).missing == ["another measurement is outside the limits: micrometer 114, 2026-03-01 12:00"]
+    first, again = _cut(), replace(_cut(), at=AT + timedelta(hours=4.5))
+    assert first.identity != again.identity
+    assert certified(first, again, out, InspectionLink(out.identity, first.identity), inspected(JOURNAL)).outcome == (
+        "conforms"
+    )
+
+
+def test_a_signed_value_of_a_form_is_not_certified_by_an_upper_limit_alone() -> None:
+    profile = replace(JOURNAL, quantity=Quantity.FORM, actual=-0.03, nominal=0.0, lower_limit=None, upper_limit=0.02)
+    shown = certified(inspected(profile))
+    assert (only(shown).verdict, shown.outcome) == (None, "not certified")
+    assert only(shown).missing == ["a form below 0 is a signed deviation: both limits are needed"]
+    assert certified(inspected(replace(profile, lower_limit=-0.025))).outcome == "does not conform"
+    assert certified(inspected(replace(profile, actual=0.03))).outcome == "does not conform"
 
 
 def _cut() -> Cut:

@@ -64,7 +64,7 @@ def _share(store: Store, part: Part) -> _Share:
         (one for one in reversed(cuts) if one.stage is Stage.FINISH and one.part.identity == part.identity), None
     )
     of_type = [one.value for one in find(store, Inspection, part_type=part.part_type.name)]
-    seen = tuple(_seen(store, [one for one in of_type if one.part.identity == part.identity], cuts))
+    seen = tuple(_seen(store, [one for one in of_type if one.part.identity == part.identity], cuts, cut))
     asked = asked_of(one for one in of_type if one.part.part_type.identity == part.part_type.identity)
     in_force, missing = _in_force(store, part, cut, [one.inspection for one in seen])
     return _Share(cut, asked, seen, in_force, missing)
@@ -92,10 +92,10 @@ def _part(store: Store, serial: str, part_type: str | None) -> WholePart:
     )
 
 
-def _seen(store: Store, inspections: Sequence[Inspection], cuts: Sequence[Cut]) -> Iterator[Seen]:
-    """Inspections of the part, without those after an earlier cut."""
+def _seen(store: Store, inspections: Sequence[Inspection], cuts: Sequence[Cut], last: Cut | None) -> Iterator[Seen]:
+    """Inspections of the part, without those after a cut before the `last` finish cut."""
     links = {one.value.inspection: one.value for one in find(store, InspectionLink)}
-    early = {one.identity for one in cuts if one.stage is not Stage.FINISH}
+    early = {one.identity for one in cuts if last is None or one.identity != last.identity}
     for one in inspections:
         link = links.get(one.identity)
         if link is None or link.cut not in early:

@@ -2,13 +2,15 @@
 force when it was cut.
 
 A characteristic is certified where a value, a limit, its uncertainty and the device are known and ISO 14253-1 proves it
-inside. The part conforms where all requested characteristics are certified; nothing that is not known is.
+inside: the worst of its readings, and their mean with the spread. The part conforms where all requested characteristics
+are certified; nothing that is not known is.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from statistics import fmean
+from math import hypot
+from statistics import fmean, stdev
 from typing import Final, Literal, TypeAlias
 
 from trueloop.domain.characteristic import Judgement, Quantity
@@ -16,7 +18,7 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part
 from trueloop.errors import Code
 from trueloop.tolerances.conformance import judge
-from trueloop.wording import wording
+from trueloop.wording import Um, wording
 
 Outcome: TypeAlias = Literal["conforms", "does not conform", "not certified"]
 STANDARD_C: Final = 20.0
@@ -50,7 +52,7 @@ class Seen:
 class Certified:
     """One characteristic: `judged` by ISO 14253-1, None where that is not known; `missing` says in words what is not.
 
-    `repeats` readings were averaged. `by` is the inspection that it is from.
+    `actual` is the mean of `repeats` readings, `expanded_u` holds their spread. `by` is the inspection they are from.
     """
 
     asked: Asked
@@ -134,17 +136,64 @@ def _limits(one: Reading) -> tuple[float | None, float | None]:
 
 def _certified(asked: Asked, seen: Sequence[Seen], stated_u: float | None) -> Certified:
     by, readings = _latest(asked.name, seen)
-    actual = fmean(one.actual for one in readings) if readings else None
-    u = max((one.standard_u for one in readings if one.standard_u is not None), default=None)
-    if u is None and asked.quantity is not Quantity.ANGLE:
-        u = stated_u
+    values = [one.actual for one in readings]
+    actual = fmean(values) if values else None
+    u = _standard_u(asked, readings, stated_u)
     temperature = _temperature(readings, by)
-    missing = tuple(_missing(asked, actual, u, by))
-    unlimited = asked.lower is None and asked.upper is None
-    judged = None if actual is None or u is None or unlimited else judge(actual, u, None, asked.lower, asked.upper)
-    expanded = None if u is None or actual is None else COVERAGE * u
-    remarks = tuple(_remarks(by, temperature)) if readings else ()
-    return Certified(asked, actual, expanded, judged, len(readings), by, temperature, missing, remarks)
+    judged = None if u is None else _judged(asked, values, u)
+    missing = [*_missing(asked, actual, u, by)]
+    if asked.quantity.is_zone and min(values, default=0.0) < 0 and asked.lower is None:
+        judged = judged if judged is not None and judged.verdict == "out" else None
+        missing.append(wording("a {quantity} below 0 is a signed deviation: both limits are needed",
+                               quantity=asked.quantity.value))  # fmt: skip
+    missing += _contradicted(asked, seen, by, stated_u)
+    expanded = None if u is None or actual is None else COVERAGE * hypot(u, _spread(values))
+    remarks = [*_remarks(by, temperature)] if readings else []
+    if judged is not None and actual is not None and judged.value != actual:
+        away = judged.value - actual
+        shown = f"{away:+.4f}°" if asked.quantity is Quantity.ANGLE else Um(away, "+.1f")
+        remarks.append(
+            wording("judged by the worst of {n} readings, {away} from their mean", n=len(values), away=shown)
+        )
+    return Certified(asked, actual, expanded, judged, len(values), by, temperature, tuple(missing), tuple(remarks))
+
+
+def _standard_u(asked: Asked, readings: Sequence[Reading], stated_u: float | None) -> float | None:
+    """Returns the standard uncertainty of one reading, in its unit."""
+    own = max((one.standard_u for one in readings if one.standard_u is not None), default=None)
+    return stated_u if own is None and asked.quantity is not Quantity.ANGLE else own
+
+
+def _spread(values: Sequence[float]) -> float:
+    return stdev(values) if len(values) > 1 else 0.0
+
+
+def _judged(asked: Asked, values: Sequence[float], u: float) -> Judgement | None:
+    """Judges the worst of some readings with the uncertainty `u` of one; where it is inside, their mean with the spread
+    as well; None without values or limits.
+    """
+    if not values or (asked.lower is None and asked.upper is None):
+        return None
+    each = [judge(value, u, None, asked.lower, asked.upper) for value in values]
+    worst = min(each, key=lambda one: 0.0 if one.margin is None else one.margin)
+    if worst.verdict != "in":
+        return worst
+    return judge(fmean(values), hypot(u, _spread(values)), None, asked.lower, asked.upper)
+
+
+def _contradicted(asked: Asked, seen: Sequence[Seen], by: Seen | None, stated_u: float | None) -> Iterator[str]:
+    """Yields other measurements, of the same state of the part, that prove the characteristic outside its limits."""
+    for one in seen:
+        if by is None or one is by or bool(one.released) != bool(by.released):
+            continue
+        readings = [each for each in one.inspection.readings if each.characteristic == asked.name]
+        u = _standard_u(asked, readings, stated_u)
+        judged = None if u is None else _judged(asked, [each.actual for each in readings], u)
+        if judged is not None and judged.verdict == "out":
+            at = one.inspection.measured_at
+            named = (one.inspection.device, "" if at is None else f"{at:%Y-%m-%d %H:%M}")
+            yield wording("another measurement is outside the limits: {which}",
+                          which=", ".join(filter(None, named)) or one.inspection.sha256[:12])  # fmt: skip
 
 
 def _latest(name: str, seen: Sequence[Seen]) -> tuple[Seen | None, tuple[Reading, ...]]:

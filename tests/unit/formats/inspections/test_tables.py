@@ -11,6 +11,7 @@ from trueloop.domain.inspection import Reading
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.shared.checks import within
 
 GERMAN = """Prüfprotokoll;;;;;;;
 Teilebezeichnung: Welle;;;;;;;
@@ -365,3 +366,51 @@ def test_a_deviation_beside_nominal_and_measured_points_leaves_them_points(tmp_p
     assert [(point.nominal_mm, point.measured_mm) for point in inspection.points] == [
         ((10, 0, 5), (10.003, 0.001, 5.004))
     ]
+
+
+@pytest.mark.parametrize(
+    ("heading", "cell", "unit", "zone"),
+    [
+        ("Tolerance [µm]", "±20", "mm", (24.98, 25.02)),
+        ("Tolerance", "±0.001", "inch", (25.3746, 25.4254)),
+        ("Tolerance", "±20 µm", "mm", (24.98, 25.02)),
+        ("Tolerance", "+0.02/-0.01 mm", "mm", (24.99, 25.02)),
+        ("Tolerance", "0.02 -0.01", "mm", (24.99, 25.02)),
+        ("Tolerance", "+0.02 0", "mm", (25.0, 25.02)),
+        ("Tolerance", "+0,02|0,0", "mm", (25.0, 25.02)),
+        ("Tolerance", "-0.02/-0.04", "mm", (24.96, 24.98)),
+        ("Tolerance", "0.020", "mm", None),
+        ("Tolerance", "0.10", "mm", None),
+        ("Tolerance", "H7", "mm", None),
+    ],
+)
+def test_a_column_of_both_tolerances_has_its_unit_and_two_numbers(
+    tmp_path: Path, heading: str, cell: str, unit: str, zone: tuple[float, float] | None
+) -> None:
+    size = "1.0000" if unit == "inch" else "25.000"
+    file = _read(tmp_path, f"Name;Nominal;{heading};Actual\nD1 diameter;{size};{cell};{size}\n", unit=unit)
+    (one,) = _one(file)
+    assert (one.lower_limit, one.upper_limit) == ((None, None) if zone is None else pytest.approx(zone))
+    assert any("1 tolerances are not read" in remark.text for remark in file.remarks) is (zone is None)
+
+
+def test_the_unit_of_a_row_is_that_of_its_tolerance(tmp_path: Path) -> None:
+    text = "Name;Nominal;Actual;Tolerance;Unit\nD1;1.0;1.0;±0.001;inch\nD2;25.0;25.0;±0.02;mm\nW1;45;45;±0.1;deg\n"
+    zones = [(one.lower_limit, one.upper_limit) for one in _one(_read(tmp_path, text))]
+    assert zones == [pytest.approx(pair) for pair in ((25.3746, 25.4254), (24.98, 25.02), (44.9, 45.1))]
+
+
+def test_a_form_without_a_nominal_value_has_its_limit_and_a_size_without_one_is_reported(tmp_path: Path) -> None:
+    text = (
+        "Name;Type;Nominal;Actual;Upper tol;Lower tol\nR1;runout;;0.03;0.02;\nF1;flatness;;0.03;0.02;0\nD1;Ø;;8;0.1;\n"
+    )
+    file = _read(tmp_path, text, unit="mm")
+    assert [(one.lower_limit, one.upper_limit) for one in _one(file)] == [(None, 0.02), (None, 0.02), (None, None)]
+    assert any("1 tolerances are not applied" in remark.text for remark in file.remarks)
+
+
+def test_a_form_below_0_is_not_inside_by_its_upper_limit(tmp_path: Path) -> None:
+    head = "Name;Nominal;Actual;Upper tol;Status\n"
+    file = _read(tmp_path, head + "Profile of surface;0;-0.03;0.05;ok\n", unit="mm")
+    assert within(_one(file)[0]) is None
+    assert any("'Profile of surface' is -0.03 mm, a signed deviation" in remark.text for remark in file.remarks)

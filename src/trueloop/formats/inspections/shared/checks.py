@@ -104,8 +104,8 @@ def stated_verdicts(stated: Iterable[tuple[Reading, bool]]) -> tuple[Remark, ...
 
 
 def within(reading: Reading) -> bool | None:
-    """Returns whether a reading is within its limits, both included; None where it has none."""
-    if reading.lower_limit is None and reading.upper_limit is None:
+    """Returns whether a reading is within its limits, both included; None where it has none, or is signed with one."""
+    if reading.lower_limit is None and (reading.upper_limit is None or _is_signed(reading)):
         return None
     above = reading.lower_limit is None or reading.actual >= reading.lower_limit - SLACK
     return above and (reading.upper_limit is None or reading.actual <= reading.upper_limit + SLACK)
@@ -127,9 +127,18 @@ def numbered(readings: Iterable[Reading]) -> tuple[Reading, ...]:
     return tuple(out)
 
 
-def filled_in(inspections: Iterable[Inspection]) -> tuple[Remark, ...]:
-    """Parts of which every diameter, two or more, is exactly its nominal: filled in, not measured."""
-    return tuple(remark for one in inspections if (remark := _filled_in(one)) is not None)
+def filled_in(inspections: Sequence[Inspection]) -> tuple[Remark, ...]:
+    """Parts of which every diameter, two or more, is exactly its nominal: filled in; and forms that are below 0."""
+    remarks = [remark for one in inspections if (remark := _filled_in(one)) is not None]
+    if signed := [reading for one in inspections for reading in one.readings if _is_signed(reading)]:
+        text = f"{len(signed)} forms and runouts are below 0: {signed[0].characteristic!r} is {signed[0].actual:.6g} mm"
+        remarks.append(Remark(f"{text}, a signed deviation, which an upper limit alone does not judge", signed[0].line))
+    return tuple(remarks)
+
+
+def _is_signed(reading: Reading) -> bool:
+    """A profile's deviation towards the material is counted negative by some reports: it uses half of the zone."""
+    return reading.quantity.is_zone and reading.actual < 0
 
 
 def _filled_in(inspection: Inspection) -> Remark | None:

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Unit
 from trueloop.formats.inspections.shared.text import NUMBER, number_in
@@ -95,7 +95,8 @@ def long_of(grid: Grid, header: Header, mapping: TableMapping) -> Long:
     if columns.characteristics and Role.UNIT not in texts:
         each = [_unit(name, header, unit_row) for name in columns.characteristics]
         texts |= {Role.UNIT: each * (len(long) // len(each))} if any(each) else {}
-    return Long(grid, long.lines, texts, long.columns, {k: v for k, v in units.items() if k in LENGTHS}, left_out)
+    units = {role: unit for role, unit in units.items() if role in LENGTHS or role is Role.TOLERANCE}
+    return Long(grid, long.lines, texts, long.columns, units, left_out)
 
 
 def _unit(name: str, header: Header, unit_row: Row) -> str:
@@ -166,7 +167,11 @@ def _of_characteristics(body: _Body, mapping: TableMapping) -> Long:
 
 PLAIN: Final = frozenset("0123456789+-.,eE")
 DRESSED: Final = re.compile(rf"([ØøR⌀∅±n]?)\s*({NUMBER.pattern})\s*(\S*(?: \S+)?)")
-BOTH: Final = re.compile(rf"\+?\s*({NUMBER.pattern})\s*[/|;]?\s*([-−+]\s*(?:{NUMBER.pattern})|0(?:[.,]0*)?)")
+PLUS_MINUS: Final = re.compile(rf"(?:±|\+\s*/?\s*-)\s*({NUMBER.pattern})")
+BOTH: Final = re.compile(
+    rf"\+?\s*({NUMBER.pattern})(?:\s*[/|;]\s*|\s+|(?=[-+]))([-+]\s*(?:{NUMBER.pattern})|0(?:[.,]0*)?)"
+)
+"""Two tolerances: a separator, a blank or the sign of the second stands between them."""
 Where = Callable[[int], Place]
 
 
@@ -210,26 +215,42 @@ def _dressed(text: str, row: int, where: Where, units: dict[int, str], symbols: 
     return number_in(number, Path(place.file or ""), place.line or 0, place.column)
 
 
-def tolerances_of(texts: Sequence[str]) -> tuple[Array, Array, list[int]]:
-    """Returns lower and upper tolerance of cells such as `±0.02`, `+0.02/-0.01`, (n,) each, and other cells' rows."""
+def tolerances_of(texts: Sequence[str], zone: Flags) -> tuple[Numbers, Numbers, list[int]]:
+    """Returns lower and upper tolerance of cells such as `±0.02`, `+0.02/-0.01 mm`, and the rows of other cells.
+
+    A plain number is the upper tolerance where `zone`, (n,): of a form or a runout; of a size it may be either.
+    """
     lower, upper = np.full(len(texts), np.nan), np.full(len(texts), np.nan)
+    units: dict[int, str] = {}
     other = []
-    for row, text in enumerate(texts):
-        plus_minus = re.fullmatch(rf"(?:±|\+\s*/?\s*-)\s*({NUMBER.pattern})", text)
-        both = BOTH.fullmatch(text)
-        if plus_minus:
+    for row, cell in enumerate(texts):
+        text, unit = _without_unit(cell.replace("−", "-"))
+        if plus_minus := PLUS_MINUS.fullmatch(text):
             upper[row] = _float(plus_minus[1])
             lower[row] = -upper[row]
-        elif both:
+        elif both := BOTH.fullmatch(text):
             ends = _float(both[1]), _float(both[2])
             lower[row], upper[row] = min(ends), max(ends)
+        elif zone[row] and NUMBER.fullmatch(text):
+            upper[row] = _float(text)
         elif text:
             other.append(row)
-    return lower, upper, other
+            continue
+        if unit:
+            units[row] = unit
+    return Numbers(lower, units, {}), Numbers(upper, units, {}), other
+
+
+def _without_unit(cell: str) -> tuple[str, str]:
+    """A cell without the unit behind its last digit, and that unit."""
+    end = max((k for k, letter in enumerate(cell) if letter.isdigit()), default=-1) + 1
+    end += cell[end : end + 1] in (".", ",")
+    unit = unit_named(cell[end:])
+    return (cell[:end], unit) if unit else (cell, "")
 
 
 def _float(text: str) -> float:
-    return float(text.replace(",", ".").replace("−", "-").replace(" ", ""))
+    return float(text.replace(",", ".").replace(" ", ""))
 
 
 def factor_of(unit: str, is_angle: bool) -> float | None:

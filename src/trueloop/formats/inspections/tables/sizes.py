@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Flags
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Remark, Unit
@@ -35,7 +35,6 @@ from trueloop.formats.inspections.tables.long import (
 from trueloop.formats.inspections.tables.mapping import HINT, map_command
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 
-NEVER_NEGATIVE: Final = (Quantity.FORM, Quantity.RUNOUT)
 GOOD: Final = frozenset(
     names_in("ok, pass, passed, io, i o, in, intol, in tol, gut, good, yes, ja, true, accept, accepted, 1")
 )
@@ -45,6 +44,8 @@ BAD: Final = frozenset(
     )
 )
 SLACK: Final = 1e-9
+_Column: TypeAlias = Role | Literal["below", "above"]
+"""`below` and `above` are the tolerances of a column that holds both."""
 SYMBOLS: Final = {"R": Quantity.RADIUS, **dict.fromkeys("Øø⌀∅n", Quantity.DIAMETER)}
 
 
@@ -73,7 +74,12 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
     read = {role: numbers_of(texts, long.where(role)) for role, texts in long.texts.items() if role in LENGTHS}
     row_units = [unit_named(text) for text in long.texts.get(Role.UNIT, ())]
     quantities, unknown = quantities_of(long, read, row_units)
-    numbers, base = _in_mm(long, read, quantities, row_units, unit)
+    zone = np.array([quantity.is_zone for quantity in quantities], dtype=bool)
+    below, above, unread = tolerances_of(long.texts.get(Role.TOLERANCE, ()), zone)
+    columns: dict[_Column, Numbers] = dict(read.items())
+    if Role.TOLERANCE in long.texts:
+        columns |= {"below": below, "above": above}
+    numbers, base = _in_mm(long, columns, quantities, row_units, unit)
     nothing = np.full(len(long), np.nan)
     actual, nominal, stated = (numbers.get(role, nothing) for role in (Role.ACTUAL, Role.NOMINAL, Role.DEVIATION))
     rounding = _rounding(long, base)
@@ -87,12 +93,15 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
     actual = np.where(np.isnan(actual), nominal + deviation, actual)
     nominal = np.where(np.isnan(nominal), actual - deviation, nominal)
     good = _good(long)
-    limits = _limits(long, mapping, numbers, quantities, actual, nominal, good)
-    said = (f"{unknown} values are of a quantity that is not known: they are read as other",) if unknown else ()
+    limits = _limits(long, mapping, numbers, zone, actual, nominal, good)
+    said = [Remark(f"{unknown} values are of a quantity that is not known: they are read as other")] if unknown else []
+    if unread:
+        text, line = long.texts[Role.TOLERANCE][unread[0]], long.lines[unread[0]]
+        said.append(Remark(f"{len(unread)} tolerances are not read: {text!r} is neither ±T nor +T/-T", line))
     sizes = Sizes(
         quantities, actual, nominal, limits.lower, limits.upper, stated, rounding, good, (sign, limits.sign), base
     )
-    return replace(sizes, remarks=(*(Remark(text) for text in said), *limits.remarks))
+    return replace(sizes, remarks=(*said, *limits.remarks))
 
 
 def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[str]) -> tuple[list[Quantity], int]:
@@ -121,17 +130,18 @@ def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[
 
 def _in_mm(
     long: Long,
-    read: Mapping[Role, Numbers],
+    read: Mapping[_Column, Numbers],
     quantities: Sequence[Quantity],
     row_units: Sequence[str],
     unit: Unit | None,
-) -> tuple[dict[Role, Array], Unit | None]:
+) -> tuple[dict[_Column, Array], Unit | None]:
     """Every column by its own unit, else by that of the row, else by that of all; and the unit of the actual values."""
     angle = np.array([quantity is Quantity.ANGLE for quantity in quantities], dtype=bool)
-    out: dict[Role, Array] = {}
+    out: dict[_Column, Array] = {}
     of_actual: Unit | None = unit
-    for role, numbers in read.items():
-        own = long.units.get(role) or unit_of_cells(long, role, numbers)
+    for column, numbers in read.items():
+        role = Role(column) if column in LENGTHS else Role.TOLERANCE
+        own = long.units.get(role) or ("" if role is Role.TOLERANCE else unit_of_cells(long, role, numbers))
         factors = np.full(len(long), np.nan)
         for of_angles in (False, True):
             each = [own] if own else row_units or [unit or ""]
@@ -140,10 +150,12 @@ def _in_mm(
                 table = {name: 1.0 if factor is None else factor for name, factor in table.items()}
             values = np.array([table[name] if table[name] is not None else np.nan for name in each], dtype=float)
             factors = np.where(angle == of_angles, values if len(values) > 1 else values[0], factors)
+        for row, name in numbers.units.items() if role is Role.TOLERANCE else ():
+            factors[row] = factor_of(name, bool(angle[row])) or np.nan  # ±0.02 mm and ±1° may be in one column
         missing = ~np.isnan(numbers.values) & np.isnan(factors)
         if np.any(missing):
             raise no_unit(long, role, int(np.argmax(missing)), own)
-        out[role] = numbers.values * factors
+        out[column] = numbers.values * factors
         lengths = factors[~angle]
         if role in (Role.ACTUAL, Role.DEVIATION, Role.X) and len(lengths) and of_actual is None:
             of_actual = "inch" if lengths[0] == factor_of("inch", False) else "mm"
@@ -161,8 +173,8 @@ class _Limits:
 def _limits(
     long: Long,
     mapping: TableMapping,
-    numbers: Mapping[Role, Array],
-    quantities: Sequence[Quantity],
+    numbers: Mapping[_Column, Array],
+    zone: Flags,
     actual: Array,
     nominal: Array,
     good: Array,
@@ -190,12 +202,14 @@ def _limits(
         remarks.append(
             Remark("lower tolerances are printed without their sign: they are taken below the nominal value")
         )
-    upper = np.where(np.isnan(upper), nominal + high, upper)
-    lower = np.where(np.isnan(lower), nominal + low, lower)
-    zone = np.array([quantity in NEVER_NEGATIVE for quantity in quantities], dtype=bool)
-    if Role.TOLERANCE in long.texts:
-        lower, upper, remark = _of_tolerance(long, nominal, zone, lower, upper)
-        remarks += remark
+    base = np.where(zone & np.isnan(nominal), 0.0, nominal)  # a form or a runout counts from 0
+    for below, above in ((low, high), (numbers.get("below", nothing), numbers.get("above", nothing))):
+        upper = np.where(np.isnan(upper), base + above, upper)
+        lower = np.where(np.isnan(lower), base + below, lower)
+        lost = np.isnan(base) & ~np.isnan(actual) & ~np.isnan(np.fmax(below, above)) & np.isnan(np.fmax(lower, upper))
+        if np.any(lost):
+            text = f"{np.sum(lost)} tolerances are not applied: the nominal value that they count from is not stated"
+            remarks.append(Remark(text, long.lines[int(np.argmax(lost))]))
     lower = np.where(zone & (lower == 0), np.nan, lower)
     _require_order(long, lower, upper)
     outside = (nominal < lower - SLACK) | (nominal > upper + SLACK)
@@ -211,42 +225,6 @@ def _contradicted(actual: Array, lower: Array, upper: Array, good: Array) -> int
     """Returns how many of the table's own verdicts limits contradict."""
     inside = ~(actual < lower - SLACK) & ~(actual > upper + SLACK)
     return int(np.count_nonzero(~np.isnan(good) & (inside != (good > 0))))
-
-
-def _of_tolerance(
-    long: Long, nominal: Array, zone: Array, lower: Array, upper: Array
-) -> tuple[Array, Array, list[Remark]]:
-    """A column of tolerances: `±0.02`; a plain number is the zone of a form, of a size it may be either."""
-    low, high, other = tolerances_of(long.texts[Role.TOLERANCE])
-    unread = []
-    unit = factor_of(long.units.get(Role.TOLERANCE, ""), False) or 1.0
-    for row in other:
-        value = numbers_or_none(long.texts[Role.TOLERANCE][row])
-        if value is not None and zone[row]:
-            high[row] = value
-        else:
-            unread.append(row)
-    zero = np.where(zone & np.isnan(nominal), 0.0, nominal)
-    lower, upper = (
-        np.where(np.isnan(lower), nominal + unit * low, lower),
-        np.where(np.isnan(upper), zero + unit * high, upper),
-    )
-    if not unread:
-        return lower, upper, []
-    text = long.texts[Role.TOLERANCE][unread[0]]
-    return (
-        lower,
-        upper,
-        [Remark(f"{len(unread)} tolerances are not read: {text!r} is neither ±T nor +T/-T", long.lines[unread[0]])],
-    )
-
-
-def numbers_or_none(text: str) -> float | None:
-    """Returns a plain number; None for another text."""
-    try:
-        return float(text.replace(",", "."))
-    except ValueError:
-        return None
 
 
 def _require_order(long: Long, lower: Array, upper: Array) -> None:
