@@ -4,6 +4,17 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import typer
+
+from trueloop.cli.program_file import (
+    AcceptUnknown,
+    DialectName,
+    ProgramFile,
+    Settings,
+    UnitAtStart,
+    parameters_of,
+    tools_of,
+)
 from trueloop.cli.shared_options import argument, option
 from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines, print_table
 from trueloop.units import MM_PER_INCH, UM_PER_MM
@@ -11,6 +22,7 @@ from trueloop.units import MM_PER_INCH, UM_PER_MM
 if TYPE_CHECKING:
     from trueloop.jobs.milled import MilledJob
     from trueloop.milled.entries import Expected, Proposal, Proposed
+    from trueloop.milled.feature import MilledFeature
 
 app = Group("Milled parts: radii, lengths and work offsets to enter, from what was measured.")
 
@@ -42,6 +54,81 @@ def entries(
     head = ("size or coordinate", "last part µm", "next, unchanged µm", "P(in)", "next, entered µm", "P(in)")
     print_table(head, (_row(one) for one in found.expected))
     print_lines([*_notes(read, found), *files])
+
+
+@app.command()
+def new(
+    program: ProgramFile,
+    output: Annotated[Path, option("The job to write.", "--output", "-o")],
+    tools: Annotated[
+        list[str] | None,
+        option("Radius of a cutter or drill in mm, as 2=R5; may be repeated.", "--tool", "-t", metavar="N=R"),
+    ] = None,
+    wear: Annotated[
+        bool, option("D holds wear alone: paths under G41 and G42 are those of the cutter's centre.", "--wear")
+    ] = False,
+    name: Annotated[str | None, option("Name of the part type.  [default: the program's]")] = None,
+    measured: Annotated[
+        Path | None, option("The inspection file that the job names.  [default: part-1.dmo beside the job]")
+    ] = None,
+    dialect: DialectName = None,
+    unit: UnitAtStart = None,
+    settings: Settings = None,
+    accept_unknown_words: AcceptUnknown = False,
+    as_json: AsJson = False,
+) -> None:
+    """Begin a job: writes the bores, bosses, slots, ribs and faces that a finishing program shows, and what cuts them.
+
+    Circles and holes of a cutter's centre need its radius. What the program leaves open is listed.
+    """
+    cutters = tools_of(tools)
+    if any(one.number is None for one in cutters):
+        raise typer.BadParameter("it needs the tool's number, such as 2=R5", param_hint="--tool")
+    from trueloop.jobs.milled_new import new_milled_job
+
+    with busy(f"reading {program}"):
+        made = new_milled_job(
+            program,
+            output,
+            reading={
+                "dialect": dialect,
+                "unit": unit,
+                "parameters": parameters_of(settings),
+                "accept_unknown_words": accept_unknown_words,
+            },
+            name=name or program.stem,
+            measured=measured or output.parent / "part-1.dmo",
+            radius_mm={one.number: one.radius_mm for one in cutters if one.number is not None},
+            wear=wear,
+        )
+    if as_json:
+        features = [_feature_as_dict(one) for one in made.features]
+        print_json({"file": str(made.file), "features": features, "notes": list(made.notes)})
+        return
+    head = ("feature", "x mm", "y mm", "z mm", "size mm", "tool", "radius at", "work offset", "direction")
+    print_table(head, (_feature_row(one) for one in made.features))
+    print_lines([*made.notes, f"written: {made.file}"])
+
+
+def _feature_row(one: "MilledFeature") -> tuple[str, ...]:
+    where = "control" if one.radius_at_control else "path"
+    numbers = (*one.place_mm, one.size_mm)
+    return (one.name, *(f"{value:.3f}" for value in numbers), f"{one.tool}", where, one.work_offset, one.side)
+
+
+def _feature_as_dict(one: "MilledFeature") -> dict[str, object]:
+    """Returns a feature and what cuts it, JSON-ready."""
+    return {
+        "name": one.name,
+        "kind": one.kind,
+        "at_mm": list(one.place_mm),
+        "size_mm": one.size_mm,
+        "depth_mm": one.depth_mm,
+        "tool": one.tool,
+        "work_offset": one.work_offset,
+        "side": one.side,
+        "radius": "control" if one.radius_at_control else "program",
+    }
 
 
 def _entry_lines(job: "MilledJob", found: "Proposal") -> list[str]:
@@ -120,15 +207,7 @@ def _as_dict(job: "MilledJob", found: "Proposal") -> dict[str, object]:
             for one in found.expected
         ],
         "features": [
-            {
-                "name": one.name,
-                "tool": one.tool,
-                "work_offset": one.work_offset,
-                "side": one.side,
-                "radius": "control" if one.radius_at_control else "program",
-                "line": job.cut.lines.get(one.name),
-            }
-            for one in job.cut.features.values()
+            {**_feature_as_dict(one), "line": job.cut.lines.get(one.name)} for one in job.cut.features.values()
         ],
         "unlike": list(found.unlike),
         "unused": list(job.unused),

@@ -132,6 +132,9 @@ class CutBy:
                 raise self._not_cut(feature, walls)
             return feature, None
         called = found[0].called
+        if called.tool < 0:
+            why = "its tool is called by a name, or before any T word"
+            raise _cut(feature, why, "leave [program] out, and state `tool` of each feature, and each [[tool]]", found)
         if found[-1].called != called:
             names = " and ".join(self._words(one) for one in found)
             raise _cut(feature, f"its walls are cut by {names}", "make two faces of it", found)

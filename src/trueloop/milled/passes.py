@@ -91,6 +91,7 @@ class Passes:
         arcs = usable & (path.motion == Motion.ARC) & (path.plane == XY)
         self.arcs: Integers = np.flatnonzero(arcs)
         self.level: Integers = np.flatnonzero((line & (level > SAME_MM) | arcs) & (way[:, 2] <= SAME_MM))
+        self.contour: Integers = np.flatnonzero((line | arcs) & (path.compensation != NO_COMPENSATION))
         self.circles = tuple(self._circles())
         self.unseen = tuple(_unseen_lines(program, path))
 

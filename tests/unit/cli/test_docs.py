@@ -58,6 +58,7 @@ COMMANDS = (
     "tool show",
     "tool list",
     "mill entries",
+    "mill new",
     "series add",
     "series status",
     "series propose",

@@ -110,6 +110,8 @@ WIDE = (*BORE[:2], "size = 12.2\ndepth = 20.0")
         (Code.MIL_REGISTER, only("H"), "", lambda text: text.replace("G43 H5", "G43 H6")),
         # the bores once more from another work offset
         (Code.MIL_CUT, only("B0"), "", lambda text: text.replace("M30", _bores_from(text, "G55") + "M30")),
+        # tools by names: two of them would be one
+        (Code.MIL_CUT, only("B0"), "siemens", lambda text: re.sub(r"^T(\d) M6", r'T="MILL\1" M6', text, flags=re.M)),
         # the floor a second time, 0.02 mm deeper
         (Code.MIL_LEVELS, only("floor"), "", lambda text: text.replace("T2 M6", _face(-15.02) + "T2 M6")),
     ],
@@ -117,7 +119,9 @@ WIDE = (*BORE[:2], "size = 12.2\ndepth = 20.0")
 def test_what_could_set_a_wrong_number_is_refused(
     tmp_path: Path, code: Code, features: dict[str, object], tools: str, change: Callable[[str], str] | None
 ) -> None:
-    refusal = refused(found, tmp_path, "fanuc-mill", features, tools, change or (lambda text: text))
+    control = tools if tools in CONTROLS else "fanuc-mill"
+    own = "" if tools in CONTROLS else tools
+    refusal = refused(found, tmp_path, control, features, own, change or (lambda text: text))
     assert refusal.code is code, str(refusal)
 
 
