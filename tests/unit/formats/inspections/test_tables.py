@@ -191,13 +191,18 @@ def test_what_is_out_of_tolerance_tells_the_sign_of_lower_tolerances(tmp_path: P
     assert _one(_read(tmp_path, head + row.format("0,010")))[0].lower_limit == pytest.approx(25.02)
 
 
+OF_STATISTICS = """Mittelwert, Mean, StdDev, Std.-Abw., Standardabw., Standardabweichung (n-1), Streuung, s, R, Cp, Cpk,
+    Cpk-Wert, Max., Min, Spannweite R, x̄, X-quer, 6s, 3 Sigma, Avg, n""".replace("\n", " ").split(",")
+
+
 def test_one_row_a_part_with_rows_of_nominals_and_limits_and_of_statistics(tmp_path: Path) -> None:
     text = (
         "Seriennummer;Durchmesser D1 [mm];Winkel W1 [°]\nNennmaß;25;45\nOGW;25,05;45,5\nUGW;24,95;44,5\n"
-        "A1;25,01;45,1\nA2;25,02;44,9\nMittelwert;25,015;45,0\n"
+        "A1;25,01;45,1\nA2;25,02;44,9\n" + "".join(f"{name};25,015;45,0\n" for name in OF_STATISTICS)
     )
     file = _read(tmp_path, text)
     assert [one.part.serial for one in file.inspections] == ["A1", "A2"]
+    assert any(f"{len(OF_STATISTICS)} rows of statistics are left out" in remark.text for remark in file.remarks)
     diameter, angle = file.inspections[1].readings
     assert (diameter.characteristic, diameter.quantity, diameter.actual) == ("Durchmesser D1", Quantity.DIAMETER, 25.02)
     assert (diameter.nominal, diameter.lower_limit, diameter.upper_limit) == (25.0, 24.95, 25.05)
@@ -227,9 +232,11 @@ def test_letters_of_a_gdt_font_and_symbols_before_numbers(tmp_path: Path) -> Non
 def test_dates_whose_day_and_month_may_be_exchanged_are_refused(tmp_path: Path) -> None:
     head = "date,nominal [mm],actual [mm]\n"
     assert _refused(tmp_path, head + "03/04/2026 10:00,25,25.01\n").code is Code.MSR_TIME
-    told = _one(_read(tmp_path, head + "03/04/2026,25,25.01\n03/14/2026 1:30 PM,25,25.01\n"))
-    assert told[0].measured_at == datetime(2026, 3, 4).astimezone()
-    assert told[1].measured_at == datetime(2026, 3, 14, 13, 30).astimezone()
+    told = _read(tmp_path, head + "03/04/2026,25,25.01\n03/14/2026 1:30 PM,25,25.01\n").inspections
+    assert [one.measured_at for one in told] == [
+        datetime(2026, 3, 4).astimezone(),
+        datetime(2026, 3, 14, 13, 30).astimezone(),
+    ]
     assert _one(_read(tmp_path, head + "14/03/2026,25,25.01\n"))[0].measured_at == datetime(2026, 3, 14).astimezone()
     assert _one(_read(tmp_path, head + "03.04.2026,25,25.01\n"))[0].measured_at == datetime(2026, 4, 3).astimezone()
     assert _refused(tmp_path, head + "14/03/2026,25,25.01\n03/14/2026,25,25.01\n").code is Code.MSR_TIME
@@ -414,3 +421,86 @@ def test_a_form_below_0_is_not_inside_by_its_upper_limit(tmp_path: Path) -> None
     file = _read(tmp_path, head + "Profile of surface;0;-0.03;0.05;ok\n", unit="mm")
     assert within(_one(file)[0]) is None
     assert any("'Profile of surface' is -0.03 mm, a signed deviation" in remark.text for remark in file.remarks)
+
+
+def test_rows_of_statistics_are_left_out_of_a_long_table_and_characteristics_named_like_them_are_not(
+    tmp_path: Path,
+) -> None:
+    head = "Characteristic;Nominal [mm];Actual\nMean diameter;25;25.013\nMax;25;25.011\nR;5;5.01\n"
+    assert [one.characteristic for one in _one(_read(tmp_path, head))] == ["Mean diameter", "Max", "R"]
+    file = _read(tmp_path, head + "Mean;25.000;25.012\nStd Dev;;0.001\nCpk;;1.33\n")
+    assert [one.characteristic for one in _one(file)] == ["Mean diameter", "R"]
+    assert any("4 rows of statistics are left out" in remark.text for remark in file.remarks)
+
+
+def test_statistics_in_another_column_of_text_than_the_serial_number_are_left_out(tmp_path: Path) -> None:
+    rows = "2026-01-02;001;25.011;30.001\nMean;;25.012;29.998\nStd Dev;;0.001;0.003\nTol.;;±0.02;±0.02\n"
+    file = _read(tmp_path, "Date;Serial;Diameter 1;Diameter 2\n;Nominal;25;30\n" + rows, unit="mm")
+    assert [(one.part.serial, len(one.readings)) for one in file.inspections] == [("001", 2)]
+
+
+def test_part_beside_serial_is_the_part_type(tmp_path: Path) -> None:
+    text = "{};{};Characteristic;Nominal [mm];Actual\nshaft;1;D1;25;25.01\nbush;1;D1;40;40.01\n"
+    for kind, serial in (("Part", "Serial"), ("Teil", "Seriennummer"), ("Part ID", "S/N")):
+        file = _read(tmp_path, text.format(kind, serial))
+        assert [(one.part.part_type.name, one.part.serial) for one in file.inspections] == [
+            ("shaft", "1"),
+            ("bush", "1"),
+        ]
+    alone = _read(tmp_path, "Part;Characteristic;Nominal [mm];Actual\n1;D1;25;25.01\n2;D1;25;25.02\n")
+    assert [one.part.serial for one in alone.inspections] == ["1", "2"]
+
+
+MEASURED = "Serial;Time;Device;Characteristic;Nominal [mm];Actual\n"
+
+
+@pytest.mark.parametrize(
+    ("rows", "runs"),
+    [
+        # a characteristic that comes again at another time: a new measurement, in whatever order the rows are
+        ("10:00;m;D1 10:01;m;L1 10:20;m;D1 10:21;m;L1", [("10:00", "m", "D1 L1"), ("10:20", "m", "D1 L1")]),
+        ("10:20;m;D1 10:00;m;D1 10:20;m;L1 10:00;m;L1", [("10:00", "m", "D1 L1"), ("10:20", "m", "D1 L1")]),
+        # at one time it is a repeat; another device at another time is a measurement of its own
+        ("10:00;m;D1 10:00;m;D1", [("10:00", "m", "D1 D1")]),
+        ("10:00;m;D1 10:05;cmm;L1 10:10;m;D2", [("10:00", "m", "D1 D2"), ("10:05", "cmm", "L1")]),
+        ("10:00;m;D1 10:00;cmm;L1", [("10:00", "m, cmm", "D1 L1")]),
+        (";m;D1 ;cmm;L1", [("", "m, cmm", "D1 L1")]),
+    ],
+)
+def test_a_new_time_is_a_new_inspection(tmp_path: Path, rows: str, runs: list[tuple[str, str, str]]) -> None:
+    lines = []
+    for row in rows.split():
+        time, device, name = row.split(";")
+        lines.append(f"7;{'2026-01-02 ' + time if time else ''};{device};{name};25;25.01\n")
+    file = _read(tmp_path, MEASURED + "".join(lines))
+    found = [
+        (
+            "" if one.measured_at is None else f"{one.measured_at:%H:%M}",
+            one.device,
+            " ".join(each.characteristic for each in one.readings),
+        )
+        for one in file.inspections
+    ]
+    assert found == runs
+    assert len({one.identity for one in file.inspections}) == len(runs)
+
+
+@pytest.mark.parametrize(
+    ("upper", "lower"),
+    [
+        ("Abmaß oben", "Abmaß unten"),
+        ("Grenzabmaß oben", "Grenzabmaß unten"),
+        ("Tol. oben", "Tol. unten"),
+        ("Tol o.", "Tol u."),
+        ("ob. Tol.", "un. Tol."),
+        ("Max. Tol.", "Min. Tol."),
+    ],
+)
+def test_german_headings_of_tolerances(tmp_path: Path, upper: str, lower: str) -> None:
+    (one,) = _one(_read(tmp_path, f"Merkmal;Sollmaß [mm];Istwert;{upper};{lower}\nØ 25;25;25,013;0,02;-0,01\n"))
+    assert (one.lower_limit, one.upper_limit) == pytest.approx((24.99, 25.02))
+
+
+def test_columns_of_numbers_that_are_not_read_are_named(tmp_path: Path) -> None:
+    file = _read(tmp_path, "Name;Nominal [mm];Actual;Grenze A;Cpk;Nr;Note 2\nD1;25;25.01;25.02;1.3;1;fine\n")
+    assert any(remark.text == "1 columns of numbers are not read: 'Grenze A'" for remark in file.remarks)

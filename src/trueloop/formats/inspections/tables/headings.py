@@ -138,16 +138,21 @@ deviation: deviation, dev, deviation from nominal, abweichung, abw, soll ist, is
 deviation: error, err, difference, diff, differenz, delta, fehler
 upper_limit: upper limit, upper specification limit, upper spec limit, usl, obere grenze, obergrenze, ogw,
     oberer grenzwert, osg, obere spezifikationsgrenze, oberes grenzmass, hoechstmass, groesstmass, max limit,
-    maximum limit, og, upper lim, high limit, hi limit, obere toleranzgrenze, otg, max size, upper spec
+    maximum limit, og, upper lim, high limit, hi limit, obere toleranzgrenze, otg, max size, upper spec,
+    grenzmass oben, grenzwert oben, grenze oben, toleranzgrenze oben, spezifikationsgrenze oben
 lower_limit: lower limit, lower specification limit, lower spec limit, lsl, untere grenze, untergrenze, ugw,
     unterer grenzwert, usg, untere spezifikationsgrenze, unteres grenzmass, mindestmass, kleinstmass, min limit,
-    minimum limit, ug, lower lim, low limit, lo limit, untere toleranzgrenze, utg, min size, lower spec
+    minimum limit, ug, lower lim, low limit, lo limit, untere toleranzgrenze, utg, min size, lower spec,
+    grenzmass unten, grenzwert unten, grenze unten, toleranzgrenze unten, spezifikationsgrenze unten
 upper_tolerance: upper tolerance, upper tol, uppertol, plus tol, plus tolerance, tol plus, obere toleranz,
     oberes abmass, ob abmass, toleranz oben, tolerance upper, tol upper, tolerance plus, oberes grenzabmass, o
-    tol, oberetoleranz, toltop, toleranz plus, plus toleranz, plus
+    tol, oberetoleranz, toltop, toleranz plus, plus toleranz, plus, abmass oben, abmass o, o abmass, grenzabmass
+    oben, oberes abm, ob abm, obere tol, ob tol, tol oben, tol ob, tol o, toleranz o, toleranz ob
 lower_tolerance: lower tolerance, lower tol, lowertol, minus tol, minus tolerance, tol minus, untere toleranz,
     unteres abmass, un abmass, toleranz unten, tolerance lower, tol lower, tolerance minus, unteres grenzabmass,
-    unteretoleranz, tolbottom, toleranz minus, minus toleranz, minus
+    unteretoleranz, tolbottom, toleranz minus, minus toleranz, minus, abmass unten, abmass u, u abmass,
+    grenzabmass unten, unteres abm, un abm, untere tol, un tol, tol unten, tol un, tol u, toleranz u, toleranz
+    un
 tolerance: tolerance, tol, toleranz, plus minus tol, plus minus, plusminus, tol plus minus, toleranzen
 unit: unit, units, uom, einheit, masseinheit, einheiten
 x: x, actual x, x actual, meas x, x meas, x ist, ist x, measured x, x measured, act x, x act, pos x, x pos
@@ -185,8 +190,8 @@ outside: exceed, oot, out of tol, out of tolerance, out tol, outtol, ueberschrei
 """
 """Role, and the headings as `plain` makes them; further lines of a role are less certain."""
 EITHER_END: Final = """
-upper: max, maximum, upper, oben, high, hi, ob, oberer, obere
-lower: min, minimum, lower, unten, low, lo, un, unterer, untere
+upper: max, maximum, upper, oben, high, hi, ob, oberer, obere, tol max, max tol, toleranz max, max toleranz
+lower: min, minimum, lower, unten, low, lo, un, unterer, untere, tol min, min tol, toleranz min, min toleranz
 """
 """Headings of limits or of tolerances: the values decide."""
 IGNORED_NAMES: Final = """
@@ -254,12 +259,29 @@ ENDS: Final = {
     name: end for end, _, names in (line.partition(":") for line in EITHER_END.split("\n")) for name in names_in(names)
 }
 IGNORED: Final = frozenset(names_in(IGNORED_NAMES))
-SUMMARIES: Final = frozenset(
-    names_in(
-        """mean, average, avg, mittelwert, mittel, x quer, xbar, x bar, min, max, minimum, maximum, range, spannweite,
-        std, stdev, std dev, std deviation, standard deviation, standardabweichung, sigma, varianz, s, r, cp, cpk, cm,
-        cmk, pp, ppk, ucl, lcl, oeg, ueg, sum, summe, median, n, end, total, count, anzahl, samples, sample size,
-        number of samples, no of samples, stichprobenumfang, samples in tol, samples out of tol, parts in tol, yield"""
-    )
+STATISTICS: Final = re.compile(
+    r"(?:mean|average|averages|avg|mittel|mittelwerte?|mw|durchschnitt|x ?quer|x ?bar|median|"
+    r"(?:std|s|st|standard) ?(?:dev|deviation|abw|abweichung)|stdev|stabw|\d? ?(?:sigma|σ)|\d ?s|x\u0304|"
+    r"streuung|varian(?:z|ce)|"
+    r"c[pm]k?|ppk?|cgk?|ppm|ucl|lcl|oeg|ueg|yield|stichprobenumfang|sample size|(?:number|no) of samples|"
+    r"(?:samples|parts) (?:in|out of) tol)(?: (?:values?|wert|cpk|x|r|s|n|n 1))*"
 )
-"""Headings of columns of statistics, and texts of the first cell of rows of them."""
+"""Plain headings of columns of statistics, and first cells of rows of them."""
+ENDS_OF_SERIES: Final = re.compile(
+    r"(?:min|max|minimum|maximum|range|spannweite|spw|sum|summe|total|count|anzahl|samples|tol|toleranz(?:en)?|"
+    r"tolerances?|end)(?: (?:values?|wert|r|s|n))*"
+)
+"""Statistics as well, beside others or in a table of one row a part; else they may be names of characteristics."""
+LETTERS: Final = frozenset(("s", "r", "n"))
+"""Statistics in a table of one row a part; else letters of characteristics."""
+
+
+def is_statistic(name: str, doubtful: bool) -> bool:
+    """Returns whether a plain heading or label is that of statistics; with `doubtful`, also one that may be a name.
+
+    >>> is_statistic("std abw", False), is_statistic("spannweite r", True), is_statistic("mean diameter", True)
+    (True, True, False)
+    """
+    if STATISTICS.fullmatch(name):
+        return True
+    return doubtful and (name in LETTERS or ENDS_OF_SERIES.fullmatch(name) is not None)

@@ -21,8 +21,8 @@ from trueloop.formats.inspections.tables.headings import (
     ANGLE_DEG,
     LENGTH_MM,
     LENGTHS,
-    SUMMARIES,
     Role,
+    is_statistic,
     plain,
     unit_in_heading,
     unit_named,
@@ -109,19 +109,31 @@ def _body(grid: Grid, header: Header, mapping: TableMapping, first: int) -> tupl
     """The rows with something in a mapped column; headings that are repeated and rows of statistics left out."""
     used = [header.names.index(name) for name in mapping.columns.all() if name not in mapping.columns.ignored]
     named = mapping.columns.named()
+    wide, labels = bool(mapping.columns.characteristics), set(map(plain, mapping.rows.named().values()))
     label = header.names.index(named.get(Role.SERIAL) or named.get(Role.CHARACTERISTIC) or header.names[used[0]])
-    heading, wide = grid.rows[header.row], bool(mapping.columns.characteristics)
-    rows, lines, left_out = [], [], []
+    of_row = {0, label, *(header.names.index(named[role]) for role in OF_ROW if role in named)}
+    times = {header.names.index(named[role]) for role in (Role.DATE, Role.TIME) if role in named}
+    heading = grid.rows[header.row]
+    found: list[tuple[Row, int, frozenset[str]]] = []
     for row, line in zip(grid.rows[first:], grid.lines[first:], strict=True):
-        if not any(row) or row == heading or not any(row[k] for k in used if k < len(row)):
-            continue
-        cell = row[label] if label < len(row) else ""
-        if (wide and plain(cell) in SUMMARIES) or (cell.upper() == "END" and sum(map(bool, row)) == 1):
+        if any(row) and row != heading and any(row[k] for k in used if k < len(row)):
+            found.append((row, line, frozenset(plain(row[k]) for k in of_row if k < len(row)) - labels))
+    sure = any(is_statistic(name, doubtful=False) for name in frozenset[str]().union(*(names for *_, names in found)))
+    rows, lines, left_out = [], [], []
+    for row, line, names in found:
+        doubtful = {plain(row[k]) for k in (times | {label} if wide or sure else times) if k < len(row)}
+        end = label < len(row) and row[label].upper() == "END" and sum(map(bool, row)) == 1
+        stated = any(is_statistic(name, doubtful=False) for name in names)
+        if end or stated or any(is_statistic(name, doubtful=wide or len(name) > 1) for name in doubtful & names):
             left_out.append(line)
             continue
         rows.append(row)
         lines.append(line)
     return _Body(grid, rows, lines, header, named), left_out
+
+
+OF_ROW: Final = (Role.SERIAL, Role.CHARACTERISTIC, Role.DATE, Role.TIME, Role.PART)
+"""Roles of texts that state the content of a row: `Mean` in them is no part and no characteristic."""
 
 
 def _plain(body: _Body, _: TableMapping) -> Long:

@@ -142,6 +142,8 @@ class RowLabels(Table):
     """The row of upper tolerances."""
     lower_tolerance: str | None = None
     """The row of lower tolerances."""
+    tolerance: str | None = None
+    """The row of both in one."""
     unit: str | None = None
     """The row of units."""
 

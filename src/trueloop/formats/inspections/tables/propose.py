@@ -13,6 +13,7 @@ from trueloop.formats.inspections.tables.header import (
     Header,
     begins_as_number,
     find_header,
+    header_at,
     numbered,
     role_of,
 )
@@ -25,8 +26,8 @@ from trueloop.formats.inspections.tables.headings import (
     NUMBERS,
     POINT,
     SIZES,
-    SUMMARIES,
     Role,
+    is_statistic,
     names_in,
     plain,
 )
@@ -43,7 +44,11 @@ PARTS: Final = frozenset(name for name, (role, _) in KNOWN.items() if role is Ro
     "teile",
 }
 """Headings that, with a number after them, are those of repeated readings, or of parts."""
-LABELLED: Final = (Role.NOMINAL, *LIMITS, Role.UNIT)
+TYPES: Final = frozenset(
+    names_in("part, part id, partnb, teil, teil nr, teilnr, werkstueck, werkstuecknummer, werkstueck nr")
+)
+"""Headings of serial numbers that are those of part types beside a column of serial numbers."""
+LABELLED: Final = (Role.NOMINAL, *LIMITS, Role.TOLERANCE, Role.UNIT)
 Given = Map[str, Sequence[str]]
 """The user's statements about columns: headings by role, or by `parts`, `repeats`, `characteristics`, `ignored`."""
 
@@ -69,6 +74,17 @@ def propose(grid: Grid, given: Given | None = None) -> Mapping:
     )
     check(mapping, grid.path, Code.MSR_MEANING)
     return mapping
+
+
+def numbers_left_out(grid: Grid, mapping: Mapping) -> list[str]:
+    """Returns the headings of columns of numbers that a proposed mapping of readings leaves out, without statistics."""
+    if not mapping.columns.has_values:
+        return []
+    header = header_at(grid.rows, mapping.header_row - 1, mapping.header_rows)
+    table = _Table(grid, header, {})
+    places = [header.names.index(name) for name in mapping.columns.ignored]
+    free = [k for k in places if not is_statistic(header.plain[k], doubtful=True) and header.plain[k] not in IGNORED]
+    return [header.names[k] for k in free if table.is_number(k)]
 
 
 class _Table:
@@ -112,6 +128,10 @@ class _Table:
             fits = self.is_number(column) if role in NUMBERS else bool(self.cells(column))
             if role is not None and role.value not in self.given and fits:
                 found[role].append((rank, column))
+        if Role.SERIAL in found and Role.PART not in found and Role.PART.value not in self.given:
+            best = min(rank for rank, _ in found[Role.SERIAL])
+            types = [(rank, k) for rank, k in found[Role.SERIAL] if rank > best and self.header.plain[k] in TYPES]
+            found |= {Role.PART: types} if types else {}
         return {role.value: self._best(role, cases) for role, cases in found.items()}
 
     def _best(self, role: Role, cases: Sequence[tuple[int, int]]) -> str:
@@ -156,7 +176,9 @@ class _Table:
         free = [
             k
             for k in sorted(self.free)
-            if self.header.names[k] not in chosen.values() and plains[k] not in IGNORED | SUMMARIES
+            if self.header.names[k] not in chosen.values()
+            and plains[k] not in IGNORED
+            and not is_statistic(plains[k], doubtful=True)
         ]
         numbers = [k for k in free if self.is_number(k)]
         names = tuple(self.header.names[k] for k in numbers)

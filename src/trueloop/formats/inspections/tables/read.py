@@ -19,7 +19,7 @@ from trueloop.formats.inspections.tables.headings import NOMINAL_POINT, NORMAL, 
 from trueloop.formats.inspections.tables.long import Long, length_factor, lengths_of, long_of, numbers_of
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.mapping import map_command, read_mapping, require_columns
-from trueloop.formats.inspections.tables.propose import propose
+from trueloop.formats.inspections.tables.propose import numbers_left_out, propose
 from trueloop.formats.inspections.tables.readings import (
     Common,
     title_of,
@@ -35,12 +35,11 @@ def with_points(common: Common, unit: Unit | None, sha256: str, said: Sequence[R
     """Returns the inspections of a table of points. Raises MSR-UNIT, MSR-NUMBER and MSR-TIME."""
     long = common.long
     points, base = points_of(long, unit)
-    moments = common.moments()
     inspections = []
-    for key, rows in common.groups().items():
+    for key, rows, at in common.groups():
         values = [point for row in rows if (point := points[row]) is not None]
         if values:
-            inspections.append(common.inspection(key, rows, sha256, values, moments[rows[0]]))
+            inspections.append(common.inspection(key, rows, sha256, values, at))
     missing = sum(point is None for point in points)
     remarks = [Remark(f"{missing} of {len(points)} points are not measured: cells are empty")] if missing else []
     return MeasuredFile(
@@ -109,7 +108,10 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     if stated.mapping is None:
         grid = grid_of(path)
         mapping = propose(grid)
-        said = (Remark(f"columns by their headings: {described(mapping)}", mapping.header_row),)
+        said = [Remark(f"columns by their headings: {described(mapping)}", mapping.header_row)]
+        if unread := numbers_left_out(grid, mapping):
+            listed = ", ".join(map(repr, unread))
+            said.append(Remark(f"{len(unread)} columns of numbers are not read: {listed}", mapping.header_row))
         return read_mapped(grid, mapping, stated, None, said)
     mapping = read_mapping(stated.mapping)
     return read_mapped(grid_of(path, mapping.sheet, mapping.separator), mapping, stated, stated.mapping)

@@ -27,6 +27,8 @@ from trueloop.units import MM_PER_INCH
 
 TITLES: Final = (Role.PART, Role.SERIAL, Role.DATE, Role.TIME, Role.OPERATOR, Role.DEVICE)
 """Roles that lines above the headings may state for the whole file."""
+OF_VALUE: Final = (Role.CHARACTERISTIC, Role.FEATURE, Role.QUANTITY, Role.REPEAT, *POINT)
+"""Roles that tell the values of one measurement apart."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +49,34 @@ class Common:
         """Returns the cell of a role in a row."""
         return self.long.texts[role][row] if role in self.long.texts else self.title.get(role, "")
 
-    def groups(self) -> dict[tuple[str, str], list[int]]:
-        """Returns the rows of each part, in the file's order."""
-        found: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
+    def groups(self) -> Iterator[tuple[tuple[str, str], list[int], datetime | None]]:
+        """Yields the rows of each measurement of each part, in the file's order, with its time. Raises MSR-TIME.
+
+        A characteristic that comes again at another time is of a new measurement, and so is one by another device at
+        another time.
+        """
+        moments, names = self.moments(), self._names()
+        devices = self.texts(Role.DEVICE)
+        parts: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
         for row, key in enumerate(zip(self.texts(Role.PART), self.texts(Role.SERIAL), strict=True)):
-            found[key].append(row)
-        return dict(found)
+            parts[key].append(row)
+        for key, rows in parts.items():
+            if len({moments[row] for row in rows}) < 2:
+                yield key, rows, moments[rows[0]]
+                continue
+            runs: list[_Run] = []
+            for row in sorted(rows, key=lambda one: (moments[one] is not None, moments[one])):
+                _run_of(runs, moments[row], devices[row], names[row]).rows.append(row)
+            for run in runs:
+                ordered = sorted(run.rows)
+                yield key, ordered, run.at if len(runs) > 1 else moments[ordered[0]]
+
+    def _names(self) -> Sequence[tuple[str, ...]]:
+        """What each row measured, and where; empty of points without a name."""
+        roles = [role for role in OF_VALUE if role in self.long.texts]
+        if not self.mapping.columns.has_values:
+            roles = [role for role in roles if role in (Role.CHARACTERISTIC, Role.FEATURE)]
+        return list(zip(*(self.long.texts[role] for role in roles), strict=True)) or [()] * len(self.long)
 
     def moments(self) -> Sequence[datetime | None]:
         """Returns the time of measurement of each row. Raises MSR-TIME."""
@@ -75,10 +99,35 @@ class Common:
             sha256=sha256,
             count=len(values),
             values=tuple(values),
-            device=self.text(Role.DEVICE, rows[0]),
+            device=", ".join(dict.fromkeys(name for row in rows if (name := self.text(Role.DEVICE, row)))),
             operator=self.text(Role.OPERATOR, rows[0]),
             measured_at=at,
         )
+
+
+@dataclass
+class _Run:
+    """One measurement of a part: its rows, the devices that it is by, and the time at which each value was taken."""
+
+    at: datetime | None
+    rows: list[int]
+    devices: set[str]
+    times: dict[tuple[str, ...], datetime | None]
+
+
+def _run_of(runs: list[_Run], at: datetime | None, device: str, name: tuple[str, ...]) -> _Run:
+    """Returns the measurement of a row: the device's last one, unless the value was measured in it at another time."""
+    last = next((run for run in reversed(runs) if device in run.devices), None)
+    if last is not None and last.times.get(name, at) == at:
+        last.times[name] = at
+        return last
+    at_this_time = next((run for run in runs if run.at == at), None)  # its identity is its time
+    run = at_this_time or _Run(at, [], set(), {})
+    if at_this_time is None:
+        runs.append(run)
+    run.devices.add(device)
+    run.times.setdefault(name, at)
+    return run
 
 
 def _has_date(texts: Sequence[str]) -> bool:
@@ -130,11 +179,11 @@ def with_readings(common: Common, unit: Unit | None, sha256: str, said: Sequence
     remarks = [*said, *sizes.remarks, *_left_out(long, stands)]
     remarks += _compared(sizes, readings, stands)
     inspections = []
-    for key, rows in common.groups().items():
+    for key, rows, at in common.groups():
         values = [readings[row] for row in rows if stands[row]]
         if values:
             values = values if Role.REPEAT in long.texts else list(numbered(values))
-            inspections.append(common.inspection(key, rows, sha256, values, values[0].measured_at))
+            inspections.append(common.inspection(key, rows, sha256, values, at))
     return MeasuredFile(
         path=long.grid.path,
         format="table",
