@@ -77,6 +77,10 @@ class SurfaceProgramTable(ProgramTable):
     """The program; it is read, never changed."""
     decimals: Annotated[int, Field(ge=0, le=9, strict=True)] = 0
     """Decimals of new coordinates; never fewer than the control's and the program's."""
+    zero_mm: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
+    """Where the zero of the work offset lies in the coordinates of `surface.file`; the axes are parallel."""
+    work_offsets: tuple[str, ...] = ()
+    """Work offsets with that zero, `["G54"]`; required if the program cuts in several. Moves in others stay."""
 
 
 @with_options("compensation", SurfaceOptions, SurfaceJob, OF_SURFACES)

@@ -182,7 +182,8 @@ def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:
     corner = job.cutter.radius_mm if job.cutter.corner_mm is None else job.cutter.corner_mm
     cutter = Cutter(job.cutter.radius_mm, corner)
     axis, rotary = job.cutter.axis, job.cutter.rotary
-    of_program = job.program.model_dump(include={"parameters", "accept_unknown_words"}) if job.program else {}
+    keys = {"parameters", "accept_unknown_words", "zero_mm", "work_offsets"}
+    of_program = job.program.model_dump(include=keys) if job.program else {}
     return options_from(SurfaceJob, job, cutter=cutter, axis=axis, rotary=rotary, **of_program)
 
 

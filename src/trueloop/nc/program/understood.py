@@ -51,7 +51,8 @@ def require_plain_frame(path: ToolPath, moves: Sequence[int]) -> None:
         raise Code.NC_MAP.refusal(
             f"coordinates are turned, mirrored or scaled in {len(framed)} of {len(moves)} moves that are corrected: "
             "the correction is not turned with them",
-            hint="correct this program by `trueloop nc map`, which writes turned coordinates",
+            hint="have this cut written in the coordinates of the work offset, without G68, ROT, MIRROR or SCALE: "
+            "`trueloop nc path` prints the positions that it has there",
             place=Place(line=int(path.line[framed[0]]), column=1),
         )
 

@@ -36,6 +36,13 @@ from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion,
 from trueloop.nc.program.understood import require_known_frame, require_plain_frame, require_sound, require_understood
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.surface.compensation.cutter import Cutter, ToolAxes, check_tool_axes, contacts, edge_centres_mm, tool_axes
+from trueloop.surface.compensation.placed import (
+    looked_at,
+    on_surface,
+    require_one_zero,
+    require_same_shifts,
+    shifts_mm,
+)
 from trueloop.surface.compensation.seam import Steps
 from trueloop.surface.compensation.shift import SAME_MM, Samples, SurfaceJob, places, sampled
 from trueloop.units import UM_PER_MM
@@ -174,9 +181,9 @@ def corrected_program(
 ) -> CorrectedProgram:
     """The program for the corrected surface, read back and compared before it is returned.
 
-    Coordinates of the program are those of the surface; the programmed point is the tool's tip, however the tool is
-    turned. Raises SRF-PROGRAM
-    for a program that cuts nothing of the surface, cuts it in arcs, under cutter compensation or in increments,
+    Positions on the surface are those of the program, its own shifts and the job's zero added; the programmed point is
+    the tool's tip, however the tool is turned. Raises SRF-PROGRAM for a zero that is not known, a program that cuts
+    nothing of the surface, cuts it in arcs, under cutter compensation or in increments,
     CMP-TWICE for one corrected before, CMP-SLOPE for `steps` to faces beside, SRF-GOUGE, and CMP-READ-BACK.
     """
     check_uncorrected(program.source)
@@ -185,11 +192,13 @@ def corrected_program(
     path = program.run(job.parameters)
     require_sound(path)
     require_known_frame(path)
-    samples = sampled(program, path, nominal, corrected, job)
+    require_one_zero(program, path, job)
+    placed, axes = on_surface(path, job), tool_axes(program, path, job.rotary, job.axis)
+    samples = sampled(placed, np.flatnonzero(looked_at(path, job)), axes, (nominal, corrected), job)
     _check(program, path, samples)
     if steps is not None:
-        steps.check(path, samples, nominal, job)
-    ends, between = _targets(path, samples, job.tolerance_mm)
+        steps.check(placed, samples, nominal, job)
+    ends, between = _targets(shifts_mm(path, job), samples, job.tolerance_mm)
     touched = {move + step for move in ends for step in (0, 1)} | between.keys()
     require_plain_frame(path, sorted(ends))
     require_own_shape(program, path, sorted(touched & set(range(len(path)))))
@@ -204,8 +213,9 @@ def corrected_program(
     _read_back(program, path, again, ends, between, at)
     if samples.axes.letters and not np.array_equal(axes.end[at], samples.axes.end):
         raise not_as_intended("the written program is not what was intended: the tool's direction changed")
+    require_same_shifts(path, again.register_mm[at])
     of_pass = np.repeat(np.isin(np.arange(len(path)), samples.cutting_moves), 1 + inserted)
-    check_gouges(written, again, axes, of_pass, nominal, corrected, job)
+    check_gouges(written, on_surface(again, job), axes, of_pass, nominal, corrected, job)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
     new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
     provenance = changes(program, edits[1:]), unit_of_path(program.unit, path)
@@ -233,18 +243,20 @@ def _check(program: Program, path: ToolPath, samples: Samples) -> None:
 
 
 def _targets(
-    path: ToolPath, samples: Samples, tolerance_mm: float
+    shift_mm: Array, samples: Samples, tolerance_mm: float
 ) -> tuple[dict[int, Array], dict[int, list[Waypoint]]]:
-    """Displaced ends by move, and further points within moves, with the share of the move they stand at."""
+    """Displaced ends by move, and further points within moves, with the share of the move they stand at, as the program
+    calls them: less the shift of the move (n, 3).
+    """
     ends: dict[int, Array] = {}
     between: dict[int, list[Waypoint]] = {}
     starts = np.flatnonzero(np.diff(samples.move, prepend=-1))
     for first, after in zip(starts, np.append(starts[1:], len(samples.move)), strict=True):
         move = int(samples.move[first])
         if samples.cutting[after - 1]:
-            ends[move] = samples.after_mm[after - 1]
+            ends[move] = samples.after_mm[after - 1] - shift_mm[move]
         if np.any(samples.cutting[first:after]):
-            points = samples.after_mm[first:after]
+            points = samples.after_mm[first:after] - shift_mm[move]
             if kept := _needed(points, samples.cutting[first:after], tolerance_mm):
                 between[move] = [(float(samples.share[first + k]), points[k]) for k in kept]
     return ends, between

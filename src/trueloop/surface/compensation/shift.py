@@ -15,9 +15,8 @@ from trueloop.errors import Code
 from trueloop.geometry.surface import Surface, closest
 from trueloop.geometry.surface_fit import fit_parameterised
 from trueloop.nc.program.along import lengths_mm, points_along
-from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import Motion, ToolPath
-from trueloop.surface.compensation.cutter import Contacts, Cutter, ToolAxes, contacts, tool_axes
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.surface.compensation.cutter import Contacts, Cutter, ToolAxes, contacts
 from trueloop.surface.on_face import LIMITS, WHOLE, OnFace
 from trueloop.surface.options import SurfaceOptions
 from trueloop.units import UM_PER_MM
@@ -87,6 +86,7 @@ class SurfaceJob:
     """How a program is to be corrected: its cutter, the tool axis out of the material, or the letters of the words that
     turn it (`tool_axis`), the chord tolerance, the distance between the places looked at along a move, what may be
     cut too deep, values of the program's parameters, and whether words that the dialect does not know are left alone.
+    `zero_mm`: where the zero of the `work_offsets`, or of the only one in which the program cuts, lies on the surface.
     """
 
     cutter: Cutter
@@ -107,6 +107,8 @@ class SurfaceJob:
     rotary: str = ""
     parameters: Mapping[str, float] = field(default_factory=dict)
     accept_unknown_words: bool = False
+    zero_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    work_offsets: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,10 +140,14 @@ def places(
     return np.repeat(moves, pieces + 1), np.concatenate(share) if share else np.empty(0)
 
 
-def sampled(program: Program, path: ToolPath, nominal: Surface, corrected: Surface, job: SurfaceJob) -> Samples:
-    """Places along all moves at feed, and where the correction takes them. Raises SRF-PROGRAM of `tool_axes`."""
-    turning = tool_axes(program, path, job.rotary, job.axis)
-    move, share = places(path, turning, np.flatnonzero(np.isin(path.motion, (Motion.LINE, Motion.ARC))), job.sample_mm)
+def sampled(
+    path: ToolPath, moves: Integers, turning: ToolAxes, surfaces: tuple[Surface, Surface], job: SurfaceJob
+) -> Samples:
+    """Places along some moves of a path in the coordinates of the surfaces, nominal and corrected, and where the
+    correction takes them.
+    """
+    nominal, corrected = surfaces
+    move, share = places(path, turning, moves, job.sample_mm)
     tips, axes = points_along(path, move, share), turning.directions(move, share)
     moved = moved_locations(nominal, corrected, job.cutter, tips, axes, cuts_mm=job.cuts_mm)
     return Samples(move, share, tips, moved.tips_mm, moved.cutting, turning)

@@ -8,8 +8,8 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import Motion
 from trueloop.surface.compensation.cutter import contacts, tool_axes
+from trueloop.surface.compensation.placed import looked_at, on_surface
 from trueloop.surface.compensation.shift import SurfaceJob, is_cutting
 
 PLACES: Final = 1000
@@ -23,11 +23,11 @@ def require_outer_side(program: Program, surface: Surface, job: SurfaceJob) -> N
     what is wrong with it.
     """
     try:
-        path = program.run(job.parameters)
+        path = on_surface(program.run(job.parameters), job)
         axes = tool_axes(program, path, job.rotary, job.axis)
+        moves = np.flatnonzero(looked_at(path, job))
     except TrueloopError:
         return
-    moves = np.flatnonzero(np.isin(path.motion, (Motion.LINE, Motion.ARC)))
     moves = moves[:: max(1, len(moves) // PLACES)]
     if not len(moves):
         return
