@@ -1,5 +1,6 @@
-"""Milling cycles of Klartext and Sinumerik: left as they are, displaced as a whole by their place and heights."""
+"""Cycles whose passes are the control's (pockets, faces, threads of an Okuma) are displaced as a whole."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -56,9 +57,17 @@ OLD = """0 BEGIN PGM A MM
 12 END PGM A MM
 """
 POCKET = "G17 G71 G90 G94 F300\nG0 X0 Y0 Z50\nPOCKET4(50,0,1,-10,20,R1+40,30,5)\nG0 X0 Y0\nM30\n"
+OKUMA = """G00 X50 Z8
+G71 X27.55 Z-30 B60 D0.7 U0.1
+$ H2.45 L2 F2 M23
+G00 X60 Z20
+M02
+"""
 
 
 def lines(folder: Path, text: str, field: Field, dialect: str = "heidenhain", options: MapOptions = FREE) -> list[str]:
+    if dialect == "okuma-lathe":
+        options = replace(options, unit="mm")
     return [line for line in mapped(folder, text, field, dialect, options)[0].splitlines() if "trueloop" not in line]
 
 
@@ -87,8 +96,13 @@ def lines(folder: Path, text: str, field: Field, dialect: str = "heidenhain", op
                 "\nG0 X0 Y0\n": "\nG0 X0.1000 Y0.2000\n",
             },
         ),
+        (
+            OKUMA,
+            "okuma-lathe",
+            {"X50 Z8": "X50.200 Z7.950", "X27.55 Z-30": "X27.750 Z-30.050", "X60 Z20": "X60.200 Z19.950"},
+        ),
     ],
-    ids=["bore", "face", "old", "pocket4"],
+    ids=["bore", "face", "old", "pocket4", "okuma"],
 )
 def test_place_and_heights_are_displaced_and_sizes_stay(
     text: str, dialect: str, changes: dict[str, str], tmp_path: Path
@@ -97,7 +111,8 @@ def test_place_and_heights_are_displaced_and_sizes_stay(
     for old, new in changes.items():
         assert wanted.count(old) == 1
         wanted = wanted.replace(old, new)
-    assert lines(tmp_path, text, SHIFT, dialect) == wanted.splitlines()
+    shift = affine_field(np.eye(3), (0.1, 0.0, -0.05)) if dialect == "okuma-lathe" else SHIFT
+    assert lines(tmp_path, text, shift, dialect) == wanted.splitlines()
 
 
 def stretch(axis: int, along: int, slope: float) -> Field:
@@ -118,8 +133,9 @@ def stretch(axis: int, along: int, slope: float) -> Field:
         (FACE, "heidenhain", 65.0, 3.0),
         (OLD, "heidenhain", 40.0, 6.5),
         ("R1=0\n" + POCKET, "siemens", 40.0, 11.0),
+        (OKUMA, "okuma-lathe", 11.225, 38.0),
     ],
-    ids=["bore", "face", "old", "pocket4"],
+    ids=["bore", "face", "old", "pocket4", "okuma"],
 )
 @pytest.mark.parametrize("axis", [0, 2])
 @pytest.mark.parametrize("along", [0, 2])
@@ -173,3 +189,40 @@ def test_no_pass_of_the_cycle_is_in_the_path() -> None:
 def test_a_cycle_is_not_displaced_where_a_rotary_axis_stands_turned(tmp_path: Path) -> None:
     with pytest.raises(TrueloopError, match="A does not stand at 0 degrees"):
         lines(tmp_path, BORE.replace("3 L X+40", "3 L A+90 R0 FMAX\n4 L X+40"), SHIFT)
+
+
+OKUMA_REFUSED = [
+    ("G00 X50 Z8\nG71 X27.55 D0.7 H2.45 F2\n", 2, "X and Z are not both given"),
+    ("G00 X50 Z8\nG71 X27.55 Z-30 D0.7\n$ H2.45 X3 F2\n", 3, "it goes on with the block before"),
+    ("G00 X50 Z8\nG01 X40 F0.2\n$ Z-3\n", 3, "it goes on with the block before"),
+    ("G00 X50 Z8\nG71 X27.55 Z-30 D0.7 H2.45 F2\nG01 Z-3\n", 3, "X has no position since"),
+    ("G00 X50 Z8 B30\nG01 Z-3 F0.2\n", 2, "B does not stand at 0 degrees"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "words"), OKUMA_REFUSED)
+def test_what_an_okuma_cycle_leaves_open_is_refused(text: str, line: int, words: str, tmp_path: Path) -> None:
+    with pytest.raises(TrueloopError, match=words) as refused:
+        lines(tmp_path, text, affine_field(np.eye(3), (0.1, 0.0, -0.05)), "okuma-lathe")
+    assert refused.value.place.line == line
+
+
+def test_other_conditions_of_a_roughing_cycle_stay(tmp_path: Path) -> None:
+    """The contour is displaced once; the control works the passes out from it, whatever depth they have where."""
+    text = "G00 X82 Z5\nG85 NLAP1 D4 F0.3 U0.4 W0.2\n$ G84 XA=60 DA=2 FA=0.25\nG87 NLAP1\nM02\n"
+    contour = "NLAP1 G81\nG00 X40\nG01 Z-20 F0.1\nX82\nG80\n"
+    written = lines(tmp_path, text + contour, affine_field(np.eye(3), (0.1, 0.0, 0.0)), "okuma-lathe")
+    assert written[2] == "$ G84 XA=60 DA=2 FA=0.25"
+    assert written[6] == "G00 X40.200"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "head"), [("fanuc-lathe", "G21 "), ("haas-lathe", "G21 "), ("linuxcnc", "G21 G7 G18 G90 ")]
+)
+def test_c_of_a_lathe_turns_no_displacement_along_the_radius(dialect: str, head: str, tmp_path: Path) -> None:
+    text = head + "G0 X40. Z5.\nG1 Z-5. F100.\nG0 Z5.\nC90.\nG1 Z-3.\n"
+    shift = affine_field(np.eye(3), (0.1, 0.0, 0.0))
+    assert lines(tmp_path, text, shift, dialect)[0].startswith(head + "G0 X40.2")
+    if dialect == "linuxcnc":  # with Y it may be a mill's table
+        with pytest.raises(TrueloopError, match="C does not stand at 0 degrees"):
+            lines(tmp_path, text.replace("Z5.", "Y0. Z5.", 1), shift, dialect)

@@ -31,14 +31,15 @@ pub(crate) fn shared(
     field: &mut dyn Field,
 ) -> Result<HashMap<usize, Shared>, Fault> {
     let mut all = HashMap::new();
-    for hole in &path.drilled {
-        let Some(space) = hole.milled.filter(|space| space.iter().flatten().all(|value| value.is_finite())) else {
+    let milled = path.drilled.iter().map(|hole| (hole.first, hole.milled));
+    for (first, space) in milled.chain(path.turned.iter().map(|cycle| (cycle.first, cycle.milled))) {
+        let Some(space) = space.filter(|space| space.iter().flatten().all(|value| value.is_finite())) else {
             continue;
         };
         let points = points(&space);
-        let places = vec![geometry.place(hole.first, 0.5); points.len()];
+        let places = vec![geometry.place(first, 0.5); points.len()];
         let mut found = Vec::new();
-        let fault = |trouble: Trouble| Fault::Field(trouble, vec![hole.first; points.len()]);
+        let fault = |trouble: Trouble| Fault::Field(trouble, vec![first; points.len()]);
         field.displacements(&points, &places, &mut found).map_err(fault)?;
         let ends = [0, 1, 2].map(|axis| {
             let values = found.iter().map(|by: &Vector| by[axis]);
@@ -46,7 +47,7 @@ pub(crate) fn shared(
         });
         let (middle, off) =
             (ends.map(|(least, most)| (least + most) / 2.0), ends.map(|(least, most)| (most - least) / 2.0));
-        all.insert(hole.first, Shared { middle, off });
+        all.insert(first, Shared { middle, off });
     }
     Ok(all)
 }

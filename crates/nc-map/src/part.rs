@@ -175,7 +175,7 @@ impl Writing {
                 fate = Fate::Refused;
             } else if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
                 let said = require_said(program, path, index, before, self.standing);
-                if !self.refusals.keep(said.and_then(|()| require_unturned(program, path, index)))? {
+                if !self.refusals.keep(said.and_then(|()| require_unturned(program, path, index, before)))? {
                     fate = Fate::Refused;
                 }
             }
@@ -218,8 +218,10 @@ impl Writing {
                     let refused = courses[hole.first..hole.end].iter().any(|course| course.fate == Fate::Refused);
                     let drilled = match &hole.said {
                         _ if refused => Ok(()),
-                        Some(said) if hole.milled.is_some() => require_unturned(program, path, hole.first)
-                            .and_then(|()| writer.mill_called(hole, said, courses)),
+                        Some(said) if hole.milled.is_some() => {
+                            require_unturned(program, path, hole.first, courses[hole.first].standing)
+                                .and_then(|()| writer.mill_called(hole, said, courses))
+                        }
                         Some(said) => writer.drill_called(hole, said, here, courses),
                         None => writer.drill(hole, here, courses),
                     };
@@ -235,7 +237,13 @@ impl Writing {
                     let (here, after) = rest.split_at(rest.partition_point(|piece| piece.of_move <= index));
                     rest = after;
                     let refused = courses[cycle.first..cycle.end].iter().any(|course| course.fate == Fate::Refused);
-                    let written = if refused { Ok(()) } else { writer.turn_cycle(cycle, here, courses) };
+                    let standing = courses[cycle.first].standing;
+                    let unturned = || require_unturned(program, path, cycle.first, standing);
+                    let written = match cycle.milled {
+                        _ if refused => Ok(()),
+                        Some(_) => unturned().and_then(|()| writer.turn_cycle(cycle, here, courses)),
+                        None => writer.turn_cycle(cycle, here, courses),
+                    };
                     if !self.refusals.keep(written)? {
                         arrive(writer, index, here);
                     }
@@ -403,10 +411,13 @@ pub(crate) fn require_said(
     ))
 }
 
-/// A displacement along X, Y and Z does not describe a part that a rotary axis has turned.
-fn require_unturned(program: &Program, path: &ToolPath, index: usize) -> Result<(), Refused> {
-    let letter = path.origins[path.state[index] as usize].turned;
-    if letter == 0 {
+/// A displacement along X, Y and Z does not describe a part that a rotary axis has turned. C of a lathe turns it about the
+/// axis from which X is counted: along the radius and Z the tool goes the same way at every angle, where nothing names Y.
+fn require_unturned(program: &Program, path: &ToolPath, index: usize, standing: [Standing; 3]) -> Result<(), Refused> {
+    let state = path.state[index] as usize;
+    let letter = path.origins[state].turned;
+    let about_axis = letter == b'C' && path.states[state].diameter && standing[1] == Standing::Never;
+    if letter == 0 || about_axis {
         return Ok(());
     }
     let axis = if letter == b'o' { "a rotary axis".to_owned() } else { char::from(letter).to_string() };

@@ -2,6 +2,7 @@
 
 use crate::drilling::hole::Drilled;
 use crate::drilling::hole_places::Placed;
+use crate::drilling::milled::Space;
 use crate::emit::Executed;
 use crate::modes::linear::Linear;
 use crate::modes::modal::Modal;
@@ -73,6 +74,8 @@ pub struct Turned {
     pub words: [i32; 3],
     /// The end that they state, mm.
     pub to: [f64; 3],
+    /// The space that it cuts by passes which the path does not have; `None` where it has them.
+    pub milled: Option<Space>,
 }
 
 /// A path, in the order of cutting: a column a property, an entry a move.

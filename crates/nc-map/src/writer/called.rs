@@ -2,6 +2,7 @@
 //! stated where the cycle is defined, for all holes at once.
 
 use super::{Here, Writer};
+use crate::field::Vector;
 use crate::milled::Shared;
 use crate::part::{require_said, Course};
 use crate::pieces::Piece;
@@ -59,18 +60,8 @@ impl Writer<'_> {
             standing[hole.third] = Standing::Said; // by the cycle
         }
         require_said(self.program, self.path, hole.first, standing, standing)?;
-        let Some(Shared { middle, off }) = self.milled.get(&hole.first).copied().filter(|_| !self.knows_travel) else {
-            return Err(self.uneven(&here, None));
-        };
-        let least = here.step.unit * here.state.mm();
-        for axis in 0..3 {
-            let along = axis == hole.third && !said.is_relative();
-            let beside = if along { 0.0 } else { (self.carried[axis] - middle[axis]).abs() };
-            let off = off[axis] + (beside - least).max(0.0);
-            if off > self.tolerance_mm {
-                return Err(self.uneven(&here, Some((axis, off))));
-            }
-        }
+        let follows = [0, 1, 2].map(|axis| axis != hole.third || said.is_relative());
+        let middle = self.displaced_whole(&here, hole.first, follows)?;
         if said.is_relative() {
             return Ok(());
         }
@@ -78,6 +69,23 @@ impl Writer<'_> {
             self.carried[hole.third] = self.value_of_cycle(&here, span, middle[hole.third])?;
         }
         Ok(())
+    }
+
+    /// How far a cycle whose passes are the control's is displaced as a whole; along the axes that follow the tool by as
+    /// much as that is.
+    pub(super) fn displaced_whole(&self, here: &Here, first: usize, follows: [bool; 3]) -> Result<Vector, Refused> {
+        let Some(Shared { middle, off }) = self.milled.get(&first).copied().filter(|_| !self.knows_travel) else {
+            return Err(self.uneven(here, None));
+        };
+        let least = here.step.unit * here.state.mm();
+        for axis in 0..3 {
+            let beside = if follows[axis] { (self.carried[axis] - middle[axis]).abs() } else { 0.0 };
+            let off = off[axis] + (beside - least).max(0.0);
+            if off > self.tolerance_mm {
+                return Err(self.uneven(here, Some((axis, off))));
+            }
+        }
+        Ok(middle)
     }
 
     /// Writes the reference point of a hole pattern; every place of it has to come out the same.

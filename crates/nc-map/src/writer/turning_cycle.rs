@@ -18,10 +18,15 @@ impl Writer<'_> {
     pub fn turn_cycle(&mut self, cycle: &Turned, pieces: &[Piece], courses: &[Course]) -> Result<(), Refused> {
         let here = self.place(cycle.first);
         let is_cut = |index: &usize| self.path.kind[*index] != MoveKind::Rapid;
-        let Some(cut) = (cycle.first..cycle.end).find(is_cut) else { return Ok(()) };
+        let own = cycle.milled.map(|_| cycle.first);
+        let Some(cut) = own.or_else(|| (cycle.first..cycle.end).find(is_cut)) else { return Ok(()) };
         let standing = courses[cut].standing;
         require_said(self.program, self.path, cut, standing, standing)?;
-        let by = self.displaced_alike(cycle, pieces)?;
+        let by = if cycle.milled.is_some() {
+            self.displaced_whole(&here, cycle.first, [true; 3])?
+        } else {
+            self.displaced_alike(cycle, pieces)?
+        };
         let (start, from) = (self.path.start[cycle.first], self.edits.len());
         for axis in [0, 2] {
             let word = self.program.word(cycle.words[axis]);

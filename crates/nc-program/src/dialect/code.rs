@@ -148,6 +148,10 @@ pub enum G {
     EndModalMacro,
     /// Grooves side by side, in pecks along that axis (0 is X, 2 is Z).
     Groove(u8),
+    /// A cycle from where the tool stands to X and Z, by passes of the control's own.
+    OwnCycle,
+    /// Goes on with the block before: `$`.
+    Continued,
     /// A drilling cycle by its arguments, here: CYCLE81.
     HoleCycle(Drill),
     /// A pocket by its arguments: POCKET3, POCKET4.

@@ -29,7 +29,10 @@ pub(crate) fn acts(code: G) -> bool {
 /// Whether nothing moves for a code, nor is anything renamed.
 pub(crate) fn is_idle(code: G) -> bool {
     matches!(code, G::Procedure | G::DefineCycle(_) | G::CycleLine | G::SystemData | G::Dwell | G::StoreHome(_))
-        || matches!(code, G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::Setting(..) | G::ToleranceCycle)
+        || matches!(
+            code,
+            G::OpaqueCycle | G::OpaqueBlock | G::Continued | G::OpaqueMode | G::Setting(..) | G::ToleranceCycle
+        )
         || matches!(code, G::Preset | G::Turn | G::TurnAnew | G::DefineTool)
 }
 
@@ -54,6 +57,7 @@ fn in_machine(code: G) -> bool {
 /// Whether a code is a cycle or a call of its own.
 fn is_cycle(code: G) -> bool {
     matches!(code, G::FinishContour | G::RoughContour(_) | G::TurningCycle | G::Thread | G::Groove(_) | G::Profile(_))
+        || code == G::OwnCycle
         || matches!(code, G::Lap(_) | G::Removal(_) | G::HoleCycle(_) | G::ModalCycle | G::CallCycle | G::CallCycleAt)
         || matches!(code, G::Pattern(_) | G::MillPocket(_) | G::CallMacro | G::ModalMacro | G::Leave(false))
 }
@@ -122,6 +126,7 @@ impl Runner<'_> {
             G::TurningCycle => self.turning_cycle(request),
             G::CallMacro => self.call_macro(request, word),
             G::ModalMacro => self.set_modal_macro(request, word),
+            G::OwnCycle => self.own_cycle(request, word),
             G::Groove(deep) => self.groove(request, usize::from(deep), word),
             G::EndSpline => self.spline(request, Spline::End),
             G::Profile(profile) => self.profile_cycle(request, profile, word),
@@ -304,6 +309,7 @@ impl Runner<'_> {
             }
             G::SystemData => self.forget_read(word),
             G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
+            G::Continued => self.continued(word),
             G::OpaqueMode => self.unfollowed(word),
             G::Turn | G::TurnAnew => self.turn_frame(code == G::TurnAnew, word),
             G::DefineTool => self.define_tool(word),

@@ -85,7 +85,7 @@ impl Runner<'_> {
         let is_argument = request.codes().iter().any(|(code, _)| match letter {
             b'U' | b'W' => acts(*code),
             MACHINE_AXIS => *code == G::FixedPoint,
-            _ => matches!(code, G::CallMacro | G::ModalMacro),
+            _ => matches!(code, G::CallMacro | G::ModalMacro | G::OwnCycle),
         });
         if !is_argument && !self.state.other_axes.contains(&letter) {
             self.state.other_axes.push(letter);

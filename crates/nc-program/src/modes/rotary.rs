@@ -45,7 +45,7 @@ impl Runner<'_> {
         let is_axis = |letter: u8| letters.has(letter) && request.get(letter).is_some();
         let of_contour = self.draws && self.program.dialect().flow == FlowStyle::OWords;
         let named = ROTARY.into_iter().any(is_axis) || letters.has(BY_INCREMENT) && is_axis(BY_INCREMENT);
-        if !named || of_contour || matches!(action, G::CallMacro | G::ModalMacro) {
+        if !named || of_contour || matches!(action, G::CallMacro | G::ModalMacro | G::OwnCycle) {
             return false;
         }
         let before = self.state.frame.rotary.turned;
@@ -87,7 +87,8 @@ pub fn rotary_letters(program: &Program) -> Letters {
         let is_value = matches!(word.kind, WordKind::Number | WordKind::Expression);
         if is_value && wanted.has(word.letter) && !found.has(word.letter) {
             let block = program.words_of(program.block_at(word.start as usize));
-            let calls = |code| matches!(code, G::CallMacro | G::ModalMacro);
+            // Of a threading cycle A and B are angles of the thread.
+            let calls = |code| matches!(code, G::CallMacro | G::ModalMacro | G::OwnCycle);
             if !block.iter().any(|other| program.code(other).is_some_and(calls)) {
                 found.add(if word.letter == BY_INCREMENT { b'C' } else { word.letter });
             }

@@ -4,6 +4,7 @@ pub(crate) mod beside;
 pub(crate) mod groove;
 pub(crate) mod lap;
 pub(crate) mod level_cuts;
+pub(crate) mod own_cycle;
 pub(crate) mod pass;
 pub(crate) mod profile_contour;
 pub(crate) mod profile_cycle;

@@ -56,7 +56,7 @@ impl Runner<'_> {
     ) {
         let first = self.path.len();
         moves.into_iter().for_each(|(kind, position)| self.emit(kind, position, [INHERITED; 3]));
-        self.path.turned.push(Turned { first, end: self.path.len(), words, to });
+        self.path.turned.push(Turned { first, end: self.path.len(), words, to, milled: None });
     }
 
     /// A simple cycle comes into force.
