@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.mapped import FREE, mapped
+from tests.support.mapped import FREE, mapped, path_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.field.field import Field, affine_field, function_field
 
@@ -193,3 +193,15 @@ def test_heights_that_count_from_where_the_tool_stands_follow_it(tmp_path: Path)
     with pytest.raises(TrueloopError, match=r"Z is displaced by 17\.00 µm more") as refused:
         lines(tmp_path, OLD, LOWER, "heidenhain")
     assert refused.value.code is Code.NC_MAP
+
+
+@pytest.mark.parametrize("remark", ["", " ;SURFACE"])
+def test_parameters_behind_a_skipped_definition_are_skipped_with_it(remark: str, tmp_path: Path) -> None:
+    """The control reads the lines behind `~` as one block: the hole is drilled from Q203 of the definition before."""
+    skipped = f"/ 4 CYCL DEF 201 REAMING ~\n  Q200=2 ~\n  Q201=-30 ~\n  Q203=-7{remark} ~\n  Q204=50\n"
+    text = KLARTEXT.replace("4 L X+10", skipped + "5 L X+10", 1)
+    written = lines(tmp_path, text, SHIFT, "heidenhain")
+    assert f"  Q203=-7{remark} ~" in written
+    assert "  Q203=-0.0500 ;SURFACE ~" in written
+    path = path_of(text, "heidenhain")
+    assert path.end_mm[:, 2].min() == -15.0

@@ -82,9 +82,24 @@ impl Lexer<'_> {
                 | Class::Other => self.unknown(self.at),
             }
         }
+        let optional = optional || self.goes_on_skipped(start);
         let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
         self.blocks.push(Block { start, end, first_word, optional, tape_mark });
         self.at += 1;
+    }
+
+    /// Whether a line goes on with an optional block: Q parameters behind one with `~`, or `$` of an OSP.
+    fn goes_on_skipped(&self, start: usize) -> bool {
+        let Some(before) = self.blocks.last().filter(|before| before.optional) else { return false };
+        let first = self.source.get(start..self.at).and_then(|line| line.trim_ascii_start().first());
+        let lines = self.source.get(before.start as usize..before.end as usize);
+        match first {
+            Some(b'Q' | b'q') => {
+                self.dialect.flow == FlowStyle::Labels && lines.is_some_and(|line| line.contains(&b'~'))
+            }
+            Some(b'$') => self.dialect.rules.sequence_names,
+            _ => false,
+        }
     }
 
     /// Whether only comments and further ends of a block follow on the line.
