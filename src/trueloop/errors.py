@@ -348,6 +348,7 @@ class Code(StrEnum):
     MIL_STATED = "MIL-STATED", "a stated value that the program contradicts", ("stated", "program")
     MIL_LEVELS = "MIL-LEVELS", "a face that is cut at several heights", ("feature", "levels_mm")
     MIL_REGISTER = "MIL-REGISTER", "a register of a radius or length that several tools use", ("register", "tools")
+    MIL_PROBE = "MIL-PROBE", "a part that a probing program cannot measure as stated"
     MIL_CORNER = "MIL-CORNER", "an inside corner that the tool would not fit into", ("tool", "corner_mm")
 
     # MCH: machine models

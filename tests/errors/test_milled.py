@@ -5,9 +5,11 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from trueloop.controllers.probing.inspection_plus import MacroProbe, inspection_plus_program
 from trueloop.errors import Code
 from trueloop.formats.examples import copy_example
 from trueloop.jobs.milled import KIND, entries_for_next_part, read_milled
+from trueloop.milled.feature import MilledFeature
 
 MEASURED = '[[measured]]\nfile = "part-1.dmo"\n'
 
@@ -36,6 +38,7 @@ def _from_two_offsets(text: str) -> str:
 
 FACED = "G0 X-90. Y95.\nG1 Z-15.02 F200.\nX90.\nG0 Z50.\n"
 CORNER = "G0 X-90. Y-90.\nG1 Z-5. F200.\nG41 D21 X-80.\nG3 X-70. Y-80. I0. J10.\nG40 G1 X-90.\nG0 Z50.\n"
+BORE = MilledFeature("B", "bore", (0.0, 0.0, 0.0), 1, "G54", 12.0, depth_mm=10.0)
 OTHER = {"kind": KIND, "part_type": "cover", "entries": []}
 SHIFTED = {
     "kind": KIND,
@@ -57,5 +60,6 @@ PRODUCERS = {
     Code.MIL_LEVELS: lambda: _job(str, program=lambda text: text.replace("T2 M6", FACED + "T2 M6")),
     Code.MIL_REGISTER: lambda: _job(str, program=lambda text: text.replace("D22", "D21")),
     Code.MIL_CORNER: lambda: _job(str, program=lambda text: text.replace("T2 M6", CORNER + "T2 M6")),
+    Code.MIL_PROBE: lambda: inspection_plus_program("p", [BORE], MacroProbe(30, 6.0, 2.0)),
     Code.MIL_RECORD: lambda: _job(_second('entered = ["entries.json"]\n'), OTHER),
 }

@@ -15,7 +15,7 @@ from trueloop.cli.program_file import (
     parameters_of,
     tools_of,
 )
-from trueloop.cli.shared_options import argument, option
+from trueloop.cli.shared_options import argument, option, positive
 from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines, print_table
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
@@ -108,6 +108,35 @@ def new(
     head = ("feature", "x mm", "y mm", "z mm", "size mm", "tool", "radius at", "work offset", "direction")
     print_table(head, (_feature_row(one) for one in made.features))
     print_lines([*made.notes, f"written: {made.file}"])
+
+
+@app.command()
+def probe(
+    job: Annotated[Path, argument("The milled part's job.", metavar="JOB.toml")],
+    output: Annotated[Path, option("The program to write.", "--output", "-o")],
+    tool: Annotated[int, option("Number of the probe's tool, and of its length offset.", min=1)],
+    ball_mm: Annotated[float, option("Diameter of the probe's ball.", callback=positive)],
+    clearance_mm: Annotated[float, option("Height, z of the work offset, over all that stands on the table.")],
+    approach_mm: Annotated[
+        float, option("Distance at which a measurement begins beside or above a surface.", callback=positive)
+    ] = 5.0,
+    as_json: AsJson = False,
+) -> None:
+    """Write the program that measures a job's features on a Fanuc or Haas mill, by Renishaw's Inspection Plus.
+
+    Prints the table [names] by which the job reads the print-out. Run it first in single block, with the rapid override
+    low: it knows the features of the job, and no clamps.
+    """
+    from trueloop.controllers.probing.inspection_plus import MacroProbe
+    from trueloop.jobs.milled_probe import names_table, write_probing_program
+
+    with busy(f"reading {job}"):
+        made, file = write_probing_program(job, output, MacroProbe(tool, ball_mm, clearance_mm, approach_mm))
+    if as_json:
+        names = {str(n): one.name for n, one in enumerate(made.measured, 1)}
+        print_json({"file": str(file), "names": names, "left_out": list(made.left_out)})
+        return
+    print_lines([*(f"not measured: {one}" for one in made.left_out), names_table(made), f"written: {file}"])
 
 
 def _feature_row(one: "MilledFeature") -> tuple[str, ...]:

@@ -29,6 +29,7 @@ class CutFeatures:
     compensation, and the cutter's own; mm.
 
     `lines`: that of each feature's last pass. `stated`: features that the program does not cut, as the job states them.
+    `dialect`: the program's, empty without one.
     """
 
     features: dict[str, MilledFeature]
@@ -39,6 +40,7 @@ class CutFeatures:
     cutter_mm: dict[str, float] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
     stated: tuple[str, ...] = ()
+    dialect: str = ""
 
     def require_room(self, tool: str, total_mm: float) -> None:
         """Raises MIL-CORNER where a radius that is larger by `total_mm` would not fit into an inside corner: controls
@@ -94,6 +96,7 @@ def cut_features(path: Path, job: MilledJobFile) -> CutFeatures:
         {str(tool): radius for tool, radius in by.radius_mm.items()},
         {one.name: line for one, line in found if line is not None},
         tuple(one.name for one, line in found if line is None),
+        dialect,
     )
 
 

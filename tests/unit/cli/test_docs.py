@@ -59,6 +59,7 @@ COMMANDS = (
     "tool list",
     "mill entries",
     "mill new",
+    "mill probe",
     "series add",
     "series status",
     "series propose",

@@ -121,6 +121,7 @@ class _Reader:
             nominal=nominal * scale,
             lower_limit=None if limit is None else nominal * scale - limit,
             upper_limit=None if limit is None else nominal * scale + limit,
+            feature=self.feature,
             axis=AXES.get(letter, "") if quantity is Quantity.POSITION else "",
             line=number,
         )
