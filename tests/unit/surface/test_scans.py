@@ -240,7 +240,10 @@ def test_points_of_a_wall_within_reach_of_the_face_are_told_by_their_normals() -
     wall_y, up = rng.uniform(1, 39, 400), rng.uniform(0.05, 0.5, 400)
     wall_x = np.full(400, 20.0)
     points = np.concatenate(
-        [np.stack([x, y, height_mm(x, y)], axis=1), np.stack([wall_x, wall_y, height_mm(wall_x, wall_y) + up], axis=1)]
+        [
+            np.stack([x, y, height_mm(x, y) + left_mm(x, y)], axis=1),
+            np.stack([wall_x, wall_y, height_mm(wall_x, wall_y) + up], axis=1),
+        ]
     )
     flat = np.tile([0.0, 0.0, 1.0], (3000, 1))
     normal = np.concatenate([flat, np.tile([1.0, 0.0, 0.0], (400, 1))])
@@ -260,3 +263,20 @@ def test_a_scan_needs_its_unit_and_its_frame_and_has_to_be_where_the_face_is(tmp
             read_surface(_job(tmp_path, gauging))
         assert caught.value.code is code
     assert "gauging.columns" in caught.value.hint
+
+
+@pytest.mark.parametrize(("decimals", "columns"), [(6, ""), (4, "columns = [1, 2, 3]"), (3, "")])
+def test_nominal_points_beside_a_column_of_deviations_are_no_scan(tmp_path: Path, decimals: int, columns: str) -> None:
+    """They would be a part without errors; its measured points, as few decimals as they have, are one."""
+    x, y = (grid.ravel() for grid in np.meshgrid(*[np.linspace(1.0, SIDE_MM - 1, 15)] * 2))
+    measured = height_mm(x, y) + left_mm(x, y)
+    for z, refused in ((height_mm(x, y), True), (measured, False)):
+        rows = np.column_stack([x, y, z, left_mm(x, y)])
+        np.savetxt(tmp_path / "P1.csv", rows, f"%.{decimals}f", ",", header="X,Y,Z,Deviation", comments="")
+        job = _job(tmp_path, f'points = ["P1.csv"]\nalignment = "datum"\nunit = "mm"\n{columns}')
+        if not refused:
+            assert len(read_surface(job).inputs.parts) == 1
+            continue
+        with pytest.raises(TrueloopError) as caught:
+            read_surface(job)
+        assert caught.value.code is Code.SRF_FILE and "exactly nominal" in str(caught.value)

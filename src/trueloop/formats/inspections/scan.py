@@ -40,11 +40,15 @@ MARKS: Final = re.compile(r"^\s*(?://|#)+\s*")
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Points (n, 3) in mm, their normals (n, 3), unit vectors, and their lines (n,) where the file has them."""
+    """Points (n, 3) in mm, their normals (n, 3), unit vectors, and their lines (n,) where the file has them.
+
+    `rounding_mm` is how far a point may be from where it was measured because its coordinates have few decimals.
+    """
 
     points_mm: Array
     normal: Array | None
     lines: Integers | None
+    rounding_mm: float = 0.0
 
 
 def is_scan(path: Path) -> bool:
@@ -166,7 +170,10 @@ def _cloud(path: Path, mm_per_unit: float | None, columns: Sequence[int] | None)
     if len(where) > len(POINT):
         length = np.linalg.norm(values[:, 3:], axis=1, keepdims=True)
         normal = values[:, 3:] / np.where(length > 0, length, np.nan)
-    return Scan(values[:, :3] * factor, normal, np.array([k for k, _ in kept]))
+    cells = [row[k] for row in rows for k in where[: len(POINT)] if k < len(row)]
+    decimals = max(len(cell.partition(".")[2]) for cell in cells)
+    rounding_mm = 0.5 * 10.0**-decimals * len(POINT) ** 0.5 * factor
+    return Scan(values[:, :3] * factor, normal, np.array([k for k, _ in kept]), rounding_mm)
 
 
 @dataclass(frozen=True)

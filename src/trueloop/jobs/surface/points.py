@@ -98,7 +98,8 @@ def read_measured(path: Path, job: SurfaceJobFile, surface: Surface, trim: Trim 
         )
     factor = None if gauging.unit is None else MM_PER_INCH if gauging.unit == "inch" else 1.0
     scan = read_scan(path, factor, gauging.columns)
-    measured = MeasuredPoints(scan.points_mm, gauging.ball_radius_mm, None, path.stem, str(path), scan.lines)
+    ball_radius_mm, at = gauging.ball_radius_mm, (path.stem, str(path), scan.lines)
+    measured = MeasuredPoints(scan.points_mm, ball_radius_mm, None, *at, rounding_mm=scan.rounding_mm)
     with in_file(str(path)):
         return on_face(surface, measured, scan.normal, options_from(SurfaceOptions, job).farthest_mm, trim)
 

@@ -19,7 +19,7 @@ class MeasuredPoints:
     """Points as a measuring machine gave them, in the part's frame: `points_mm` (n, 3), ball centres where
     `ball_radius_mm` is above zero, else points of the surface. `shape` (rows, columns) when they form a grid, row by
     row; a hole in it is a row of nan. `name` tells the part; `file` and `lines` (n,), 0 for a hole, where it was read;
-    `findings` on what was left out of the file.
+    `findings` on what was left out of the file. `rounding_mm` is how far rounded coordinates put a point off.
     """
 
     points_mm: Array
@@ -29,6 +29,7 @@ class MeasuredPoints:
     file: str | None = None
     lines: Integers | None = None
     findings: tuple[Finding, ...] = ()
+    rounding_mm: float = 0.0
 
     def place(self, number: int) -> Place:
         """Where a point, counted from 1, was read."""
@@ -129,6 +130,8 @@ FACING: Final = 0.9
 """Cosine between a point's normal and the face's from which the point may be on it: at a sharp edge a mesh has the mean
 of both faces' normals.
 """
+EXACT_MM: Final = (1e-4, 1e-3)
+"""No surface is cut as exactly, whatever the last digit of its points: the least and the most that rounding counts."""
 PLANE_POINTS: Final = 12
 """Points whose plane is the normal of a point, where the file has none."""
 
@@ -144,7 +147,7 @@ def on_face(
 
     On the face is a point within `farthest_mm` of it, whose foot is inside its edges, and whose normal is that of the
     face. `normal` (n, 3) points out of the material; without it that of neighbouring points counts, of either sign.
-    Raises SRF-OFF where no point is left.
+    Raises SRF-OFF where no point is left, SRF-FILE where all that are have no error.
     """
     points, total = scan.points_mm, len(scan.points_mm)
     some = near(surface, points, farthest_mm + scan.ball_radius_mm)
@@ -153,7 +156,7 @@ def on_face(
         here = (np.abs(feet.distance_mm - scan.ball_radius_mm) <= farthest_mm) & (feet.beyond_mm == 0)
         if trim is not None and np.any(here):
             here[here] = ~trim(feet.u[here], feet.v[here]).astype(np.bool_)
-        some, of_face = some[here], feet.normal[here]
+        some, of_face, off_mm = some[here], feet.normal[here], feet.distance_mm[here] - scan.ball_radius_mm
     beside = total - len(some)
     facing: Flags = np.ones(len(some), dtype=np.bool_)
     if len(some) > PLANE_POINTS:
@@ -168,6 +171,15 @@ def on_face(
             hint="look at unit, frame, face and gauging.columns: the scan has to be in the frame of the CAD model",
             override="gauging.farthest_mm in the job",
             values={"part": scan.name, "limit_mm": farthest_mm},
+        )
+    exact_mm = float(np.clip(scan.rounding_mm, *EXACT_MM))
+    if len(kept) > PLANE_POINTS and np.all(np.abs(off_mm[facing]) <= exact_mm):
+        raise Code.SRF_FILE.refusal(
+            f"all {len(kept)} points of {scan.name!r} on the face are exactly nominal, within {exact_mm:.2g} mm: not "
+            "measured",
+            hint="name the columns of the measured x, y and z: gauging.columns in the job; where the file has "
+            "deviations alone, export the measured points",
+            place=Place(scan.file),
         )
     note = Finding(
         Severity.NOTE,

@@ -1,5 +1,7 @@
 """Tables of any columns: what stands where, in which unit and with which sign, read from texts written here."""
 
+import itertools
+import shlex
 from datetime import datetime
 from pathlib import Path
 
@@ -12,6 +14,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
 from trueloop.formats.inspections.shared.checks import within
+from trueloop.formats.inspections.tables.propose import propose
+from trueloop.formats.inspections.tables.read import grid_of
 
 GERMAN = """Prüfprotokoll;;;;;;;
 Teilebezeichnung: Welle;;;;;;;
@@ -504,3 +508,36 @@ def test_german_headings_of_tolerances(tmp_path: Path, upper: str, lower: str) -
 def test_columns_of_numbers_that_are_not_read_are_named(tmp_path: Path) -> None:
     file = _read(tmp_path, "Name;Nominal [mm];Actual;Grenze A;Cpk;Nr;Note 2\nD1;25;25.01;25.02;1.3;1;fine\n")
     assert any(remark.text == "1 columns of numbers are not read: 'Grenze A'" for remark in file.remarks)
+
+
+@pytest.mark.parametrize(
+    ("text", "proposed"),
+    [
+        (
+            "Name;Nominal;Actual;Max;Min\nD1;25;25.01;0.02;-0.02\nL1;0.03;0.04;0.05;0.01\n",
+            "upper_tolerance=Max lower_tolerance=Min",
+        ),
+        (
+            "Name;Nominal;Actual;Oben;Unten\nD1;25;25;25.1;24\nL1;30;30;30.1;29\nL2;8;8;0.1;-0.1\n",
+            "upper_limit=Oben lower_limit=Unten",
+        ),
+        ("Name;Nominal;Probe A;StdDev;Cpk\nD1;25;25.01;0.002;1.3\n", "actual=Probe A"),
+    ],
+)
+def test_the_command_of_a_hint_leads_on_and_proposes_no_statistics(tmp_path: Path, text: str, proposed: str) -> None:
+    file = tmp_path / "part.csv"
+    file.write_text(text)
+    with pytest.raises(TrueloopError) as refusal:
+        propose(grid_of(file))
+    words = shlex.split((refusal.value.hint or "").partition(": ")[2])
+    options = [word for before, word in itertools.pairwise(words) if before == "--column"]
+    assert " ".join(options) == proposed
+    given = {key: [name] for key, _, name in (option.partition("=") for option in options)}
+    assert {
+        str(key): [name] for key, name in propose(grid_of(file), given).columns.named().items()
+    }.items() >= given.items()
+
+
+def test_a_table_of_statistics_alone_has_no_actual_value(tmp_path: Path) -> None:
+    error = _refused(tmp_path, "Name;Nominal;Mean;Min;Max;StdDev\nD1;25.000;25.010;24.990;25.030;0.002\n", unit="mm")
+    assert error.code is Code.MSR_MEANING and "StdDev" not in str(error)

@@ -163,11 +163,11 @@ class _Table:
         known = [(abs(size - value), abs(value)) for size, value in pairs if size and value is not None]
         limits = sum(near_nominal < near_zero for near_nominal, near_zero in known)
         if 0 < limits < len(known):
-            raise _refusal(
-                self.grid,
-                f"column {self.header.names[column]!r} holds limits in {limits} of {len(known)} rows",
-                self.header.row,
-            )
+            kind = "limit" if 2 * limits > len(known) else "tolerance"
+            names = {ENDS[name]: k for k, name in reversed(list(enumerate(self.header.plain))) if name in ENDS}
+            both = {f"{end}_{kind}": self.header.names[k] for end, k in sorted(names.items(), reverse=True)}
+            why = f"column {self.header.names[column]!r} holds limits in {limits} of {len(known)} rows"
+            raise self._refusal_of(why, {key: [name] for key, name in both.items() if key not in self.given})
         return Role(f"{end}_{'limit' if limits else 'tolerance'}"), 1
 
     def _several(self, chosen: dict[str, str]) -> dict[str, tuple[str, ...]]:
@@ -207,7 +207,12 @@ class _Table:
         return plain(next((cell for cell in reversed(above) if cell), ""))
 
     def _refusal(self, why: str, key: str, *headings: str) -> TrueloopError:
-        options = " ".join(f"--column {key}={shlex.quote(heading)}" for heading in headings)
+        return self._refusal_of(why, {key: headings})
+
+    def _refusal_of(self, why: str, columns: Given) -> TrueloopError:
+        """The refusal with the command that names these columns, beside those that are named already."""
+        every = [(key, name) for named in (self.given, columns) for key, names in named.items() for name in names]
+        options = " ".join(f"--column {key}={shlex.quote(name)}" for key, name in every)
         hint = f"say which: {map_command(self.grid.path, options)}"
         return _refusal(self.grid, why, self.header.row, hint)
 
