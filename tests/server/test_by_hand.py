@@ -88,6 +88,12 @@ def by_command(folder: Path, values: Mapping[str, str], *more: str, serial: str 
     return (folder / serial / "out" / "corrected.nc").read_bytes()
 
 
+def chuck_end_mm(program: bytes) -> float:
+    """The last diameter that is cut, at z −112."""
+    (line,) = [one for one in program.decode().splitlines() if "Z-112" in one]
+    return float(re.findall(r"X([\d.]+)", line)[0])
+
+
 def moves(program: bytes) -> list[str]:
     """Its lines but for the record's id."""
     return [line for line in program.decode().splitlines() if "trueloop" not in line.lower()]
@@ -134,6 +140,9 @@ def test_two_parts_are_corrected_as_by_the_command_line(service: Running, tmp_pa
         assert first["id"] in unsaid.json()["detail"]
     said = {"cut_with": first["id"], "cut_by": "corrected"}
     second = corrected(otto, part, measured(AFTER, serial="0018", **said))
+    ends = [chuck_end_mm(file_of(otto, one, "corrected.nc")) for one in (first, second)]
+    assert ends[0] == pytest.approx(44.0 - 0.031, abs=0.002)
+    assert ends[1] - ends[0] == pytest.approx(-0.006, abs=0.002)  # diameters, as the second part was read
     record = by_command(tmp_path, AFTER, f'cut_with = "{first_id(tmp_path)}"', 'cut_by = "corrected"', serial="0018")
     assert moves(file_of(otto, second, "corrected.nc")) == moves(record)
     alone = corrected(otto, part, measured(AFTER, serial="", **said))

@@ -21,6 +21,7 @@ PAGES = (
     "/proposals",
     "/proposals/dome1",
     "/programs",
+    "/correct",
     "/files",
     "/certificates",
     "/alarms",

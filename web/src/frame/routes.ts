@@ -27,6 +27,7 @@ export const SECTIONS: [Entry, ...Entry[]][] = [
     { href: "/diagnosis", name: "page.diagnosis" },
   ],
   [
+    { href: "/correct", name: "page.correct" },
     { href: "/programs", name: "page.programs" },
     { href: "/files", name: "page.files" },
   ],
@@ -60,6 +61,7 @@ const OfSeries = lazy(() => import("../pages/diagnosis/OfSeries"));
 const OfPart = lazy(() => import("../pages/diagnosis/OfPart"));
 const Wall = lazy(() => import("../pages/Wall"));
 const Programs = lazy(() => import("../pages/Programs"));
+const Correct = lazy(() => import("../pages/Correct"));
 const Files = lazy(() => import("../pages/Files"));
 const Diff = lazy(() => import("../pages/Diff"));
 
@@ -88,6 +90,7 @@ export const ROUTES: { path: string; page: ComponentType<{ id: string; of: strin
   { path: "/settings", page: Settings },
   { path: "/wall", page: Wall },
   { path: "/programs", page: Programs },
+  { path: "/correct", page: Correct },
   { path: "/files", page: Files },
   { path: "/programs/:of/diff/:id", page: Diff },
 ];

@@ -1,10 +1,12 @@
 import { charts } from "./de.charts";
+import { correct } from "./de.correct";
 import { settings } from "./de.settings";
 import type { Key } from "./en";
 
 /** Alle Worte der Seiten auf Deutsch. */
 export const de: Record<Key, string> = {
   ...charts,
+  ...correct,
   ...settings,
 
   "loading": "Wird geladen",

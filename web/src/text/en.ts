@@ -1,9 +1,11 @@
 import { charts } from "./en.charts";
+import { correct } from "./en.correct";
 import { settings } from "./en.settings";
 
 /** All words of the pages in English; the keys are those of every language. */
 export const en = {
   ...charts,
+  ...correct,
   ...settings,
 
   "loading": "Loading",

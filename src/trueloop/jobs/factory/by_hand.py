@@ -218,11 +218,12 @@ def _shown(job: Path, say: Texts) -> PartByHand:
 
 
 def _ways(of: Correction) -> tuple[Way, ...]:
-    """Ways that a correction may be carried out, the recommended one first."""
+    """Ways that a correction may be carried out, the recommended one first; an offset is typed, or set by a program."""
     beside = of.by_tool is not None and of.by_tool.comes_first and of.options.by == "auto"
     wear: list[Way] = ["wear"] if of.wear.tool and (of.decision.by_offset or beside) else []
     recommended: Mapping[Ran, Way] = {Ran.WEAR: "wear", Ran.OFFSETS: "offsets", Ran.CORRECTED: "corrected"}
-    return tuple(dict.fromkeys([recommended[of.recommended], *wear]))
+    way = recommended[of.recommended]
+    return tuple(dict.fromkeys([*wear, way] if of.decision.by_offset else [way, *wear]))
 
 
 def _corrected(done: Done, say: Texts, files: tuple[FileMade, ...]) -> CorrectedByHand:

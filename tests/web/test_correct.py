@@ -1,0 +1,115 @@
+"""A part corrected in the browser: program dropped, sizes typed, the wear number read; on a desk and on a telephone."""
+
+import os
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.server.test_by_hand import AFTER, READ, SHAFT
+from tests.support.axe import findings
+from tests.support.factory import Shop
+from tests.support.served import NARROW, WIDE, Browsing, Window
+from tests.web.test_decide import own, shop
+from tests.web.test_pages import SMALL, WIDER
+from trueloop.domain.record import sha256_of
+from trueloop.jobs.factory.by_hand import made_before
+
+__all__ = ["own", "shop"]
+PICTURES = os.environ.get("TRUELOOP_SCREENSHOTS")
+"""A folder for pictures of every step, to be looked at."""
+
+
+LONG_MS = 60_000
+"""For a process that reads the first file to begin, and for a correction, on a machine that does much else."""
+
+
+def usable(window: Window, name: str) -> None:
+    """Nothing scrolls sideways, fingers hit all, and it can be read aloud."""
+    assert window.page.evaluate(WIDER) <= 0, name
+    assert window.page.evaluate(SMALL) == [], name
+    assert findings(window) == [], name
+    if PICTURES:
+        window.page.screenshot(path=Path(PICTURES) / f"{name}.png", full_page=True)
+
+
+def shown(window: Window, program: bytes = SHAFT) -> None:
+    """Hands a program over that several controls could run: which it is, is asked for."""
+    window.go("/files")  # the page begins anew
+    window.go("/correct")
+    page = window.page
+    page.get_by_label("Drop the finish program").set_input_files(
+        {"name": "finish.nc", "mimeType": "text/plain", "buffer": program}
+    )
+    expect(page.locator("main")).to_contain_text("Program: finish.nc", timeout=LONG_MS)
+    page.get_by_label("Nose radius of the finishing tool").fill("0,8")
+    page.get_by_role("button", name="Show the part").click()
+    expect(page.get_by_role("alert").locator("code")).to_have_text("NC-DIALECT", timeout=LONG_MS)
+    page.get_by_label("Control").select_option("fanuc-lathe")
+    page.get_by_role("button", name="Show the part").click()
+
+
+def measured(window: Window, values: dict[str, str], serial: str) -> None:
+    numbers = window.page.get_by_role("textbox")
+    for name, value in values.items():
+        numbers.and_(window.page.get_by_label(name)).fill(value)
+    window.page.get_by_label("Serial number or mark").fill(serial)
+    window.page.get_by_label("± of the gauge").fill("4")
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["desk", "telephone"])
+def test_a_shaft_is_corrected_and_the_next_one_asks_what_cut_it(
+    own: Browsing, shop: Shop, size: tuple[int, int]
+) -> None:
+    with own.window("operator", size) as window:
+        page = window.page
+        page.set_default_timeout(LONG_MS)
+        shown(window)
+        expect(page.get_by_role("img", name="cylinder-1")).to_be_visible(timeout=LONG_MS)
+        go = page.get_by_role("button", name="Correct", exact=True)
+        expect(go).to_be_disabled()
+        usable(window, f"part-{size[0]}")
+        measured(window, READ, "0017")
+        go.click()
+        result = page.get_by_role("region", name="What to do")
+        expect(result.get_by_role("link")).to_have_text("Download corrected.nc", timeout=LONG_MS)
+        expect(result).not_to_contain_text("wear X")  # never both
+        usable(window, f"contour-{size[0]}")
+        result.get_by_label("One of them, never both").select_option("wear")
+        expect(result).to_contain_text("T3 wear X −0.022 mm (diameter), Z +0.000 (X ± 0.012")
+        expect(result.get_by_role("link")).to_have_count(0)
+        usable(window, f"wear-{size[0]}")
+        (known,) = made_before(shop.store, sha256_of(SHAFT))
+        with page.expect_download() as download:
+            page.get_by_role("link", name="Download report.html").click()
+        assert b"<svg" in Path(download.value.path()).read_bytes()
+
+        shown(window)  # the second part
+        measured(window, AFTER, "0018")
+        expect(page.locator("main")).to_contain_text("state what cut this part first")
+        page.get_by_label("What cut this part").select_option(f"{known.id} wear")
+        go.click()
+        expect(page.get_by_role("region", name="What to do")).to_contain_text("T3 wear X", timeout=LONG_MS)
+        assert window.complaints == []
+
+
+def test_what_is_wrong_is_shown_with_its_code_and_a_question_is_answered(own: Browsing) -> None:
+    with own.window("engineer", NARROW) as window:
+        page = window.page
+        page.set_default_timeout(LONG_MS)
+        window.go("/correct")
+        expect(page.get_by_role("button", name="Show the part")).to_be_disabled()
+        shown(window, SHAFT.replace(b"G21 ", b""))
+        expect(page.get_by_role("alert").locator("code")).to_have_text("NC-UNIT", timeout=LONG_MS)
+        usable(window, "question")
+        page.get_by_label("Unit").select_option("mm")
+        page.get_by_role("button", name="Show the part").click()
+        expect(page.get_by_role("img", name="cylinder-1")).to_be_visible(timeout=LONG_MS)
+        measured(window, {**READ, "cylinder-3 a": "1.1817"}, "1")
+        page.get_by_role("button", name="Correct", exact=True).click()
+        expect(page.get_by_role("alert").locator("code")).to_have_text("MSR-NOMINAL", timeout=LONG_MS)
+        usable(window, "refused")
+    with own.window("viewer") as window:
+        window.go("/correct")
+        expect(window.page.locator("main")).to_contain_text("needs the role operator; you are viewer")
+        assert window.complaints == []

@@ -1,0 +1,155 @@
+import { NativeSelect, TextInput } from "@mantine/core";
+import { useState } from "react";
+
+import { useChange } from "../../api/asking";
+import type { Shape } from "../../api/client";
+import { moment, number } from "../../show/format";
+import { useLengths, useReader } from "../../show/lengths";
+import { Act, Refused, Rows, Section, useWhyNot } from "../../show/parts";
+import { useName, useText } from "../../text/text";
+import type { Seen } from "../Correct";
+import { Content } from "../files/Content";
+import { Drawn } from "./Drawn";
+import { MM_PER_INCH, typed } from "./Given";
+import { Result } from "./Result";
+
+type Readings = Shape<"AskedReadings">;
+type Size = Shape<"SizeToMeasure">;
+const WAYS = ["auto", "offset", "contour"] as const;
+const EMPTY = { serial: "", instrument: "", u: "", allowance: "", cut: "", by: "auto" };
+
+/** The part in a picture, the sizes with a field for each, and what else has to be stated of the part. */
+export function Measure({ asked, part, file }: Seen) {
+  const text = useText();
+  const word = useName();
+  const whyNot = useWhyNot()("operator");
+  const inch = useLengths().unit === "inch";
+  const reader = useReader();
+  const correcting = useChange<Shape<"CorrectedByHand">>();
+  const [values, read] = useState<Record<string, string>>({});
+  const [stated, state] = useState(EMPTY);
+  const [done, show] = useState<Shape<"CorrectedByHand">>();
+  const field = (name: keyof typeof EMPTY) => ({
+    value: stated[name],
+    onChange: (event: { currentTarget: { value: string } }) => {
+      const { value } = event.currentTarget;
+      state((before) => ({ ...before, [name]: value }));
+      show(undefined);
+    },
+  });
+  const given = Object.fromEntries(
+    Object.entries(values)
+      .map(([name, one]) => [name, one.split(";").map((each) => each.trim()).filter(Boolean)] as const)
+      .filter(([, each]) => each.length > 0),
+  );
+  const [cut_with = "", cut_by] = stated.cut.split(" ");
+  const u = typed(stated.u);
+  const allowance = typed(stated.allowance);
+  const measured: Readings = {
+    values: file ? {} : given,
+    file: file?.sha256 ?? "",
+    mapping_toml: file?.measurement?.mapping_toml ?? "",
+    serial: stated.serial.trim(),
+    instrument: stated.instrument.trim(),
+    expanded_uncertainty_um: u === null ? null : u * (inch ? MM_PER_INCH / 1000 : 1),
+    measured_allowance_mm: allowance === null ? null : allowance * (inch ? MM_PER_INCH : 1),
+    by: WAYS.find((one) => one === stated.by) ?? "auto",
+    cut_with,
+    cut_by: (["wear", "offsets", "corrected"] as const).find((one) => one === cut_by) ?? null,
+  };
+  const before = part.made_before ?? [];
+  const why =
+    whyNot ||
+    (!file && Object.keys(given).length === 0 && text("correct.values.first")) ||
+    (!file && !measured.serial && text("correct.serial.first")) ||
+    (before.length > 0 && !cut_with && !allowance && text("correct.cut.first")) ||
+    "";
+  const go = () =>
+    correcting.mutate({ path: `by-hand/correction?${reader}`, body: { part: asked, measured } }, { onSuccess: show });
+  return (
+    <>
+      <Section title={text("correct.part")}>
+        <p>{text("correct.tools", { tools: (part.tools ?? []).join(", "), dialect: part.dialect ?? "" })}</p>
+        {part.picture && <Drawn of={part.picture} />}
+        {file ? (
+          <>
+            <p>{text("correct.from.file", { name: file.name })}</p>
+            <Content view={file} />
+          </>
+        ) : (
+          <>
+            <p className="soft">{text("correct.how")}</p>
+            <Sizes part={part} values={values} read={(name, one) => (read((all) => ({ ...all, [name]: one })), show(undefined))} />
+          </>
+        )}
+        <div className="fields">
+          <div className="two">
+            <TextInput label={text("correct.serial")} description={text("correct.serial.why")} required={!file} {...field("serial")} />
+            <TextInput label={text("correct.instrument")} {...field("instrument")} />
+            <TextInput label={text("correct.u")} inputMode="decimal" {...field("u")} />
+            <TextInput label={text("correct.allowance")} inputMode="decimal" {...field("allowance")} />
+            {before.length > 0 && (
+              <NativeSelect
+                label={text("correct.cut")}
+                {...field("cut")}
+                data={[
+                  { value: "", label: text("correct.cut.choose") },
+                  { value: "given", label: text("correct.cut.given") },
+                  ...before.flatMap(({ id, made_at, serial, ways }) => {
+                    const of = text("correct.cut.of", { id, serial, at: moment(made_at) });
+                    return ways.map((way) => ({ value: `${id} ${way}`, label: text(`correct.cut.${way}`, { of }) }));
+                  }),
+                ]}
+              />
+            )}
+            <NativeSelect label={text("correct.by")} {...field("by")} data={WAYS.map((value) => ({ value, label: word("correct.by", value) }))} />
+          </div>
+          <Refused problem={correcting.error} />
+          <Act label={text("correct.go")} why={why} busy={correcting.isPending} onClick={go} />
+        </div>
+      </Section>
+      {done && <Result made={done} given={asked.program} />}
+    </>
+  );
+}
+
+interface OfSizes {
+  part: Seen["part"];
+  values: Record<string, string>;
+  read: (name: string, value: string) => void;
+}
+
+/** A row for each size by its number in the picture; values in the unit of the program. */
+function Sizes({ part, values, read }: OfSizes) {
+  const text = useText();
+  const inch = part.unit === "inch";
+  const unit = inch ? "in" : "mm";
+  const said = (mm: number | null | undefined, of: Size) =>
+    number(mm === null || mm === undefined || of.quantity === "angle" || !inch ? mm : mm / MM_PER_INCH, inch ? 4 : 3);
+  const what = (of: Size) => ({ diameter: "Ø", radius: "R" })[of.quantity] ?? of.quantity;
+  return (
+    <Rows
+      label={text("correct.part")}
+      none=""
+      head={[text("correct.size"), text("head.feature"), text("head.nominal"), text("correct.at"), text("correct.measured", { unit })]}
+      rows={(part.sizes ?? []).map((of) => ({
+        key: of.name,
+        cells: [
+          <strong>{of.number}</strong>,
+          `${of.feature}${of.other ? ` ${text("correct.from", { feature: of.other })}` : ""}`,
+          <span className="number">
+            {what(of)} {said(of.nominal, of)}
+          </span>,
+          <span className="number">{said(of.at_z_mm, of)}</span>,
+          <TextInput
+            aria-label={`${of.number} ${of.name}`}
+            inputMode="decimal"
+            autoComplete="off"
+            value={values[of.name] ?? ""}
+            onChange={(event) => read(of.name, event.currentTarget.value)}
+          />,
+        ],
+      }))}
+    />
+  );
+}
