@@ -158,10 +158,11 @@ def characteristics_words(judged: Sequence[Judged], say: Texts = ENGLISH) -> lis
         return without
     before = [one.before for one in judged if one.before is not None]
     tightest = tightest_of(judged)
-    words = [say("As measured: {counts}.", counts=_counted(before, say))] if before else []
+    words = [say("Characteristics as measured: {counts}.", counts=_counted(before, say))] if before else []
+    after = _counted([one.after for one in judged], say)
     return [
         *words,
-        say("Expected after the next cut: {counts}.", counts=_counted([one.after for one in judged], say)),
+        say("Characteristics expected after the next cut: {counts}.", counts=after),
         say(
             "Tightest: {name}, in with a probability of {probability}.",
             name=tightest.characteristic.name,
@@ -188,11 +189,13 @@ def share(probability: float | None, say: Texts = ENGLISH) -> str:
 
 
 def _counted(judgements: Sequence[Judgement], say: Texts) -> str:
-    counts = {kind: sum(one.verdict == kind for one in judgements) for kind in ("in", "out", "undecided")}
-    found = ", ".join(f"{count} {say.note(VERDICTS[kind])}" for kind, count in counts.items() if count)
-    if len(judgements) == 1:
-        return say("{counts} of 1 characteristic", counts=found)
-    return say("{counts} of {n} characteristics", counts=found, n=len(judgements))
+    counts = {kind: sum(one.verdict == kind for one in judgements) for kind in VERDICTS}
+    words = {
+        "in": say("{n} within limits", n=counts["in"]),
+        "out": say("{n} out of limits", n=counts["out"]),
+        "undecided": say("{n} undecided", n=counts["undecided"]),
+    }
+    return ", ".join(words[kind] for kind, count in counts.items() if count)
 
 
 def _asked(one: Characteristic) -> dict[str, object]:
