@@ -1,7 +1,10 @@
 """What cut a measured part is a fact: the next correction is the whole one, however the last one was carried out."""
 
+import json
 import math
+import re
 import shutil
+import time
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -269,6 +272,43 @@ def test_it_is_asked_for_where_the_time_of_the_measurement_is_not_stated(tmp_pat
     assert 'programs.cut_with = "given"' in asked.value.hint and not (tmp_path / "o2").exists()
     second = correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"', untimed, db=db)
     assert all("29.946" in line or "35.946" in line for line in diameters(second))
+
+
+def test_it_is_asked_for_where_only_one_of_the_two_jobs_states_the_tool_s_number(tmp_path: Path) -> None:
+    correct(tmp_path, 1, FIRST, "contour")
+    correct(tmp_path, 2, SECOND, "contour", 'cut_with = "given"')
+    job = tmp_path / "j2.toml"
+    job.write_text(job.read_text().replace("number = 3\nname", "name").replace('cut_with = "given"', ""))
+    with pytest.raises(TrueloopError, match="CMP-CUT-WITH"):
+        compensate_and_keep(job, tmp_path / "o2", Keeping(db=False))
+
+
+def test_of_a_day_without_a_time_its_corrections_may_have_been_in_force(tmp_path: Path) -> None:
+    """Files that state a date alone are read as midnight."""
+    correct(tmp_path, 1, FIRST, "contour")
+    record = tmp_path / "o1/record.json"
+    record.write_text(re.sub(r'("made_at": )"[^"]*"', r'\1"2026-11-29T09:30:00+00:00"', record.read_text()))
+    with pytest.raises(TrueloopError, match="CMP-CUT-WITH"):
+        correct(tmp_path, 2, SECOND, "contour", "", "measured_at = 2026-11-29T00:00:00Z")
+    second = correct(
+        tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"', "measured_at = 2026-11-29T00:00:00Z"
+    )
+    assert all("29.946" in line or "35.946" in line for line in diameters(second))
+    with pytest.raises(TrueloopError, match="MSR-OLD") as refused:  # the day before it was made
+        correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"', "measured_at = 2026-11-28T00:00:00Z")
+    assert "after_record" not in (refused.value.hint or "")
+
+
+def test_a_correction_that_is_written_again_is_no_younger_than_the_part_that_it_cut(tmp_path: Path) -> None:
+    correct(tmp_path, 1, FIRST, "contour")
+    made_at = json.loads((tmp_path / "o1/record.json").read_text())["made_at"]
+    time.sleep(1.1)  # records hold seconds
+    measured_at = f"measured_at = {datetime.now(UTC).isoformat()}"
+    time.sleep(1.1)
+    compensate_and_keep(tmp_path / "j1.toml", tmp_path / "o1", Keeping(db=False))
+    assert json.loads((tmp_path / "o1/record.json").read_text())["made_at"] == made_at
+    with pytest.raises(TrueloopError, match="CMP-CUT-WITH"):
+        correct(tmp_path, 2, SECOND, "contour", "", measured_at)
 
 
 def test_it_is_asked_how_an_offset_was_in_force(tmp_path: Path) -> None:

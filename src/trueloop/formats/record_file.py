@@ -49,6 +49,30 @@ def read_record(path: Path) -> Record:
         raise _refused_key(path, text, error.errors()[0]) from error
 
 
+def record_of_edge(path: Path, setup: str, called: tuple[int, int]) -> str | None:
+    """Returns the id of an edge's correction that a `part.json` lists, None where it has none of that edge.
+
+    `called`: number and edge of its tool, in a set-up of that name, "" where the job has none. Raises REC-FILE.
+    """
+    text = read_text(path, Code.REC_FILE, hint=HINT)
+    try:
+        content = json.loads(text)
+        setups = content["setups"] if setup else [{**content, "name": ""}]
+        edges = [edge for one in setups if one["name"] == setup for edge in one["edges"]]
+        ids = [edge["record_id"] for edge in edges if (edge["number"], edge["edge"]) == called]
+        if all(one is None or isinstance(one, str) for one in ids):
+            return next(iter(ids), None)
+    except (ValueError, LookupError, TypeError, RecursionError) as error:
+        raise _no_part(path, f"{type(error).__name__}: {error}") from error
+    raise _no_part(path, "an id of a correction is not a text")
+
+
+def _no_part(path: Path, why: str) -> TrueloopError:
+    return Code.REC_FILE.refusal(
+        f"{path.name!r} is not the list of a part's corrections: {why}", hint=WHOLE, place=Place(str(path))
+    )
+
+
 def record_beside(target: Path, record: Record) -> Named:
     """Returns the record of a written program, as a file beside it."""
     return f"{target.stem}.record.json", record.to_json().encode()

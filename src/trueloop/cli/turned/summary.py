@@ -69,8 +69,9 @@ def _features(corrected: PartCorrection) -> "Table":
 
 def _rows(of: EdgeCorrection) -> Iterator[tuple[str, ...]]:
     if of.correction is None:
+        words = "left as programmed" if of.kept is None else f"correction {of.kept.id} stays in force"
         for feature in of.features:
-            yield feature, of.tool, "0", "", "", "", "not measured: left as programmed"
+            yield feature, of.tool, "0", "", "", "", f"not measured: {words}"
         return
     for line in feature_summaries(of.correction):
         shown = signed(line.figures.before_worst_um), signed(line.expected_um), plain(line.expanded_u_um)

@@ -146,8 +146,8 @@ class ProgramsTable(Table):
     """Allowance that the semi-finish program leaves on, along the normal."""
     cut_with: str = ""
     """How the measured finished part was cut: by `"given"`, the finish program as it is; or by the record of the
-    correction that was in force, `"o1/record.json"` (of several tools or set-ups `"o1/part.json"`), with a store its id
-    too. The result is then the whole correction, of which the one in force is a part.
+    correction that was in force, `"o1/record.json"`, or with a store its id; of several tools or set-ups by
+    `"o1/part.json"`. The result is then the whole correction, of which the one in force is a part.
     """
     cut_by: Literal["corrected", "offsets", "wear"] | None = None
     """How that correction was in force: by the `"corrected"` program, by the program with tool `"offsets"`, or as

@@ -13,7 +13,7 @@ from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
 from trueloop.jobs.store.where import Beside, Choice, store_of
 from trueloop.jobs.turned.job import ReadCuts, ReadJob, read_cuts, read_job
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.outputs import METRIC, new_tables, outputs_of, outputs_of_part
+from trueloop.jobs.turned.outputs import METRIC, as_first_made, new_tables, outputs_of, outputs_of_part
 from trueloop.jobs.turned.shares import require_edges_named, stored_inputs
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.part import PartCorrection, correct_part
@@ -187,7 +187,7 @@ def corrected_into(
     That is kept in the store as `keeping` says; None: nothing is kept. Raises what correcting refuses, STO, EDG, MEM
     and OUT errors.
     """
-    corrected = _corrected(cuts, store, memory)
+    corrected = as_first_made(_corrected(cuts, store, memory), folder)
     contents = [*new_tables(files, corrected), *outputs_of_part(corrected, page, pdf).items()]
     kept = None if store is None or keeping is None else _kept(store, files, corrected, keeping)
     with kept_all_the_same(kept):

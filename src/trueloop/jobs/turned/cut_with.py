@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, time, timedelta
 from os import DirEntry, scandir
 from os.path import relpath
 from pathlib import Path
@@ -16,10 +16,11 @@ from trueloop.domain.life import Ran
 from trueloop.domain.record import Product, Record, sha256_of
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.jobs.tool_tables import ToolsTable
-from trueloop.formats.record_file import read_record
+from trueloop.formats.record_file import read_record, record_of_edge
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import InForce, in_force
+from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
@@ -50,8 +51,9 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
     """
     programs, after = files.job.own_programs, files.job.gauging.after_record
     if after is not None:
-        record = read_record(files.sources.file(_of_edge(files, after)))
-        require_later(record, inputs.inspections, files.path, time_needed=True)
+        file = _of_edge(files, Path(after))
+        if file is not None:
+            require_later(read_record(file), inputs.inspections, files.path, time_needed=True)
     stated = programs.cut_with or ("" if after is None else str(after))
     if not inputs.measured_finished:
         if programs.cut_with not in ("", GIVEN):
@@ -79,24 +81,57 @@ def _stated(files: JobFiles, inputs: Inputs, stated: str, by: Ran | None) -> InF
         return InForce(stated=True)
     if ID.fullmatch(stated) and not (files.path.parent / stated).exists():
         return InForce(stored=stated, by=by)
-    file = files.sources.file(stated)
-    if file.name == OF_ALL:
-        file = files.sources.file(_of_edge(files, Path(stated)))
-        if not file.is_file():  # nothing was measured of what the edge cuts
-            return InForce(stated=True)
+    file = _of_edge(files, Path(stated))
+    if file is None:
+        return InForce(stated=True)
     record = read_record(file)
+    tool = files.job.tool
+    if isinstance(tool, ToolsTable) and not is_of_edge(record, CuttingEdge(tool.called, 0.0, tool.groove_corner)):
+        return InForce(stated=True)
     require_later(record, inputs.inspections, files.path, time_needed=False)
     found = in_force(record, by, inputs.program, inputs.lines, _sha256_beside(file, record, by))
     require_another_part(record, inputs.inspections)
     return replace(found, stated=True)
 
 
-def _of_edge(files: JobFiles, name: Path) -> Path:
-    """The record of the job's tool beside a `part.json`; any other file as it is."""
+def _of_edge(files: JobFiles, name: Path) -> Path | None:
+    """Returns the record of the job's tool where `name` is a `part.json`, None where that lists no correction of it;
+    any other file as it is. Raises REC errors.
+    """
+    file = files.sources.file(name)
     if name.name != OF_ALL or not isinstance(files.job.tool, ToolsTable):
-        return name
-    label = files.job.tool.called.words.replace(" ", "-")
-    return name.with_name(f"record-{f'{files.setup}-' if files.setup else ''}{label}.json")
+        return file
+    called = files.job.tool.called
+    wanted = record_of_edge(file, files.setup, (called.number, called.edge))
+    if wanted is None:
+        return None
+    label = called.words.replace(" ", "-")
+    record = files.sources.file(name.with_name(f"record-{f'{files.setup}-' if files.setup else ''}{label}.json"))
+    if read_record(record).id != wanted:
+        raise Code.REC_FILE.refusal(
+            f"{record.name!r} is not the record of correction {wanted}, which {file.name!r} lists",
+            hint=f"name a {OF_ALL} beside the records that were written with it",
+            place=Place(str(file)),
+        )
+    return record
+
+
+def is_of_edge(record: Record, called: CuttingEdge) -> bool:
+    """Returns whether a correction moves what an edge of a job with several cuts: not that of another tool's own job.
+
+    Raises CMP-CUT-WITH for the correction of another edge of such a job: what was in force of this one is not stated.
+    """
+    edge = record.options.get("edge")
+    if edge == called.words:
+        return True
+    if edge is None:
+        return record.tool is None or record.tool.number in (None, called.called.number)
+    raise Code.CMP_CUT_WITH.refusal(
+        f"correction {record.id} is of {edge} alone; which corrections of the job's other edges were in force is not "
+        "stated",
+        hint=f'name the `{OF_ALL}` that was written with it, which lists those of all edges: cut_with = "o1/{OF_ALL}"',
+        values={"corrections": [record.id]},
+    )
 
 
 def _sha256_beside(file: Path, record: Record, by: Ran | None) -> str:
@@ -119,7 +154,7 @@ def with_possible(inputs: Inputs, known: Sequence[tuple[Record, str]]) -> Inputs
     possible = tuple(
         words
         for record, words in known
-        if measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= measured_at.astimezone(UTC)
+        if measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= latest(measured_at)
     )
     notes = inputs.notes
     if known and not possible and measured_at is not None:
@@ -147,7 +182,9 @@ def _near(files: JobFiles, inputs: Inputs, within: Sequence[Path]) -> Iterator[t
             if given in file.read_text(errors="replace"):
                 record = read_record(file)
                 if is_of_cut(record, inputs):
-                    yield record, f"{_seen_from(folder, file)} ({record.id})"
+                    whole = file.with_name(OF_ALL)
+                    shown = whole if "edge" in record.options and whole.is_file() else file
+                    yield record, f"{_seen_from(folder, shown)} ({record.id})"
         except (OSError, TrueloopError):
             continue
 
@@ -188,7 +225,8 @@ def is_of_cut(record: Record, inputs: Inputs) -> bool:
         return False
     if record.program.sha256 != sha256_of(inputs.program.source):
         return False
-    if inputs.called is None and record.tool is not None and record.tool.number != inputs.options.tool:
+    numbers = {inputs.options.tool, None if record.tool is None else record.tool.number} - {None}
+    if inputs.called is None and len(numbers) > 1:
         return False
     if inputs.called is not None and record.options.get("edge") not in (None, inputs.called.words):
         return False
@@ -208,17 +246,29 @@ def _is_from(record: Record, inspections: Sequence[Inspection]) -> bool:
 def require_later(record: Record, inspections: Sequence[Inspection], job: Path, *, time_needed: bool) -> None:
     """Refuses measurements from before a correction, and, where `time_needed`, those of no known time: MSR-OLD."""
     corrected_at = datetime.fromisoformat(record.made_at).astimezone(UTC)
-    for measured_at in (one.measured_at and one.measured_at.astimezone(UTC) for one in inspections):
-        if (measured_at is None and time_needed) or (measured_at is not None and measured_at < corrected_at):
+    hint = (
+        "a part that was cut before it was cut without it: leave out `gauging.after_record`, and state what was in "
+        "force then by `programs.cut_with`; `gauging.measured_at` states when a part was measured"
+        if time_needed
+        else "what was measured before a correction was made was not cut with it: name in `programs.cut_with` what did "
+        "cut it; if the clock of what measured it was wrong, `gauging.measured_at` states when it was"
+    )
+    for measured_at in (one.measured_at for one in inspections):
+        if time_needed if measured_at is None else latest(measured_at) < corrected_at:
             when = "" if measured_at is None else measured_at.isoformat(timespec="seconds")
             raise Code.MSR_OLD.refusal(
                 f"the part was measured at {when or 'a time that is not stated'}, correction {record.id} was made at "
                 f"{corrected_at.isoformat(timespec='minutes')}",
-                hint="a part that was cut before it was cut without it: leave out `gauging.after_record`, and state "
-                "what was in force then by `programs.cut_with`; `gauging.measured_at` states when a part was measured",
+                hint=hint,
                 place=Place(str(job)),
                 values={"measured_at": when, "corrected_at": corrected_at.isoformat()},
             )
+
+
+def latest(measured_at: datetime) -> datetime:
+    """Returns the time of a measurement in UTC, the end of its day where only the day is known (midnight)."""
+    whole_day = measured_at.time() == time.min
+    return (measured_at + (timedelta(days=1) if whole_day else timedelta())).astimezone(UTC)
 
 
 def require_another_part(record: Record, inspections: Sequence[Inspection]) -> None:

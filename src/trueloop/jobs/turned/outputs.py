@@ -1,11 +1,14 @@
 """The files of a part's corrections: programs, tables, reports and records, and the tool tables with their offsets."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from trueloop.domain.option import PageOptions
+from trueloop.errors import TrueloopError
 from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
+from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.control_tables import table_to_csv
 from trueloop.formats.tables.tool_tables.known import new_table, tool_table_of
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
@@ -19,6 +22,33 @@ from trueloop.report.turned.page import page as page_of
 from trueloop.report.turned.part import part_json, part_page
 
 METRIC: Final = PageOptions(unit="mm")
+NAMES: Final = (("table", "csv"), ("report", "html"), ("report", "pdf"), ("report", "json"), ("record", "json"))
+"""Files of one edge's correction; the record comes last."""
+
+
+def as_first_made(corrected: PartCorrection, folder: Path) -> PartCorrection:
+    """Returns the corrections with the time at which they were made first where their records are in the folder: one
+    that is only written again is no younger than the parts that it has cut.
+    """
+    setups = [
+        replace(one, edges=tuple(_first_made(one, edge, folder) for edge in one.edges)) for one in corrected.setups
+    ]
+    return replace(corrected, setups=tuple(setups))
+
+
+def _first_made(setup: SetupCorrection, edge: EdgeCorrection, folder: Path) -> EdgeCorrection:
+    label, made = _label(setup, edge), edge.correction
+    file = folder / (f"record-{label}.json" if label else "record.json")
+    if made is None or not file.is_file():
+        return edge
+    try:
+        before = read_record(file)
+    except TrueloopError:
+        return edge
+    same = before.id == made.record.id
+    return (
+        replace(edge, correction=replace(made, record=replace(made.record, made_at=before.made_at))) if same else edge
+    )
 
 
 def outputs_of_part(corrected: PartCorrection, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:
@@ -55,20 +85,30 @@ def _label(setup: SetupCorrection, edge: EdgeCorrection) -> str:
 
 
 def _of_edge(of: EdgeCorrection, label: str, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:
-    """Those of one edge, its label in their names; none where nothing was measured of what it cuts."""
-    return {} if of.correction is None else _of_correction(of.correction, f"-{label}", options, pdf)
+    """Those of one edge, its label in their names; where nothing was measured of what it cuts, the record that stays in
+    force alone, and none of an earlier run.
+    """
+    if of.correction is not None:
+        return _of_correction(of.correction, f"-{label}", options, pdf)
+    none: dict[str, bytes | None] = dict.fromkeys(_names(f"-{label}"))
+    return none if of.kept is None else none | {f"record-{label}.json": of.kept.to_json().encode()}
+
+
+def _names(ending: str) -> tuple[str, ...]:
+    return tuple(f"{name}{ending}.{kind}" for name, kind in NAMES)
 
 
 def _of_correction(correction: Correction, ending: str, options: PageOptions, pdf: bool) -> dict[str, bytes | None]:
     program = correction.record.program
     html = page_of(correction, Texts.of(options, None if program is None else program.unit))
-    return {
-        f"table{ending}.csv": table_to_csv(correction.table),
-        f"report{ending}.html": html.encode(),
-        f"report{ending}.pdf": as_pdf(html) if pdf else None,
-        f"report{ending}.json": json_text(correction).encode(),
-        f"record{ending}.json": correction.record.to_json().encode(),
-    }
+    contents = (
+        table_to_csv(correction.table),
+        html.encode(),
+        as_pdf(html) if pdf else None,
+        json_text(correction).encode(),
+        correction.record.to_json().encode(),
+    )
+    return dict(zip(_names(ending), contents, strict=True))
 
 
 def _texts_of(corrected: PartCorrection, options: PageOptions) -> Texts:

@@ -9,7 +9,14 @@ from trueloop.domain.part import Part
 from trueloop.domain.record import Correction, sha256_of
 from trueloop.errors import Code, in_file
 from trueloop.jobs.store.of_this_part import cuts_of
-from trueloop.jobs.turned.cut_with import is_of_cut, require_another_part, require_later, stored_words, with_possible
+from trueloop.jobs.turned.cut_with import (
+    is_of_cut,
+    is_of_edge,
+    require_another_part,
+    require_later,
+    stored_words,
+    with_possible,
+)
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import HINT, InForce, in_force
@@ -32,6 +39,8 @@ def with_stored_cut(store: Store, inputs: Inputs, part: Part) -> Inputs:
     with in_file(inputs.file):
         if force.stored:
             one = _correction(store, force.stored)
+            if inputs.called is not None and not is_of_edge(one.record, inputs.called):
+                return replace(inputs, in_force=InForce(stated=True))
             require_later(one.record, inputs.inspections, Path(inputs.file or ""), time_needed=False)
             found = _of(one, force.by, inputs)
             require_another_part(one.record, inputs.inspections)
@@ -66,7 +75,8 @@ def _correction(store: Store, record_id: str) -> Correction[turned.Correction]:
     held = [one.value for one in find(store, Correction, identity=joined((record_id,)))]
     if held:
         return held[-1]
-    raise Code.STO_LINK.refusal(f"{store.where!r} has no correction {record_id!r}", hint=HINT, values={"serial": ""})
+    hint = f"{HINT}; of several tools or set-ups the path to their `part.json`"
+    raise Code.STO_LINK.refusal(f"{store.where!r} has no correction {record_id!r}", hint=hint, values={"serial": ""})
 
 
 def _of(one: Correction[turned.Correction], by: Ran | None, inputs: Inputs) -> InForce:

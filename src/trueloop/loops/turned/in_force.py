@@ -48,7 +48,8 @@ class InForce:
         shown = ", ".join(self.possible[:4]) + (", …" if len(self.possible) > 4 else "")
         raise Code.CMP_CUT_WITH.refusal(
             f"what cut the measured part is not stated: the given program, or a correction of it: {shown}",
-            hint=f"{HINT} by its path or, with a store, its id, in the job's table [programs]",
+            hint=f"{HINT} by its path or, with a store, its id, in the table of the job that names the program; of "
+            "several tools or set-ups the path to their `part.json`",
             values={"corrections": list(self.possible)},
         )
 

@@ -14,16 +14,17 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from trueloop.domain.characteristic import Characteristic, Judged
-from trueloop.domain.record import marks_of_record, record_id
+from trueloop.domain.record import Record, marks_of_record, record_id
+from trueloop.domain.tool import Machine
 from trueloop.errors import Code, in_file
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.loops.turned.characteristics import Share, lengths
 from trueloop.loops.turned.correction import Correction, Inputs
-from trueloop.loops.turned.in_force import edits_of
+from trueloop.loops.turned.in_force import InForce, edits_of
 from trueloop.loops.turned.part_on_machine import Zero
 from trueloop.loops.turned.process_intermittent import compensate, zero_in_machine
-from trueloop.loops.turned.share import judged_on_part, own_inputs, shared_words
+from trueloop.loops.turned.share import inputs_of_edge, judged_on_part, own_inputs, shared_words
 from trueloop.nc.edit.changes import not_as_intended, verify_written
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading
@@ -72,12 +73,14 @@ class SetupCuts:
 @dataclass(frozen=True)
 class EdgeCorrection:
     """One edge of a program: what it cuts, its correction, and what that was made from; None: nothing was measured of
-    what it cuts. `contour` None: the job's one tool, which cuts the whole profile.
+    what it cuts, and the correction `kept` stays in force. `contour` None: the job's one tool, which cuts the whole
+    profile.
     """
 
     contour: OwnContour | None
     correction: Correction | None
     inputs: Inputs | None
+    kept: Record | None = None
 
     @property
     def tool(self) -> str:
@@ -213,6 +216,8 @@ def correct_setup(
     if known is not None:
         owns = [None if one is None else known(one, own) for one, (own, _) in zip(owns, of.cuts, strict=True)]
     made = [None if own is None else compensate(own) for own in owns]
+    pairs = zip(made, of.cuts, strict=True)
+    kept = [_kept(inputs, own, known) if one is None else None for one, (own, inputs) in pairs]
     contours, whole = tuple(own for own, _ in of.cuts if own is not None), of.cuts[0][1]
     if not contours:
         (alone,) = made
@@ -220,17 +225,37 @@ def correct_setup(
         edges: tuple[EdgeCorrection, ...] = (EdgeCorrection(None, alone, owns[0]),)
         program = None if alone.runs_as_given else alone.corrected_program
         return _setup(of, edges, program, alone.record.id, alone.name_to_run)
-    joint_id = record_id(dict(whole.inputs_sha256), {"corrections": [one.record.id for one in made if one is not None]})
+    records = [one.record for one in (*made, *kept) if one is not None]
+    joint_id = record_id(dict(whole.inputs_sha256), {"corrections": [one.id for one in records if one is not None]})
     with in_file(whole.program.file):
-        program = _composed(whole, [one for one in made if one is not None and not one.decision.by_offset], joint_id)
+        changed = [
+            (one.record, one.corrected_program) for one in made if one is not None and not one.decision.by_offset
+        ]
+        stays = {one.record.id: (one.record, one.program.source) for one in kept if one and one.record and one.program}
+        program = _composed(whole, [*changed, *stays.values()], joint_id)
     edges = tuple(
-        EdgeCorrection(own, None if one is None else _as_joint(one, program, of, asked), inputs)
-        for (own, _), one, inputs in zip(of.cuts, made, owns, strict=True)
+        EdgeCorrection(
+            own, None if one is None else _as_joint(one, program, of, asked), inputs, force.record if force else None
+        )
+        for (own, _), one, inputs, force in zip(of.cuts, made, owns, kept, strict=True)
     )
     done = _setup(of, edges, program, joint_id, of.name)
     sizes = lengths(whole.profile, whole.characteristics, whole.touches, [_shares(replace(done, frame=PART))])
     words = shared_words(whole, contours, [one.characteristic.name for one in sizes])
     return replace(done, notes=words, characteristics=sizes)
+
+
+def _kept(inputs: Inputs, own: OwnContour | None, known: Known | None) -> InForce | None:
+    """Returns what is in force of an edge of which nothing was measured; None where the given program cut it.
+
+    Raises CMP-CUT-WITH where that is not known.
+    """
+    mine = inputs_of_edge(inputs, own)
+    if not mine.measured_finished:
+        return None
+    force = (mine if known is None else known(mine, own)).in_force
+    force.require_stated()
+    return force if force.record is not None else None
 
 
 def _setup(
@@ -251,21 +276,24 @@ def _as_joint(
     return judged_on_part(made, asked) if of.frame.name and asked is not None else made
 
 
-def _composed(inputs: Inputs, corrections: Sequence[Correction], joint_id: str) -> bytes | None:
-    """Returns the program with the edits of all corrections and its mark; None where there are no edits."""
+def _composed(inputs: Inputs, corrections: Sequence[tuple[Record, bytes]], joint_id: str) -> bytes | None:
+    """Returns the program with the edits of all corrections and its mark; None where there are none.
+
+    `corrections`: the record and the corrected program of each edge.
+    """
     if not corrections:
         return None
     program, run = inputs.program, inputs.run
-    edits = [edit for one in corrections for edit in edits_of(program, one.record.changes)]
-    source = apply_edits(program, [_mark(inputs, corrections, joint_id), *edits])
-    paths = [run.of(program.rewritten(one.corrected_program)) for one in corrections]
+    edits = [edit for record, _ in corrections for edit in edits_of(program, record.changes)]
+    source = apply_edits(program, [_mark(inputs, [record for record, _ in corrections], joint_id), *edits])
+    paths = [run.of(program.rewritten(own)) for _, own in corrections]
     require_sum(run.of(program), paths, run.of(program.rewritten(source)))
     return source
 
 
-def _mark(inputs: Inputs, corrections: Sequence[Correction], joint_id: str) -> Edit:
+def _mark(inputs: Inputs, records: Sequence[Record], joint_id: str) -> Edit:
     program = inputs.program
-    of_edges = [f"{one.record.options['edge']}: record {one.record.id}" for one in corrections]
+    of_edges = [f"{one.options.get('edge', 'all edges')}: record {one.id}" for one in records]
     of_machine = [] if inputs.machine is None else [inputs.machine.mark]
     lines = [*marks_of_record(joint_id, program.source), *of_machine, *of_edges]
     return insert_heading(program, [program.dialect.comment(line) for line in lines])
@@ -344,9 +372,17 @@ def _by_what_may_be(of: SetupCuts, every: Sequence[SetupCuts]) -> SetupCuts:
     machine cuts with it too, or the control mirrors Z.
     """
     machine = of.cuts[0][1].machine_tool
-    others = [one for one in every if one is not of and one.cuts[0][1].machine_tool == machine]
+    others = [one for one in every if one is not of and _may_be_one(machine, one.cuts[0][1].machine_tool)]
     shared = {call: one.frame.name for one in others for call in one.calls}
     return replace(of, cuts=tuple((own, _without_offset(own, inputs, of.frame, shared)) for own, inputs in of.cuts))
+
+
+def _may_be_one(machine: Machine | None, other: Machine | None) -> bool:
+    """Returns whether two set-ups may be of one machine: no name or serial number of both is stated to differ."""
+    if machine is None or other is None:
+        return True
+    stated = ((machine.name, other.name), (machine.serial, other.serial))
+    return not any(one and two and one != two for one, two in stated)
 
 
 def require_offset(own: OwnContour, frame: SetupFrame, shared: Mapping[Called, str], file: str | None) -> None:

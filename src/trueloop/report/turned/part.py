@@ -24,6 +24,8 @@ from trueloop.wording import all_of, wording
 
 def answer_of(of: EdgeCorrection) -> str:
     """Returns `T3 wear X −0.024 mm (diameter), Z +0.004`, `T5 (left corner): by the contour`, or `…: not measured`."""
+    if of.kept is not None:
+        return wording("{tool}: not measured, correction {record} stays in force", tool=of.tool, record=of.kept.id)
     if of.correction is None:
         return wording("{tool}: not measured, left as programmed", tool=of.tool)
     if not of.correction.decision.by_offset:
@@ -63,16 +65,22 @@ def _to_do(of: SetupCorrection) -> str:
 
 def _notes_of(of: SetupCorrection) -> list[str]:
     """Returns the notes on all edges of a set-up together."""
-    unmeasured = [
-        wording(
+    return [*(_unmeasured(one) for one in of.edges if one.correction is None), *of.notes]
+
+
+def _unmeasured(of: EdgeCorrection) -> str:
+    if of.kept is None:
+        return wording(
             "{tool} cuts nothing that was measured: {features} stay as programmed.",
-            tool=one.tool,
-            features=all_of(one.features),
+            tool=of.tool,
+            features=all_of(of.features),
         )
-        for one in of.edges
-        if one.correction is None
-    ]
-    return [*unmeasured, *of.notes]
+    return wording(
+        "{tool} cuts nothing that was measured: {features} stay as correction {record} has them.",
+        tool=of.tool,
+        features=all_of(of.features),
+        record=of.kept.id,
+    )
 
 
 def part_as_dict(corrected: PartCorrection) -> dict[str, object]:
@@ -142,7 +150,7 @@ def _edge(of: EdgeCorrection) -> dict[str, object]:
         "answer": answer,
         "words": answer_of(of),
         "tool_offset": offset,
-        "record_id": None if correction is None else correction.record.id,
+        "record_id": of.kept.id if of.kept is not None else None if correction is None else correction.record.id,
     }
 
 
@@ -213,8 +221,11 @@ def _rows(
 def _rows_of_edge(of: EdgeCorrection, report: str, say: Texts) -> Iterator[list[str]]:
     tool = esc(of.tool)
     if of.correction is None:
+        words = say("not touched: left as programmed")
+        if of.kept is not None:
+            words = say("not touched: correction {record} stays in force", record=of.kept.id)
         for name in of.features:
-            yield [esc(name), tool, "0", "", "", "", say("not touched: left as programmed")]
+            yield [esc(name), tool, "0", "", "", "", words]
         return
     link = f"<a href='{esc(report)}'>{tool}</a>"
     for one in feature_summaries(of.correction, say):

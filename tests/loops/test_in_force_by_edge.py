@@ -1,0 +1,140 @@
+"""Corrections in force of several tools and set-ups: each edge has its own, measured or not."""
+
+import csv
+import json
+import re
+import shutil
+from collections.abc import Collection, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.cli import run
+from trueloop.errors import TrueloopError
+from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.turned.compensate import Done, compensate_and_keep
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+GROOVE = {"left-wall": 9.0, "floor-left": 6.0, "floor-right": -8.0, "right-wall": -4.0}
+"""Errors of what T5 and T15 cut, um."""
+FIRST = {"big": 13.0, **GROOVE}
+BY_CONTOUR = '\n[compensation]\nby = "contour"\nmax_scatter_um = 20.0\n'
+
+
+def correct(
+    folder: Path,
+    errors_um: Mapping[str, float],
+    cut_with: str,
+    without: Collection[str] = (),
+    output: str = "out",
+    example: str = "grooved",
+    more: str = BY_CONTOUR,
+) -> Done:
+    """Corrects a job of an example in a folder of its own, features measured with these errors, those `without` not."""
+    if not folder.exists():
+        shutil.copytree(EXAMPLES / example, folder)
+        (folder / "touches.csv").rename(folder / "all.csv")
+        (folder / f"{example}.toml").rename(folder / "given.toml")
+    with (folder / "all.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["feature"] not in without]
+    lines = ["point,feature,nominal_x_mm,nominal_z_mm,error_um"]
+    for row in rows:
+        place = f"{row['nominal_x_mm']},{row['nominal_z_mm']}"
+        lines.append(f"{row['point']},{row['feature']},{place},{errors_um.get(row['feature'], 0.0):.3f}")
+    (folder / "touches.csv").write_text("\n".join(lines) + "\n")
+    job, stated = (folder / "given.toml").read_text() + more, f'\ncut_with = "{cut_with}"' if cut_with else ""
+    (folder / "job.toml").write_text(re.sub(r"(?m)^finish = .*$", lambda line: line.group() + stated, job))
+    return compensate_and_keep(folder / "job.toml", folder / output, Keeping(db=False))
+
+
+def of_groove(program: Path) -> list[str]:
+    """The lines of the groove's walls and floor, as they stand in a program."""
+    return re.findall(r"X40\.\d+.*|Z-39\.8\d+", program.read_text())
+
+
+def test_another_edge_s_record_is_refused_and_the_list_of_all_is_named(tmp_path: Path) -> None:
+    correct(tmp_path / "1", FIRST, "given")
+    with pytest.raises(TrueloopError, match="CMP-CUT-WITH") as refused:
+        correct(tmp_path / "2", {}, "../1/out/record-T3.json")
+    assert "part.json" in (refused.value.hint or "")
+    with pytest.raises(TrueloopError, match="CMP-CUT-WITH") as refused:
+        correct(tmp_path / "2", {}, "")
+    assert "../1/out/part.json" in str(refused.value)
+
+
+def test_the_contour_in_force_of_an_edge_that_is_not_measured_stays(tmp_path: Path) -> None:
+    """T5 and T15 as the first correction has them in the second program and, by its own list, in the third."""
+    correct(tmp_path / "1", FIRST, "given")
+    given, first = of_groove(tmp_path / "1/finish.nc"), of_groove(tmp_path / "1/out/corrected.nc")
+    assert given != first
+    second = correct(tmp_path / "2", {"big": 2.0}, "../1/out/part.json", without=GROOVE)
+    assert of_groove(tmp_path / "2/out/corrected.nc") == first
+    listed = json.loads((tmp_path / "1/out/part.json").read_text())["edges"][1]["record_id"]
+    assert f"correction {listed} stays in force" in " ".join(
+        json.loads((tmp_path / "2/out/part.json").read_text())["words"].split()
+    )
+    assert [edge.kept is not None for edge in second.corrected.edges] == [False, True, True]
+    third = correct(tmp_path / "3", GROOVE, "../2/out/part.json")
+    groove = [edge.correction for edge in third.corrected.edges[1:]]
+    # in force at each feature is what the first correction took off, found by way of the second list
+    for edge in groove:
+        assert edge is not None
+        for name, index in zip(edge.profile.names, range(len(edge.profile.names)), strict=True):
+            taken_um = 1e3 * float(edge.in_force_mm(index, np.array([0.5 * edge.profile.features[index].length_mm]))[0])
+            assert taken_um == pytest.approx(-GROOVE[name], abs=1.5)
+
+
+def test_a_set_up_that_is_not_measured_keeps_its_corrected_program(tmp_path: Path) -> None:
+    errors = {"collar": 12.0, "seat": 6.0, "back-seat": -6.0, "edge": -2.0, "back": 3.0, "bore": -5.0}
+    first = correct(tmp_path / "1", errors, "given", example="two-sides")
+    assert first.corrected.setups[1].program is not None
+    at_back = ("bore", "bore-chamfer", "back", "edge", "back-seat", "back-step")
+    second = correct(tmp_path / "2", {"collar": 2.0}, "../1/out/part.json", at_back, example="two-sides")
+    ran, stays = first.corrected.setups[1].program, second.corrected.setups[1].program
+    assert stays is not None
+    moves = [[line for line in text.splitlines() if line.startswith((b"G01", b"G02", b"G03"))] for text in (ran, stays)]
+    assert moves[0] == moves[1]
+
+
+def test_files_of_an_earlier_run_are_not_taken_for_an_edge_that_was_not_measured(tmp_path: Path) -> None:
+    correct(tmp_path / "1", FIRST, "given")
+    assert (tmp_path / "1/out/record-T5.json").exists()
+    correct(tmp_path / "1", FIRST, "given", without=GROOVE)
+    assert not list((tmp_path / "1/out").glob("*-T5.*"))
+    second = correct(tmp_path / "2", GROOVE, "../1/out/part.json")
+    t5 = second.corrected.edges[1].correction
+    assert t5 is not None
+    assert t5.in_force_mm(0, np.array([2.0]))[0] == 0.0
+    shutil.copy(tmp_path / "2/out/record-T5.json", tmp_path / "1/out/record-T5.json")
+    assert correct(tmp_path / "3", GROOVE, "../1/out/part.json").corrected.edges[1].correction is not None
+    shutil.copy(tmp_path / "2/out/record-T3.json", tmp_path / "1/out/record-T3.json")
+    with pytest.raises(TrueloopError, match="REC-FILE"):
+        correct(tmp_path / "4", GROOVE, "../1/out/part.json")
+
+
+def test_after_record_takes_the_list_of_a_part_of_which_an_edge_was_not_measured(tmp_path: Path) -> None:
+    correct(tmp_path / "1", FIRST, "given", without=GROOVE)
+    folder = tmp_path / "2"
+    shutil.copytree(tmp_path / "1", folder)
+    given, now = folder / "given.toml", datetime.now(UTC)
+    keys = f'after_record = "../1/out/part.json"\nmeasured_at = {now.isoformat()}'
+    given.write_text(given.read_text().replace("[gauging]", f"[gauging]\n{keys}"))
+    assert correct(folder, GROOVE, "").corrected.edges[1].correction is not None
+
+
+@pytest.mark.parametrize(("machines", "shared"), [(("L1", ""), True), (("L1", "L1"), True), (("L1", "L2"), False)])
+def test_two_set_ups_have_two_machines_only_where_both_are_named(
+    tmp_path: Path, machines: tuple[str, str], shared: bool
+) -> None:
+    shutil.copytree(EXAMPLES / "two-sides", tmp_path / "job")
+    folder = tmp_path / "job"
+    text = (folder / "two-sides.toml").read_text().replace("number = 2  # T0202", "number = 1")
+    for finish, machine in zip(("first.nc", "second.nc"), machines, strict=True):
+        named = f'finish = "{finish}"' + (f'\nmachine = "{machine}"' if machine else "")
+        text = text.replace(f'finish = "{finish}"', named)
+    (folder / "two-sides.toml").write_text(text)
+    (folder / "second.nc").write_text((folder / "second.nc").read_text().replace("T0202", "T0101"))
+    shown = run("compensate", folder / "two-sides.toml", "--no-store", "-o", folder / "out")
+    assert ("second: T1: by the contour" in shown) == shared
