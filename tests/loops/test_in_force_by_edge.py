@@ -138,3 +138,14 @@ def test_two_set_ups_have_two_machines_only_where_both_are_named(
     (folder / "second.nc").write_text((folder / "second.nc").read_text().replace("T0202", "T0101"))
     shown = run("compensate", folder / "two-sides.toml", "--no-store", "-o", folder / "out")
     assert ("second: T1: by the contour" in shown) == shared
+
+
+def test_an_offset_that_another_tool_cuts_with_is_not_entered_for_an_edge(tmp_path: Path) -> None:
+    """T0705 cuts with T0505's offset: the wear of offset 5 would move what it cuts too."""
+    shutil.copytree(EXAMPLES / "grooved", tmp_path / "job")
+    program = tmp_path / "job/finish.nc"
+    text = program.read_text()
+    program.write_text(text.replace("T0505", "T0705\nG00 X60. Z-55.\nG01 X51.8 F0.1\nG00 X60.\nT0505", 1))
+    shown = run("compensate", tmp_path / "job/grooved.toml", "--no-store", "-o", tmp_path / "job/out")
+    assert "T5 (left corner): by the contour" in shown
+    assert "T0505" in shown and "T0705" in shown

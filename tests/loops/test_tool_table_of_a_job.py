@@ -107,3 +107,14 @@ def test_reading_shows_every_row(tmp_path: Path) -> None:
         (3, "geometry", -155.5, 0.4),
         (4, "wear", 1.0, 0.0),
     ]
+
+
+def test_a_table_from_before_the_wear_that_is_stated_as_entered_is_refused(tmp_path: Path) -> None:
+    """The next table would go back by what was entered: X −0.1 − 0.004 in place of −0.124 − 0.004."""
+    run("compensate", job(tmp_path, HELD), "-o", tmp_path / "out")
+    path = job(tmp_path, HELD, (0.002, 0.0))
+    path.write_text(path.read_text().replace("[gauging]", 'cut_with = "out/record.json"\ncut_by = "wear"\n[gauging]'))
+    assert "OFS-CHANGED" in run("compensate", path, "-o", tmp_path / "o2", "--no-store", status=3)
+    (tmp_path / "offsets.txt").write_text((tmp_path / "out" / "new-offsets.txt").read_text())
+    run("compensate", path, "-o", tmp_path / "o2", "--no-store")
+    assert "X-0.128 " in (tmp_path / "o2" / "new-offsets.txt").read_text()

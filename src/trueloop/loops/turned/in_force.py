@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from trueloop.domain.life import Ran
+from trueloop.domain.proposal import HeldTool
 from trueloop.domain.record import GIVEN, ChangedWord, CutWith, Product, Record, sha256_of
 from trueloop.errors import Code
 from trueloop.nc.edit.edit import Edit, apply_edits
@@ -52,6 +53,22 @@ class InForce:
             "several tools or set-ups the path to their `part.json`",
             values={"corrections": list(self.possible)},
         )
+
+    def require_held(self, held: HeldTool) -> None:
+        """Raises OFS-CHANGED where a tool table that is given stands as before the wear that was entered."""
+        offset = None if self.record is None or self.cut_with.ran is not Ran.WEAR else self.record.tool_offset
+        if offset is None or offset.held.row is None or held.row is None:
+            return
+        before, now = offset.held.row, held.row
+        moved, entered = bool(offset.x_radius_mm or offset.z_mm), self.cut_with.correction
+        if moved and (before.x, before.z, before.unit, before.kind) == (now.x, now.z, now.unit, now.kind):
+            raise Code.OFS_CHANGED.refusal(
+                f"the row of tool {offset.tool} in {now.file!r} stands as before correction {entered}, which "
+                f"is stated as entered at the control: X {now.x}, Z {now.z}",
+                hint="name the table as it is at the control now, `tool.table`; if nothing was entered, state what cut "
+                "the part in `programs.cut_with`",
+                values={"tool": float(offset.tool)},
+            )
 
 
 NOTHING: Final = InForce()

@@ -77,6 +77,7 @@ def compensate(inputs: Inputs, *, sources: bool = True) -> Correction:
     """
     with in_file(inputs.file):
         inputs.in_force.require_stated()
+        inputs.in_force.require_held(inputs.held)
     unchecked = _refuse_misuse(inputs)
     with in_file(inputs.touches.file):
         return _corrected(inputs, unchecked, sources)

@@ -118,15 +118,13 @@ def contour_tools(program: Program, matched: Commanded, alone: bool = False) -> 
         return called(program.dialect, path, move)
 
     calls = tuple(of(feature.moves[0].move.index) for feature in matched.match.features)
-    if alone:
-        return ContourTools(calls, ())
     cutting = np.isin(path.motion, (Motion.LINE, Motion.ARC))
     words, first = np.unique(path.tool[cutting], return_index=True)
     firsts = zip(words.tolist(), np.flatnonzero(cutting)[first].tolist(), strict=True)
     by_word = {word: call for word, move in firsts if (call := of(move)) is not None}
     numbers = {call.number for call in calls if call is not None}
-    others = sorted({call.number for call in by_word.values()} - numbers)
-    return ContourTools(calls, tuple(others), _sharing(program, by_word, set(calls)))
+    others = () if alone else tuple(sorted({call.number for call in by_word.values()} - numbers))
+    return ContourTools(calls, others, _sharing(program, by_word, set(calls)))
 
 
 def _sharing(program: Program, by_word: Mapping[int, Called], calls: Set[Called | None]) -> tuple[int, ...]:
