@@ -158,7 +158,7 @@ class CutBy:
         cut = replace(
             feature,
             tool=called.tool,
-            work_offset=name,
+            work_offset=stated.work_offset or name,  # the same one, under the name that records have it
             side=side,
             radius_at_control=found[0].compensated,
             length_at_control=called.length > 0,

@@ -127,6 +127,22 @@ def test_records_that_no_job_has_written_are_refused(tmp_path: Path) -> None:
         assert "MIL-RECORD" in _with_record(job, **(good | wrong))
 
 
+def test_records_of_what_cannot_move_a_feature_are_refused(tmp_path: Path) -> None:
+    """Another work offset; the radius of a tool whose paths are its centre's: both would count as never entered."""
+    run("examples", "plate", "-o", tmp_path)
+    job = tmp_path / "plate" / "plate.toml"
+    assert "moves no feature" in _with_record(job, register="x", of="G55", change=0.01, unit="mm")
+    finish = job.with_name("finish.nc")
+    finish.write_text(re.sub(r"G4[12] D\d+ ", "", finish.read_text()))
+    own = "\n[[tool]]\nnumber = {}\ncutter_radius = 1.0"
+    job.write_text(job.read_text().replace("[[measured]]", own.format(1) + own.format(2) + "\n\n[[measured]]"))
+    for name, size in (("B", -2.0), ("S", 2.0)):  # the circles are now those of centres, a radius of 1 mm away
+        resized = lambda one, by=size: f"{one[1]}{float(one[2]) - by}"  # noqa: E731
+        text = re.sub(rf'(name = "{name}\d"(?:\n.*){{2}}\nsize = )(.*)', resized, job.read_text())
+        job.write_text(text)
+    assert "moves no feature" in _with_record(job, register="radius", of="2", change=0.01, unit="mm")
+
+
 def test_names_are_found_without_case_and_runs_of_one_part_are_one_part(tmp_path: Path) -> None:
     run("examples", "plate", "-o", tmp_path)
     job, file = tmp_path / "plate" / "plate.toml", tmp_path / "plate" / "part-1.dmo"
