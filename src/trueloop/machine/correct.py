@@ -145,6 +145,12 @@ NOT_FOLLOWED: Final = {
 """G codes after which X and Y are not, or not only, points of the plane."""
 
 
+TURNS: Final = {68.0: True, 68.2: True, 69.0: False}
+OFFSETS: Final = frozenset({54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3, 54.1, 154.0})
+SHIFTS: Final = frozenset({52.0, 92.0, 92.1, 92.2, 92.3})
+SETS_OFFSETS: Final = frozenset({2.0, 20.0})
+"""Values of L with which G10 sets work offsets."""
+
 ROTARY: Final = frozenset("ABC")
 MACRO_CALLS: Final = frozenset({65.0, 66.0, 66.1})
 _UNITS: Final = {"mm": False, "inch": True}
@@ -197,8 +203,9 @@ def displace_points(program: Program, field: PlanarField, no_positions: frozense
     """Adds −E(x, y) to every programmed point. Blocks with a G code of `no_positions` are left alone.
 
     Words are as fine afterwards as the control resolves, or as the program itself writes them. The plane is that of the
-    words: under a rotation (G68) the field turns with it. Raises MCH-PROGRAM for a dialect that is not a mill's, an
-    incremental coordinate, one that is computed when the program runs, arcs, and frames that are not followed.
+    words. Raises MCH-PROGRAM for a dialect that is not a mill's, an incremental coordinate, one that is computed when
+    the program runs, arcs, and frames that are not followed: points under G68, which would turn errors of the machine
+    with the part, and points after a change of zero; not where `no_positions` has their words displaced as points.
     """
     if not program.dialect.plane_of_points:
         mills = sorted(name for name, dialect in DIALECTS.items() if dialect.plane_of_points)
@@ -266,6 +273,7 @@ def _edits(program: Program, point: _Point, correction: Array, before: Array) ->
 def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point]:
     """Yields every block with an X or Y word, with the position it leads to in mm."""
     last: dict[str, float] = {}
+    frame, at_first = _Zero(), None
     angles = {word.letter: math.nan for block in program.blocks for word in _rotary(block)}
     inch, incremental = _UNITS.get(program.unit or ""), False
     for block in program.blocks:
@@ -274,6 +282,7 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
             if word.letter == "G" and word.value in NOT_FOLLOWED:
                 raise _no_point(program, word, NOT_FOLLOWED[word.value])
         inch = _unit(program, block, inch, first=not last)
+        frame = frame.after(block)
         incremental = 91 in codes or (incremental and 90 not in codes)
         for word in _rotary(block):
             angles[word.letter] = word.value if word.kind == "number" and not incremental else math.nan
@@ -281,6 +290,9 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
         if not words or codes & no_positions:
             continue
         first = next(iter(words.values()))
+        at_first = at_first or frame
+        if no_positions != IN_NO_CASE:
+            _require_one_zero(program, first, frame, at_first)
         if inch is None:
             raise _no_unit(program, first)
         for axis, angle in angles.items():
@@ -294,6 +306,55 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
         if len(last) < 2:
             raise _no_point(program, next(iter(words.values())), "one of X and Y, and the other has no position yet")
         yield _Point(block, words, (last["X"], last["Y"]), state)
+
+
+@dataclass(frozen=True)
+class _Zero:
+    """The statements that place the program in the machine, as far as they were read, and whether G68 is in force."""
+
+    offset: str = "G54"
+    shift: Mapping[str, str] = field(default_factory=dict)
+    turned: bool = False
+
+    @property
+    def words(self) -> str:
+        return " ".join([self.offset, *self.shift.values()])
+
+    def after(self, block: Block) -> "_Zero":
+        codes = {word.value for word in block.words if word.letter == "G" and word.kind == "number"}
+        values = {word.letter: word for word in block.words if word.letter in "XYLP"}
+        said = " ".join(word.text for word in values.values())
+        found = self
+        if codes & OFFSETS:
+            found = replace(
+                found, offset=f"G{min(codes & OFFSETS):g} {values['P'].text if 'P' in values else ''}".strip()
+            )
+        if "L" in values and 10.0 in codes and values["L"].value in SETS_OFFSETS:
+            found = replace(found, offset=f"{found.offset}, G10 {said}")
+        if codes & SHIFTS:
+            named = {letter: values[letter] for letter in "XY" if letter in values}
+            shift = {**found.shift, **{letter: f"G52 {word.text}" for letter, word in named.items()}}
+            shift = {letter: text for letter, text in shift.items() if letter not in named or named[letter].value != 0}
+            found = replace(found, shift=shift if 52.0 in codes else {**found.shift, "": f"G92 {said}"})
+        for code in codes & TURNS.keys():
+            found = replace(found, turned=TURNS[code])
+        return found
+
+
+def _require_one_zero(program: Program, word: Word, now: _Zero, first: _Zero) -> None:
+    """Raises MCH-PROGRAM for a point, by its first word, where a table of the machine is not that of the words."""
+    if now.turned:
+        what = "under G68: errors of the machine do not turn with the part"
+    elif now != first:
+        what = f"counted from another zero ({now.words}) than the first point ({first.words}): elsewhere in the machine"
+    else:
+        return
+    raise Code.MCH_PROGRAM.refusal(
+        f"{word.text} in block {word.block + 1} is {what}",
+        hint="write one program for each zero and angle, or map it in machine coordinates: `trueloop nc map … --frame "
+        "machine --offsets FILE`",
+        place=program.place(word.start),
+    )
 
 
 def _rotary(block: Block) -> list[Word]:

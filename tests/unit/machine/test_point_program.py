@@ -59,6 +59,13 @@ def test_a_table_says_where_to_go_not_what_is_wrong() -> None:
         ("G21\nX1. Y1.\nG2 X2. Y2. I1.\n", "linuxcnc", "an arc"),
         ("G7\nX1. Y1.\n", "linuxcnc", "diameter"),
         ("G51.1 X0.\nX1. Y1.\n", "fanuc-mill", "mirrored"),
+        ("G21\nG68 X0. Y0. R30.\nX1. Y1.\n", "fanuc-mill", "under G68"),
+        ("G21 G54\nX1. Y1.\nG55\nX1. Y1.\n", "linuxcnc", r"another zero \(G55\) than the first point \(G54\)"),
+        ("G21\nX1. Y1.\nG54.1 P3\nX1. Y1.\n", "fanuc-mill", r"another zero \(G54.1 P3\)"),
+        ("G21\nX1. Y1.\nG52 X50. Y0.\nX1. Y1.\n", "fanuc-mill", r"another zero \(G54 G52 X50.\)"),
+        ("G21\nG52 X50.\nX1. Y1.\nG52 X0. Y0.\nX1. Y1.\n", "haas-mill", "another zero"),
+        ("G21\nX1. Y1.\nG92 X0. Y0.\nX1. Y1.\n", "linuxcnc", "another zero"),
+        ("G21\nX1. Y1.\nG10 L2 P1 X9. Y0.\nX1. Y1.\n", "fanuc-mill", "another zero"),
         ("G21\nX1.\n", "linuxcnc", "no position yet"),
         ("G21\nX[#1] Y1.\n", "linuxcnc", "computed"),
         ("X1. Z1.\n", "fanuc-lathe", "fanuc-lathe"),
@@ -68,6 +75,12 @@ def test_a_table_says_where_to_go_not_what_is_wrong() -> None:
 def test_what_is_no_program_of_points_is_refused(text: str, dialect: str, why: str) -> None:
     with pytest.raises(TrueloopError, match=f"MCH-PROGRAM: .*{why}"):
         displace_points(read_program(text.encode(), dialect), FIELD)
+
+
+def test_one_zero_throughout_is_the_tables() -> None:
+    """Shifted or set before the first point, turned back before the next: all points count from one zero."""
+    program = "G21 G55\nG52 X5.\nX200. Y0.\nG68 X0. Y0. R9.\nG69\nG55 G52 X5.\nG10 L10 P1 R3.\nX0. Y200.\nG52 X0.\n"
+    assert _corrected(program, "fanuc-mill") == program.replace("X200.", "X199.980").replace("Y200.", "Y200.020")
 
 
 def test_a_point_outside_of_the_table_is_named_by_its_line() -> None:

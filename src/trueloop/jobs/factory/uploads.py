@@ -24,6 +24,7 @@ from trueloop.formats.input_file import read_source
 from trueloop.formats.inspections.known import HEAD, KNOWN
 from trueloop.formats.inspections.measured_file import Stated, Unit
 from trueloop.formats.inspections.tables import read as tables
+from trueloop.formats.inspections.tables.grid import SUFFIXES
 from trueloop.jobs.factory.hand_job import HandJob
 from trueloop.jobs.factory.job_folder import job_folder, programs_of, unnamed_folder, without_folder
 from trueloop.jobs.measure.measured import read_measured, read_part_of_job
@@ -38,7 +39,9 @@ from trueloop.storage.store import Store
 SHOWN: Final = 500
 """Values of one inspection that are listed: nobody reads more before importing."""
 DRAWINGS: Final = (".dxf", ".step", ".stp", ".igs", ".iges")
-TABLES: Final = (".csv", ".tsv", ".xlsx", ".xlsm")
+TABLES: Final = (".csv", ".tsv", *SUFFIXES)
+TEXTS: Final = (".txt",)
+"""Programs and tables alike have this ending: a row of known headings decides."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +111,8 @@ def kind_of(handed: Handed) -> Kind:
         return "measurement"
     with handed.file.open("rb") as file:
         head = file.read(HEAD)
-    known = any(one.recognises(handed.file, head) for one in KNOWN if one is not tables.FORMAT)
+    formats = (one for one in KNOWN if one is not tables.FORMAT or ending in TEXTS)
+    known = any(one.recognises(handed.file, head) for one in formats)
     return "measurement" if known else "program"
 
 

@@ -79,7 +79,8 @@ def as_findings(noticed: NoticedPart) -> tuple[Finding, ...]:
             Severity.WARNING,
             codes[alarm.what],
             f"part {noticed.name!r}: {alarm.says} (p {alarm.probability:.2g}){left}",
-            "look at its clamping, the cutter, the program and the measurement",
+            "look at its clamping, the cutter, the measurement, and which program cut it: a part of a corrected one "
+            "does not belong here",
             values={"p_value": alarm.probability},
         )
         for alarm in noticed.alarms
@@ -131,6 +132,7 @@ def _left_out(odd: Outlier) -> Finding:
         Code.SRF_OUTLIER,
         f"part {odd.name!r} is left out of the pattern: it differs from the mean of the others by "
         f"{odd.off_mm * UM_PER_MM:.2f} µm rms, {odd.times:.1f} times as much as parts do (p {odd.p_value:.2g})",
-        "look at its clamping, tool and measurement; with --keep-outliers it counts",
+        "look at its clamping, tool and measurement, and which program cut it: a part of a corrected one does not "
+        "belong here; with --keep-outliers it counts",
         values={"p_value": odd.p_value},
     )

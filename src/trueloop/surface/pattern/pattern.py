@@ -170,7 +170,8 @@ def pattern_of(
         raise Code.SRF_PARTS.refusal(
             f"{len(parts)} parts ({', '.join(map(repr, names)) or 'none'}) make no pattern; {LEAST_PARTS} are the "
             f"least, 10 were used in the published experiment",
-            hint="measure more parts: `trueloop surface add` keeps each in a store, and a pattern is made of all in it",
+            hint="measure more parts cut with the given program, none with a corrected one: `trueloop surface add` "
+            "keeps each in a store, and a pattern is made of all in it",
         )
     size = size or common_size(_mean_part(parts) or parts)
     again = [
@@ -244,7 +245,8 @@ def _finding(odd: Outlier) -> Finding:
         Code.SRF_OUTLIER,
         f"part {odd.name!r} differs from the mean of the others by {odd.off_mm * UM_PER_MM:.2f} µm rms, "
         f"{odd.times:.1f} times as much as parts do (p {odd.p_value:.2g})",
-        "look at its clamping, tool and measurement; leave it out of the pattern if there is a cause",
+        "look at its clamping, tool and measurement, and which program cut it: a part of a corrected one does not "
+        "belong here; leave it out of the pattern if there is a cause",
         values={"p_value": odd.p_value},
     )
 
