@@ -211,9 +211,12 @@ class NcField:
         """Linear between nodes; displacements (n, 3) with z fastest. Raises ValueError where they do not fit."""
 
     @staticmethod
-    def function(function: Callable[..., NDArray[np.float64]], knows_travel: bool | None = None) -> NcField:
+    def function(
+        function: Callable[..., NDArray[np.float64]], knows_travel: bool | None = None, follows: str = ""
+    ) -> NcField:
         """Positions (n, 3) to displacements (n, 3). With `knows_travel` given the function gets work offsets (n,),
-        tools (n,), the way of travel (n, 3) and tool offsets (n, 3) too; True: it differs by that way.
+        tools (n,), the way of travel (n, 3), tool offsets (n, 3) and places of A, B, C (n, 3) too; True: it differs by
+        that way. `follows` are the rotary axes with whose places it differs.
         """
 
     def displacements(self, points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -211,7 +211,7 @@ def test_the_error_of_x_is_taken_out_of_x_however_the_table_is_turned(turned: fl
 
 def test_a_program_that_turns_a_rotary_axis_is_refused() -> None:
     with pytest.raises(TrueloopError) as refusal:
-        corrected("G21 G1 X20. Y5. F100\nG0 A30.\nX30.\n", PUSHED, replace(SETUP, fixed={"A": 0.0, "C": 0.0}))
+        corrected("G21 G1 X20. Y5. F100\nA30.\nX30.\n", PUSHED, replace(SETUP, fixed={"A": 0.0, "C": 0.0}))
     assert refusal.value.code is Code.NC_MAP
     assert refusal.value.place.line == 2
     assert refusal.value.message.startswith("A turns")

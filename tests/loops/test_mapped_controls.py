@@ -322,11 +322,11 @@ def test_a_pole_in_a_loop(tmp_path: Path) -> None:
 
 
 def test_an_axis_with_a_number_may_turn(tmp_path: Path) -> None:
-    """`A1=30` is a turn as `A30` is: a field that takes A to stand refuses both."""
-    still = Field(SHIFT.identity, SHIFT.core, frozenset("A"))
-    for word in ("A=30", "A1=30"):
-        with pytest.raises(TrueloopError, match="turns in this program") as refused:
-            mapped(tmp_path, f"{HEAD}G1 X5 {word}\n", still, "siemens")
+    """`A1=30` is a turn as `A30` is, but of which axis is not known: a field that follows A refuses it."""
+    follows = Field(SHIFT.identity, SHIFT.core, frozenset("A"))
+    for word, words in (("A=30", "A does not stand at 0"), ("A1=30", "an axis with a number turns")):
+        with pytest.raises(TrueloopError, match=words) as refused:
+            mapped(tmp_path, f"{HEAD}G1 X5 {word}\n", follows, "siemens")
         assert refused.value.place.line == 3
 
 

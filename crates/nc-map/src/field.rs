@@ -2,6 +2,8 @@
 
 use std::error::Error;
 
+use nc_program::dialect::Letters;
+
 /// A position or a displacement, mm: X (a radius on a lathe), Y, Z.
 pub type Vector = [f64; 3];
 
@@ -32,12 +34,19 @@ pub struct Place {
     pub tool_offset: Vector,
     /// The way each axis goes there, or went last: +1, −1; 0 before its first move.
     pub travel: [i8; 3],
+    /// Where A, B, C stand, degrees: NaN where the program has not stated it yet, infinite where it is not known.
+    pub rotary: Vector,
 }
 
 /// A displacement for every position.
 pub trait Field {
     /// Displacements at points, in their order: `found` is cleared and filled.
     fn displacements(&mut self, points: &[Vector], places: &[Place], found: &mut Vec<Vector>) -> Result<(), Trouble>;
+
+    /// The rotary axes with whose places it differs; the program may go to any, but for cuts.
+    fn follows(&self) -> Letters {
+        Letters::default()
+    }
 
     /// Whether it differs by the way of travel, as backlash does.
     fn knows_travel(&self) -> bool {

@@ -92,6 +92,7 @@ impl<'a> Geometry<'a> {
             shift: origin.register,
             tool_offset: origin.tool.unwrap_or([f64::NAN; 3]),
             travel: travel.unwrap_or_default(),
+            rotary: [0, 1, 2].map(|axis| origin.rotary[axis].unwrap_or(f64::NAN)),
         }
     }
 

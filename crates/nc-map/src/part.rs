@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nc_program::dialect::FlowStyle;
+use nc_program::dialect::{FlowStyle, Letters};
 use nc_program::{Drilled, MoveKind, Program, ToolPath};
 
 use crate::edits::{BlockNumbers, Edits};
@@ -67,7 +67,9 @@ impl Writing {
         let unknown: HashSet<usize> = refused.iter().map(|one| part.program.block_at(one.at)).collect();
         self.refusals.keep_all(refused)?;
         let Part { program, path, roles, .. } = &*part;
-        let mut courses = self.courses(part, &ways, &unknown)?;
+        let follows = field.follows();
+        self.refusals.keep(require_still_in_cuts(program, path, follows))?;
+        let mut courses = self.courses(part, &ways, &unknown, follows)?;
         let stays = |index: &usize| matches!(courses[*index].fate, Fate::Stays | Fate::Refused | Fate::Undisplaced(_));
         let displaced: Vec<usize> = (0..path.len()).filter(|index| !stays(index)).collect();
         let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma, self.decimals));
@@ -104,6 +106,7 @@ impl Writing {
             added: 0,
             tolerance_mm: self.limits.tolerance_mm / self.linear.map_or(1.0, |linear| linear.stretch()),
             knows_travel: field.knows_travel(),
+            follows,
             whole: self.whole,
         };
         match shared {
@@ -134,7 +137,13 @@ impl Writing {
 
     /// What becomes of each move. A rapid move while an axis stands at a place of the machine stays as it is: the field
     /// need not reach there. A cut needs to know where every axis stands.
-    fn courses(&mut self, part: &Part, ways: &Ways, unknown: &HashSet<usize>) -> Result<Vec<Course>, Refused> {
+    fn courses(
+        &mut self,
+        part: &Part,
+        ways: &Ways,
+        unknown: &HashSet<usize>,
+        follows: Letters,
+    ) -> Result<Vec<Course>, Refused> {
         let Part { program, path, roles, .. } = part;
         let mut courses = Vec::with_capacity(path.len());
         let known = |hole: &&Drilled| hole.said.is_some() || states_heights(program, hole);
@@ -175,7 +184,7 @@ impl Writing {
                 fate = Fate::Refused;
             } else if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
                 let said = require_said(program, path, index, before, self.standing);
-                if !self.refusals.keep(said.and_then(|()| require_unturned(program, path, index, before)))? {
+                if !self.refusals.keep(said.and_then(|()| require_unturned(program, path, index, before, follows)))? {
                     fate = Fate::Refused;
                 }
             }
@@ -219,7 +228,7 @@ impl Writing {
                     let drilled = match &hole.said {
                         _ if refused => Ok(()),
                         Some(said) if hole.milled.is_some() => {
-                            require_unturned(program, path, hole.first, courses[hole.first].standing)
+                            require_unturned(program, path, hole.first, courses[hole.first].standing, writer.follows)
                                 .and_then(|()| writer.mill_called(hole, said, courses))
                         }
                         Some(said) => writer.drill_called(hole, said, here, courses),
@@ -238,7 +247,7 @@ impl Writing {
                     rest = after;
                     let refused = courses[cycle.first..cycle.end].iter().any(|course| course.fate == Fate::Refused);
                     let standing = courses[cycle.first].standing;
-                    let unturned = || require_unturned(program, path, cycle.first, standing);
+                    let unturned = || require_unturned(program, path, cycle.first, standing, writer.follows);
                     let written = match cycle.milled {
                         _ if refused => Ok(()),
                         Some(_) => unturned().and_then(|()| writer.turn_cycle(cycle, here, courses)),
@@ -411,11 +420,22 @@ pub(crate) fn require_said(
     ))
 }
 
-/// A displacement along X, Y and Z does not describe a part that a rotary axis has turned. C of a lathe turns it about the
-/// axis from which X is counted: along the radius and Z the tool goes the same way at every angle, where nothing names Y.
-fn require_unturned(program: &Program, path: &ToolPath, index: usize, standing: [Standing; 3]) -> Result<(), Refused> {
+/// A displacement along X, Y and Z does not describe a part that a rotary axis has turned, unless the field follows it. C of
+/// a lathe turns it about the axis from which X is counted: along the radius and Z the tool goes the same way at every
+/// angle, where nothing names Y.
+fn require_unturned(
+    program: &Program,
+    path: &ToolPath,
+    index: usize,
+    standing: [Standing; 3],
+    follows: Letters,
+) -> Result<(), Refused> {
     let state = path.state[index] as usize;
-    let letter = path.origins[state].turned;
+    let origin = &path.origins[state];
+    let away = |angle: Option<f64>| angle.is_none_or(|degrees| degrees % 360.0 != 0.0); // true of infinity
+    let others = b"ABCo".iter().zip(origin.rotary).filter(|(letter, _)| !follows.has(**letter));
+    let of_others = others.filter(|(_, angle)| away(*angle)).map(|(letter, _)| *letter).next();
+    let letter = if follows.has(origin.turned) { of_others.unwrap_or(0) } else { origin.turned };
     let about_axis = letter == b'C' && path.states[state].diameter && standing[1] == Standing::Never;
     if letter == 0 || about_axis {
         return Ok(());
@@ -429,6 +449,18 @@ fn require_unturned(program: &Program, path: &ToolPath, index: usize, standing: 
     );
     let hint =
         "displace what is cut with rotary axes at 0, said by a position before the first cut, in a program of its own";
+    Err(Refused::block(at, message, hint))
+}
+
+/// Refuses a rotary axis that turns in a cut: linear words alone do not follow the work then.
+fn require_still_in_cuts(program: &Program, path: &ToolPath, follows: Letters) -> Result<(), Refused> {
+    let Some((block, letter)) = path.turns_in_cut.filter(|_| !follows.is_empty()) else {
+        return Ok(());
+    };
+    let at = program.blocks().get(block).map_or(0, |found| found.start as usize);
+    let axis = if letter == b'o' { "a rotary axis".to_owned() } else { char::from(letter).to_string() };
+    let message = format!("{axis} turns at feed: the work turns under the tool, which X, Y and Z do not follow");
+    let hint = "position rotary axes at rapid, in blocks of their own, and cut while they stand";
     Err(Refused::block(at, message, hint))
 }
 

@@ -16,6 +16,7 @@ mod turning_cycle;
 
 use std::collections::HashMap;
 
+use nc_program::dialect::Letters;
 use nc_program::{Linear, Modal, MoveKind, Program, ToolPath, Word};
 
 use crate::edits::Edits;
@@ -68,6 +69,8 @@ pub(crate) struct Writer<'a> {
     pub tolerance_mm: f64,
     /// The field differs by the way of travel.
     pub knows_travel: bool,
+    /// Rotary axes with whose places the field differs.
+    pub follows: Letters,
     /// The blocks may run in any order.
     pub whole: bool,
 }

@@ -57,6 +57,9 @@ pub struct Origin {
     pub renamed: [u32; 3],
     /// Letter of a rotary axis that stands or moves at another angle than 0, or at one that is not known; 0 for none.
     pub turned: u8,
+    /// Where A, B, C and numbered rotary axes stand, degrees: `None` where the program has not stated it yet, infinite
+    /// where it went to a place that is not known.
+    pub rotary: [Option<f64>; 4],
     /// The turned, mirrored or scaled coordinates in force: to the path of the work frame by [`ToolPath::placed`].
     pub linear: Option<Linear>,
     /// Coordinates have other directions, or another scale, than the machine's axes.
@@ -118,6 +121,8 @@ pub struct ToolPath {
     pub dwells: Vec<(usize, f64)>,
     /// The block that states the unit before any length, and whether it is the inch.
     pub unit_stated: Option<(usize, bool)>,
+    /// The first block in which a rotary axis turns at feed, and its letter.
+    pub turns_in_cut: Option<(usize, u8)>,
     /// The call under way.
     pub(crate) caller: Caller,
 }

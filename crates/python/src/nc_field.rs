@@ -2,15 +2,19 @@
 
 use nc_map::field::Trouble;
 use nc_map::{Affine, Field, Grid, Place, Vector};
+use nc_program::dialect::Letters;
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// A function of Python: positions (n, 3) to displacements (n, 3), mm. One that is told more gets, beside them, work
-/// offsets and tools (n,), the way of travel and what the tool offset in force adds (n, 3).
+/// offsets and tools (n,), the way of travel, what the tool offset in force adds, and where A, B, C stand (n, 3).
 struct Function {
     function: Py<PyAny>,
     told: Told,
+    follows: Letters,
+    /// Those of these that the program names: where one has turned, the start of a move is displaced otherwise.
+    named: Letters,
 }
 
 /// What a function is told beside the positions.
@@ -36,7 +40,11 @@ impl Function {
 
 impl Field for Function {
     fn knows_travel(&self) -> bool {
-        self.told == Told::PlacesAndTravel
+        self.told == Told::PlacesAndTravel || !self.named.is_empty()
+    }
+
+    fn follows(&self) -> Letters {
+        self.follows
     }
 
     fn displacements(
@@ -60,9 +68,17 @@ impl Field for Function {
                 let travel = travel.into_pyarray(py).reshape([places.len(), 3])?;
                 let offset: Vec<_> = places.iter().flat_map(|p| p.tool_offset).collect();
                 let offset = offset.into_pyarray(py).reshape([places.len(), 3])?;
+                let stated = |p: &Place| {
+                    [0, 1, 2].map(|axis| match self.named.has(b"ABC"[axis]) {
+                        true => p.rotary[axis],
+                        false => f64::NAN,
+                    })
+                };
+                let rotary: Vec<_> = places.iter().flat_map(stated).collect();
+                let rotary = rotary.into_pyarray(py).reshape([places.len(), 3])?;
                 let (work, tool) = (work.into_pyarray(py), tool.into_pyarray(py));
                 self.function
-                    .call1(py, (rows, work, tool, travel, offset))?
+                    .call1(py, (rows, work, tool, travel, offset, rotary))?
             };
             let answer: PyReadonlyArray2<f64> = answer.extract(py).map_err(|_| {
                 PyTypeError::new_err(
@@ -89,7 +105,7 @@ impl Field for Function {
 enum Kind {
     Affine(Affine),
     Grid(Grid),
-    Function(Py<PyAny>, Told),
+    Function(Py<PyAny>, Told, Letters),
 }
 
 /// A displacement for every position.
@@ -127,17 +143,18 @@ impl NcField {
     }
 
     /// A function of positions (n, 3) that answers displacements (n, 3). With `knows_travel` given it is asked with
-    /// work offsets, tools, travel and tool offsets too; True: it differs by the way of travel.
+    /// work offsets, tools, travel, tool offsets and rotary axes too; True: it differs by the way of travel. `follows`
+    /// are the rotary axes with whose places it differs.
     #[staticmethod]
-    #[pyo3(signature = (function, knows_travel=None))]
-    fn function(function: Py<PyAny>, knows_travel: Option<bool>) -> Self {
+    #[pyo3(signature = (function, knows_travel=None, follows=""))]
+    fn function(function: Py<PyAny>, knows_travel: Option<bool>, follows: &str) -> Self {
         let told = match knows_travel {
             None => Told::Nothing,
             Some(false) => Told::Places,
             Some(true) => Told::PlacesAndTravel,
         };
         Self {
-            kind: Kind::Function(function, told),
+            kind: Kind::Function(function, told, Letters::of(follows.as_bytes())),
         }
     }
 
@@ -154,7 +171,7 @@ impl NcField {
             .map(|row| [row[0], row[1], row[2]])
             .collect();
         let mut found = Vec::new();
-        let mut field = self.made(py);
+        let mut field = self.made(py, "");
         let places = vec![NOWHERE; points.len()];
         match field.displacements(&points, &places, &mut found) {
             Ok(()) => {
@@ -170,17 +187,26 @@ impl NcField {
 }
 
 impl NcField {
-    /// The field, to be asked.
-    pub fn made(&self, py: Python<'_>) -> Box<dyn Field + Send + Sync> {
+    /// The field, to be asked for a program that names those rotary axes.
+    pub fn made(&self, py: Python<'_>, rotary: &str) -> Box<dyn Field + Send + Sync> {
         match &self.kind {
             Kind::Affine(affine) => Box::new(*affine),
             Kind::Grid(grid) => Box::new(grid.clone()),
-            Kind::Function(function, told) => Box::new(Function {
+            Kind::Function(function, told, follows) => Box::new(Function {
                 function: function.clone_ref(py),
                 told: *told,
+                follows: *follows,
+                named: Letters::of(&both(*follows, rotary)),
             }),
         }
     }
+}
+
+fn both(follows: Letters, rotary: &str) -> Vec<u8> {
+    rotary
+        .bytes()
+        .filter(|letter| follows.has(*letter))
+        .collect()
 }
 
 /// A position that is asked for outside of a program: G54, no tool, no way of travel.
@@ -190,6 +216,7 @@ const NOWHERE: Place = Place {
     shift: [0.0; 3],
     tool_offset: [0.0; 3],
     travel: [0; 3],
+    rotary: [f64::NAN; 3],
 };
 
 /// Adds what this file binds to the module.

@@ -96,7 +96,7 @@ impl NcMapper {
         };
         Ok(Self {
             mapper: Mapper::new(dialect, options, limits, surveyed),
-            field: field.made(py),
+            field: field.made(py, rotary),
             failed_at: (0, 0),
         })
     }

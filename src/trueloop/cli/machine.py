@@ -157,7 +157,7 @@ class InMachine:
     ] = None
     at: Annotated[
         list[str] | None,
-        option("Where each rotary axis stands, degrees; the program has to leave it alone.", metavar="A=V"),
+        option("Where a rotary axis stands until the program positions it, degrees.", metavar="A=V"),
     ] = None
     temperatures: Temperatures = None
     zeroed_s: Annotated[

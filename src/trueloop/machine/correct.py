@@ -399,6 +399,7 @@ def _no_point(program: Program, word: Word, why: str) -> TrueloopError:
 
 
 AXES: Final = "XYZ"
+ROTARY_AXES: Final = "ABC"
 ANY_TOOL: Final = -1
 HINT: Final = (
     "the model lives in machine coordinates: give --work-zero 1=X,Y,Z for G54, --tool T=X,Y,Z, or a file of --offsets"
@@ -411,7 +412,7 @@ class Setup:
 
     `work_zero_mm`: machine coordinates of the program's zero by number of the work offset (1 is G54), for a tool of
     no length. `tool_mm`: tool point from the frame of the last axis, by T number; under −1 for every other tool.
-    `fixed`: where rotary axes stand, which the program has to leave alone, rad; all of them. `table`: the
+    `fixed`: where rotary axes stand, rad, until the program itself positions them. `table`: the
     control's tool table, where it is given: a tool that is not in `tool_mm` has its point at minus the offset that the
     program brings into force, because machine = program + work zero + offset. `zero_signals` are those of the moment
     when the work zero was set, where what had drifted by then lies in it.
@@ -434,19 +435,17 @@ def compensation_field(
 ) -> Field:
     """Returns COMP_MTG = −E at every point of a program, along the program's X, Y, Z, for `map_program`.
 
-    An axis that the machine does not have is not displaced. Raises MCH-FRAME for a rotary axis whose position is not
-    stated, and for a turned head; evaluated at a point it raises MCH-FRAME (an unknown work offset or tool), MCH-TRAVEL
-    and MCH-RANGE.
+    An axis that the machine does not have is not displaced; rotary axes are followed to where the program positions
+    them. Evaluated at a point it raises MCH-FRAME (an unknown work offset or tool, a rotary axis whose position is not
+    stated, a turned head), MCH-TRAVEL and MCH-RANGE.
     """
     rotary = frozenset(axis.name for axis in model.machine.chain.axes if axis.kind is AxisKind.ROTARY)
-    _check_rotary_stated(sorted(rotary - set(setup.fixed)))
-    _check_head_upright(model, setup)
     backlash = any(term.both_ways for term in model.terms)
     return machine_field(
         _displacement(model, setup, extrapolate),
         identity,
         knows_travel=backlash,
-        still=rotary,
+        follows=rotary,
         tools=setup.table,
         work_mm=setup.work_zero_mm,
     )
@@ -464,13 +463,21 @@ def state_at(
 
     No tool offsets are in force. Raises MCH-FRAME for unknown tools and work offsets.
     """
-    return _state(model, setup, points_mm, work, travel, _tool_points_mm(setup, tool, np.zeros((len(points_mm), 3))))
+    axes = points_mm + looked_up(work, setup.work_zero_mm, "work offset", HINT)
+    tool_mm = _tool_points_mm(setup, tool, np.zeros((len(points_mm), 3)))
+    return _state(model, setup, axes - tool_mm, setup.fixed, travel, tool_mm)
 
 
-def _state(model: MachineModel, setup: Setup, points_mm: Array, work: Integers, travel: Array, tool_mm: Array) -> State:
+def _state(
+    model: MachineModel,
+    setup: Setup,
+    axes: Array,
+    rotary: Mapping[str, Array] | Mapping[str, float],
+    travel: Array,
+    tool_mm: Array,
+) -> State:
     chain = model.machine.chain
-    axes = points_mm + looked_up(work, setup.work_zero_mm, "work offset", HINT) - tool_mm
-    given: dict[str, Array | float] = dict(setup.fixed)
+    given: dict[str, Array | float] = dict(rotary)
     given |= {name: axes[:, k] for k, name in enumerate(AXES) if name in chain.order}
     ways = [travel[:, AXES.index(name)] if name in AXES else np.zeros(len(axes)) for name in chain.order]
     return State(chain.positions(given), np.stack(ways, axis=-1), setup.signals, tool_mm)
@@ -478,22 +485,30 @@ def _state(model: MachineModel, setup: Setup, points_mm: Array, work: Integers, 
 
 def _displacement(model: MachineModel, setup: Setup, extrapolate: Collection[str]) -> DisplaceInMachine:
     """Returns −E along the machine's own axes, which are the program's: a turned table carries no coordinates with
-    it.
+    it. Rotary axes stand where the program has positioned them, before that where the set-up states.
     """
     there = np.array([name in model.machine.chain.order for name in AXES])
 
-    @cache
-    def compiled(tool_mm: Vector) -> CompiledModel:
-        return compile_model(model, setup.signals, tool_mm, setup.fixed)
+    rotary = [name for name in model.machine.chain.order if name in ROTARY]
 
-    def displace(points_mm: Array, work: Integers, tool: Integers, travel: Array, offset_mm: Array) -> Array:
+    @cache
+    def compiled(tool_mm: Vector, angles: tuple[float, ...]) -> CompiledModel:
+        return compile_model(model, setup.signals, tool_mm, dict(zip(rotary, angles, strict=True)))
+
+    def displace(
+        points_mm: Array, work: Integers, tool: Integers, travel: Array, offset_mm: Array, rotary_deg: Array
+    ) -> Array:
         tool_mm = _tool_points_mm(setup, tool, offset_mm)
-        check_state(model, _state(model, setup, points_mm, work, travel, tool_mm), extrapolate)
         axes = points_mm + looked_up(work, setup.work_zero_mm, "work offset", HINT) - tool_mm
+        stands = {name: _stands_rad(name, setup, rotary_deg[:, ROTARY_AXES.index(name)]) for name in rotary}
+        _check_head_upright(model, stands)
+        check_state(model, _state(model, setup, axes, stands, travel, tool_mm), extrapolate)
         compensation = np.empty_like(points_mm)
-        for x, y, z in np.unique(tool_mm, axis=0).tolist():
-            own = (tool_mm == (x, y, z)).all(axis=1)
-            error_mm = compiled((x, y, z)).bed_error_mm(axes[own], travel[own])
+        places = np.column_stack([tool_mm, *stands.values()])
+        for place in np.unique(places, axis=0):
+            own = (places == place).all(axis=1)
+            x, y, z, *angles = place.tolist()
+            error_mm = compiled((x, y, z), tuple(angles)).bed_error_mm(axes[own], travel[own])
             compensation[own] = np.where(there, -error_mm, 0.0)
         return compensation
 
@@ -513,20 +528,32 @@ def _tool_points_mm(setup: Setup, tool: Integers, offset_mm: Array) -> Array:
     return points
 
 
-def _check_rotary_stated(unstated: Sequence[str]) -> None:
-    """Refuses rotary axes of which nobody states where they stand: at another angle the errors are others."""
-    if unstated:
+def _stands_rad(axis: str, setup: Setup, stated_deg: Array) -> Array:
+    """Returns where a rotary axis stands, (n,): as the program states, before that as the set-up does.
+
+    Raises MCH-FRAME where neither states it: at another angle the errors are others.
+    """
+    if np.isinf(stated_deg).any():
         raise Code.MCH_FRAME.refusal(
-            f"rotary axes without a stated position: {len(unstated)} ({' '.join(unstated)})",
-            hint="state each in degrees: " + " ".join(f"--at {name}=0" for name in unstated),
+            f"{axis} is at a place that is not known in {int(np.isinf(stated_deg).sum())} moves: after a reference "
+            "point, an increment from an unknown place, or a shift of its own (G92, G52, TRANS)",
+            hint=f"position {axis} by a number, absolute (G90), before the next move along X, Y, Z",
         )
+    unstated = np.isnan(stated_deg)
+    if unstated.any() and axis not in setup.fixed:
+        raise Code.MCH_FRAME.refusal(
+            f"rotary axis {axis} has no stated position in {int(unstated.sum())} moves",
+            hint=f"state where it stands until the program positions it, in degrees: --at {axis}=0",
+        )
+    stands: Array = np.where(unstated, setup.fixed.get(axis, 0.0), np.radians(stated_deg))
+    return stands
 
 
-def _check_head_upright(model: MachineModel, setup: Setup) -> None:
+def _check_head_upright(model: MachineModel, stands: Mapping[str, Array]) -> None:
     """Refuses a turned head: work offsets are applied to the tool vectors of an upright head only."""
     for axis in model.machine.chain.tool:
-        if setup.fixed.get(axis.name, 0.0) != 0.0:
+        if np.any(turned := stands.get(axis.name, np.zeros(1))):
             raise Code.MCH_FRAME.refusal(
-                f"{axis.name} turns the tool by {setup.fixed[axis.name]:g} rad: the place of its tip is not given",
+                f"{axis.name} turns the tool by {float(np.abs(turned).max()):g} rad: the place of its tip is not given",
                 hint="only rotary axes that carry the work may stand away from 0",
             )

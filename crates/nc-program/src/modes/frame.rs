@@ -110,6 +110,7 @@ impl Frame {
             tool_number: self.tool_number,
             renamed: self.renamed,
             turned: self.rotary.turned,
+            rotary: self.rotary.stated(),
             linear: self.linear,
             is_turned: self.whole.is_some(),
         }

@@ -3,6 +3,7 @@
 
 use crate::dialect::{FlowStyle, G};
 use crate::modes::codes::Action;
+use crate::modes::modal::Motion;
 use crate::modes::request::Request;
 use crate::reading::letters::Letters;
 use crate::reading::program::{Program, WordKind};
@@ -14,10 +15,12 @@ const ROTARY: [u8; 4] = *b"ABCo";
 const BY_INCREMENT: u8 = b'H';
 const TURN_DEGREES: f64 = 360.0;
 
-/// Angles in degrees, NaN where one is not known.
+/// Angles in degrees: NaN where one is not stated yet, infinite where it is not known any more.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rotary {
     angles: [f64; 4],
+    /// Those whose places are called otherwise than by the machine's angles: what the program states does not tell them.
+    renamed: [bool; 4],
     /// The letter of one that is not at 0 or comes from elsewhere; 0 for none.
     pub turned: u8,
 }
@@ -25,15 +28,21 @@ pub(crate) struct Rotary {
 impl Rotary {
     /// Before the first block nobody knows where those stand that the program names.
     pub fn new(named: Letters) -> Self {
-        let mut rotary = Self { angles: ROTARY.map(|axis| if named.has(axis) { f64::NAN } else { 0.0 }), turned: 0 };
+        let angles = ROTARY.map(|axis| if named.has(axis) { f64::NAN } else { 0.0 });
+        let mut rotary = Self { angles, ..Self::default() };
         rotary.settle();
         rotary
     }
 
     /// The block is over.
     pub fn settle(&mut self) {
-        let away = |angle: f64| angle % TURN_DEGREES != 0.0; // true of NaN
+        let away = |angle: f64| angle % TURN_DEGREES != 0.0; // true of NaN and of infinity
         self.turned = ROTARY.iter().zip(self.angles).find(|(_, angle)| away(*angle)).map_or(0, |(axis, _)| *axis);
+    }
+
+    /// The angles that are stated or were.
+    pub fn stated(&self) -> [Option<f64>; 4] {
+        self.angles.map(|angle| (!angle.is_nan()).then_some(angle))
     }
 }
 
@@ -48,22 +57,42 @@ impl Runner<'_> {
         if !named || of_contour || matches!(action, G::CallMacro | G::ModalMacro | G::OwnCycle) {
             return false;
         }
-        let before = self.state.frame.rotary.turned;
+        let (before, angles) = (self.state.frame.rotary.turned, self.state.frame.rotary.angles);
         for (index, letter) in ROTARY.into_iter().enumerate() {
             if let Some(value) = request.get(letter).filter(|_| letters.has(letter)) {
                 let increment = request.reference(letter).unwrap_or(self.state.modal.incremental);
                 let now = self.state.frame.rotary.angles[index];
+                let goes = matches!(
+                    action,
+                    G::Inert
+                        | G::MachineCoordinates
+                        | G::BuilderCoordinates
+                        | G::Home(_)
+                        | G::HomeNamed(_)
+                        | G::Retract
+                        | G::FixedPoint
+                );
+                self.state.frame.rotary.renamed[index] |= !(goes || now == 0.0 && value == 0.0);
                 self.state.frame.rotary.angles[index] = match action {
+                    _ if self.state.frame.rotary.renamed[index] => f64::INFINITY,
+                    G::Inert if increment && now.is_nan() => f64::INFINITY,
                     G::Inert if increment => now + value,
                     // Several axes share the last place: one of them at 0 says nothing of the others.
                     G::Inert | G::MachineCoordinates | G::BuilderCoordinates if letter != b'o' || now == 0.0 => value,
                     _ if now == 0.0 && value == 0.0 && !matches!(action, G::Home(_) | G::HomeNamed(_)) => 0.0,
-                    _ => f64::NAN,
+                    _ => f64::INFINITY,
                 };
             }
         }
         if let Some(value) = request.get(BY_INCREMENT).filter(|_| letters.has(BY_INCREMENT)) {
-            self.state.frame.rotary.angles[2] += value;
+            let now = &mut self.state.frame.rotary.angles[2];
+            *now = if now.is_nan() { f64::INFINITY } else { *now + value };
+        }
+        let at_feed = matches!(action, G::Inert) && !matches!(self.state.modal.motion, Motion::Rapid | Motion::None);
+        if at_feed && self.path.turns_in_cut.is_none() {
+            let now = self.state.frame.rotary.angles;
+            let changed = (0..ROTARY.len()).find(|index| now[*index].to_bits() != angles[*index].to_bits());
+            self.path.turns_in_cut = changed.map(|index| (self.block, ROTARY[index]));
         }
         self.state.frame.rotary.settle();
         if before != 0 {

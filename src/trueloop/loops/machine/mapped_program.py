@@ -202,12 +202,11 @@ def _written(
 def _not_followed(survey: Survey, field: Field) -> Iterator[TrueloopError]:
     """Yields what the whole program says against the field."""
     # o: an axis that Sinumerik calls by a letter and a number, A1.
-    if turning := sorted({*field.still, *("o" if field.still else "")} & survey.letters.keys()):
-        axis = "an axis with a number" if turning[0] == "o" else turning[0]
+    if field.follows and "o" in survey.letters:
         yield Code.NC_MAP.refusal(
-            f"{axis} turns in this program, which the field takes to stand still",
-            hint="leave the word out, say with --at where the axis stands, and correct one program a position",
-            place=Place(line=survey.letters[turning[0]]),
+            f"an axis with a number turns in this program, beside {' '.join(sorted(field.follows))} of the machine",
+            hint="leave the word out, state with --at where the axis stands, and correct one program a position",
+            place=Place(line=survey.letters["o"]),
         )
     if field.of_machine and survey.sets_offset is not None:
         yield Code.MCH_FRAME.refusal(

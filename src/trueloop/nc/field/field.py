@@ -14,25 +14,26 @@ Displace = Callable[[Array], Array]
 """Positions (n, 3) to displacements (n, 3), both X (a radius on a lathe), Y, Z in mm."""
 
 
-DisplaceInMachine = Callable[[Array, Integers, Integers, Array, Array], Array]
+DisplaceInMachine = Callable[[Array, Integers, Integers, Array, Array, Array], Array]
 """`Displace` of a machine: it gets, beside positions, the work offset and tool in force (n,), which way each axis goes
-there or went last, (n, 3): +1, −1, or 0 before its first move, and what the tool's offset adds, (n, 3) mm: NaN where
-that is not known."""
+there or went last, (n, 3): +1, −1, or 0 before its first move, what the tool's offset adds, (n, 3) mm: NaN where
+that is not known, and where A, B and C stand, (n, 3) degrees: NaN where the program has not stated it, infinite where
+it went to a place that is not known."""
 
 
 @dataclass(frozen=True)
 class Field:
     """A displacement for every position, in the program's coordinates. `identity` names it in a corrected program.
 
-    `still` are letters of axes that it takes to stand: a program that names one is refused. One `of_machine` knows from
-    outside where the program's zero lies: a program that sets that itself is refused too. `tools` and `work_mm`, the
-    zeros of work offsets in machine coordinates by their number, are what it knows of the control's tables; without
+    `follows` are letters of rotary axes with whose places it differs; they stand in every cut. One `of_machine` knows
+    from outside where the program's zero lies: a program that sets that itself is refused too. `tools` and `work_mm`,
+    the zeros of work offsets in machine coordinates by their number, are what it knows of the control's tables; without
     `tools` none of those is known.
     """
 
     identity: dict[str, object]
     core: NcField = field(repr=False, compare=False)
-    still: frozenset[str] = frozenset()
+    follows: frozenset[str] = frozenset()
     of_machine: bool = False
     tools: tuple[CutterTool, ...] | None = None
     work_mm: Mapping[int, tuple[float, float, float]] = field(default_factory=dict)
@@ -65,16 +66,16 @@ def machine_field(
     identity: dict[str, object],
     *,
     knows_travel: bool = False,
-    still: frozenset[str] = frozenset(),
+    follows: frozenset[str] = frozenset(),
     tools: Sequence[CutterTool] | None = None,
     work_mm: Mapping[int, tuple[float, float, float]] | None = None,
 ) -> Field:
     """Makes a machine's field; `knows_travel` cuts arcs where an axis reverses, and approaches a start that jumped."""
-    core = NcField.function(displace, knows_travel)
+    core = NcField.function(displace, knows_travel, "".join(sorted(follows)))
     return Field(
         identity,
         core,
-        still,
+        follows,
         of_machine=True,
         tools=None if tools is None else tuple(tools),
         work_mm=dict(work_mm or {}),

@@ -23,7 +23,7 @@ def field_in_machine(
     machine's. Its evaluation raises MCH-FRAME where a work offset or the tool's is not known.
     """
 
-    def displace(points_mm: Array, work: Integers, tool: Integers, _: Array, offset_mm: Array) -> Array:
+    def displace(points_mm: Array, work: Integers, tool: Integers, _: Array, offset_mm: Array, *__: Array) -> Array:
         require_offsets(tool, offset_mm, HINT)
         return field.displacement_mm(points_mm + looked_up(work, work_mm, "work offset", HINT) + offset_mm)
 
