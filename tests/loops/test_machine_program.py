@@ -131,7 +131,7 @@ def test_an_unknown_offset_is_told_with_its_line() -> None:
 def test_an_offset_set_by_the_program_is_not_what_the_set_up_says(word: str, dialect: str) -> None:
     """The error would be taken where the zero lay before."""
     source = f"G21 G90 G54\nG0 X0 Y0 Z5\n{word}\nG1 X50 F100\n"
-    with pytest.raises(TrueloopError, match="G10 sets an offset") as refusal:
+    with pytest.raises(TrueloopError, match="sets an offset, by G10") as refusal:
         corrected(source, STRETCHED, SETUP, dialect=dialect)
     assert (refusal.value.code, refusal.value.place.line) == (Code.MCH_FRAME, 3)
 

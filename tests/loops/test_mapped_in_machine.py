@@ -64,7 +64,8 @@ def test_a_lathe_stands_at_program_work_offset_and_table(tmp_path: Path) -> None
         ("BEGIN PGM A MM\nTOOL CALL 3 Z\nL X+0 Y+0 Z+5 F MAX\n", "heidenhain", 3, "after T3 is not known"),
         ("G71 G90\nT0101\nG0 X20. Z5.\n", "ge2000t", 3, "after T101 is not known"),
         ("G21 G90 G56\nG0 X0. Y0. Z5.\n", "fanuc-mill", 2, "work offset 3 is used, but only 1, 2 is known"),
-        ("G21 G90\nG10 L2 P1 X5.\nG0 X0. Y0. Z5.\n", "fanuc-mill", 2, "G10 sets an offset"),
+        ("G21 G90\nG10 L2 P1 X5.\nG0 X0. Y0. Z5.\n", "fanuc-mill", 2, "sets an offset, by G10"),
+        ("BEGIN PGM A MM\nTCH PROBE 412 A\nL X+0 Y+0 Z+5 FMAX\n", "heidenhain", 2, "by G10 or a probe"),
     ],
 )
 def test_what_is_not_in_the_file_is_refused(tmp_path: Path, program: str, dialect: str, line: int, why: str) -> None:

@@ -226,3 +226,43 @@ def test_c_of_a_lathe_turns_no_displacement_along_the_radius(dialect: str, head:
     if dialect == "linuxcnc":  # with Y it may be a mill's table
         with pytest.raises(TrueloopError, match="C does not stand at 0 degrees"):
             lines(tmp_path, text.replace("Z5.", "Y0. Z5.", 1), shift, dialect)
+
+
+PROBED = """0 BEGIN PGM A MM
+1 TOOL CALL 30 Z S50
+2 TCH PROBE 419 DATUM IN ONE AXIS ~
+  Q263=+0 ;1ST POINT ~
+  Q305=+1 ;NUMBER ~
+  Q303=+1
+3 CYCL DEF 247 DATUM SETTING ~
+  Q339=+1
+4 TOOL CALL 22 Z S3000 F600
+5 L X+5 Y+6 R0 FMAX
+6 L Z+2 R0 FMAX
+7 L Z-1 R0 F100
+8 END PGM A MM
+"""
+
+
+def test_a_probe_cycle_stays_and_what_is_cut_after_it_is_displaced(tmp_path: Path) -> None:
+    changes = {"X+5 Y+6": "X+5.1000 Y+6.2000", "Z+2 ": "Z+1.9500 ", "Z-1 ": "Z-1.0500 "}
+    wanted = PROBED
+    for old, new in changes.items():
+        wanted = wanted.replace(old, new)
+    assert lines(tmp_path, PROBED, SHIFT) == wanted.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "words"),
+    [
+        ("5 L X+5 Y+6", "5 L Y+6", Code.NC_MAP, "X has no position since"),
+        ("TCH PROBE 419", "TCH PROBE 3.0", Code.NC_OPAQUE, "TCH PROBE 3.0"),
+        ("7 L Z-1", "7 L Z+Q151", Code.NC_PARAMETER, "Q151"),
+    ],
+)
+def test_what_a_probe_cycle_changes_is_not_known(old: str, new: str, code: Code, words: str, tmp_path: Path) -> None:
+    """Q151 holds a measured centre; a value from before is overwritten."""
+    text = PROBED.replace("2 TCH", "Q151 = 7\n2 L X+1 R0 FMAX\n2 TCH").replace(old, new)
+    with pytest.raises(TrueloopError, match=words) as refused:
+        lines(tmp_path, text, SHIFT)
+    assert refused.value.code is code

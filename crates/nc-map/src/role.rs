@@ -99,7 +99,7 @@ pub fn first_blocks(program: &Program) -> [Option<usize>; 4] {
     let mut first = [None; 4];
     for word in program.words() {
         let what = match program.code(word) {
-            Some(G::SetData | G::SetWorkOffset) => 0,
+            Some(G::SetData | G::SetWorkOffset | G::Probe) => 0,
             Some(G::SetRegister) => 1,
             Some(G::MachineCoordinates | G::BuilderCoordinates | G::Home(_) | G::HomeNamed(_)) => 2,
             Some(G::Retract | G::FixedPoint | G::Swivel) => 2,

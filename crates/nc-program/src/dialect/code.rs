@@ -168,6 +168,8 @@ pub enum G {
     CallCycleAt,
     /// A hole pattern by its arguments.
     Pattern(Pattern),
+    /// Touches the work or the tool and sets what the control knows of them: TCH PROBE.
+    Probe,
     /// Gives a parameter a value of the control's own.
     SystemData,
     /// Ends the points of a spline, which is cut.

@@ -1,4 +1,4 @@
-//! Milling cycles that are called: pockets, slots and bores around the place, faces by coordinates of their own.
+//! Milling cycles that are called: pockets, slots, bores and studs around the place, faces by coordinates of their own.
 //!
 //! Their passes are the control's. The path has the way there and out, and the space in which the passes stay.
 
@@ -34,6 +34,9 @@ pub(crate) fn reach(number: u16, q: impl Fn(u32) -> Option<f64>, lines: &[Option
         5 => line(4),
         208 => half(q(335)),
         252 => half(q(223)),
+        256 => diagonal((q(424), q(425))),
+        257 => q(222),
+        262 => q(335),
         _ => diagonal((q(218), q(219))),
     };
     reach.filter(|reach| *reach > 0.0 && reach.is_finite()).ok_or_else(|| "its size is not given".to_owned())

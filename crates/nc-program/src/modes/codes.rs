@@ -28,12 +28,13 @@ pub(crate) fn acts(code: G) -> bool {
 
 /// Whether nothing moves for a code, nor is anything renamed.
 pub(crate) fn is_idle(code: G) -> bool {
-    matches!(code, G::Procedure | G::DefineCycle(_) | G::CycleLine | G::SystemData | G::Dwell | G::StoreHome(_))
-        || matches!(
-            code,
-            G::OpaqueCycle | G::OpaqueBlock | G::Continued | G::OpaqueMode | G::Setting(..) | G::ToleranceCycle
-        )
-        || matches!(code, G::Preset | G::Turn | G::TurnAnew | G::DefineTool)
+    matches!(
+        code,
+        G::Procedure | G::DefineCycle(_) | G::CycleLine | G::SystemData | G::Probe | G::Dwell | G::StoreHome(_)
+    ) || matches!(
+        code,
+        G::OpaqueCycle | G::OpaqueBlock | G::Continued | G::OpaqueMode | G::Setting(..) | G::ToleranceCycle
+    ) || matches!(code, G::Preset | G::Turn | G::TurnAnew | G::DefineTool)
 }
 
 /// Whether a code sets a frame.
@@ -308,6 +309,7 @@ impl Runner<'_> {
                 self.report(Severity::Note, finding::OPAQUE, self.word_start(word), message, hint);
             }
             G::SystemData => self.forget_read(word),
+            G::Probe => self.probe_cycle(word),
             G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
             G::Continued => self.continued(word),
             G::OpaqueMode => self.unfollowed(word),
@@ -325,6 +327,20 @@ impl Runner<'_> {
         }
         let beside_move = code == G::OpaqueMode && self.program.dialect().flow == FlowStyle::Labels; // M128
         acts(code) && !beside_move
+    }
+
+    /// TCH PROBE: what a position is called after it, and Q150 to Q199, only the control knows.
+    fn probe_cycle(&mut self, word: i32) {
+        let text = self.word_text(word).to_ascii_uppercase();
+        let digits: String =
+            text.chars().skip_while(|c| !c.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
+        if !matches!(digits.parse(), Ok(400_u32..=405 | 408..=431 | 480..=484)) {
+            return self.warn_opaque(word, "what it does is not in the path");
+        }
+        self.note_opaque(word, "its touches are not in the path, what they set is the control's");
+        (150..200).for_each(|number| self.state.store.forget(&Key::Number(number)));
+        self.drop_contouring("a probe cycle comes after it");
+        self.state.frame.rename([true; 3]);
     }
 
     /// FN 18: the parameter that it names has no value that the program gives; one that was given for it stays.

@@ -210,7 +210,8 @@ def _not_followed(survey: Survey, field: Field) -> Iterator[TrueloopError]:
         )
     if field.of_machine and survey.sets_offset is not None:
         yield Code.MCH_FRAME.refusal(
-            f"G10 sets an offset in line {survey.sets_offset}: where the zero lies then is not what the set-up says",
+            f"line {survey.sets_offset} sets an offset, by G10 or a probe: where the zero lies then is not what the "
+            "set-up says",
             hint="take the block out, give the offset with --work-zero, --tool or --offsets, and set it at the control",
             place=Place(line=survey.sets_offset),
         )
