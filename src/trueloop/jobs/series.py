@@ -1,5 +1,6 @@
 """Series of parts: files into the store, what the store holds of a series, proposals and decisions."""
 
+import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -49,6 +50,8 @@ from trueloop.turned.program.wear_words import CONTROLS, Control, counted, offse
 class Adding:
     """Options for the files: part type and serial number if a file does not state them, unit and mapping.
 
+    Of a file of several part types the stated one is taken.
+
     `cut_with`: the proposals that were in force when the parts were cut, by id; (): none was; None: all that were
     accepted before the part was measured, or before now.
     """
@@ -84,7 +87,8 @@ def add_files(store: Store, paths: Sequence[Path], adding: Adding) -> list[Added
 
 def _added(store: Store, path: Path, adding: Adding) -> Added:
     file = read_measured_file(path, adding.stated)
-    inspections = [_named(path, one, adding, len(file.inspections)) for one in file.inspections]
+    of_type = _of_type(path, file.inspections, adding.part_type)
+    inspections = [_named(path, one, adding, len(of_type)) for one in of_type]
     _require_sizes(file, inspections)
     part_type = inspections[0].part.part_type.name
     stored = find(store, Inspection, part_type=part_type)
@@ -117,6 +121,24 @@ def _content(inspection: Inspection) -> Identity:
     when = "" if inspection.measured_at is None else inspection.measured_at.isoformat()
     values = (f"{asked.name}={error_mm!r}" for asked, error_mm in sizes_of(inspection))
     return *inspection.part.identity, when, *values
+
+
+def _of_type(path: Path, inspections: Sequence[Inspection], part_type: str) -> Sequence[Inspection]:
+    """Returns those of the stated part type where a file states several: serial numbers count within a type."""
+    types = list(dict.fromkeys(one.part.part_type.name for one in inspections))
+    if len(types) < 2:
+        return inspections
+    chosen = [one for one in inspections if part_type and one.part.part_type.name == part_type]
+    if not chosen:
+        listed = ", ".join(map(repr, types[:8]))
+        raise Code.SER_PART.refusal(
+            f"{path.name!r} holds parts of {len(types)} part types, {listed}"
+            + (f", none of {part_type!r}" if part_type else ""),
+            hint=f"add one after the other: `--type {shlex.quote(next(filter(None, types)))}` takes its parts alone",
+            place=Place(str(path)),
+            values={"part": types[0]},
+        )
+    return chosen
 
 
 def _named(path: Path, one: Inspection, adding: Adding, of: int) -> Inspection:

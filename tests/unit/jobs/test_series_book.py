@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from datetime import timedelta
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -14,7 +15,7 @@ from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, only_type, read_book
-from trueloop.jobs.series import status_of
+from trueloop.jobs.series import Adding, add_files, status_of
 from trueloop.loops.post_process.decide import OVERRIDES
 from trueloop.loops.post_process.propose import Made, proposals_of
 from trueloop.loops.post_process.series import NAMES, SeriesOptions
@@ -105,6 +106,19 @@ def test_a_store_of_no_or_several_part_types_asks_which() -> None:
     assert only_type(store) == "SHAFT"
     with pytest.raises(TrueloopError, match="SER-UNKNOWN"):
         read_book(store, "shaft 2", OPTIONS)
+
+
+def test_of_a_file_of_several_part_types_the_stated_one_is_added(tmp_path: Path) -> None:
+    """A shaft and a bush with one serial number are two parts."""
+    file = tmp_path / "mixed.csv"
+    rows = "shaft;1;Ø 1;25;25.01\nbush;1;Ø 1;40;40.02\nshaft;2;Ø 1;25;25.02\n"
+    file.write_text("Part;Serial;Characteristic;Nominal [mm];Actual\n" + rows)
+    store = open_store("sqlite://", create=True)
+    for stated in ("", "SH"):
+        with pytest.raises(TrueloopError) as refused:
+            add_files(store, [file], Adding(stated))
+        assert refused.value.code is Code.SER_PART and "--type shaft" in (refused.value.hint or "")
+    assert [add_files(store, [file], Adding(name))[0].new for name in ("bush", "shaft")] == [("1",), ("1", "2")]
 
 
 def test_the_commands_name_what_the_code_has() -> None:
