@@ -47,7 +47,7 @@ export function Result({ made, given }: { made: Made; given: string }) {
           )}
         </div>
         <Remarks of={made.remarks} />
-        {made.kept && <p className="soft">{text("correct.kept")}</p>}
+        <p className={made.kept ? "soft" : "why"}>{text(made.kept ? "correct.kept" : "correct.kept.not")}</p>
       </Section>
       <Section title={text("correct.expected")}>
         {made.ways.length > 1 && first && <p>{text("correct.expected.of", { way: word("correct.way", first.by) })}</p>}
