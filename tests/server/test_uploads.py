@@ -171,6 +171,8 @@ def test_a_table_shows_what_its_columns_mean_and_is_read_by_what_is_said(service
     seen = hand_over(otto, "shift 3.csv", SIZES)
     mapping = seen["measurement"]["mapping_toml"]
     assert 'actual = "Actual"' in mapping
+    first = seen["measurement"]["inspections"][0]["values"][0]
+    assert (first["lower_limit"], first["upper_limit"], first["within"]) == (89.39, 89.43, True)
     wrong = mapping.replace('actual = "Actual"', 'actual = "Nominal"').replace('nominal = "Nominal"\n', "")
     again = otto.post(f"uploads/{seen['sha256']}/read", {"mapping_toml": wrong}).json()
     (inspection,) = again["measurement"]["inspections"]

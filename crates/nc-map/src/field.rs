@@ -21,15 +21,17 @@ pub enum Trouble {
     Failed(Box<dyn Error + Send + Sync>),
 }
 
-/// What a field of the machine has to know beside the position, which is the program's.
+/// What a field of the machine has to know beside the position, which is the work offset's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Number of the work offset in force.
     pub work_offset: u16,
     /// The T word in force; −1 before the first.
     pub tool: i32,
-    /// What G52, G92 or TRANS add to a position to make it one of the work offset, mm.
+    /// What G52 or TRANS add to a position to make it one of the work offset, mm.
     pub shift: Vector,
+    /// What G92 adds to that where the machine counts, mm.
+    pub named: Vector,
     /// What the tool's offset in force adds to that, mm; NaN where it is not known.
     pub tool_offset: Vector,
     /// The way each axis goes there, or went last: +1, −1; 0 before its first move.

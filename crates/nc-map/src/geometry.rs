@@ -89,7 +89,8 @@ impl<'a> Geometry<'a> {
         Place {
             work_offset: state.work_offset,
             tool: state.tool,
-            shift: origin.register,
+            shift: origin.shift,
+            named: [0, 1, 2].map(|axis| origin.register[axis] - origin.shift[axis]),
             tool_offset: origin.tool.unwrap_or([f64::NAN; 3]),
             travel: travel.unwrap_or_default(),
             rotary: [0, 1, 2].map(|axis| origin.rotary[axis].unwrap_or(f64::NAN)),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nc_program::{through, Arc, MoveKind, Plane, ToolPath};
 
-use crate::field::{sum, Field, Trouble, Vector};
+use crate::field::{sum, Field, Place, Trouble, Vector};
 use crate::geometry::Geometry;
 
 /// Pieces of one move: more would mean that the field jumps there.
@@ -130,7 +130,9 @@ fn straight(
     let mut found = Vec::new();
     if !points.is_empty() {
         let owners = || moves.iter().flat_map(|of_move| [*of_move; 2]).collect();
-        field.displacements(&points, &places, &mut found).map_err(|trouble| Fault::Field(trouble, owners()))?;
+        field
+            .displacements(&in_work_offset(&points, &places), &places, &mut found)
+            .map_err(|trouble| Fault::Field(trouble, owners()))?;
     }
     let pairs = points.chunks_exact(2).zip(found.chunks_exact(2));
     Ok(moves
@@ -142,6 +144,11 @@ fn straight(
             Piece { of_move: *of_move, share: 1.0, start, end, centre: None, largest, slope }
         })
         .collect())
+}
+
+/// Points where a field is asked, whatever the program's shifts call them: one place has one displacement.
+fn in_work_offset(points: &[Vector], places: &[Place]) -> Vec<Vector> {
+    points.iter().zip(places).map(|(point, place)| sum(point, &place.shift)).collect()
 }
 
 /// Largest displacement along each axis, and its steepest change from point to point.
@@ -178,7 +185,9 @@ fn round(
     }
     let mut found = Vec::new();
     let owners = || stretches.iter().flat_map(|s| std::iter::repeat_n(s.of_move, s.probes + 1)).collect();
-    field.displacements(&points, &places, &mut found).map_err(|trouble| Fault::Field(trouble, owners()))?;
+    field
+        .displacements(&in_work_offset(&points, &places), &places, &mut found)
+        .map_err(|trouble| Fault::Field(trouble, owners()))?;
     let displaced: Vec<_> = points.iter().zip(&found).map(|(point, by)| sum(point, by)).collect();
     let (mut first, mut halves) = (0, Vec::new());
     for mut s in stretches {

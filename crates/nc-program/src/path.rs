@@ -47,6 +47,8 @@ pub struct Origin {
     pub total: [f64; 3],
     /// The part of it that G52, G92 or TRANS made.
     pub register: [f64; 3],
+    /// That without G92: what makes a position of the program one of the work offset, or of the register set by G92.
+    pub shift: [f64; 3],
     /// The part of it that the tool made; `None` where the program calls for an offset that is not known.
     pub tool: Option<[f64; 3]>,
     /// The number that the tool's offset in force was called by: that of T0313 (13), of H, of the tool (on a Sinumerik times

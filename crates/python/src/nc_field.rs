@@ -26,14 +26,14 @@ enum Told {
 }
 
 impl Function {
-    /// A machine is asked at positions of the work offset, whatever the program calls them.
+    /// A machine is asked at positions of the work offset, whatever the register calls them.
     fn asked(&self, points: &[Vector], places: &[Place]) -> Vec<Vector> {
         if self.told == Told::Nothing {
             return points.to_vec();
         }
         let pairs = points.iter().zip(places);
         pairs
-            .map(|(point, place)| [0, 1, 2].map(|axis| point[axis] + place.shift[axis]))
+            .map(|(point, place)| [0, 1, 2].map(|axis| point[axis] + place.named[axis]))
             .collect()
     }
 }
@@ -214,6 +214,7 @@ const NOWHERE: Place = Place {
     work_offset: 1,
     tool: -1,
     shift: [0.0; 3],
+    named: [0.0; 3],
     tool_offset: [0.0; 3],
     travel: [0; 3],
     rotary: [f64::NAN; 3],

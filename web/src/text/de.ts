@@ -233,6 +233,7 @@ export const de: Record<Key, string> = {
   "state.running": "läuft",
   "state.done": "fertig",
 
+  "verdict.none": "keine Grenze",
   "verdict.in": "in den Grenzen",
   "verdict.out": "außerhalb der Grenzen",
   "key.left": "+ rot: Werkstoff stehen geblieben",

@@ -232,6 +232,7 @@ export const en = {
   "state.running": "running",
   "state.done": "done",
 
+  "verdict.none": "no limit",
   "verdict.in": "within limits",
   "verdict.out": "out of limits",
   "key.left": "+ red: material left on",

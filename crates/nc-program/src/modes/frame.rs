@@ -24,6 +24,8 @@ pub(crate) struct Frame {
     pub active: usize,
     /// Offset made by setting the position register.
     pub register: [f64; 3],
+    /// The part of it that shifts the work offset (G52, TRANS); the rest gives the tool's place a name (G92).
+    pub shift: [f64; 3],
     /// What additive shifts (ATRANS) have put on the offset of the last one (TRANS).
     pub fine: [f64; 3],
     /// A register offset put aside.
@@ -59,6 +61,7 @@ impl Frame {
             work: work.iter().copied().collect(),
             active: 1,
             register: [0.0; 3],
+            shift: [0.0; 3],
             fine: [0.0; 3],
             set_aside: [0.0; 3],
             tool: [0.0; 3],
@@ -106,6 +109,7 @@ impl Frame {
         Origin {
             total: self.total(),
             register: self.register,
+            shift: self.shift,
             tool,
             tool_number: self.tool_number,
             renamed: self.renamed,
@@ -164,6 +168,9 @@ impl Runner<'_> {
         let adds = [0, 1, 2].map(|axis| request.reference(AXES[axis]) == Some(true));
         self.reframe(|frame| {
             let before = |axis: usize| if adds[axis] { frame.register[axis] } else { 0.0 };
+            let before_shift = |axis: usize| if adds[axis] { frame.shift[axis] } else { 0.0 };
+            frame.shift =
+                [0, 1, 2].map(|axis| given[axis].map_or(frame.shift[axis], |value| before_shift(axis) + value));
             frame.register =
                 [0, 1, 2].map(|axis| given[axis].map_or(frame.register[axis], |value| before(axis) + value));
             frame.set_aside = frame.register;
@@ -192,6 +199,7 @@ impl Runner<'_> {
             let before = if adds { frame.register } else { kept };
             frame.fine = if adds { [0, 1, 2].map(|axis| frame.fine[axis] + given[axis]) } else { kept };
             frame.register = [0, 1, 2].map(|axis| before[axis] + given[axis]);
+            frame.shift = frame.register; // G92 is not of such a control
             frame.set_aside = frame.register;
             if !adds {
                 frame.parts = [None; 4];
@@ -217,7 +225,7 @@ impl Runner<'_> {
     pub(crate) fn cancel_register(&mut self, forget: bool) {
         self.reframe(|frame| {
             frame.set_aside = if forget { [0.0; 3] } else { frame.register };
-            frame.register = [0.0; 3];
+            (frame.register, frame.shift) = ([0.0; 3], [0.0; 3]);
         });
     }
 

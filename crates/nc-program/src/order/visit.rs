@@ -184,6 +184,7 @@ impl Runner<'_> {
         };
         self.reframe(|frame| {
             (frame.register, frame.fine, frame.parts[0]) = (saved.register, saved.fine, saved.frame);
+            frame.shift = saved.register;
         });
     }
 

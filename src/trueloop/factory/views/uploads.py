@@ -31,7 +31,7 @@ class ProgramRead:
 class ValueRead:
     """One value with the part's feature that it was found to be of, and by what: "name", "geometry", "" for none.
 
-    Lengths in `unit`; `reason` says why it was not found.
+    Lengths and limits in `unit`; `within` is None without limits; `reason` says why it was not found.
     """
 
     characteristic: str
@@ -41,6 +41,8 @@ class ValueRead:
     nominal: float | None
     actual: float | None
     deviation: float | None
+    lower_limit: float | None
+    upper_limit: float | None
     within: bool | None
     unit: str
     reason: str

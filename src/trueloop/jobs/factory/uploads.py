@@ -213,7 +213,7 @@ def _inspection(file: FileOnPart, one: OnPart) -> views.InspectionRead:
 def _value(row: ValueRow) -> views.ValueRead:
     return views.ValueRead(
         *(row.characteristic, row.quantity, row.feature, row.by, row.nominal, row.actual, row.deviation),
-        *(row.within, row.unit, row.reason),
+        *(row.lower_limit, row.upper_limit, row.within, row.unit, row.reason),
     )
 
 

@@ -1,6 +1,6 @@
 import type { Shape } from "../../api/client";
 import { useLengths } from "../../show/lengths";
-import { Rows } from "../../show/parts";
+import { Rows, State } from "../../show/parts";
 import { useText } from "../../text/text";
 
 type View = Shape<"UploadView">;
@@ -53,7 +53,7 @@ export function Remarks({ of }: { of: Shape<"Remarked">[] }) {
   );
 }
 
-const HEAD = ["characteristic", "feature", "nominal", "actual", "difference", "unit"] as const;
+const HEAD = ["characteristic", "feature", "nominal", "limits", "actual", "difference", "unit", "verdict"] as const;
 
 function Values({ inspection }: { inspection: Inspection }) {
   const text = useText();
@@ -76,9 +76,15 @@ function Values({ inspection }: { inspection: Inspection }) {
             `${one.characteristic} ${one.quantity}`,
             one.feature || one.reason,
             <span className="number">{plain(one.unit, one.nominal)}</span>,
+            one.within !== null && (
+              <span className="number">
+                {plain(one.unit, one.lower_limit)} … {plain(one.unit, one.upper_limit)}
+              </span>
+            ),
             <span className="number">{plain(one.unit, one.actual)}</span>,
             <span className="number">{plain(one.unit, one.deviation)}</span>,
             name(one.unit),
+            <State kind="verdict" name={one.within === null ? "none" : one.within ? "in" : "out"} />,
           ],
         }))}
       />
