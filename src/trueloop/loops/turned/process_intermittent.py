@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.domain.option import check_scatter
-from trueloop.domain.record import MARKED, CutWith
+from trueloop.domain.record import MARKED
 from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
@@ -51,7 +51,7 @@ from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.fit.prior.remembered import angles_along
-from trueloop.turned.options import By, Options
+from trueloop.turned.options import By
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -100,7 +100,7 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
     surface = _surface(inputs, machine)
     tools = contour_tools(inputs.program, matched, inputs.called is not None)
     model, memory, finished = _error_model(inputs, matched, surface)
-    decision = _decision(model, matched, inputs.options, tools.by(_asked(inputs)), cut)
+    decision = _decision(inputs, model, matched, tools.by(_asked(inputs)))
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
     paths = corrected_paths(inputs, matched, shifts, decision, machine)
     to_write = writing(inputs, matched, bends_lines(model))
@@ -264,7 +264,8 @@ def _earlier(inputs: Inputs, model: ProfileErrorModel, memory: FromMemory) -> tu
     return latest(remembered(inputs.history, inputs.memory), today.part_type), today
 
 
-def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by: str, cut: CutWith) -> Decision:
+def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: str) -> Decision:
+    options = inputs.options
     vectors = model.vectors.chosen(np.flatnonzero(model.weight))
     floor_mm = float(np.max(vectors.standard_u_mm))
     error_mm, outward_normal, places, correlated = _decided_on(model)
@@ -279,8 +280,9 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
         by,
         any(curve.from_memory for curve in model.curves),
         correlated,
-        cut.offset_mm,
+        inputs.in_force.cut_with.offset_mm,
         contour,
+        cuts_zero=bool(inputs.touches.at_reference.any()),
         common_u_mm=options.between_cuts.common_difference_mm,
         known=by == "contour" and all(curve.from_memory for curve in model.curves),
     )

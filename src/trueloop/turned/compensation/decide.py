@@ -5,7 +5,7 @@ process repeats (one-sided F test on the variance ratio), or less than the contr
 coordinates stay as they are and the tool offset takes the correction.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -118,6 +118,7 @@ def decide(
     *,
     common_u_mm: float = 0.0,
     known: bool = False,
+    cuts_zero: bool = False,
 ) -> Decision:
     """Fits one offset to all touches and tests its residuals, axis by axis.
 
@@ -131,10 +132,11 @@ def decide(
     `common_u_mm` (standard) is what moves the next cut as a whole. `known`: all errors are expected values of the next
     cut, which do not scatter as touches do, and the contour carries the correction in any case: then an offset is
     enough where it leaves no more than the control can resolve. U of an offset holds that, what the touches scatter
-    by, and where they deviate from any offset by more, that scatter: √(χ²/ν) of it (Birge).
+    by, and where they deviate from any offset by more, that scatter: √(χ²/ν) of it (Birge). `cuts_zero`: z counts from
+    a face that this tool cuts: an offset along Z moves that face as well, changes no error, and is not fitted.
     """
     informs = np.abs(outward_normal) > FACES_AXIS
-    faces = np.any(informs, axis=0)
+    faces = np.any(informs, axis=0) & np.array([True, not cuts_zero])
     inverse = np.linalg.pinv(np.where(faces, outward_normal, 0.0), rcond=1e-9)
     variance = np.diag(_scattered(inverse, correlated))
     determined = np.sqrt(np.diag(inverse @ inverse.T)) <= DETERMINED
@@ -146,15 +148,17 @@ def decide(
     scatter_mm = max(sigma_mm, float(np.sqrt(left @ left / spare)) if spare > 0 else 0.0)
     from_touches = _coverage(degrees_of_freedom) * scatter_mm * np.sqrt(variance)
     u_mm = np.hypot(from_touches, NORMAL_95 * common_u_mm)
+    u_of = (float(u_mm[0]), None if cuts_zero else float(u_mm[1]))
     x, z = (
         _decide_axis(
-            *(axis, left, informs[:, axis], -weight * constants[axis], float(u_mm[axis])),
+            *(axis, left, informs[:, axis], 0.0 - weight * constants[axis], u_of[axis]),
             *(sigma_mm, degrees_of_freedom, resolution_mm, from_memory, known),
         )
         if determined[axis]
         else _undetermined(axis, float(u_mm[axis]))
         for axis in range(2)
     )
+    z = _from_own_face(z) if cuts_zero else z
     moved = np.zeros(2) if contour_in_force_mm is None else inverse @ contour_in_force_mm
     before = (in_force_mm[0] + float(moved[0]), in_force_mm[1] + float(moved[1]))
     return Decision(x, z, inverse @ inverse.T, by, _scattered(inverse, correlated), before)
@@ -174,7 +178,7 @@ def _decide_axis(
     left_mm: Array,
     informs: NDArray[np.bool_],
     offset_mm: float,
-    expanded_u_mm: float,
+    expanded_u_mm: float | None,
     sigma_mm: float,
     degrees_of_freedom: float,
     resolution_mm: float,
@@ -221,10 +225,20 @@ def _undetermined(axis: int, expanded_u_mm: float) -> AxisDecision:
     return AxisDecision(AXES[axis], True, 0.0, 0.0, float("nan"), words)
 
 
-def _offset_words(axis: int, offset_mm: float, expanded_u_mm: float) -> str:
-    """Describes the offset with its U (95 %)."""
-    value, u = Um(offset_mm, "+.1f"), Um(expanded_u_mm)
-    words = wording("{offset} ± {u}", offset=value, u=u)
+def _from_own_face(z: AxisDecision) -> AxisDecision:
+    """Returns the decision on Z where z counts from a face that the tool itself cuts."""
+    words = wording(
+        "{words} Z counts from a face that the tool itself cuts: an offset along Z moves both, and stays as it is.",
+        words=z.words,
+    )
+    return replace(z, words=words)
+
+
+def _offset_words(axis: int, offset_mm: float, expanded_u_mm: float | None) -> object:
+    """Describes the offset with its U (95 %), where it has one."""
+    if expanded_u_mm is None:
+        return Um(offset_mm)
+    words = wording("{offset} ± {u}", offset=Um(offset_mm, "+.1f"), u=Um(expanded_u_mm))
     return wording("{x} (on the radius)", x=words) if axis == 0 else words
 
 
