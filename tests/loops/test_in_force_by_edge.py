@@ -149,3 +149,25 @@ def test_an_offset_that_another_tool_cuts_with_is_not_entered_for_an_edge(tmp_pa
     shown = run("compensate", tmp_path / "job/grooved.toml", "--no-store", "-o", tmp_path / "job/out")
     assert "T5 (left corner): by the contour" in shown
     assert "T0505" in shown and "T0705" in shown
+
+
+def test_by_hand_an_offset_along_z_of_the_tool_that_cuts_the_zero_face_is_not_proposed(tmp_path: Path) -> None:
+    """T3 cuts 'step', from which z counts: whatever its offset along Z, a next part measures the same. The offsets of
+    the first part, entered, leave on the next what its prediction states: e + n · offset, z counted from 'step'.
+    """
+    errors = {"chamfer": 12.0, **GROOVE}
+    more = '\n[compensation]\nby = "offset"\nmax_scatter_um = 20.0\n'
+    correct(tmp_path / "1", {}, "given", output="first")
+    given = tmp_path / "1/given.toml"
+    given.write_text(given.read_text().replace("[gauging]", '[gauging]\nz_reference = "20"'))
+    done = correct(tmp_path / "1", errors, "given", more=more)
+    t3 = done.corrected.edges[0].correction
+    assert t3 is not None
+    assert (t3.decision.z.offset_mm, t3.decision.z.expanded_u_mm) == (0.0, None)
+    assert "moves both" in t3.decision.z.words
+    for edge in (one.correction for one in done.corrected.edges):
+        assert edge is not None
+        x_mm, z_mm = edge.decision.offset_mm
+        rows = np.flatnonzero(edge.touches.standard_u_mm > 0.0)
+        next_mm = edge.touches.error_mm + edge.touches.outward_normal @ np.array([x_mm, z_mm])
+        assert edge.prediction.after_mm[rows] == pytest.approx(next_mm[rows], abs=0.001)
