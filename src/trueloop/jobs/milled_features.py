@@ -52,7 +52,7 @@ class CutFeatures:
         room = 0.0 if cutter is None else corner - cutter if corner >= cutter - 1e-6 else corner
         if total_mm > room:
             own = "of a radius that is not stated" if cutter is None else f"of radius {cutter:g} mm"
-            asked = "" if cutter is not None else f"state `cutter_radius` of tool {tool}, or "
+            asked = "" if cutter is not None else f"state `cutter_radius` of tool {tool} in its [[tool]], or "
             raise Code.MIL_CORNER.refusal(
                 f"tool {tool}, {own}, would be entered {total_mm:+.3f} mm larger, and its contour has an inside corner "
                 f"of radius {corner:g} mm, into which it would not fit",

@@ -151,7 +151,7 @@ class CutBy:
                 raise Code.MIL_STATED.refusal(
                     f"`{key}` of {feature.name} is {own!r}, and line {found[-1].line}, the last that cuts it, runs "
                     f"with {program!r}",
-                    hint=f"leave `{key}` out, or correct the place and size of the feature",
+                    hint=f"leave `{key}` out of its table [[feature]], or correct its place and size there",
                     place=Place(line=found[-1].line),
                     values={"stated": own, "program": program},
                 )
@@ -222,7 +222,12 @@ class CutBy:
             touching = [one for one in touching if self._is(stated.work_offset, one)] or touching
         elif len(offsets) > 1:
             names = " and ".join(offset_name(number, self.dialect) for number in sorted(offsets))
-            raise _cut(feature, f"a wall at that place is cut from {names}", "state its `work_offset`", touching)
+            raise _cut(
+                feature,
+                f"a wall at that place is cut from {names}",
+                "state `work_offset` in its table [[feature]]",
+                touching,
+            )
         return max(touching, key=lambda one: one.move)
 
     def _is(self, stated: str, one: Touch) -> bool:
@@ -278,7 +283,7 @@ class CutBy:
             raise Code.MIL_SIDE.refusal(
                 f"{feature.name} is stated as a {feature.kind}, and line {behind[-1].line} leads tool "
                 f"{behind[-1].called.tool} along its wall on the other side",
-                hint=f'`kind = "{SWAPPED[feature.kind]}"`, or another place or size',
+                hint=f'in its table [[feature]] `kind = "{SWAPPED[feature.kind]}"`, or another place or size',
                 place=Place(line=behind[-1].line),
                 values={"feature": feature.name, "kind": feature.kind},
             )
