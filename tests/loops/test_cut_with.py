@@ -5,18 +5,22 @@ import math
 import re
 import shutil
 import time
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
 from tests.support.cli import run
-from trueloop.domain.life import Cut
+from trueloop.domain.life import Cut, Ran
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.where import Choice
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
+from trueloop.jobs.turned.job import read_job
+from trueloop.loops.turned.in_force import in_force
+from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.storage.store import find, open_store
 
 PROGRAM = """O1
@@ -361,6 +365,15 @@ def test_a_store_knows_the_corrections_of_the_program(tmp_path: Path) -> None:
     assert all("29.946" in line or "35.946" in line for line in diameters(second))
     again = correct(tmp_path, 2, SECOND, "contour", db=db)
     assert all("29.946" in line or "35.946" in line for line in diameters(again))
+
+
+def test_wear_does_not_last_at_a_control_whose_programs_set_the_offset() -> None:
+    """GE 2000T: UPD sets the value, so that the next program would take back what had been entered."""
+    inputs = read_job(Path(__file__).parents[2] / "examples/modbas2/job.toml").inputs
+    record = compensate(replace(inputs, options=replace(inputs.options, by="offset"))).record
+    assert in_force(record, Ran.OFFSETS, inputs.program, None).cut_with.ran is Ran.OFFSETS
+    with pytest.raises(TrueloopError, match=r"CMP-CUT-WITH.*UPD"):
+        in_force(record, Ran.WEAR, inputs.program, None)
 
 
 def test_another_program_s_correction_was_not_in_force(tmp_path: Path) -> None:

@@ -119,7 +119,8 @@ def _texts_of(corrected: PartCorrection, options: PageOptions) -> Texts:
 
 
 def new_tables(files: JobFiles, corrected: PartCorrection) -> list[tuple[str, bytes | None]]:
-    """Returns contents by file name: of every table that the job's tools name `new-NAME`, None where no offset changes.
+    """Returns contents by file name: of every table that the job's tools name `new-NAME`, of two of one name
+    `new-FOLDER-NAME`; None where no offset changes.
 
     Edges that stand in one table are written into it one after the other. Raises OFS errors.
     """
@@ -130,7 +131,9 @@ def new_tables(files: JobFiles, corrected: PartCorrection) -> list[tuple[str, by
             own = one if edge.contour is None else one.with_tool(tables[edge.contour.edge.called])
             if own.tool.table is not None:
                 found[own.tool.table] = _with_offset(own, own.tool, own.tool.table, edge, found.get(own.tool.table))
-    return [(f"new-{path.name}", content) for path, content in found.items()]
+    names = [path.name for path in found]
+    folders = {path: f"{path.resolve().parent.name}-" if names.count(path.name) > 1 else "" for path in found}
+    return [(f"new-{folders[path]}{path.name}", content) for path, content in found.items()]
 
 
 def _with_offset(

@@ -99,6 +99,8 @@ def in_force(
             values={"expected_sha256": record.program.sha256, "found_sha256": given},
         )
     ran = _way(record, by)
+    if ran is Ran.WEAR:
+        _require_not_set(record, program)
     if ran is not Ran.CORRECTED:
         return InForce(cut_with(record, ran, sha256 or (given if ran is Ran.WEAR else "")), record=record)
     edits = edits_of(program, record.changes)
@@ -109,6 +111,17 @@ def in_force(
         composed=bool(record.components),
         record=record,
     )
+
+
+def _require_not_set(record: Record, program: Program) -> None:
+    """Refuses wear that was entered at a control whose programs set the offset themselves (UPD): CMP-CUT-WITH."""
+    if program.dialect.contour_shift == "UPD":
+        raise Code.CMP_CUT_WITH.refusal(
+            f"programs of this control set a tool's offset themselves (UPD): what correction {record.id} "
+            "entered does not last",
+            hint='state what ran: cut_by = "offsets" for the program that holds the offset, else cut_with = "given"',
+            values={"corrections": [record.id]},
+        )
 
 
 def _way(record: Record, by: Ran | None) -> Ran:
