@@ -88,7 +88,7 @@ impl<'a> Geometry<'a> {
         let travel = self.travel.get(of_move).map(|travel| turned(*travel, self.way(of_move, middle)));
         Place {
             work_offset: state.work_offset,
-            tool: state.tool,
+            tool: state.tool_in_use(),
             shift: origin.shift,
             named: [0, 1, 2].map(|axis| origin.register[axis] - origin.shift[axis]),
             tool_offset: origin.tool.unwrap_or([f64::NAN; 3]),

@@ -6,12 +6,12 @@ use nc_program::{Space, ToolPath};
 
 use crate::field::{Field, Trouble, Vector};
 use crate::geometry::Geometry;
-use crate::pieces::Fault;
+use crate::pieces::{in_work_offset, Fault};
 
 /// The field is looked at from one end of the space to the other in so many steps at least along each axis.
 const LEAST_STEPS: usize = 4;
-/// … and at most.
-const MOST_STEPS: usize = 20;
+/// … and at most: beyond half a metre the steps are longer than `STEP_MM`.
+const MOST_STEPS: usize = 100;
 /// A step, mm.
 const STEP_MM: f64 = 5.0;
 
@@ -20,7 +20,7 @@ const STEP_MM: f64 = 5.0;
 pub(crate) struct Shared {
     /// The middle between the least and the greatest displacement along each axis, mm.
     pub middle: Vector,
-    /// How far any of them is off the middle, mm.
+    /// How far any of them is off the middle, mm; infinite where the field has no value at a place of the space.
     pub off: Vector,
 }
 
@@ -40,7 +40,11 @@ pub(crate) fn shared(
         let places = vec![geometry.place(first, 0.5); points.len()];
         let mut found = Vec::new();
         let fault = |trouble: Trouble| Fault::Field(trouble, vec![first; points.len()]);
-        field.displacements(&points, &places, &mut found).map_err(fault)?;
+        field.displacements(&in_work_offset(&points, &places), &places, &mut found).map_err(fault)?;
+        if found.iter().flatten().any(|by| !by.is_finite()) {
+            all.insert(first, Shared { middle: [0.0; 3], off: [f64::INFINITY; 3] });
+            continue;
+        }
         let ends = [0, 1, 2].map(|axis| {
             let values = found.iter().map(|by: &Vector| by[axis]);
             values.fold((f64::MAX, f64::MIN), |(least, most), by| (least.min(by), most.max(by)))

@@ -436,6 +436,8 @@ fn require_unturned(
     let others = b"ABCo".iter().zip(origin.rotary).filter(|(letter, _)| !follows.has(**letter));
     let of_others = others.filter(|(_, angle)| away(*angle)).map(|(letter, _)| *letter).next();
     let letter = if follows.has(origin.turned) { of_others.unwrap_or(0) } else { origin.turned };
+    let beside = b"ABo".iter().zip([0, 1, 3]).find(|(of, index)| !follows.has(**of) && away(origin.rotary[*index]));
+    let letter = beside.filter(|_| letter == b'C').map_or(letter, |(of, _)| *of);
     let about_axis = letter == b'C' && path.states[state].diameter && standing[1] == Standing::Never;
     if letter == 0 || about_axis {
         return Ok(());

@@ -147,7 +147,7 @@ fn straight(
 }
 
 /// Points where a field is asked, whatever the program's shifts call them: one place has one displacement.
-fn in_work_offset(points: &[Vector], places: &[Place]) -> Vec<Vector> {
+pub(crate) fn in_work_offset(points: &[Vector], places: &[Place]) -> Vec<Vector> {
     points.iter().zip(places).map(|(point, place)| sum(point, &place.shift)).collect()
 }
 

@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::f64::consts::SQRT_2;
 
-use crate::dialect::{Dialect, FlowStyle};
+use crate::dialect::{Dialect, FlowStyle, G};
 use crate::finding::{self, Finding, Severity};
 use crate::order::labels::{called, Labels};
 use crate::path::{Arc, ToolPath};
@@ -44,10 +44,16 @@ fn unknown(program: &Program, word: &Word) -> Option<Finding> {
     let dialect = program.dialect();
     if word.kind == WordKind::Unknown && !program.begins_skip(word)
         || word.letter.is_ascii_uppercase() && !dialect.letters.has(word.letter)
+        || dialect.cycle_letters.has(word.letter) && !is_of_own_cycle(program, word)
     {
         return Some(unknown_word(program, word));
     }
     (word.kind == WordKind::Number && !known_code(dialect, word)).then(|| unknown_code(program, word))
+}
+
+fn is_of_own_cycle(program: &Program, word: &Word) -> bool {
+    let block = program.words_of(program.block_at(word.start as usize));
+    block.iter().any(|other| program.code(other) == Some(G::OwnCycle))
 }
 
 fn unknown_word(program: &Program, word: &Word) -> Finding {

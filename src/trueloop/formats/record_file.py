@@ -49,22 +49,35 @@ def read_record(path: Path) -> Record:
         raise _refused_key(path, text, error.errors()[0]) from error
 
 
-def record_of_edge(path: Path, setup: str, called: tuple[int, int]) -> str | None:
-    """Returns the id of an edge's correction that a `part.json` lists, None where it has none of that edge.
+def record_of_edge(path: Path, setup: str, called: tuple[int, int], sha256: str) -> str | None:
+    """Returns the id of an edge's correction that a `part.json` lists, None where nothing was measured of that edge.
 
-    `called`: number and edge of its tool, in a set-up of that name, "" where the job has none. Raises REC-FILE.
+    `called`: number and edge of its tool, in a set-up of that name, "" where the job has none; `sha256` of the program
+    that the corrections have to be of. Raises REC-FILE, also where the edge is not listed, and CMP-OTHER-PROGRAM.
     """
     text = read_text(path, Code.REC_FILE, hint=HINT)
     try:
         content = json.loads(text)
         setups = content["setups"] if setup else [{**content, "name": ""}]
-        edges = [edge for one in setups if one["name"] == setup for edge in one["edges"]]
+        of_setup = [one for one in setups if one["name"] == setup]
+        edges = [edge for one in of_setup for edge in one["edges"]]
         ids = [edge["record_id"] for edge in edges if (edge["number"], edge["edge"]) == called]
-        if all(one is None or isinstance(one, str) for one in ids):
-            return next(iter(ids), None)
+        given = [str(one["source_sha256"]) for one in of_setup]
     except (ValueError, LookupError, TypeError, RecursionError) as error:
         raise _no_part(path, f"{type(error).__name__}: {error}") from error
-    raise _no_part(path, "an id of a correction is not a text")
+    where = f" in set-up {setup!r}" if setup else ""
+    if not ids or not all(one is None or isinstance(one, str) for one in ids):
+        raise _no_part(path, f"it lists no edge {called[1]} of tool {called[0]}{where}")
+    if sha256 not in given:
+        raise Code.CMP_OTHER_PROGRAM.refusal(
+            f"the corrections of {path.name!r} are of the program with sha256 {given[0][:16]}…, this one has "
+            f"{sha256[:16]}…",
+            hint="name in `programs.finish` the program that the corrections were made from",
+            place=Place(str(path)),
+            values={"expected_sha256": given[0], "found_sha256": sha256},
+        )
+    found: str | None = ids[0]
+    return found
 
 
 def _no_part(path: Path, why: str) -> TrueloopError:

@@ -310,15 +310,19 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
 
 @dataclass(frozen=True)
 class _Zero:
-    """The statements that place the program in the machine, as far as they were read, and whether G68 is in force."""
+    """The statements that place the program in the machine, as far as they were read, and whether G68 is in force.
+
+    `set` are changes of work offsets by G10, which last.
+    """
 
     offset: str = "G54"
+    set: tuple[str, ...] = ()
     shift: Mapping[str, str] = field(default_factory=dict)
     turned: bool = False
 
     @property
     def words(self) -> str:
-        return " ".join([self.offset, *self.shift.values()])
+        return " ".join([self.offset, *self.set, *self.shift.values()])
 
     def after(self, block: Block) -> "_Zero":
         codes = {word.value for word in block.words if word.letter == "G" and word.kind == "number"}
@@ -330,7 +334,7 @@ class _Zero:
                 found, offset=f"G{min(codes & OFFSETS):g} {values['P'].text if 'P' in values else ''}".strip()
             )
         if "L" in values and 10.0 in codes and values["L"].value in SETS_OFFSETS:
-            found = replace(found, offset=f"{found.offset}, G10 {said}")
+            found = replace(found, set=(*found.set, f"G10 {said}"))
         if codes & SHIFTS:
             named = {letter: values[letter] for letter in "XY" if letter in values}
             shift = {**found.shift, **{letter: f"G52 {word.text}" for letter, word in named.items()}}

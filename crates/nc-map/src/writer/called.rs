@@ -40,6 +40,9 @@ impl Writer<'_> {
                 Ok(())
             };
         }
+        if said.spans().next().is_none() && plane.abs().max(depth.abs()) > self.tolerance_mm {
+            return Err(self.unwritten(&here));
+        }
         let mut by = None;
         for (spans, wanted) in [(said.plane, plane), (said.depth, depth)] {
             for span in spans.into_iter().filter(|(start, end)| end > start) {
@@ -65,7 +68,10 @@ impl Writer<'_> {
         if said.is_relative() {
             return Ok(());
         }
-        for span in said.plane.into_iter().chain(said.depth).filter(|(start, end)| end > start) {
+        if said.spans().next().is_none() && middle[hole.third].abs() > self.tolerance_mm {
+            return Err(self.unwritten(&here));
+        }
+        for span in said.spans() {
             self.carried[hole.third] = self.value_of_cycle(&here, span, middle[hole.third])?;
         }
         Ok(())

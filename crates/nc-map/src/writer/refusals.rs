@@ -97,15 +97,34 @@ impl Writer<'_> {
     /// A cycle whose passes are the control's, over which the field differs; without an axis by the way of travel.
     pub(super) fn uneven(&self, here: &Here, off: Option<(usize, f64)>) -> Refused {
         let message = match off {
+            Some((_, off_mm)) if off_mm.is_infinite() => {
+                "the displacement is not known everywhere within what the cycle mills".to_owned()
+            }
             Some((axis, off_mm)) => format!(
                 "{} is displaced by up to {:.2} µm differently within what the cycle mills",
                 char::from(super::AXES[axis]),
                 1e3 * off_mm
             ),
-            None => "the field depends on the way of travel, which the passes of the cycle do not tell".to_owned(),
+            None => {
+                "how far it is displaced depends on the way of travel or a rotary axis, or is not known: the passes of \
+                     the cycle are the control's"
+                    .to_owned()
+            }
         };
-        let hint = "the cycle is displaced as a whole: allow a larger tolerance, or write its passes out as moves";
+        let hint = match off {
+            Some((_, off_mm)) if off_mm.is_finite() => {
+                "the cycle is displaced as a whole: allow a larger tolerance, or write its passes out as moves"
+            }
+            _ => "write its passes out as moves",
+        };
         Refused::block(self.block_start(here.block), message, hint)
+    }
+
+    /// A cycle at absolute heights, none of which the program writes: Q203 is given from outside.
+    pub(super) fn unwritten(&self, here: &Here) -> Refused {
+        let message =
+            "the heights of the cycle are not written in the program, and would have to be displaced".to_owned();
+        Refused::block(self.block_start(here.block), message, "write the surface Q203 into the program")
     }
 
     pub(super) fn repeated(&self, here: &Here, off_mm: f64) -> Refused {

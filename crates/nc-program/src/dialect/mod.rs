@@ -140,6 +140,8 @@ pub struct Dialect {
     pub other_axes: Letters,
     /// Address letters that mean something.
     pub letters: Letters,
+    /// Those of them that mean something in blocks of the control's own cycles alone.
+    pub cycle_letters: Letters,
     /// Meaning of a G code, given ten times its number.
     pub g: fn(u16) -> Option<G>,
     /// Meaning of an M code.

@@ -66,7 +66,7 @@ impl CalledHole {
         for height in [&mut self.surface, &mut self.plane, &mut self.bottom, &mut self.retract] {
             *height += by;
         }
-        self.said = Said { plane: [(0, 0); 2], depth: [span, (0, 0)] };
+        self.said = Said::at([(0, 0); 2], [span, (0, 0)]);
     }
 }
 
@@ -248,9 +248,9 @@ impl Runner<'_> {
         let mm = self.state.modal.mm();
         let span = |index: usize| arguments.get(index).map_or((0, 0), |argument| argument.span);
         let said = if depth.is_some() && by.is_none() {
-            Said { plane: [span(0), span(1)], depth: [span(3), first] }
+            Said::at([span(0), span(1)], [span(3), first])
         } else {
-            Said { plane: [span(0), (0, 0)], depth: [span(1), if depth.is_some() { span(3) } else { first }] }
+            Said::at([span(0), (0, 0)], [span(1), if depth.is_some() { span(3) } else { first }])
         };
         fitting(CalledHole {
             drill,
@@ -338,7 +338,7 @@ impl Runner<'_> {
             bottom: (surface + depth) * mm,
             retract: (surface + clearance.max(q(204).unwrap_or(0.0))) * mm,
             feeds: [down, if out.is_nan() { down } else { out }],
-            said: Said { plane: [(0, 0); 2], depth: [self.state.defined.said(203), (0, 0)] },
+            said: Said::at([(0, 0); 2], [self.state.defined.said(203), (0, 0)]),
             milled: self.reach_of(number, drill)?,
         })
     }

@@ -77,14 +77,24 @@ pub struct Said {
     pub plane: [(u32, u32); 2],
     /// Depths.
     pub depth: [(u32, u32); 2],
+    /// The heights count from where the tool stands, and none is written.
+    relative: bool,
 }
 
 impl Said {
-    /// No height is written: they count from where the tool stands.
-    pub(crate) const RELATIVE: Self = Self { plane: [(0, 0); 2], depth: [(0, 0); 2] };
+    pub(crate) const RELATIVE: Self = Self { plane: [(0, 0); 2], depth: [(0, 0); 2], relative: true };
+
+    pub(crate) fn at(plane: [(u32, u32); 2], depth: [(u32, u32); 2]) -> Self {
+        Self { plane, depth, relative: false }
+    }
 
     /// Whether the heights count from where the tool stands.
     pub fn is_relative(&self) -> bool {
-        self.plane.iter().chain(&self.depth).all(|(start, end)| end <= start)
+        self.relative
+    }
+
+    /// The bytes of the heights that are written.
+    pub fn spans(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.plane.into_iter().chain(self.depth).filter(|(start, end)| end > start)
     }
 }

@@ -119,7 +119,7 @@ impl Runner<'_> {
         let plane = (top + clearance) * mm;
         (space[0][third], space[1][third]) = (bottom * mm, plane);
         self.go_to_place([x * mm, y * mm], [said[1], said[2]]);
-        self.mill(space, plane, plane, Said { plane: [said[3], (0, 0)], depth: [said[4], (0, 0)] });
+        self.mill(space, plane, plane, Said::at([said[3], (0, 0)], [said[4], (0, 0)]));
         self.state.frame.rename([true; 3]);
         Ok(())
     }
@@ -171,7 +171,7 @@ impl Runner<'_> {
         (space[0][third], space[1][third]) = (depth * mm, plane * mm);
         self.note_opaque(word, "its passes are not in the path");
         self.go_to_place([x * mm, y * mm], [span(place), span(place + 1)]);
-        let said = Said { plane: [span(0), span(1)], depth: [span(3), (0, 0)] };
+        let said = Said::at([span(0), span(1)], [span(3), (0, 0)]);
         self.mill(space, plane * mm, retract * mm, said);
         self.state.frame.rename([0, 1, 2].map(|axis| axis != third));
         Ok(())

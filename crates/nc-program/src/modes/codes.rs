@@ -113,7 +113,7 @@ impl Runner<'_> {
             G::Pole(from) => self.set_pole(request, from),
             G::Shift(adds) => self.shift(request, adds),
             G::CancelRegister(forget) => self.cancel_register(forget),
-            G::RestoreRegister => self.reframe(|frame| frame.register = frame.set_aside),
+            G::RestoreRegister => self.reframe(|frame| (frame.register, frame.shift) = frame.set_aside),
             G::SetData => self.set_data(request),
             G::SetWorkOffset => self.set_work_offset(request),
             G::ToolOffset => self.tool_offset(request),

@@ -29,7 +29,7 @@ pub(crate) struct Frame {
     /// What additive shifts (ATRANS) have put on the offset of the last one (TRANS).
     pub fine: [f64; 3],
     /// A register offset put aside.
-    pub set_aside: [f64; 3],
+    pub set_aside: ([f64; 3], [f64; 3]),
     /// Tool offset; zero where it is not known.
     pub tool: [f64; 3],
     /// It is known.
@@ -63,7 +63,7 @@ impl Frame {
             register: [0.0; 3],
             shift: [0.0; 3],
             fine: [0.0; 3],
-            set_aside: [0.0; 3],
+            set_aside: ([0.0; 3], [0.0; 3]),
             tool: [0.0; 3],
             tool_is_known,
             tool_number: 0,
@@ -157,7 +157,7 @@ impl Runner<'_> {
         let named = [0, 1, 2].map(|axis| given[axis].unwrap_or(position[axis]));
         self.reframe(|frame| {
             frame.register = [0, 1, 2].map(|axis| frame.register[axis] + position[axis] - named[axis]);
-            frame.set_aside = frame.register;
+            frame.set_aside = (frame.register, frame.shift);
         });
         self.state.position = named; // exactly, without the rounding of the difference
     }
@@ -173,7 +173,7 @@ impl Runner<'_> {
                 [0, 1, 2].map(|axis| given[axis].map_or(frame.shift[axis], |value| before_shift(axis) + value));
             frame.register =
                 [0, 1, 2].map(|axis| given[axis].map_or(frame.register[axis], |value| before(axis) + value));
-            frame.set_aside = frame.register;
+            frame.set_aside = (frame.register, frame.shift);
         });
     }
 
@@ -200,7 +200,7 @@ impl Runner<'_> {
             frame.fine = if adds { [0, 1, 2].map(|axis| frame.fine[axis] + given[axis]) } else { kept };
             frame.register = [0, 1, 2].map(|axis| before[axis] + given[axis]);
             frame.shift = frame.register; // G92 is not of such a control
-            frame.set_aside = frame.register;
+            frame.set_aside = (frame.register, frame.shift);
             if !adds {
                 frame.parts = [None; 4];
             }
@@ -224,7 +224,7 @@ impl Runner<'_> {
 
     pub(crate) fn cancel_register(&mut self, forget: bool) {
         self.reframe(|frame| {
-            frame.set_aside = if forget { [0.0; 3] } else { frame.register };
+            frame.set_aside = if forget { ([0.0; 3], [0.0; 3]) } else { (frame.register, frame.shift) };
             (frame.register, frame.shift) = ([0.0; 3], [0.0; 3]);
         });
     }

@@ -136,7 +136,7 @@ impl Runner<'_> {
             M::End => request.ends = true,
             M::SaveState => self.state.saved.push((self.state.modal, None)),
             M::SaveStateUntilReturn => self.state.saved.push((self.state.modal, Some(self.returns.len()))),
-            M::RestoreState => self.state.modal = self.state.saved.pop().map_or(self.state.modal, |(modal, _)| modal),
+            M::RestoreState => self.state.restore_saved(),
             M::ChangeTool => request.changes_tool = true,
             M::CallProgram => request.jump = Jump::Program,
             M::CallBlock => request.jump = Jump::Block,

@@ -17,6 +17,8 @@ impl Runner<'_> {
         if some {
             let (through, words) = self.target(request, false);
             self.emit(MoveKind::Rapid, through, words);
+        } else if !request.any(b"ABCo") {
+            self.state.frame.rotary.go_home();
         }
         let home = self.state.frame.home.get(number).copied().unwrap_or_default();
         let increments = self.dialect_increments().unwrap_or([0; 3]);

@@ -21,6 +21,8 @@ pub(crate) struct Rotary {
     angles: [f64; 4],
     /// Those whose places are called otherwise than by the machine's angles: what the program states does not tell them.
     renamed: [bool; 4],
+    /// Those that the program names.
+    named: [bool; 4],
     /// The letter of one that is not at 0 or comes from elsewhere; 0 for none.
     pub turned: u8,
 }
@@ -29,9 +31,17 @@ impl Rotary {
     /// Before the first block nobody knows where those stand that the program names.
     pub fn new(named: Letters) -> Self {
         let angles = ROTARY.map(|axis| if named.has(axis) { f64::NAN } else { 0.0 });
-        let mut rotary = Self { angles, ..Self::default() };
+        let mut rotary = Self { angles, named: ROTARY.map(|axis| named.has(axis)), ..Self::default() };
         rotary.settle();
         rotary
+    }
+
+    /// A way home without axes takes all of them there.
+    pub fn go_home(&mut self) {
+        for index in (0..ROTARY.len()).filter(|index| self.named[*index]) {
+            self.angles[index] = f64::INFINITY;
+        }
+        self.settle();
     }
 
     /// The block is over.

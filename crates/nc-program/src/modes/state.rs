@@ -93,6 +93,14 @@ pub(crate) struct State {
 }
 
 impl State {
+    /// The modes that the program put away last; which tool is selected and in the spindle no program takes back.
+    pub fn restore_saved(&mut self) {
+        if let Some((modal, _)) = self.saved.pop() {
+            let Modal { tool, spindle_tool, .. } = self.modal;
+            self.modal = Modal { tool, spindle_tool, ..modal };
+        }
+    }
+
     /// Before the first block.
     pub fn new(program: &Program, options: &Options) -> Self {
         let (dialect, mut store) = (program.dialect(), Store::default());

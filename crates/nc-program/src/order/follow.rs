@@ -138,7 +138,7 @@ impl Runner<'_> {
         let depth = self.returns.len();
         let Some(next) = self.returns.pop() else { return statement.block + 1 };
         while self.state.saved.last().is_some_and(|(_, kept)| *kept == Some(depth)) {
-            self.state.modal = self.state.saved.pop().map_or(self.state.modal, |(modal, _)| modal);
+            self.state.restore_saved();
         }
         self.state.store.leave();
         self.path.leave_call();

@@ -51,7 +51,7 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
     """
     programs, after = files.job.own_programs, files.job.gauging.after_record
     if after is not None:
-        file = _of_edge(files, Path(after))
+        file = _of_edge(files, inputs, Path(after))
         if file is not None:
             require_later(read_record(file), inputs.inspections, files.path, time_needed=True)
     stated = programs.cut_with or ("" if after is None else str(after))
@@ -81,20 +81,22 @@ def _stated(files: JobFiles, inputs: Inputs, stated: str, by: Ran | None) -> InF
         return InForce(stated=True)
     if ID.fullmatch(stated) and not (files.path.parent / stated).exists():
         return InForce(stored=stated, by=by)
-    file = _of_edge(files, Path(stated))
+    file = _of_edge(files, inputs, Path(stated))
     if file is None:
         return InForce(stated=True)
     record = read_record(file)
     tool = files.job.tool
     if isinstance(tool, ToolsTable) and not is_of_edge(record, CuttingEdge(tool.called, 0.0, tool.groove_corner)):
         return InForce(stated=True)
+    if not isinstance(tool, ToolsTable):
+        require_tool(record, inputs)
     require_later(record, inputs.inspections, files.path, time_needed=False)
     found = in_force(record, by, inputs.program, inputs.lines, _sha256_beside(file, record, by))
     require_another_part(record, inputs.inspections)
     return replace(found, stated=True)
 
 
-def _of_edge(files: JobFiles, name: Path) -> Path | None:
+def _of_edge(files: JobFiles, inputs: Inputs, name: Path) -> Path | None:
     """Returns the record of the job's tool where `name` is a `part.json`, None where that lists no correction of it;
     any other file as it is. Raises REC errors.
     """
@@ -102,7 +104,8 @@ def _of_edge(files: JobFiles, name: Path) -> Path | None:
     if name.name != OF_ALL or not isinstance(files.job.tool, ToolsTable):
         return file
     called = files.job.tool.called
-    wanted = record_of_edge(file, files.setup, (called.number, called.edge))
+    sha256 = sha256_of(inputs.program.source)
+    wanted = record_of_edge(file, files.setup, (called.number, called.edge), sha256)
     if wanted is None:
         return None
     label = called.words.replace(" ", "-")
@@ -114,6 +117,20 @@ def _of_edge(files: JobFiles, name: Path) -> Path | None:
             place=Place(str(file)),
         )
     return record
+
+
+def require_tool(record: Record, inputs: Inputs) -> None:
+    """Refuses, for a job of one tool, the correction of another one: CMP-CUT-WITH."""
+    number = None if record.tool is None else record.tool.number
+    if number is None or inputs.options.tool in (None, number):
+        return
+    raise Code.CMP_CUT_WITH.refusal(
+        f"correction {record.id} is of tool {number}, and this job corrects tool {inputs.options.tool}: what it writes "
+        "would lose that correction",
+        hint="list both tools in one job, each in its [[tools]]; an offset of the other tool that was entered at the "
+        'control stays there: cut_with = "given"',
+        values={"corrections": [record.id]},
+    )
 
 
 def is_of_edge(record: Record, called: CuttingEdge) -> bool:

@@ -14,6 +14,7 @@ from trueloop.jobs.turned.cut_with import (
     is_of_edge,
     require_another_part,
     require_later,
+    require_tool,
     stored_words,
     with_possible,
 )
@@ -41,6 +42,7 @@ def with_stored_cut(store: Store, inputs: Inputs, part: Part) -> Inputs:
             one = _correction(store, force.stored)
             if inputs.called is not None and not is_of_edge(one.record, inputs.called):
                 return replace(inputs, in_force=InForce(stated=True))
+            require_tool(one.record, inputs)
             require_later(one.record, inputs.inspections, Path(inputs.file or ""), time_needed=False)
             found = _of(one, force.by, inputs)
             require_another_part(one.record, inputs.inspections)

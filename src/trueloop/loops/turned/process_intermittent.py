@@ -54,6 +54,7 @@ from trueloop.turned.fit.prior.remembered import angles_along
 from trueloop.turned.options import By
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
 from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.readings.vectors import counts_from_own_face
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign
 
@@ -69,7 +70,7 @@ def compensate(inputs: Inputs, *, sources: bool = True) -> Correction:
     >>> correction.name_to_run, len(correction.corrected_program.splitlines())
     ('corrected.nc', 59)
     >>> print(correction.wear.words)  # the tool offset that a constant correction would be
-    tool 1: wear X −0.00349 (diameter), Z −0.00136 inch (X ± 0.00135, Z ± 0.00086)
+    tool 1: wear X −0.00469 (diameter), Z +0.00000 inch (X ± 0.00133, Z not determined by what was measured)
     >>> for error_mm in (correction.prediction.before_mm, correction.prediction.after_mm):
     ...     print(f"{1e3 * error_mm.max():.1f} µm")
     94.2 µm
@@ -282,7 +283,7 @@ def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: 
         correlated,
         inputs.in_force.cut_with.offset_mm,
         contour,
-        cuts_zero=bool(inputs.touches.at_reference.any()),
+        cuts_zero=counts_from_own_face(inputs.touches),
         common_u_mm=options.between_cuts.common_difference_mm,
         known=by == "contour" and all(curve.from_memory for curve in model.curves),
     )

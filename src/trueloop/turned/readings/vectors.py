@@ -61,6 +61,12 @@ def _knows_z(touches: ErrorVectors) -> bool:
     return bool(np.any(np.abs(touches.outward_normal[:, 1]) > FACES_Z))
 
 
+def counts_from_own_face(vectors: ErrorVectors) -> bool:
+    """Returns whether z counts from a face that is one of the places: that of a touch, or of the lengths read."""
+    datum = any(f"({DATUM})" in name for name in vectors.gauged)
+    return datum or bool(vectors.at_reference.any())
+
+
 def _single(used: Sequence[Repeated], seen: Sequence[Seen]) -> Iterator[_Row]:
     """Diameters and radii: one reading is the error at one place."""
     for one, sees in zip(used, seen, strict=False):
@@ -75,7 +81,7 @@ def _faces(profile: Profile, used: Sequence[Repeated], seen: Sequence[Seen], dat
     lengths = [s for one, s in zip(used, seen, strict=False) if one.first.reading.quantity is Quantity.LENGTH]
     by_definition = () if datum is None or not lengths else seen[len(used) :]
     for (index, along_mm), (error_mm, u_mm) in determined((*by_definition, *lengths)).items():
-        kind = "datum" if index == datum else "lengths"
+        kind = DATUM if index == datum else "lengths"
         yield _Row(f"{profile.names[index]} ({kind})", index, along_mm, error_mm, u_mm)
 
 
@@ -100,6 +106,7 @@ def _joined(profile: Profile, rows: Sequence[_Row], touches: ErrorVectors | None
     return both.chosen(np.lexsort((both.arc_length_mm, both.feature_index)))
 
 
+DATUM: Final = "datum"
 FEW_NOMINAL: Final = 3
 """So many readings are not exactly nominal by chance."""
 NOMINAL_MM: Final = 1e-9
