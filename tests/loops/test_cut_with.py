@@ -376,6 +376,27 @@ def test_wear_does_not_last_at_a_control_whose_programs_set_the_offset() -> None
         in_force(record, Ran.WEAR, inputs.program, None)
 
 
+def test_a_correction_of_another_tool_is_refused_in_a_job_of_one_tool(tmp_path: Path) -> None:
+    correct(tmp_path, 1, FIRST, "offset")
+    record = tmp_path / "o1/record.json"
+    record.write_text(record.read_text().replace('"number": 3', '"number": 4'))
+    with pytest.raises(TrueloopError, match=r"CMP-CUT-WITH.*of tool 4"):
+        correct(tmp_path, 2, SECOND, "offset", 'cut_with = "o1/record.json"\ncut_by = "wear"')
+
+
+def test_by_hand_lengths_from_a_face_that_the_tool_cuts_itself_ask_for_no_offset_along_z(tmp_path: Path) -> None:
+    """Two shoulders 8 µm too far from the face: whatever Z of the tool is, face and shoulders move together."""
+    job = shutil.copytree(Path(__file__).parents[2] / "examples/shaft", tmp_path / "shaft") / "job.toml"
+    lengths = ["feature,from,length_mm", "shoulder-2,end-face,80.008", "shoulder-1,end-face,12.008", ""]
+    (tmp_path / "shaft/lengths.csv").write_text("\n".join(lengths))
+    job.write_text(job.read_text().replace('readings = "readings.csv"', 'readings = ["readings.csv", "lengths.csv"]'))
+    inputs = read_job(job).inputs
+    assert any("(datum)" in name for name in inputs.touches.gauged)
+    decision = compensate(replace(inputs, options=replace(inputs.options, by="offset"))).decision
+    assert decision.z.offset_mm == 0.0
+    assert decision.z.expanded_u_mm is None
+
+
 def test_another_program_s_correction_was_not_in_force(tmp_path: Path) -> None:
     correct(tmp_path, 1, FIRST, "contour")
     record = tmp_path / "o1" / "record.json"

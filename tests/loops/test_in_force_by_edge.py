@@ -171,3 +171,15 @@ def test_by_hand_an_offset_along_z_of_the_tool_that_cuts_the_zero_face_is_not_pr
         rows = np.flatnonzero(edge.touches.standard_u_mm > 0.0)
         next_mm = edge.touches.error_mm + edge.touches.outward_normal @ np.array([x_mm, z_mm])
         assert edge.prediction.after_mm[rows] == pytest.approx(next_mm[rows], abs=0.001)
+
+
+def test_a_list_that_does_not_have_the_edge_is_refused(tmp_path: Path) -> None:
+    correct(tmp_path / "1", FIRST, "given")
+    listed = tmp_path / "1/out/part.json"
+    content = json.loads(listed.read_text())
+    listed.write_text(json.dumps({**content, "edges": content["edges"][:2]}))
+    with pytest.raises(TrueloopError, match=r"REC-FILE.*no edge 1 of tool 15"):
+        correct(tmp_path / "2", {}, "../1/out/part.json")
+    listed.write_text(json.dumps({**content, "source_sha256": "0" * 64}))
+    with pytest.raises(TrueloopError, match="CMP-OTHER-PROGRAM"):
+        correct(tmp_path / "2", {}, "../1/out/part.json")

@@ -1,5 +1,6 @@
 """Cycles whose passes are the control's (pockets, faces, threads of an Okuma) are displaced as a whole."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.mapped import FREE, mapped, path_of
+from trueloop.arrays import Array
 from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.field.field import Field, affine_field, function_field
@@ -196,7 +198,7 @@ OKUMA_REFUSED = [
     ("G00 X50 Z8\nG71 X27.55 Z-30 D0.7\n$ H2.45 X3 F2\n", 3, "it goes on with the block before"),
     ("G00 X50 Z8\nG01 X40 F0.2\n$ Z-3\n", 3, "it goes on with the block before"),
     ("G00 X50 Z8\nG71 X27.55 Z-30 D0.7 H2.45 F2\nG01 Z-3\n", 3, "X has no position since"),
-    ("G00 X50 Z8 B30\nG01 Z-3 F0.2\n", 2, "B does not stand at 0 degrees"),
+    ("G00 X50 Z8 B30\nG01 Z-3 F0.2\n", 1, "is no word of the dialect okuma-lathe"),
 ]
 
 
@@ -266,3 +268,22 @@ def test_what_a_probe_cycle_changes_is_not_known(old: str, new: str, code: Code,
     with pytest.raises(TrueloopError, match=words) as refused:
         lines(tmp_path, text, SHIFT)
     assert refused.value.code is code
+
+
+def along_z(by_mm: Callable[[Array], Array]) -> Field:
+    return function_field(lambda p: np.stack([0.0 * p[:, 0], 0.0 * p[:, 0], by_mm(p)], axis=1), "along z")
+
+
+def test_a_cycle_under_a_shift_is_displaced_by_the_field_where_it_mills(tmp_path: Path) -> None:
+    """50 µm down beyond X500 of the work offset: under TRANS X1000 the pocket about X0 is there."""
+    field = along_z(lambda p: np.where(p[:, 0] > 500.0, -0.05, 0.0))
+    pocket = POCKET.replace("R1+40", "40")
+    shifted = lines(tmp_path, pocket.replace("G0 X0 Y0 Z50", "TRANS X1000\nG0 X0 Y0 Z50", 1), field, "siemens")
+    assert "POCKET4(49.9500,-0.0500,1,-10.0500,20,40,30,5)" in shifted
+    assert "POCKET4(50,0,1,-10,20,40,30,5)" in lines(tmp_path, pocket, field, "siemens")
+
+
+def test_a_field_without_a_value_in_the_space_of_a_cycle_is_refused(tmp_path: Path) -> None:
+    field = along_z(lambda p: np.where(p[:, 2] > 0.0, 0.01, np.nan))
+    with pytest.raises(TrueloopError, match="not known everywhere"):
+        lines(tmp_path, POCKET.replace("R1+40", "40"), field, "siemens")

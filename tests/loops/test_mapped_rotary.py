@@ -32,6 +32,7 @@ def refused_at(folder: Path, text: str, dialect: str = "fanuc-mill") -> Trueloop
         ("fanuc-mill", "G91 A90.\nG90"),
         ("fanuc-mill", "G91 G28 A0.\nG90"),
         ("fanuc-mill", "G92 A30."),
+        ("linuxcnc", "G0 A0 X0 Y0 Z5\nG28\nG0 X0 Y0 Z5"),  # all axes go home, A with them
     ],
 )
 def test_a_cut_is_refused_where_an_axis_stands_turned(tmp_path: Path, dialect: str, turned: str) -> None:
@@ -97,3 +98,11 @@ def test_a_tilted_plane_is_refused(tmp_path: Path, dialect: str, code: str) -> N
     assert raised.value.code in (Code.NC_OPAQUE, Code.NC_CODE, Code.NC_WORD, Code.NC_MAP)
     assert raised.value.place.line in (3, 4) if dialect == "heidenhain" else raised.value.place.line in (2, 3)
     assert not (tmp_path / "mapped.ngc").exists()
+
+
+def test_c_of_a_lathe_excuses_no_other_axis(tmp_path: Path) -> None:
+    """C turns the work about the axis of X and Z; an axis with a number beside it may tilt the tool."""
+    head, cut = "DIAMON G18 G71 G90 G95\nT1 D1\nM3 S500\nG0 X100 Z5", "G1 X90 Z-5 F0.1\nM30\n"
+    mapped(tmp_path, f"{head} C=30\n{cut}", SHIFT, "siemens")
+    error = refused_at(tmp_path, f"{head} C=30 B1=45\n{cut}", "siemens")
+    assert "a rotary axis does not stand at 0 degrees" in error.message

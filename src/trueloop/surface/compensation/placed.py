@@ -73,7 +73,21 @@ def require_one_zero(program: Program, path: ToolPath, job: SurfaceJob) -> None:
                 "not known",
                 "shift the zero by G52, TRANS or cycle 7, which is followed, or set the offsets before the first cut",
             )
+    _require_no_probe(program, path, moves)
     _require_no_register(program, path, moves[np.abs(path.register_mm[moves]).max(axis=1) > SAME_MM])
+
+
+def _require_no_probe(program: Program, path: ToolPath, moves: Integers) -> None:
+    """Refuses a probing cycle between the first and the last cut: it may set the zero anew."""
+    first, last = int(path.block[moves[0]]), int(path.block[moves[-1]])
+    for word in (word for index in range(first, last + 1) for word in program.block(index).words):
+        if program.core.meaning(word.index) == "Probe":
+            raise Code.SRF_PROGRAM.refusal(
+                f"{word.text!r} probes between the cuts of the surface and may set the zero anew: the place on the "
+                "surface is not known after it",
+                hint="probe before the first cut",
+                place=program.place(word.start),
+            )
 
 
 def _require_no_register(program: Program, path: ToolPath, shifted: Integers) -> None:
