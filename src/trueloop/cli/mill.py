@@ -1,6 +1,7 @@
 """`trueloop mill`: milled parts, from measured sizes and positions to numbers at the control."""
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -53,6 +54,7 @@ def entries(
     print_lines(_entry_lines(read, found))
     head = ("size or coordinate", "last part µm", "next, unchanged µm", "P(in)", "next, entered µm", "P(in)")
     print_table(head, (_row(one) for one in found.expected))
+    print_table(("feature", "tool", "radius at", "work offset", "direction", "line"), _cuts(read))
     print_lines([*_notes(read, found), *files])
 
 
@@ -189,6 +191,13 @@ def _row(one: "Expected") -> tuple[str, ...]:
         cells.append(f"{deviation:+.1f} ± {2.0 * UM_PER_MM * after.standard_u:.1f}")
         cells.append("" if after.probability_in is None else f"{100.0 * after.probability_in:.1f} %")
     return tuple(cells)
+
+
+def _cuts(job: "MilledJob") -> Iterator[tuple[str, ...]]:
+    """Yields what cuts each feature, with the line of its last pass, empty where that is stated."""
+    for one in job.cut.features.values():
+        name, *_, tool, where, offset, side = _feature_row(one)
+        yield name, tool, where, offset, side, str(job.cut.lines.get(name, ""))
 
 
 def _notes(job: "MilledJob", found: "Proposal") -> list[str]:

@@ -81,11 +81,15 @@ def cut_features(path: Path, job: MilledJobFile) -> CutFeatures:
         found = by.resolved(asked)
         used = {one.tool for one, line in found if line is not None}
         registers = {str(tool): by.registers(tool) for tool in sorted(used)}
-    cut = [one for one, line in found if line is not None]
+    apart = [table for table, (_, line) in zip(job.feature, found, strict=True) if line is None]
+    for table in apart:
+        _require_stated(table, tools.get(table.tool or 0), file)
     for tool in used:
-        _require_register(tools.get(tool), dialect, any(one.radius_at_control for one in cut if one.tool == tool))
-    own = {tool: one.register_is for tool, one in tools.items() if one.register_is is not None}
-    register_is = {tool: own.get(tool, REGISTER_OF.get(dialect, "radius")) for tool in {*used, *tools}}
+        own = {one.radius_at_control for one, line in found if line is not None and one.tool == tool}
+        of_program = tool not in {table.tool for table in apart}  # else the key is about what this program does not cut
+        _require_register(tools.get(tool), dialect, own if of_program else {True, False})
+    stated = {tool: one.register_is for tool, one in tools.items() if one.register_is is not None}
+    register_is = {tool: stated.get(tool, REGISTER_OF.get(dialect, "radius")) for tool in {*used, *tools}}
     corners = {str(tool): passes.tightest_corner_mm(tool) for tool in used}
     return CutFeatures(
         {one.name: one for one, _ in found},
@@ -133,18 +137,36 @@ def _feature(table: MilledFeatureTable, scale: float, tool: MillToolTable | None
     )
 
 
-def _require_register(table: MillToolTable | None, dialect: str, compensated: bool) -> None:
-    """Raises MIL-STATED where a [[tool]] is not as the program runs it, or as its control holds it."""
+def _require_stated(table: MilledFeatureTable, tool: MillToolTable | None, program: Path) -> None:
+    """Raises MIL-NOT-CUT where the program does not cut a feature, and the job does not state all that cuts it."""
+    missing = [] if table.work_offset else ["`work_offset` in its table [[feature]]"]
+    if tool is None or tool.radius is None:
+        missing.append(f"`radius` of tool {table.tool} in its table [[tool]]")
+    if missing:
+        raise Code.MIL_NOT_CUT.refusal(
+            f"no pass of {program.name!r} cuts {table.name}, and the job states tool {table.tool} of it without "
+            + " and ".join(missing),
+            hint=f"state {' and '.join(missing)}, or correct the feature's place and size",
+            values={"feature": table.name},
+        )
+
+
+def _require_register(table: MillToolTable | None, dialect: str, compensated: set[bool]) -> None:
+    """Raises MIL-STATED where a [[tool]] is not as the program runs it on any feature, or as its control holds it."""
     if table is None:
         return
-    program = "control" if compensated else "program"
+    program = {"control" if one else "program" for one in compensated}
     held = REGISTER_OF.get(dialect)
-    for key, stated, known in (("radius", table.radius, program), ("register_is", table.register_is, held)):
-        if stated is not None and known is not None and stated != known:
+    for key, stated, known in (
+        ("radius", table.radius, program),
+        ("register_is", table.register_is, set() if held is None else {held}),
+    ):
+        if stated is not None and known and stated not in known:
+            [only] = known
             raise Code.MIL_STATED.refusal(
-                f"`{key}` of tool {table.number} is {stated!r}, and by its {dialect} program it is {known!r}",
+                f"`{key}` of tool {table.number} is {stated!r}, and by its {dialect} program it is {only!r}",
                 hint=f"leave `{key}` out",
-                values={"stated": stated, "program": known},
+                values={"stated": stated, "program": only},
             )
 
 

@@ -95,26 +95,43 @@ class CutBy:
         return found
 
     def _imply_radii(self, features: Sequence[MilledFeature], walls: Sequence[Sequence[Sequence[Touch]]]) -> None:
-        """Notes radii of cutters that are not stated. Raises MIL-STATED for a stated one that is too large."""
-        implied = dict[int, float]()
-        for feature, each in zip(features, walls, strict=True):
-            for one in (touch for touches in each for touch in touches):
-                if one.compensated and one.from_air and abs(one.gap_mm) <= MATCH_MM:
-                    self.on_contour.add(one.called.tool)
-                if one.compensated or not MATCH_MM < one.gap_mm <= LARGEST_CUTTER_MM:
-                    continue
-                tool, stated = one.called.tool, self.radius_mm.get(one.called.tool)
-                if stated is not None and one.gap_mm < stated - MATCH_MM:
-                    raise Code.MIL_STATED.refusal(
-                        f"`cutter_radius` of tool {tool} is {stated:g} mm, and line {one.line} leads its centre past "
-                        f"the wall of {feature.name} at {one.gap_mm:.3f} mm",
-                        hint="state the radius, not the diameter; or correct place and size of the feature",
-                        values={"stated": stated, "program": one.gap_mm},
-                    )
-                self.most_mm[tool] = min(one.gap_mm, self.most_mm.get(tool, one.gap_mm))
-                if feature.kind in INSIDE and one.gap_mm <= 0.5 * feature.size_mm + MATCH_MM:
-                    implied[tool] = min(one.gap_mm, implied.get(tool, one.gap_mm))
-        self.radius_mm = {**implied, **self.radius_mm}
+        """Notes radii of cutters that are not stated. Raises MIL-STATED for a stated one that is too large.
+
+        Passes along walls imply them first: where one lies on the wall of a bore, a plunge on the bore's axis shows no
+        radius. It may be of a smaller drill that went through afterwards, or the way in.
+        """
+        stated, implied = dict(self.radius_mm), dict[int, float]()
+        for plunging in (False, True):
+            for feature, each in zip(features, walls, strict=True):
+                touches = [one for wall in each for one in wall]
+                shown = feature.kind in INSIDE and not (plunging and self._round(touches))
+                for one in touches:
+                    if (one.climb is None) is plunging:
+                        self._imply_radius(feature, one, stated, implied if shown else {})
+            self.radius_mm = {**implied, **stated}
+
+    def _imply_radius(
+        self, feature: MilledFeature, one: Touch, stated: Mapping[int, float], implied: dict[int, float]
+    ) -> None:
+        tool, least = one.called.tool, stated.get(one.called.tool)
+        if one.compensated and one.from_air and abs(one.gap_mm) <= MATCH_MM:
+            self.on_contour.add(tool)
+        if one.compensated or not MATCH_MM < one.gap_mm <= LARGEST_CUTTER_MM:
+            return
+        if least is not None and one.gap_mm < least - MATCH_MM:
+            raise Code.MIL_STATED.refusal(
+                f"`cutter_radius` of tool {tool} is {least:g} mm, and line {one.line} leads its centre past "
+                f"the wall of {feature.name} at {one.gap_mm:.3f} mm",
+                hint="state the radius, not the diameter; or correct place and size of the feature",
+                values={"stated": least, "program": one.gap_mm},
+            )
+        self.most_mm[tool] = min(one.gap_mm, self.most_mm.get(tool, one.gap_mm))
+        if one.gap_mm <= 0.5 * feature.size_mm + MATCH_MM:
+            implied[tool] = min(one.gap_mm, implied.get(tool, one.gap_mm))
+
+    def _round(self, touches: Sequence[Touch]) -> set[int]:
+        """Returns the tools that a pass along a wall, other than a plunge, leads so that they touch it."""
+        return {one.called.tool for one in touches if one.climb is not None and one.from_air and self._touches(one)}
 
     def _one(
         self, feature: MilledFeature, stated: StatedCut, walls: Sequence[Sequence[Touch]]
@@ -186,7 +203,10 @@ class CutBy:
         """Returns the last pass that touches a wall; None without."""
         beside = [one for one in touches if one.from_air and one.gap_mm >= -MATCH_MM]
         touching = [one for one in beside if self._touches(one)]
-        unsure = [one for one in beside if self._may_touch(one)]
+        narrow = self._round(touching)  # their own plunges in the middle do not reach the wall
+        unsure = [
+            one for one in beside if self._may_touch(one) and (one.climb is not None or one.called.tool not in narrow)
+        ]
         if not touching and not unsure:
             self._require_side(feature, touches)
             return None
@@ -215,7 +235,10 @@ class CutBy:
         if later:
             tools = sorted({one.called.tool for one in later})
             why = f"{self._words(later[-1])} passes there, and it is not known whether it reaches"
-            hint = f"state `cutter_radius` of tool {' and '.join(map(str, tools))} in its [[tool]]"
+            radii = " ".join(f"--tool {tool}=R…" for tool in tools)
+            hint = (
+                f"state `cutter_radius` of tool {' and '.join(map(str, tools))} in its [[tool]], {radii} of `mill new`"
+            )
             raise _cut(feature, why, hint, [*touching, *later])
         offsets = {one.called.work_offset for one in touching}
         if stated.work_offset is not None:

@@ -155,6 +155,18 @@ def test_names_are_found_without_case_and_runs_of_one_part_are_one_part(tmp_path
     assert twice["parts"] == ["1"]
 
 
+def test_what_cuts_each_feature_is_printed_with_its_line(tmp_path: Path) -> None:
+    run("examples", "plate", "-o", tmp_path)
+    printed = run("mill", "entries", tmp_path / "plate" / "plate.toml")
+    lines = (tmp_path / "plate" / "finish.nc").read_text().splitlines()
+    row = re.search(r"^B0 +2 +control +G54 +climb +(\d+)$", printed, re.M)
+    assert row is not None
+    contour = next(k for k, line in enumerate(lines, 1) if k > int(row[1]) and line.startswith("G40"))
+    start = max(k for k, line in enumerate(lines, 1) if k < contour and line.startswith("G41 D22"))
+    last = max(k for k, line in enumerate(lines, 1) if line == "G41 D22 G1 X-44.0000 Y-30.0000")
+    assert start == last < int(row[1]) < contour
+
+
 @pytest.mark.parametrize("control", CONTROLS)
 def test_the_program_of_any_control_leads_to_the_same_numbers(tmp_path: Path, control: Control) -> None:
     """The example's own program against that of another control, and against a job that states what cuts."""

@@ -174,6 +174,71 @@ def test_a_feature_of_another_program_is_as_stated(tmp_path: Path) -> None:
     assert cut.stated == ("E",)
     one = cut.features["E"]
     assert (one.tool, one.work_offset, one.radius_at_control) == (9, "G56", True)
+    # the tool that cuts B0 under G41 here, by paths of its centre there
+    shared = (*elsewhere[:2], elsewhere[2].replace("tool = 9", "tool = 2"))
+    cut = found(tmp_path, "fanuc-mill", {**only("B0"), "E": shared}, '[[tool]]\nnumber = 2\nradius = "program"')
+    assert [cut.features[name].radius_at_control for name in ("B0", "E")] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("offset", "tool", "asked"),
+    [
+        ('work_offset = "G54"', "", "`radius` of tool 9 in its table [[tool]]"),
+        ('work_offset = "G54"', "[[tool]]\nnumber = 9", "`radius` of tool 9 in its table [[tool]]"),
+        ("", '[[tool]]\nnumber = 9\nradius = "control"', "`work_offset` in its table [[feature]]"),
+    ],
+)
+def test_what_cuts_a_feature_of_another_program_is_not_assumed(
+    tmp_path: Path, offset: str, tool: str, asked: str
+) -> None:
+    elsewhere: tuple[Kind, tuple[float, float, float], str] = (
+        "bore",
+        (0.0, 80.0, 0.0),
+        f"size = 30.0\ndepth = 9.0\ntool = 9\n{offset}",
+    )
+    refusal = refused(found, tmp_path, "fanuc-mill", {**only("B0"), "E": elsewhere}, tool)
+    assert refusal.code is Code.MIL_NOT_CUT and refusal.hint.startswith(f"state {asked}, or")
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+def test_a_hole_drilled_through_a_finished_bore_is_not_taken_for_the_bores_last_pass(
+    tmp_path: Path, control: Control
+) -> None:
+    """Tool 2 finishes B0 (Ø12) by G41, then tool 7 drills through on its axis: by its radius, with or without reach."""
+
+    def drilled(*after: tuple[int, float, float]) -> Callable[[str], str]:
+        late = Writer(control)
+        for tool, x, y in after:
+            late.change(tool, 0)
+            late.drill(x, y, -25.0)
+        lines = "\n".join(late.lines)
+        return lambda text: re.sub(r"^(\d+ )?M(30|2)$", lambda end: f"{lines}\n{end[0]}", text, flags=re.M)
+
+    through = drilled((7, -50.0, -30.0))
+    refusal = refused(found, tmp_path, control, only("B0"), "", through)
+    assert refusal.code is Code.MIL_CUT and "`cutter_radius` of tool 7" in refusal.hint
+    for radius, tool, at_control in ((4.0, 2, True), (6.0, 7, False)):
+        stated = f"[[tool]]\nnumber = 7\ncutter_radius = {radius}"
+        one = found(tmp_path, control, only("B0"), stated, through).features["B0"]
+        assert (one.tool, one.radius_at_control) == (tool, at_control)
+    # another hole, which it drills from solid, shows its radius
+    hole = ("bore", (0.0, 80.0, 0.0), "size = 8.0\ndepth = 20.0")
+    both = {**only("B0"), "E": hole}
+    cut = found(tmp_path, control, both, "", drilled((7, -50.0, -30.0), (7, 0.0, 80.0)))
+    assert [cut.features[name].tool for name in ("B0", "E")] == [2, 7]
+
+
+def test_the_way_into_a_lower_bore_on_the_axis_of_a_finished_one_asks_nothing(tmp_path: Path) -> None:
+    """Tool 2 plunges in the middle of B0, which it has finished, to mill a bore of 9 mm below it."""
+    lower = Writer("fanuc-mill", d_of={2: 22})
+    lower.change(2, 0)
+    lower.compensate(True)
+    lower.circle(-50.0, -30.0, 4.5, True, (-40.0,), inside=True)
+    change = lambda text: text.replace("M30", "\n".join(lower.lines) + "\nM30")  # noqa: E731
+    features = {**only("B0"), "E": ("bore", (-50.0, -30.0, 0.0), "size = 9.0\ndepth = 40.0")}
+    cut = found(tmp_path, "fanuc-mill", features, "", change)
+    assert [(one.tool, one.radius_at_control) for one in cut.features.values()] == [(2, True), (2, True)]
+    assert cut.lines["B0"] < cut.lines["E"]
 
 
 def test_a_radius_is_not_made_larger_than_an_inside_corner_has_room_for(tmp_path: Path) -> None:

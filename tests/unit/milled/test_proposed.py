@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.cli import run
-from tests.support.mill_programs import CONTROLS, RADIUS, Control, plate
+from tests.support.mill_programs import CONTROLS, RADIUS, Control, Writer, plate
 from tests.support.mill_shop import BORES, BOSSES
 
 ROUND = {
@@ -87,6 +87,21 @@ def test_paths_of_the_centre_need_the_cutters_radius(tmp_path: Path) -> None:
         ("bore", 0.0, 0.0, 0.0, 24.0, 5.0, 4, "program", "climb"),
         ("boss", 50.0, 0.0, 0.0, 18.0, 6.0, 4, "program", "climb"),
     }
+
+
+def test_a_drill_through_a_finished_bore_is_asked_for(tmp_path: Path) -> None:
+    """Tool 7 drills through the bore at x −50, y −30 mm, which tool 2 has finished: by its radius it cuts it last."""
+    x, y, program = -50.0, -30.0, tmp_path / "own.nc"
+    late = Writer("fanuc-mill")
+    late.change(7, 0)
+    late.drill(x, y, -25.0)
+    program.write_text(plate("fanuc-mill").replace("M30", "\n".join(late.lines) + "\nM30"))
+    options = ("-d", "fanuc-mill", "--tool", "6=R3")
+    features, [note] = proposed(program, *options)
+    assert ROUND - features == {one for one in ROUND if one[1:3] == (x, y)}
+    assert "--tool 7=R…" in note
+    program.with_suffix(".toml").unlink()
+    assert proposed(program, *options, "--tool", "7=R4")[0] >= ROUND
 
 
 def test_an_inch_program_gives_a_job_in_inches(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ class MilledFeatureTable(Table):
     tool: Count | None = None
     """Number of the tool that finishes it; with a `[program]` found there, without one required."""
     work_offset: str | None = None
-    """The work offset in force there; left out, the program's, without one `"G54"`."""
+    """The work offset in force there; left out, the program's, which is to cut it, without a `[program]` `"G54"`."""
     side: Side = ""
     """How the finishing pass runs along its wall, found from a `[program]`."""
 
@@ -76,7 +76,8 @@ class MillToolTable(Table):
     """Its number."""
     radius: Literal["control", "program"] | None = None
     """`"control"`: its radius stands at the control (G41, G42 with D) and can be entered there; `"program"`: the paths
-    were computed with it, so that no number at the control moves a wall. Found from a `[program]`, else required.
+    were computed with it, so that no number at the control moves a wall. Found from a `[program]` for what it cuts,
+    required for all else.
     """
     cutter_radius: Annotated[Positive | None, In("`unit`")] = None
     """Radius of the cutter: needed where it decides which pass of a `[program]` is the last on a wall, and where the
