@@ -490,6 +490,49 @@ def test_a_new_time_is_a_new_inspection(tmp_path: Path, rows: str, runs: list[tu
 
 
 @pytest.mark.parametrize(
+    ("head", "names", "runs"),
+    [
+        ("Nr", "1 2 3 4 5", [5]),  # the points have no names
+        ("Name", "P1 P2 P3 P1 P2 P3", [3, 3]),
+        ("Name", "P1 P2 P2* P3", [2, 2]),  # P2 at its place once more, and what follows
+        ("Feature", "PLN1 PLN1 PLN1 CIR1 CIR1", [5]),  # features of several points
+        ("Feature", "PLN1 PLN1 CIR1 CIR1 PLN1 PLN1 CIR1", [4, 3]),
+    ],
+)
+def test_points_with_a_time_each_are_one_inspection_until_a_named_one_comes_again(
+    tmp_path: Path, head: str, names: str, runs: list[int]
+) -> None:
+    lines = []
+    for k, name in enumerate(names.split()):
+        x = 10.0 * (k - name.endswith("*"))
+        lines.append(f"7;2026-01-02 10:00:{k:02d};{name.rstrip('*')};{x + 0.01};0;5\n")
+    file = _read(tmp_path, f"Serial;Time;{head};X;Y;Z\n" + "".join(lines), unit="mm")
+    assert [len(one.points) for one in file.inspections] == runs
+    assert [one.measured_at and one.measured_at.second for one in file.inspections] == [0, *runs[:-1]]
+
+
+@pytest.mark.parametrize("text", ["MW", "CM", "CP", "PP", "3S", "s"])
+@pytest.mark.parametrize("head", ["{};Serial;Diameter 1;Diameter 2", "Prüfer;{};Diameter 1;Diameter 2"])
+def test_initials_and_serial_numbers_like_words_of_statistics_are_those_of_parts(
+    tmp_path: Path, text: str, head: str
+) -> None:
+    """Beside the operator's initials a serial number, beside such a serial number a date."""
+    own = head.startswith("{")
+    head = head.format("Operator" if own else "Serial")
+    first = f"{text};A1" if own else f"Meier;{text}"
+    rows = f"{first};25.011;30.001;2026-01-02\nEB;A2;25.012;30.002;2026-01-02\n"
+    last = ";Mean;25.012;30.002;\n;Cp;1.6;1.7;\n"
+    file = _read(tmp_path, f"{head};Date\n{rows}{last}", unit="mm")
+    assert [one.part.serial for one in file.inspections] == ["A1" if own else text, "A2"]
+    assert any(one.text == "2 rows of statistics are left out: 'Mean', 'Cp'" for one in file.remarks)
+
+
+def test_an_operators_initials_in_front_of_a_long_table_leave_no_value_out(tmp_path: Path) -> None:
+    text = "Operator;Characteristic;Nominal [mm];Actual\nMW;D1;25;25.01\nCM;D2;30;30.01\n"
+    assert [one.characteristic for one in _one(_read(tmp_path, text))] == ["D1", "D2"]
+
+
+@pytest.mark.parametrize(
     ("upper", "lower"),
     [
         ("Abmaß oben", "Abmaß unten"),

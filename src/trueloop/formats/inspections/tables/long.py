@@ -3,8 +3,9 @@
 Its columns of text become numbers in mm and degrees, with the symbols and units that stand in the cells.
 """
 
+import itertools
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -36,6 +37,7 @@ class Long:
     """Texts by role, one for each value, with the lines they stand in; empty where a cell states nothing.
 
     `columns` are those of the roles, for places; `units` those of columns whose heading or row of units names one.
+    `left_out`: rows of statistics, the text by which each is known, by its line.
     """
 
     grid: Grid
@@ -43,7 +45,7 @@ class Long:
     texts: Mapping[Role, Sequence[str]]
     columns: Mapping[Role, Sequence[int]]
     units: Mapping[Role, str] = field(default_factory=dict)
-    left_out: Sequence[int] = ()
+    left_out: Mapping[int, str] = field(default_factory=dict)
 
     def place(self, role: Role, row: int) -> Place:
         """Returns the place of a value's text."""
@@ -105,35 +107,66 @@ def _unit(name: str, header: Header, unit_row: Row) -> str:
     return below or unit_in_heading(name)
 
 
-def _body(grid: Grid, header: Header, mapping: TableMapping, first: int) -> tuple[_Body, list[int]]:
+def _body(grid: Grid, header: Header, mapping: TableMapping, first: int) -> tuple[_Body, dict[int, str]]:
     """The rows with something in a mapped column; headings that are repeated and rows of statistics left out."""
     used = [header.names.index(name) for name in mapping.columns.all() if name not in mapping.columns.ignored]
     named = mapping.columns.named()
-    wide, labels = bool(mapping.columns.characteristics), set(map(plain, mapping.rows.named().values()))
-    label = header.names.index(named.get(Role.SERIAL) or named.get(Role.CHARACTERISTIC) or header.names[used[0]])
-    of_row = {0, label, *(header.names.index(named[role]) for role in OF_ROW if role in named)}
-    times = {header.names.index(named[role]) for role in (Role.DATE, Role.TIME) if role in named}
     heading = grid.rows[header.row]
-    found: list[tuple[Row, int, frozenset[str]]] = []
-    for row, line in zip(grid.rows[first:], grid.lines[first:], strict=True):
-        if any(row) and row != heading and any(row[k] for k in used if k < len(row)):
-            found.append((row, line, frozenset(plain(row[k]) for k in of_row if k < len(row)) - labels))
-    sure = any(is_statistic(name, doubtful=False) for name in frozenset[str]().union(*(names for *_, names in found)))
-    rows, lines, left_out = [], [], []
-    for row, line, names in found:
-        doubtful = {plain(row[k]) for k in (times | {label} if wide or sure else times) if k < len(row)}
-        end = label < len(row) and row[label].upper() == "END" and sum(map(bool, row)) == 1
-        stated = any(is_statistic(name, doubtful=False) for name in names)
-        if end or stated or any(is_statistic(name, doubtful=wide or len(name) > 1) for name in doubtful & names):
-            left_out.append(line)
-            continue
-        rows.append(row)
-        lines.append(line)
+    body = [
+        (row, line)
+        for row, line in zip(grid.rows[first:], grid.lines[first:], strict=True)
+        if any(row) and row != heading and any(row[k] for k in used if k < len(row))
+    ]
+    left_out = _statistics(body, header, mapping, used[0])
+    rows, lines = (
+        [row for row, line in body if line not in left_out],
+        [line for _, line in body if line not in left_out],
+    )
     return _Body(grid, rows, lines, header, named), left_out
 
 
 OF_ROW: Final = (Role.SERIAL, Role.CHARACTERISTIC, Role.DATE, Role.TIME, Role.PART)
 """Roles of texts that state the content of a row: `Mean` in them is no part and no characteristic."""
+SHORT: Final = 2
+"""Words of so few letters may be initials, or a part's number: `MW`, `Cp`, `3s`."""
+LABELS: Final = (Role.SERIAL, Role.CHARACTERISTIC, Role.FEATURE)
+"""Roles of texts by which a row is known, the first that a table has."""
+
+
+def _statistics(
+    body: Sequence[tuple[Row, int]], header: Header, mapping: TableMapping, first_used: int
+) -> dict[int, str]:
+    """Returns the rows of statistics: the text by which each is known, by its line.
+
+    It stands in a column that states the content of a row, or in a first column without a role. Short words such as
+    `MW` or `Cp` are initials or serial numbers where the row has a serial number or a date beside them.
+    """
+    place = {role: header.names.index(name) for role, name in mapping.columns.named().items()}
+    label = next((place[role] for role in LABELS if role in place), first_used)
+    of_row = {label, *(place[role] for role in OF_ROW if role in place)} | ({0} - set(place.values()))
+    times = {place[role] for role in (Role.DATE, Role.TIME) if role in place}
+    own = times | ({place[Role.SERIAL]} if Role.SERIAL in place else set())
+    wide, labels = bool(mapping.columns.characteristics), set(map(plain, mapping.rows.named().values()))
+
+    def words(row: Row, columns: set[int]) -> dict[int, str]:
+        cells = {k: row[k] for k in sorted(columns) if k < len(row) and not is_empty(row[k])}
+        return {k: name for k, text in cells.items() if (name := plain(text)) and name not in labels}
+
+    def of_statistics(row: Row, columns: set[int], doubtful: bool) -> Iterator[str]:
+        stated = any(not is_statistic(name, doubtful=True) for name in words(row, own).values())
+        for k, name in words(row, columns).items():
+            short = len(name.replace(" ", "")) <= SHORT
+            if is_statistic(name, doubtful and (wide or not short)) and not (short and stated):
+                yield row[k]
+
+    found = {line: text for row, line in body for text in itertools.islice(of_statistics(row, of_row, False), 1)}
+    doubtful = times | {label} if wide or found else times
+    for row, line in body:
+        if label < len(row) and row[label].upper() == "END" and sum(map(bool, row)) == 1:
+            found[line] = row[label]
+        for text in of_statistics(row, doubtful, True):
+            found.setdefault(line, text)
+    return dict(sorted(found.items()))
 
 
 def _plain(body: _Body, _: TableMapping) -> Long:

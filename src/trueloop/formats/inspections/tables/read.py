@@ -22,6 +22,7 @@ from trueloop.formats.inspections.tables.mapping import map_command, read_mappin
 from trueloop.formats.inspections.tables.propose import numbers_left_out, propose
 from trueloop.formats.inspections.tables.readings import (
     Common,
+    statistics_left_out,
     title_of,
     unit_of_headings,
     unit_of_title,
@@ -36,7 +37,7 @@ def with_points(common: Common, unit: Unit | None, sha256: str, said: Sequence[R
     long = common.long
     points, base = points_of(long, unit)
     inspections = []
-    for key, rows, at in common.groups():
+    for key, rows, at in common.groups(points):
         values = [point for row in rows if (point := points[row]) is not None]
         if values:
             inspections.append(common.inspection(key, rows, sha256, values, at))
@@ -48,7 +49,7 @@ def with_points(common: Common, unit: Unit | None, sha256: str, said: Sequence[R
         encoding=long.grid.encoding,
         unit=base,
         inspections=tuple(inspections),
-        remarks=(*said, *remarks),
+        remarks=(*said, *remarks, *statistics_left_out(long)),
     )
 
 

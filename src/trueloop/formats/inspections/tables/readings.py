@@ -3,9 +3,10 @@
 import itertools
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -31,6 +32,12 @@ OF_VALUE: Final = (Role.CHARACTERISTIC, Role.FEATURE, Role.QUANTITY, Role.REPEAT
 """Roles that tell the values of one measurement apart."""
 
 
+LISTED: Final = 20
+"""Texts of rows that are left out, as many as a remark lists."""
+SAME_POINT_MM: Final = 0.05
+"""A point of the same name that follows at so small a distance is measured again, not the feature's next one."""
+
+
 @dataclass(frozen=True)
 class Common:
     """Data common to readings and points of a table: part, time, place, device."""
@@ -49,11 +56,14 @@ class Common:
         """Returns the cell of a role in a row."""
         return self.long.texts[role][row] if role in self.long.texts else self.title.get(role, "")
 
-    def groups(self) -> Iterator[tuple[tuple[str, str], list[int], datetime | None]]:
+    def groups(
+        self, points: Sequence[CmmPoint | None] = ()
+    ) -> Iterator[tuple[tuple[str, str], list[int], datetime | None]]:
         """Yields the rows of each measurement of each part, in the file's order, with its time. Raises MSR-TIME.
 
         A characteristic that comes again at another time is of a new measurement, and so is one by another device at
-        another time.
+        another time. Of `points`, those without a name, and those of one name that follow each other at different
+        places, as on a feature of that name, are one measurement, each at its time.
         """
         moments, names = self.moments(), self._names()
         devices = self.texts(Role.DEVICE)
@@ -66,7 +76,8 @@ class Common:
                 continue
             runs: list[_Run] = []
             for row in sorted(rows, key=lambda one: (moments[one] is not None, moments[one])):
-                _run_of(runs, moments[row], devices[row], names[row]).rows.append(row)
+                goes_on = partial(_goes_on, names, points, row)
+                _run_of(runs, moments[row], devices[row], names[row], goes_on).rows.append(row)
             for run in runs:
                 ordered = sorted(run.rows)
                 yield key, ordered, run.at if len(runs) > 1 else moments[ordered[0]]
@@ -115,10 +126,21 @@ class _Run:
     times: dict[tuple[str, ...], datetime | None]
 
 
-def _run_of(runs: list[_Run], at: datetime | None, device: str, name: tuple[str, ...]) -> _Run:
+def _goes_on(names: Sequence[tuple[str, ...]], points: Sequence[CmmPoint | None], row: int, before: int) -> bool:
+    """Returns whether a row is a further point of the measurement of the row `before`, by name and place."""
+    if not points or not any(names[row]):
+        return bool(points)
+    one, other = points[before], points[row]
+    here = one is not None and other is not None and math.dist(one.measured_mm, other.measured_mm) <= SAME_POINT_MM
+    return names[row] == names[before] and not here
+
+
+def _run_of(
+    runs: list[_Run], at: datetime | None, device: str, name: tuple[str, ...], goes_on: Callable[[int], bool]
+) -> _Run:
     """Returns the measurement of a row: the device's last one, unless the value was measured in it at another time."""
     last = next((run for run in reversed(runs) if device in run.devices), None)
-    if last is not None and last.times.get(name, at) == at:
+    if last is not None and (goes_on(last.rows[-1]) or last.times.get(name, at) == at):
         last.times[name] = at
         return last
     at_this_time = next((run for run in runs if run.at == at), None)  # its identity is its time
@@ -254,8 +276,15 @@ def _left_out(long: Long, stands: Flags) -> Iterator[Remark]:
         yield Remark(
             f"{np.sum(~stands)} of {len(stands)} values are not measured: their cells are empty", long.lines[row]
         )
+    yield from statistics_left_out(long)
+
+
+def statistics_left_out(long: Long) -> Iterator[Remark]:
+    """Yields a remark with the texts by which rows were taken for statistics."""
     if long.left_out:
-        yield Remark(f"{len(long.left_out)} rows of statistics are left out", long.left_out[0])
+        texts = list(dict.fromkeys(long.left_out.values()))
+        listed = ", ".join(map(repr, texts[:LISTED])) + (", …" if len(texts) > LISTED else "")
+        yield Remark(f"{len(long.left_out)} rows of statistics are left out: {listed}", min(long.left_out))
 
 
 def _compared(sizes: Sizes, readings: Sequence[Reading], stands: Flags) -> Iterator[Remark]:
