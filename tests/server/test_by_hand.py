@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from httpx2 import Response
+from sqlalchemy import select
 
 from tests.server.test_apart import FOREVER
 from tests.server.test_uploads import hand_over
@@ -14,11 +15,13 @@ from tests.support.new_stores import new_file
 from tests.support.service import Caller, Running, problem, started
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.record import sha256_of
-from trueloop.jobs.factory.by_hand import made_before
+from trueloop.jobs.factory.hand_job import AskedPart
+from trueloop.jobs.factory.made_before import made_before
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job
 from trueloop.jobs.turned.new import Wanted, new_job
 from trueloop.server.settings import Limits, Settings
+from trueloop.storage.factory_tables import UPLOAD
 from trueloop.storage.store import find, open_store
 
 EXAMPLES = Path(__file__).parents[2] / "src" / "trueloop" / "examples"
@@ -48,8 +51,8 @@ def service(tmp_path: Path) -> Iterator[Running]:
     store.close()
 
 
-def part_of(caller: Caller, program: bytes = SHAFT, **stated: Any) -> dict[str, Any]:
-    sha = hand_over(caller, "finish.nc", program)["sha256"]
+def part_of(caller: Caller, program: bytes = SHAFT, file: str = "finish.nc", **stated: Any) -> dict[str, Any]:
+    sha = hand_over(caller, file, program)["sha256"]
     return {"program": sha, "nose_radius_mm": 0.8, "dialect": "fanuc-lathe", "name": "shaft", **stated}
 
 
@@ -133,18 +136,25 @@ def test_two_parts_are_corrected_as_by_the_command_line(service: Running, tmp_pa
     assert b"<svg" in file_of(otto, first, "report.html")
     (known,) = otto.post("by-hand/part", part).json()["made_before"]
     assert (known["id"], known["serial"], known["ways"]) == (first["id"], "0017", ["corrected", "wear"])
+    assert known["tool"] == "T3"
+    for stale in ({"cut_with": "given"}, {"cut_with": "given", "made_before": ["0" * 16]}):  # shown before the first
+        refused = otto.post("by-hand/correction", {"part": part, "measured": measured(AFTER, serial="0018", **stale)})
+        assert problem(refused) == "CMP-CUT-WITH" and first["id"] in refused.json()["detail"]
+    assert len(find(service.store, Inspection)) == 1
 
     for serial in ("0018", ""):  # one without a number is not kept, and what cut it is asked for all the same
         unsaid = otto.post("by-hand/correction", {"part": part, "measured": measured(AFTER, serial=serial)})
         assert problem(unsaid) == "CMP-CUT-WITH"
         assert first["id"] in unsaid.json()["detail"]
-    said = {"cut_with": first["id"], "cut_by": "corrected"}
+    said = {"cut_with": first["id"], "cut_by": "corrected", "made_before": [first["id"]]}
     second = corrected(otto, part, measured(AFTER, serial="0018", **said))
     ends = [chuck_end_mm(file_of(otto, one, "corrected.nc")) for one in (first, second)]
     assert ends[0] == pytest.approx(44.0 - 0.031, abs=0.002)
     assert ends[1] - ends[0] == pytest.approx(-0.006, abs=0.002)  # diameters, as the second part was read
     record = by_command(tmp_path, AFTER, f'cut_with = "{first_id(tmp_path)}"', 'cut_by = "corrected"', serial="0018")
     assert moves(file_of(otto, second, "corrected.nc")) == moves(record)
+    said["made_before"] = [one["id"] for one in otto.post("by-hand/part", part).json()["made_before"]]
+    assert said["made_before"] == [second["id"], first["id"]]
     alone = corrected(otto, part, measured(AFTER, serial="", **said))
     assert alone["kept"] is False and moves(file_of(otto, alone, "corrected.nc")) == moves(record)
 
@@ -153,7 +163,7 @@ def first_id(folder: Path) -> str:
     """The only correction in the store of the command line."""
     store = open_store(folder / "trueloop.db", codec=store_codec())
     try:
-        return made_before(store, sha256_of(SHAFT))[0].id
+        return made_before(store, AskedPart(sha256_of(SHAFT), 0.8))[0].id
     finally:
         store.close()
 
@@ -280,11 +290,57 @@ def test_a_file_of_measurements_takes_the_place_of_values(service: Running) -> N
     rows = [f"{name[:-2]},{z},{READ[name]}" for name, z in zip(READ, at_z, strict=True)]
     text = "\n".join(["# expanded_uncertainty_um: 4", "feature,z_mm,diameter_mm", *rows, ""]).encode()
     file = hand_over(otto, "shift 3.csv", text)["sha256"]
-    typed, read = (
-        corrected(otto, part, {**given, "by": "contour", "serial": serial})
-        for given, serial in ((measured(), "1"), ({"file": file, "cut_with": "given"}, "2"))
-    )
+    typed = corrected(otto, part, measured(by="contour", serial="1"))
+    unkept = {"cut_with": "given", "made_before": [typed["id"]]}
+    read = corrected(otto, part, {"file": file, "by": "contour", **unkept})
     assert moves(file_of(otto, typed, "corrected.nc")) == moves(file_of(otto, read, "corrected.nc"))
+
+    bare = hand_over(otto, "bare.csv", text.partition(b"\n")[2])["sha256"]
+    own = hand_over(otto, "own.csv", text.replace(b": 4", b": 8"))["sha256"]
+    typed_u_um, own_u_um = (
+        corrected(otto, part, {"by": "contour", **given, **unkept})["features"][0]["expanded_u_um"]
+        for given in ({"file": bare, "expanded_uncertainty_um": 8.0}, {"file": own})
+    )
+    assert typed_u_um == pytest.approx(own_u_um) and own_u_um > read["features"][0]["expanded_u_um"] + 0.3
+    assert problem(correction(otto, part, {**measured(), "file": bare, **unkept})) == "SRV-REQUEST"
+
+
+def test_the_corrections_of_another_tool_are_not_offered(service: Running) -> None:
+    """A program that calls no tool is cut by the tool that is stated."""
+    otto = service.signed_in("operator")
+    uncalled = SHAFT.replace(b"T0303", b"")
+    assert uncalled != SHAFT
+    third, fifth = (part_of(otto, uncalled, tool=number) for number in (3, 5))
+    made = corrected(otto, third, measured())
+    (known,) = otto.post("by-hand/part", third).json()["made_before"]
+    assert (known["id"], known["tool"]) == (made["id"], "T3")
+    assert otto.post("by-hand/part", fifth).json()["made_before"] == []
+    corrected(otto, fifth, measured(serial="0018", cut_with="given"))  # all that there are were shown
+
+
+def test_a_part_keeps_its_name_and_files_keep_theirs(service: Running) -> None:
+    otto = service.signed_in("operator")
+    part = part_of(otto, file="Shaft A.nc", name="")
+    known: list[str] = []
+    for serial in ("1", "2", "3"):
+        made = corrected(otto, part, measured(serial=serial, cut_with="given", made_before=known))
+        known.append(made["id"])
+        assert otto.post("by-hand/part", part).json()["name"] == "Shaft A"
+    with service.store.reading() as connection:
+        names = connection.execute(select(UPLOAD.c.name).where(UPLOAD.c.sha256 == part["program"])).scalars().all()
+    assert names == ["Shaft A.nc"]
+    again = part_of(otto, file="O0815.nc", name="")
+    corrected(otto, again, measured(serial="4", cut_with="given", made_before=known))
+    assert {one.value.part.part_type.name for one in find(service.store, Inspection)} == {"Shaft A"}
+
+
+@pytest.mark.parametrize("file", ["job.toml", "readings.csv", "sheet.html", "out"])
+def test_a_program_may_have_the_name_of_a_file_of_the_job(service: Running, file: str) -> None:
+    otto = service.signed_in("operator")
+    made = corrected(otto, part_of(otto, file=file), measured())
+    assert made["ways"][0]["by"] == "corrected"
+    ends = chuck_end_mm(file_of(otto, made, made["ways"][0]["program"]))
+    assert ends == pytest.approx(44.0 - 0.031, abs=0.002)
 
 
 def test_a_program_that_takes_too_long_is_refused(tmp_path: Path) -> None:

@@ -13,7 +13,8 @@ from tests.support.served import NARROW, WIDE, Browsing, Window
 from tests.web.test_decide import own, shop
 from tests.web.test_pages import SMALL, WIDER
 from trueloop.domain.record import sha256_of
-from trueloop.jobs.factory.by_hand import made_before
+from trueloop.jobs.factory.hand_job import AskedPart
+from trueloop.jobs.factory.made_before import made_before
 
 __all__ = ["own", "shop"]
 PICTURES = os.environ.get("TRUELOOP_SCREENSHOTS")
@@ -37,6 +38,10 @@ def shown(window: Window, program: bytes = SHAFT) -> None:
     """Hands a program over that several controls could run: which it is, is asked for."""
     window.go("/files")  # the page begins anew
     window.go("/correct")
+    handed(window, program)
+
+
+def handed(window: Window, program: bytes) -> None:
     page = window.page
     page.get_by_label("Drop the finish program").set_input_files(
         {"name": "finish.nc", "mimeType": "text/plain", "buffer": program}
@@ -79,17 +84,24 @@ def test_a_shaft_is_corrected_and_the_next_one_asks_what_cut_it(
         expect(result).to_contain_text("T3 wear X −0.022 mm (diameter), Z +0.000 (X ± 0.012")
         expect(result.get_by_role("link")).to_have_count(0)
         usable(window, f"wear-{size[0]}")
-        (known,) = made_before(shop.store, sha256_of(SHAFT))
+        (known,) = made_before(shop.store, AskedPart(sha256_of(SHAFT), 0.8))
         with page.expect_download() as download:
             page.get_by_role("link", name="Download report.html").click()
         assert b"<svg" in Path(download.value.path()).read_bytes()
 
-        shown(window)  # the second part
+        for field in (page.get_by_label("cylinder-1 a"), page.get_by_label("Serial number or mark")):
+            expect(field).to_have_value("")  # the second part
+        expect(page.get_by_label("What cut this part")).to_have_value("")
         measured(window, AFTER, "0018")
         expect(page.locator("main")).to_contain_text("state what cut this part first")
+        page.get_by_label("What cut this part").select_option("given")
+        expect(go).to_be_enabled()
         page.get_by_label("What cut this part").select_option(f"{known.id} wear")
+        expect(result).to_have_count(0)
         go.click()
-        expect(page.get_by_role("region", name="What to do")).to_contain_text("T3 wear X", timeout=LONG_MS)
+        expect(result).to_contain_text("T3 wear X", timeout=LONG_MS)
+        expect(page.get_by_label("What cut this part")).to_have_value("")
+        expect(page.get_by_label("What cut this part").locator("option")).to_have_count(2 + 2 * 2)
         assert window.complaints == []
 
 
@@ -113,3 +125,32 @@ def test_what_is_wrong_is_shown_with_its_code_and_a_question_is_answered(own: Br
         window.go("/correct")
         expect(window.page.locator("main")).to_contain_text("needs the role operator; you are viewer")
         assert window.complaints == []
+
+
+def test_no_answer_is_sent_with_the_next_program_and_no_text_counts_as_a_number(own: Browsing) -> None:
+    with own.window("operator") as window:
+        page = window.page
+        page.set_default_timeout(LONG_MS)
+        shown(window, SHAFT.replace(b"G21 ", b""))
+        page.get_by_label("Unit").select_option("inch")
+        expect(page.get_by_label("Nose radius of the finishing tool")).to_have_value("0,8")
+        with page.expect_request("**/by-hand/part*") as asked:
+            handed(window, SHAFT)  # which asks what its control is: the answer before is forgotten
+        sent = asked.value.post_data_json or {}
+        assert sent["unit"] is None and sent["dialect"] is None
+        expect(page.get_by_role("img", name="cylinder-1")).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_label("Unit")).to_have_count(0)
+
+        measured(window, READ, "1")
+        go, wrong = page.get_by_role("button", name="Correct", exact=True), "correct or empty the marked fields first"
+        expect(go).to_be_enabled()
+        for label, text, good in (("± of the gauge", "4 my", "4"), ("per side (on the radius)", "0.2.", "")):
+            page.get_by_label(label).fill(text)
+            expect(page.get_by_label(label)).to_have_attribute("aria-invalid", "true")
+            expect(go).to_be_disabled()
+            expect(page.locator("main")).to_contain_text(wrong)
+            page.get_by_label(label).fill(good)
+            expect(go).to_be_enabled()
+        page.get_by_label("Number of its offset").fill("T3")
+        expect(page.get_by_role("button", name="Show the part")).to_be_disabled()
+        expect(page.locator("main")).to_contain_text("This is not a whole number from 1.")

@@ -39,12 +39,16 @@ class Unstated:
 
 @dataclass(frozen=True)
 class MadeBefore:
-    """A correction of the program that is in the store, and the ways in which it may have cut the part."""
+    """A correction of the program that is in the store, and the ways in which it may have cut the part.
+
+    `tool` is the edge that it is of, as programs call it; "" where neither job nor program states it.
+    """
 
     id: str
     made_at: str
     serial: str
     ways: tuple[Way, ...]
+    tool: str = ""
 
 
 @dataclass(frozen=True)

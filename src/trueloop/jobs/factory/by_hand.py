@@ -1,22 +1,19 @@
 """A part that a person measures and corrects without an order: shown, and corrected by what the store knows of it."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Final
 
-from trueloop.domain.life import Ran
 from trueloop.domain.option import PageOptions
-from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.views.by_hand import (
     About,
     CorrectedByHand,
     FeatureExpected,
     FileMade,
-    MadeBefore,
     PartByHand,
     Picture,
     SizeToMeasure,
@@ -26,8 +23,9 @@ from trueloop.factory.views.by_hand import (
 )
 from trueloop.factory.views.uploads import Remarked
 from trueloop.formats.input_file import read_source
-from trueloop.jobs.factory.hand_job import AskedPart, AskedReadings, HandJob, written_job
+from trueloop.jobs.factory.hand_job import JOB, MAPPING, SHEET, AskedPart, AskedReadings, HandJob, written_job
 from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
+from trueloop.jobs.factory.made_before import name_before, require_all_shown, ways_of
 from trueloop.jobs.factory.uploads import Handed, add_upload, safe_name, upload_of
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.turned.compensate import Done, corrected_into
@@ -50,7 +48,7 @@ from trueloop.report.turned.page import WIDTHS
 from trueloop.report.turned.part import all_notes
 from trueloop.report.turned.summary import headline
 from trueloop.report.turned.touch_sheet import places_figure
-from trueloop.storage.store import Store, find
+from trueloop.storage.store import Store
 from trueloop.units import UM_PER_MM
 
 QUESTIONS: Final[Mapping[Code, About]] = {
@@ -64,6 +62,8 @@ QUESTIONS: Final[Mapping[Code, About]] = {
 }
 """What is asked for where a program or drawing is refused so."""
 OUT: Final = "out"
+OWN: Final = (OUT, JOB, SHEET, MAPPING, "sheet.html")
+"""Names in the folder of a job that no file of a person has there."""
 ALONE: Final[Use] = "off"
 """How earlier parts take part in the correction of one without a serial number: it may be one of them."""
 
@@ -89,16 +89,15 @@ def hand_files(store: Store, asked: Asked) -> Iterator[Handed]:
     with unnamed_folder() as outer:
         folder = outer / "part"
         folder.mkdir()
-        names = []
-        for of, sha in (("drawing", part.drawing), ("measured", measured.file if measured else "")):
+        names = list[str]()
+        files = {"program": part.program, "drawing": part.drawing, "measured": measured.file if measured else ""}
+        for of, sha in files.items():
             upload = upload_of(store, sha, asked.by) if sha else None
-            names.append("" if upload is None else f"{of}-{safe_name(upload.name)}")
+            names.append("" if upload is None else _free_name(of, upload.name, names))
             if upload is not None:
                 (folder / names[-1]).write_bytes(upload.content)
-        path = folder / safe_name(program.name)
-        path.write_bytes(program.content)
-        name = part.name or Path(program.name).stem or "part"
-        drawing, file = names
+        path, drawing, file = folder / names[0], *names[1:]
+        name = part.name or name_before(store, part.program) or Path(program.name).stem or "part"
         job = HandJob(part, name, measured, drawing, file, asked.by, asked.say.language, asked.say.unit)
         try:
             yield Handed(str(path), program.name, program.sha256, hand=job)
@@ -138,39 +137,41 @@ def correct_by_hand(
     """Corrects by the readings of a person, as `trueloop compensate` does with the store; its files are kept for a day.
 
     A part with a serial number is kept in the store. One without is corrected by itself; what cut it has to be stated
-    all the same where the store has corrections of its program. `first` does it before this process does, where it may
-    take any time and memory. Raises what correcting refuses, and STO errors.
+    all the same where the store has corrections of its program, and of all of these. `first` does it before this
+    process does, where it may take any time and memory. Raises what correcting refuses, and STO errors; CMP-CUT-WITH
+    for a statement that was made without a correction that the store has.
     """
     with hand_files(store, asked) as handed:
         if first is not None:
             first(handed)
-        for left in ("job.toml", "readings.csv", "sheet.html"):
+        for left in (JOB, SHEET, "sheet.html"):
             (handed.file.parent / left).unlink(missing_ok=True)
         job, _ = written_job(handed.file, _of(handed))
         files = JobFiles.of(job)
+        require_all_shown(store, asked.part, asked.measured, _tools(files))
         cuts = read_cuts(files)
         serials = [one.part.serial for one in cuts.measured.inspections if one.part.serial]
         keeping, memory = (Keeping(), None) if serials else (None, ALONE)
         page = PageOptions(asked.say.language, asked.say.unit)
         done = corrected_into(job.parent / OUT, files, cuts, store, keeping, page=page, memory=memory)
-        made = [(path.name, path.read_bytes()) for path in (*done.files, *sorted(job.parent.glob("*.*")))]
+        beside = [path for path in (job.parent / name for name in OWN) if path.is_file()]
+        made = [(path.name, path.read_bytes()) for path in (*done.files, *beside)]
     kept = [add_upload(store, name, content, asked.by, now) for name, content in made]
     return _corrected(done, asked.say, tuple(FileMade(one.name, one.sha256) for one in kept))
 
 
-def made_before(store: Store, sha256: str) -> tuple[MadeBefore, ...]:
-    """Returns the corrections of a program, by its hash, that the store has, the latest first."""
-    found = [one.value for one in find(store, StoredCorrection, program_sha256=sha256)]
-    return tuple(
-        MadeBefore(
-            one.record.id,
-            one.record.made_at,
-            next((of.part.serial for of in one.record.inspections if of.part.serial), ""),
-            _ways(one.payload),
-        )
-        for one in reversed(found)
-        if isinstance(one.payload, Correction)
-    )
+def _free_name(of: str, name: str, taken: Sequence[str]) -> str:
+    """The name of a person's file in the folder of the job: its own, unless the folder has such a file."""
+    safe = safe_name(name)
+    return f"{of}-{safe}" if of != "program" or safe.lower() in OWN or safe in taken else safe
+
+
+def _tools(files: JobFiles) -> tuple[str, ...]:
+    """Names the tools that cut, as the program calls them."""
+    program = files.finish_program()
+    path = files.run.of(program)
+    calls = [called(program.dialect, path, move.index) for move in feed_moves(path)]
+    return tuple(dict.fromkeys(one.words for one in calls if one is not None))
 
 
 def _of(handed: Handed) -> HandJob:
@@ -192,9 +193,6 @@ def _question(handed: Handed, refused: TrueloopError) -> Unstated | None:
 
 def _shown(job: Path, say: Texts) -> PartByHand:
     sheet, files = gauge_sheet_of(job), JobFiles.of(job)
-    program = files.finish_program()
-    path = files.run.of(program)
-    calls = [called(program.dialect, path, move.index) for move in feed_moves(path)]
 
     def drawn(width: int) -> str:
         figure = places_figure(sheet.profile, sheet.planned, sheet.inch, width)
@@ -202,10 +200,10 @@ def _shown(job: Path, say: Texts) -> PartByHand:
 
     return PartByHand(
         sheet.part,
-        program.dialect.name,
+        files.finish_program().dialect.name,
         "inch" if sheet.inch else "mm",
         sheet.profile.names,
-        tuple(dict.fromkeys(one.words for one in calls if one is not None)),
+        _tools(files),
         tuple(
             SizeToMeasure(
                 *(number, one.name, one.quantity.value, one.feature, one.other, one.at_z_mm),
@@ -215,15 +213,6 @@ def _shown(job: Path, say: Texts) -> PartByHand:
         ),
         picture=Picture(drawn(WIDTHS["wide"]), drawn(WIDTHS["narrow"]), ", ".join(sheet.profile.names)),
     )
-
-
-def _ways(of: Correction) -> tuple[Way, ...]:
-    """Ways that a correction may be carried out, the recommended one first; an offset is typed, or set by a program."""
-    beside = of.by_tool is not None and of.by_tool.comes_first and of.options.by == "auto"
-    wear: list[Way] = ["wear"] if of.wear.tool and (of.decision.by_offset or beside) else []
-    recommended: Mapping[Ran, Way] = {Ran.WEAR: "wear", Ran.OFFSETS: "offsets", Ran.CORRECTED: "corrected"}
-    way = recommended[of.recommended]
-    return tuple(dict.fromkeys([*wear, way] if of.decision.by_offset else [way, *wear]))
 
 
 def _corrected(done: Done, say: Texts, files: tuple[FileMade, ...]) -> CorrectedByHand:
@@ -238,7 +227,7 @@ def _corrected(done: Done, say: Texts, files: tuple[FileMade, ...]) -> Corrected
         of.record.id,
         done.kept is not None,
         headline(of, say),
-        tuple(_way(of, way, say) for way in _ways(of)),
+        tuple(_way(of, way, say) for way in ways_of(of)),
         tuple(
             FeatureExpected(
                 *(one.feature, one.figures.touches, known(one.figures.before_worst_um)),

@@ -8,10 +8,12 @@ from typing import Annotated, Literal
 from pydantic import AwareDatetime, Field
 
 from trueloop.domain.option import Language, LengthUnit
+from trueloop.errors import Code
 from trueloop.formats.jobs.profile_of_job import quoted
 from trueloop.geometry.profile import Side
 from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of
 from trueloop.jobs.turned.new import Chosen, Made, Wanted, Zero, new_job
+from trueloop.monitoring.gauge_check import COVERAGE
 from trueloop.turned.options import By
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -19,7 +21,8 @@ Number = Annotated[int, Field(ge=0, lt=1 << 31)]
 Words = Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Typed = Annotated[str, Field(max_length=40, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Hash = Annotated[str, Field(max_length=64, pattern=r"^[0-9a-f]*$")]
-JOB, SHEET = "job.toml", "readings.csv"
+Id = Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
+JOB, SHEET, MAPPING = "job.toml", "readings.csv", "mapping.toml"
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,9 @@ class AskedPart:
 class AskedReadings:
     """What was measured: `values` as they were read, by the name of the size, or `file`, the hash of one handed over.
 
-    `by`: what carries the correction. `cut_with`: "given", the id of a correction, or "" where nothing is stated.
+    `by`: what carries the correction. `cut_with`: "given", the id of a correction, or "" where nothing is stated;
+    `made_before`: the ids of the corrections among which that was chosen. `expanded_uncertainty_um` (k = 2) holds for
+    the values that state none.
     """
 
     values: Annotated[Mapping[Words, tuple[Typed, ...]], Field(max_length=1000)] = field(default_factory=dict)
@@ -64,6 +69,7 @@ class AskedReadings:
     by: By = "auto"
     cut_with: Annotated[str, Field(pattern=r"^(given|[0-9a-f]{16})?$")] = ""
     cut_by: Literal["corrected", "offsets", "wear"] | None = None
+    made_before: Annotated[tuple[Id, ...], Field(max_length=10_000)] = ()
 
 
 @dataclass(frozen=True)
@@ -86,9 +92,15 @@ class HandJob:
 def written_job(program: Path, asked: HandJob) -> tuple[Path, Made]:
     """Writes the job beside its program, with the readings, as `trueloop new` does; returns its path and the part.
 
-    Raises what `new_job` raises, and MSR-FEATURE for a value of a size that is not on the sheet.
+    Raises what `new_job` raises, MSR-FEATURE for a value of a size that is not on the sheet, and SRV-REQUEST for values
+    beside a file.
     """
     folder, part, measured = program.parent, asked.part, asked.measured
+    if measured is not None and asked.file and measured.values:
+        raise Code.SRV_REQUEST.refusal(
+            f"values of {len(measured.values)} sizes are given beside a file of measurements",
+            hint="give the values or the file of measurements, not both",
+        )
     made = new_job(
         Wanted(
             program=program,
@@ -135,13 +147,15 @@ def _stated(folder: Path, measured: AskedReadings, asked: HandJob) -> dict[str, 
         gauging = {"device": quoted(measured.instrument), "operator": quoted(asked.operator)}
     if asked.file and measured.measured_at is not None:
         gauging["measured_at"] = measured.measured_at.isoformat()
+    if asked.file and measured.expanded_uncertainty_um is not None:
+        gauging["readings_u_um"] = repr(measured.expanded_uncertainty_um / COVERAGE)
     if measured.measured_allowance_mm is not None:
         gauging["measured_allowance_mm"] = repr(measured.measured_allowance_mm)
     if measured.file_unit is not None:
         gauging["readings_unit"] = quoted(measured.file_unit)
     if measured.mapping_toml:
-        (folder / "mapping.toml").write_text(measured.mapping_toml, encoding="utf-8")
-        gauging["readings_mapping"] = quoted("mapping.toml")
+        (folder / MAPPING).write_text(measured.mapping_toml, encoding="utf-8")
+        gauging["readings_mapping"] = quoted(MAPPING)
     cut = {"cut_with": measured.cut_with, "cut_by": measured.cut_by or ""}
     return {
         "part": {"serial": quoted(measured.serial)},

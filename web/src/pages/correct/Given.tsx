@@ -1,5 +1,5 @@
 import { Checkbox, NativeSelect, TextInput } from "@mantine/core";
-import { useState } from "react";
+import { useState, type Dispatch, type SetStateAction } from "react";
 
 import { useChange } from "../../api/asking";
 import type { Shape } from "../../api/client";
@@ -16,23 +16,45 @@ type Question = Shape<"Unstated">;
 const KINDS: Kind[] = ["program", "drawing", "measurement"];
 export const MM_PER_INCH = 25.4;
 
-/** A number as it is typed, with a point or a comma; null for none. */
+export type Files = { [kind in Kind]?: Upload | undefined };
+
+/** A number as it is typed, with a point or a comma; null for an empty field, NaN for text that is no number. */
 export function typed(text: string): number | null {
-  const number = Number(text.trim().replace(",", "."));
-  return text.trim() === "" || !Number.isFinite(number) ? null : number;
+  const plain = text.trim().replace(",", ".").replace("−", "-");
+  if (plain === "") return null;
+  return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : NaN;
 }
 
-const NOTHING = { nose: "", tool: "", side: "outside", dialect: "", unit: "", outline: "", lines: "" };
+/** A number that counts, from 1, as it is typed; null for an empty field, NaN for text that is none. */
+function counted(text: string): number | null {
+  const number = typed(text);
+  return number === null || /^0*[1-9]\d*$/.test(text.trim()) ? number : NaN;
+}
+
+/** Two numbers of lines; null for an empty field, NaN for text that is not two. */
+function twoLines(text: string): [number, number] | number | null {
+  if (text.trim() === "") return null;
+  const found = /^\s*(\d+)[\s,;–-]+(\d+)\s*$/.exec(text);
+  return found ? [Number(found[1]), Number(found[2])] : NaN;
+}
+
+const OF_PROGRAM = { dialect: "", unit: "", outline: "", lines: "" };
+const NOTHING = { nose: "", tool: "", side: "outside", ...OF_PROGRAM };
+interface OfGiven {
+  files: Files;
+  keep: Dispatch<SetStateAction<Files>>;
+  busy: boolean;
+  show: (seen: Seen | undefined) => void;
+}
 
 /** The finish program and its drawing, and all that has to be stated of them before the part can be shown. */
-export function Given({ show }: { show: (seen: Seen | undefined) => void }) {
+export function Given({ files, keep, busy, show }: OfGiven) {
   const text = useText();
   const whyNot = useWhyNot()("operator");
   const inch = useLengths().unit === "inch";
   const reader = useReader();
   const sending = useChange<Upload>();
   const asking = useChange<Part>();
-  const [files, keep] = useState<Partial<Record<Kind, Upload>>>({});
   const [stated, state] = useState(NOTHING);
   const [parameters, value] = useState<Record<string, string>>({});
   const [accepts, accept] = useState(false);
@@ -42,17 +64,35 @@ export function Given({ show }: { show: (seen: Seen | undefined) => void }) {
     state((before) => ({ ...before, ...some }));
     changed();
   };
+  /** Answers belong to the program and drawing that they were given for: none is sent with the next. */
+  const forget = (kind: Kind) => {
+    if (kind === "program") {
+      state((before) => (files.program ? NOTHING : { ...before, ...OF_PROGRAM }));
+      value({});
+      accept(false);
+      ask([]);
+    } else if (kind === "drawing") {
+      state((before) => ({ ...before, outline: "" }));
+      ask((before) => before.filter(({ about }) => about !== "outline"));
+    }
+    asking.reset();
+  };
   const take = async (given: FileList | null) => {
     for (const file of [...(given ?? [])]) {
       const path = `uploads?name=${encodeURIComponent(file.name)}`;
       const found = await sending.mutateAsync({ path, file }).catch(() => undefined);
-      if (found) keep((before) => ({ ...before, [found.kind]: found }));
-      if (found?.kind === "program") ask([]);
+      if (!found) continue;
+      keep((before) => ({ ...before, [found.kind]: found }));
+      forget(found.kind);
     }
     changed();
   };
   const nose = typed(stated.nose);
-  const lines = stated.lines.split(/[^\d]+/).map(Number);
+  const lines = twoLines(stated.lines);
+  const tool = counted(stated.tool);
+  const outline = counted(stated.outline);
+  const valued = Object.entries(parameters).map(([name, one]) => [name, typed(one)] as const);
+  const wrong = [nose, tool, outline, lines, ...valued.map(([, one]) => one)].some(Number.isNaN) || (nose ?? 0) < 0;
   const body: Shape<"AskedPart"> = {
     program: files.program?.sha256 ?? "",
     drawing: files.drawing?.sha256 ?? "",
@@ -60,12 +100,12 @@ export function Given({ show }: { show: (seen: Seen | undefined) => void }) {
     zero: "drawing",
     nose_radius_mm: (nose ?? 0) * (inch ? MM_PER_INCH : 1),
     side: stated.side === "inside" ? "inside" : "outside",
-    tool: typed(stated.tool),
+    tool,
     dialect: stated.dialect || null,
     unit: stated.unit === "mm" || stated.unit === "inch" ? stated.unit : null,
-    outline: typed(stated.outline),
-    lines: lines.length === 2 ? [lines[0] ?? 0, lines[1] ?? 0] : null,
-    parameters: Object.fromEntries(Object.entries(parameters).map(([name, one]) => [name, typed(one) ?? 0])),
+    outline,
+    lines: Array.isArray(lines) ? lines : null,
+    parameters: Object.fromEntries(valued.flatMap(([name, one]) => (one === null ? [] : [[name, one]]))),
     accept_unknown_words: accepts,
   };
   const look = () =>
@@ -79,7 +119,14 @@ export function Given({ show }: { show: (seen: Seen | undefined) => void }) {
         },
       },
     );
-  const why = whyNot || (!files.program ? text("correct.program.first") : nose === null ? text("correct.nose.first") : "");
+  const why =
+    whyNot ||
+    (!files.program && text("correct.program.first")) ||
+    (nose === null && text("correct.nose.first")) ||
+    (wrong && text("correct.wrong.first")) ||
+    "";
+  const bad = (number: unknown, key: "correct.no.number" | "correct.no.count" | "correct.no.lines" = "correct.no.number") =>
+    Number.isNaN(number) && text(key);
   return (
     <Section title={text("correct.files")}>
       <div
@@ -87,7 +134,7 @@ export function Given({ show }: { show: (seen: Seen | undefined) => void }) {
         onDragOver={(event) => event.preventDefault()}
         onDrop={(event) => {
           event.preventDefault();
-          if (!whyNot) void take(event.dataTransfer.files);
+          if (!whyNot && !busy) void take(event.dataTransfer.files);
         }}
       >
         <label htmlFor="given">{text("correct.drop")}</label>
@@ -103,17 +150,17 @@ export function Given({ show }: { show: (seen: Seen | undefined) => void }) {
         />
       </div>
       <Refused problem={sending.error} />
-      {KINDS.map((kind) => files[kind] && <File key={kind} of={files[kind]} take={() => (keep({ ...files, [kind]: undefined }), changed())} />)}
+      {KINDS.map((kind) => files[kind] && <File key={kind} of={files[kind]} take={() => (keep({ ...files, [kind]: undefined }), forget(kind), changed())} />)}
       <div className="fields">
         <div className="two">
-          <TextInput label={text("correct.nose")} inputMode="decimal" required value={stated.nose} onChange={(event) => set({ nose: event.currentTarget.value })} />
+          <TextInput label={text("correct.nose")} inputMode="decimal" required error={bad(nose) || ((nose ?? 0) < 0 && text("correct.no.number"))} value={stated.nose} onChange={(event) => set({ nose: event.currentTarget.value })} />
           <NativeSelect
             label={text("correct.side")}
             value={stated.side}
             onChange={(event) => set({ side: event.currentTarget.value })}
             data={(["outside", "inside"] as const).map((one) => ({ value: one, label: text(`correct.side.${one}`) }))}
           />
-          <TextInput label={text("correct.tool")} inputMode="numeric" value={stated.tool} onChange={(event) => set({ tool: event.currentTarget.value })} />
+          <TextInput label={text("correct.tool")} inputMode="numeric" error={bad(tool, "correct.no.count")} value={stated.tool} onChange={(event) => set({ tool: event.currentTarget.value })} />
           {questions.map(({ about, choices = [] }) => {
             const own = { value: "", label: text("correct.own") };
             const field = (name: "dialect" | "unit" | "outline" | "lines") => ({
@@ -122,7 +169,8 @@ export function Given({ show }: { show: (seen: Seen | undefined) => void }) {
               onChange: (event: { currentTarget: { value: string } }) => set({ [name]: event.currentTarget.value }),
             });
             if (about === "dialect" || about === "unit") return <NativeSelect key={about} {...field(about)} data={[own, ...choices]} />;
-            if (about === "outline" || about === "lines") return <TextInput key={about} inputMode="numeric" {...field(about)} />;
+            if (about === "outline") return <TextInput key={about} inputMode="numeric" error={bad(outline, "correct.no.count")} {...field(about)} />;
+            if (about === "lines") return <TextInput key={about} error={bad(lines, "correct.no.lines")} {...field(about)} />;
             if (about === "accept_unknown_words")
               return <Checkbox key={about} size="lg" label={text("correct.accept")} checked={accepts} onChange={(event) => (accept(event.currentTarget.checked), changed())} />;
             return choices.map((name) => (
@@ -130,6 +178,7 @@ export function Given({ show }: { show: (seen: Seen | undefined) => void }) {
                 key={name}
                 label={text("correct.parameter", { name })}
                 inputMode="decimal"
+                error={bad(typed(parameters[name] ?? ""))}
                 value={parameters[name] ?? ""}
                 onChange={(event) => (value({ ...parameters, [name]: event.currentTarget.value }), changed())}
               />

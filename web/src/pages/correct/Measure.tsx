@@ -11,30 +11,36 @@ import type { Seen } from "../Correct";
 import { Content } from "../files/Content";
 import { Drawn } from "./Drawn";
 import { MM_PER_INCH, typed } from "./Given";
-import { Result } from "./Result";
 
 type Readings = Shape<"AskedReadings">;
 type Size = Shape<"SizeToMeasure">;
 const WAYS = ["auto", "offset", "contour"] as const;
 const EMPTY = { serial: "", instrument: "", u: "", allowance: "", cut: "", by: "auto" };
+interface OfMeasure extends Seen {
+  /** What was corrected is not what stands here any more. */
+  changed: () => void;
+  done: (made: Shape<"CorrectedByHand">) => void;
+  /** The program as it is known after a correction, for the part after this one; undefined: it could not be asked. */
+  next: (part: Shape<"PartByHand"> | undefined) => void;
+}
 
 /** The part in a picture, the sizes with a field for each, and what else has to be stated of the part. */
-export function Measure({ asked, part, file }: Seen) {
+export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
   const text = useText();
   const word = useName();
   const whyNot = useWhyNot()("operator");
   const inch = useLengths().unit === "inch";
   const reader = useReader();
   const correcting = useChange<Shape<"CorrectedByHand">>();
+  const asking = useChange<Shape<"PartByHand">>();
   const [values, read] = useState<Record<string, string>>({});
   const [stated, state] = useState(EMPTY);
-  const [done, show] = useState<Shape<"CorrectedByHand">>();
   const field = (name: keyof typeof EMPTY) => ({
     value: stated[name],
     onChange: (event: { currentTarget: { value: string } }) => {
       const { value } = event.currentTarget;
       state((before) => ({ ...before, [name]: value }));
-      show(undefined);
+      changed();
     },
   });
   const given = Object.fromEntries(
@@ -45,6 +51,9 @@ export function Measure({ asked, part, file }: Seen) {
   const [cut_with = "", cut_by] = stated.cut.split(" ");
   const u = typed(stated.u);
   const allowance = typed(stated.allowance);
+  const noU = u !== null && !(u > 0);
+  const noAllowance = Number.isNaN(allowance);
+  const before = part.made_before ?? [];
   const measured: Readings = {
     values: file ? {} : given,
     file: file?.sha256 ?? "",
@@ -56,16 +65,30 @@ export function Measure({ asked, part, file }: Seen) {
     by: WAYS.find((one) => one === stated.by) ?? "auto",
     cut_with,
     cut_by: (["wear", "offsets", "corrected"] as const).find((one) => one === cut_by) ?? null,
+    made_before: before.map(({ id }) => id),
   };
-  const before = part.made_before ?? [];
   const why =
     whyNot ||
     (!file && Object.keys(given).length === 0 && text("correct.values.first")) ||
     (!file && !measured.serial && text("correct.serial.first")) ||
+    ((noU || noAllowance) && text("correct.wrong.first")) ||
     (before.length > 0 && !cut_with && !allowance && text("correct.cut.first")) ||
     "";
   const go = () =>
-    correcting.mutate({ path: `by-hand/correction?${reader}`, body: { part: asked, measured } }, { onSuccess: show });
+    correcting.mutate(
+      { path: `by-hand/correction?${reader}`, body: { part: asked, measured } },
+      {
+        onSuccess: (made) => {
+          done(made);
+          read({});
+          state((before) => ({ ...before, serial: "", allowance: "", cut: "" }));
+          asking.mutate(
+            { path: `by-hand/part?${reader}`, body: asked },
+            { onSuccess: (found) => next(found.problem ? undefined : found), onError: () => next(undefined) },
+          );
+        },
+      },
+    );
   return (
     <>
       <Section title={text("correct.part")}>
@@ -79,15 +102,15 @@ export function Measure({ asked, part, file }: Seen) {
         ) : (
           <>
             <p className="soft">{text("correct.how")}</p>
-            <Sizes part={part} values={values} read={(name, one) => (read((all) => ({ ...all, [name]: one })), show(undefined))} />
+            <Sizes part={part} values={values} read={(name, one) => (read((all) => ({ ...all, [name]: one })), changed())} />
           </>
         )}
         <div className="fields">
           <div className="two">
             <TextInput label={text("correct.serial")} description={text("correct.serial.why")} required={!file} {...field("serial")} />
             <TextInput label={text("correct.instrument")} {...field("instrument")} />
-            <TextInput label={text("correct.u")} inputMode="decimal" {...field("u")} />
-            <TextInput label={text("correct.allowance")} inputMode="decimal" {...field("allowance")} />
+            <TextInput label={text("correct.u")} inputMode="decimal" error={noU && text("correct.no.u")} {...field("u")} />
+            <TextInput label={text("correct.allowance")} inputMode="decimal" error={noAllowance && text("correct.no.number")} {...field("allowance")} />
             {before.length > 0 && (
               <NativeSelect
                 label={text("correct.cut")}
@@ -95,8 +118,8 @@ export function Measure({ asked, part, file }: Seen) {
                 data={[
                   { value: "", label: text("correct.cut.choose") },
                   { value: "given", label: text("correct.cut.given") },
-                  ...before.flatMap(({ id, made_at, serial, ways }) => {
-                    const of = text("correct.cut.of", { id, serial, at: moment(made_at) });
+                  ...before.flatMap(({ id, made_at, serial, tool, ways }) => {
+                    const of = text("correct.cut.of", { id, serial, tool: tool || "–", at: moment(made_at) });
                     return ways.map((way) => ({ value: `${id} ${way}`, label: text(`correct.cut.${way}`, { of }) }));
                   }),
                 ]}
@@ -105,10 +128,9 @@ export function Measure({ asked, part, file }: Seen) {
             <NativeSelect label={text("correct.by")} {...field("by")} data={WAYS.map((value) => ({ value, label: word("correct.by", value) }))} />
           </div>
           <Refused problem={correcting.error} />
-          <Act label={text("correct.go")} why={why} busy={correcting.isPending} onClick={go} />
+          <Act label={text("correct.go")} why={why} busy={correcting.isPending || asking.isPending} onClick={go} />
         </div>
       </Section>
-      {done && <Result made={done} given={asked.program} />}
     </>
   );
 }
