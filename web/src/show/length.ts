@@ -25,6 +25,11 @@ export function shownIn(unit: LengthUnit, given: Given, value: number): number {
   return unit === "mm" ? value : value / PER_UNIT[given];
 }
 
+/** A length that was typed in the unit that `nameOf` names, in mm or µm. */
+export function keptFrom(unit: LengthUnit, given: Given, value: number): number {
+  return unit === "mm" ? value : value * PER_UNIT[given];
+}
+
 /** The fewest decimals that still tell apart what so many decimals of the given unit do. */
 export function decimalsIn(unit: LengthUnit, given: Given, decimals: number): number {
   return Math.max(0, Math.ceil(decimals - Math.log10(shownIn(unit, given, 1))));

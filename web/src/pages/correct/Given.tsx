@@ -3,6 +3,7 @@ import { useState, type Dispatch, type SetStateAction } from "react";
 
 import { useChange } from "../../api/asking";
 import type { Shape } from "../../api/client";
+import { keptFrom } from "../../show/length";
 import { useLengths, useReader } from "../../show/lengths";
 import { Act, Refused, Section, useWhyNot } from "../../show/parts";
 import { useText } from "../../text/text";
@@ -14,7 +15,6 @@ type Kind = Upload["kind"];
 type Part = Shape<"PartByHand">;
 type Question = Shape<"Unstated">;
 const KINDS: Kind[] = ["program", "drawing", "measurement"];
-export const MM_PER_INCH = 25.4;
 
 export type Files = { [kind in Kind]?: Upload | undefined };
 
@@ -98,7 +98,7 @@ export function Given({ files, keep, busy, show }: OfGiven) {
     drawing: files.drawing?.sha256 ?? "",
     name: "",
     zero: "drawing",
-    nose_radius_mm: (nose ?? 0) * (inch ? MM_PER_INCH : 1),
+    nose_radius_mm: keptFrom(inch ? "inch" : "mm", "mm", nose ?? 0),
     side: stated.side === "inside" ? "inside" : "outside",
     tool,
     dialect: stated.dialect || null,

@@ -4,13 +4,14 @@ import { useState } from "react";
 import { useChange } from "../../api/asking";
 import type { Shape } from "../../api/client";
 import { moment, number } from "../../show/format";
+import { keptFrom, shownIn } from "../../show/length";
 import { useLengths, useReader } from "../../show/lengths";
 import { Act, Refused, Rows, Section, useWhyNot } from "../../show/parts";
 import { useName, useText } from "../../text/text";
 import type { Seen } from "../Correct";
 import { Content } from "../files/Content";
 import { Drawn } from "./Drawn";
-import { MM_PER_INCH, typed } from "./Given";
+import { typed } from "./Given";
 
 type Readings = Shape<"AskedReadings">;
 type Size = Shape<"SizeToMeasure">;
@@ -29,7 +30,8 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
   const text = useText();
   const word = useName();
   const whyNot = useWhyNot()("operator");
-  const inch = useLengths().unit === "inch";
+  const { unit } = useLengths();
+  const inch = unit === "inch";
   const reader = useReader();
   const correcting = useChange<Shape<"CorrectedByHand">>();
   const asking = useChange<Shape<"PartByHand">>();
@@ -60,8 +62,8 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
     mapping_toml: file?.measurement?.mapping_toml ?? "",
     serial: stated.serial.trim(),
     instrument: stated.instrument.trim(),
-    expanded_uncertainty_um: u === null ? null : u * (inch ? MM_PER_INCH / 1000 : 1),
-    measured_allowance_mm: allowance === null ? null : allowance * (inch ? MM_PER_INCH : 1),
+    expanded_uncertainty_um: u === null ? null : keptFrom(unit, "um", u),
+    measured_allowance_mm: allowance === null ? null : keptFrom(unit, "mm", allowance),
     by: WAYS.find((one) => one === stated.by) ?? "auto",
     cut_with,
     cut_by: (["wear", "offsets", "corrected"] as const).find((one) => one === cut_by) ?? null,
@@ -147,7 +149,7 @@ function Sizes({ part, values, read }: OfSizes) {
   const inch = part.unit === "inch";
   const unit = inch ? "in" : "mm";
   const said = (mm: number | null | undefined, of: Size) =>
-    number(mm === null || mm === undefined || of.quantity === "angle" || !inch ? mm : mm / MM_PER_INCH, inch ? 4 : 3);
+    number(mm && of.quantity !== "angle" ? shownIn(inch ? "inch" : "mm", "mm", mm) : mm, inch ? 4 : 3);
   const what = (of: Size) => ({ diameter: "Ø", radius: "R" })[of.quantity] ?? of.quantity;
   return (
     <Rows
