@@ -127,11 +127,10 @@ def test_half_a_correction_leaves_half_of_each_face(tmp_path: Path) -> None:
     assert not any("not judged" in note for note in done.notes)
 
 
-def test_what_the_face_moves_by_is_carried_to_the_other_side(tmp_path: Path) -> None:
+def test_the_tool_of_the_zero_face_does_not_move_along_z_and_lengths_stay(tmp_path: Path) -> None:
     """By hand: z counts from the middle of a face that is 3 µm proud at its other touches, 2 in the mean. Its tool,
-    which cuts both ends on its side, moves by some d against that. The other side's program stays, and what it cuts
-    moves by d, as the part stands there: the lengths that the part had, 80.002 and 20, it keeps, whatever d is. So it
-    does where the second side is cut first.
+    which cuts both ends on its side, does not move along z for that: the face and the ends would move together. The
+    lengths that the part had, 80.002 and 20, it keeps, also where the second side is cut first.
     """
     for face, middle, order in (("front", 10.0, 1), ("back", 14.0, -1)):
         folder = tmp_path / face
@@ -143,9 +142,8 @@ def test_what_the_face_moves_by_is_carried_to_the_other_side(tmp_path: Path) -> 
         path.write_text("[[setups]]\n".join([head, *setups[::order]]) + "[gauging]\n" + gauging)
         found = lengths(corrected_part(JobFiles.of(path)))
         assert {name: one.value for name, one in found.items()} == pytest.approx({"L": 80.002, "W": 20.0}, abs=1e-5)
-        (moved,) = [one.decision.offset_mm[1] for one in by_tool(corrected_part(JobFiles.of(path))).values()
-                    if face in one.profile.names]  # fmt: skip
-        assert moved < -5e-4
+        (one,) = [one for one in by_tool(corrected_part(JobFiles.of(path))).values() if face in one.profile.names]
+        assert one.decision.offset_mm[1] == 0.0
 
 
 def test_a_length_from_the_face_that_it_stands_on_is_as_sure_as_the_other_side(tmp_path: Path) -> None:

@@ -136,8 +136,9 @@ def test_linuxcncs_interpreter_moves_the_tool_by_it(tmp_path: Path, mode: str, x
 def by(name: str, choice: By, error_mm: tuple[float, float] | None = None) -> Correction:
     inputs = example_inputs(name)
     touches = inputs.touches
-    if error_mm is not None:
-        touches = replace(touches, error_mm=touches.outward_normal @ np.array(error_mm))
+    if error_mm is not None:  # z counts from no face: an offset along Z shows
+        none = np.zeros_like(touches.at_reference)
+        touches = replace(touches, error_mm=touches.outward_normal @ np.array(error_mm), at_reference=none)
     return compensate(replace(inputs, touches=touches, options=replace(inputs.options, by=choice)))
 
 

@@ -31,7 +31,6 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
   const word = useName();
   const whyNot = useWhyNot()("operator");
   const { unit } = useLengths();
-  const inch = unit === "inch";
   const reader = useReader();
   const correcting = useChange<Shape<"CorrectedByHand">>();
   const asking = useChange<Shape<"PartByHand">>();
@@ -148,8 +147,8 @@ function Sizes({ part, values, read }: OfSizes) {
   const text = useText();
   const inch = part.unit === "inch";
   const unit = inch ? "in" : "mm";
-  const said = (mm: number | null | undefined, of: Size) =>
-    number(mm && of.quantity !== "angle" ? shownIn(inch ? "inch" : "mm", "mm", mm) : mm, inch ? 4 : 3);
+  const said = (value: number | null | undefined, of: Size) =>
+    number(value && of.quantity !== "angle" ? shownIn(part.unit, "mm", value) : value, inch ? 4 : 3);
   const what = (of: Size) => ({ diameter: "Ø", radius: "R" })[of.quantity] ?? of.quantity;
   return (
     <Rows
