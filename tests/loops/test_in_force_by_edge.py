@@ -183,3 +183,17 @@ def test_a_list_that_does_not_have_the_edge_is_refused(tmp_path: Path) -> None:
     listed.write_text(json.dumps({**content, "source_sha256": "0" * 64}))
     with pytest.raises(TrueloopError, match="CMP-OTHER-PROGRAM"):
         correct(tmp_path / "2", {}, "../1/out/part.json")
+
+
+def test_new_tables_of_two_tables_of_one_name_are_named_by_their_folders(tmp_path: Path) -> None:
+    job = shutil.copytree(EXAMPLES / "two-sides", tmp_path / "job") / "two-sides.toml"
+    text = job.read_text()
+    for tool, folder in (("T0101", "a"), ("T0202", "b")):
+        number = int(tool[-1])
+        (tmp_path / "job" / folder).mkdir()
+        row = f"%\nG21\nG10 P{number} X0. Z0. R0.8 Q3\n%\n"
+        (tmp_path / "job" / folder / "tool.txt").write_text(row)
+        text = text.replace(f"number = {number}  # {tool}", f'number = {number}\ntable = "{folder}/tool.txt"')
+    job.write_text(text + '\n[compensation]\nby = "offset"\nmax_scatter_um = 20.0\n')
+    run("compensate", job, "--no-store", "-o", tmp_path / "out")
+    assert {path.name for path in (tmp_path / "out").glob("new-*")} == {"new-a-tool.txt", "new-b-tool.txt"}

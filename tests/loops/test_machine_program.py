@@ -250,3 +250,11 @@ def test_a_contour_with_corners_is_corrected_along_the_way_that_is_cut() -> None
     )
     assert np.abs(off).max() < 0.002
     assert (x.min(), x.max()) == pytest.approx((1.0, 30.0), abs=0.002)
+
+
+def test_by_hand_a_tool_that_is_only_preselected_has_no_part_in_the_correction() -> None:
+    """T2 waits in the magazine while T1 cuts: X stands at 270 with T1 (27 µm), at 170 with T2 (17 µm)."""
+    tools = Setup({1: (250.0, 0.0, -100.0)}, {1: (0.0, 0.0, 0.0), 2: (100.0, 0.0, 0.0)})
+    cut = "G1 X20. Y5. Z0. F100\n"
+    for change, x in (("T1 M6\n", "X19.97300"), ("T1 M6\nT2\n", "X19.97300"), ("T2 M6\nT1\n", "X19.98300")):
+        assert x in corrected(f"G21 {change}{cut}", STRETCHED, tools)

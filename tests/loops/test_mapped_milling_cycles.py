@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.cli import run
 from tests.support.mapped import FREE, mapped, path_of
 from trueloop.arrays import Array
 from trueloop.domain.option import MapOptions
@@ -287,3 +288,12 @@ def test_a_field_without_a_value_in_the_space_of_a_cycle_is_refused(tmp_path: Pa
     field = along_z(lambda p: np.where(p[:, 2] > 0.0, 0.01, np.nan))
     with pytest.raises(TrueloopError, match="not known everywhere"):
         lines(tmp_path, POCKET.replace("R1+40", "40"), field, "siemens")
+
+
+def test_a_cycle_whose_surface_the_program_does_not_write_is_refused(tmp_path: Path) -> None:
+    """Q203 from outside is an absolute height all the same: 50 µm down would not be written anywhere."""
+    (tmp_path / "a.h").write_text(BORE.replace("  Q203=+0 ;SURFACE ~\n", ""))
+    options = ("--set", "Q203=0", "-o", tmp_path / "b.h")
+    shown = run("nc", "map", tmp_path / "a.h", "--shift=0,0,-0.05", *options, status=3)
+    assert "heights of the cycle are not written" in shown
+    assert not (tmp_path / "b.h").exists()

@@ -61,3 +61,13 @@ def test_after_g92_positions_count_from_its_zero(tmp_path: Path) -> None:
     program = "G21 G90 G17 G94\nG54\nG0 X0. Y0. Z50.\nG92 X40. Y0.\nG1 X60. Y0. Z0. F100\nG0 X40. Y0. Z50.\nM30\n"
     text, _ = mapped(tmp_path, program, RISING, dialect="fanuc-mill")
     assert "G1 X60.060 Y0. Z0. F100" in text
+
+
+def test_a_shift_that_is_put_aside_comes_back_as_the_shift_that_it_was(tmp_path: Path) -> None:
+    """G92.3 brings back what G92.2 put aside: with it local 10 is x 60 of the work offset, as before."""
+    program = "G21 G90 G17 G94\nG54\nG0 X0 Y0 Z50\nG52 X50 Y0\n{}G1 X10 Y0 Z0 F100\nG0 X0 Y0 Z50\nG52 X0 Y0\nM30\n"
+    plain, aside = (
+        mapped(tmp_path, program.format(codes), RISING, dialect="linuxcnc")[0] for codes in ("", "G92.2\nG92.3\n")
+    )
+    assert "G1 X10.06000 Y0 Z0 F100" in plain
+    assert "G1 X10.06000 Y0 Z0 F100" in aside

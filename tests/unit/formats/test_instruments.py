@@ -203,7 +203,7 @@ def test_radii_that_the_touches_contradict_are_refused(tmp_path: Path) -> None:
         ("ball.txt", SPHERE.replace("ball_radius_mm = 10\n", ""), "needs the key 'ball_radius_mm'"),
         ("ball.txt", SPHERE.replace("stylus_radius_mm = 2\n", ""), "needs the key 'stylus_radius_mm'"),
         ("ball.txt", SPHERE.replace('unit = "mm"\n', ""), "needs the key 'unit'"),
-        ("machine.toml", AT, "is none of 3 kinds of file"),
+        ("machine.toml", AT, "is of an unknown kind"),
     ],
 )
 def test_what_a_file_does_not_hold_is_asked_for(tmp_path: Path, name: str, keys: str, words: str) -> None:
@@ -229,7 +229,7 @@ def test_what_a_file_does_not_hold_is_asked_for(tmp_path: Path, name: str, keys:
         ("bar.csv", "ccw,", "cw ,", "do not go one way round"),
         ("bar.csv", "XY", "XQ", "not a plane"),
         ("ball.txt", "112.000000000", "112.300000000", "mm off a sphere"),
-        ("ball.txt", "112.000000000 0.0", "nan 0.0", "is none of 3 kinds|not 9 finite numbers"),
+        ("ball.txt", "112.000000000 0.0", "nan 0.0", "is of an unknown kind|not 9 finite numbers"),
     ],
 )
 def test_a_damaged_file_is_refused(tmp_path: Path, file: str, old: str, new: str, words: str) -> None:

@@ -66,6 +66,7 @@ def test_a_table_says_where_to_go_not_what_is_wrong() -> None:
         ("G21\nG52 X50.\nX1. Y1.\nG52 X0. Y0.\nX1. Y1.\n", "haas-mill", "another zero"),
         ("G21\nX1. Y1.\nG92 X0. Y0.\nX1. Y1.\n", "linuxcnc", "another zero"),
         ("G21\nX1. Y1.\nG10 L2 P1 X9. Y0.\nX1. Y1.\n", "fanuc-mill", "another zero"),
+        ("G21\nG54 X1. Y1.\nG10 L2 P1 X9. Y0.\nG54 X1. Y1.\n", "fanuc-mill", "another zero"),
         ("G21\nX1.\n", "linuxcnc", "no position yet"),
         ("G21\nX[#1] Y1.\n", "linuxcnc", "computed"),
         ("X1. Z1.\n", "fanuc-lathe", "fanuc-lathe"),

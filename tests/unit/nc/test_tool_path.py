@@ -156,3 +156,9 @@ def test_an_arc_of_a_step_of_the_control_is_one_but_where_linuxcnc_makes_it_a_fu
     own = read_program(text.encode(), "linuxcnc").run().sweep_rad[-1]
     assert own == pytest.approx(judged) == pytest.approx(-math.tau)
     assert read_program(text.encode(), "fanuc-mill").run().sweep_rad[-1] == pytest.approx(-5e-7)
+
+
+def test_restored_modes_leave_the_tool_in_the_spindle() -> None:
+    """M72 brings back modes, not T1: the length that G43 calls is that of T2."""
+    path = read_program(b"G21 G90\nT1 M6\nM70\nT2 M6\nM72\nG43\nG0 X1\nM2\n", "linuxcnc").run()
+    assert (path.tool.tolist(), path.tool_offset.tolist()) == ([2], [2])

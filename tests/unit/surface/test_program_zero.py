@@ -105,6 +105,15 @@ def test_a_zero_that_is_not_known_is_refused(text: str, what: str, line: int) ->
     assert told.value.code is Code.SRF_PROGRAM and told.value.place.line == line
 
 
+def test_a_probing_cycle_between_the_cuts_may_set_the_zero_anew() -> None:
+    probed = KLARTEXT.replace("9 CYCL DEF 7.0", "9 TCH PROBE 412 DATUM ~\n  Q321=+50\n10 CYCL DEF 7.0")
+    with pytest.raises(TrueloopError, match="probes between the cuts") as told:
+        _written(probed, "heidenhain")
+    assert told.value.code is Code.SRF_PROGRAM and told.value.place.line == 10
+    before = KLARTEXT.replace("2 L X+2", "2 TCH PROBE 412 DATUM ~\n  Q321=+50\n3 L X+2")
+    assert _heights(_written(before, "heidenhain")) == [0.010, 0.016, 0.002]
+
+
 def test_named_work_offsets_are_corrected_and_others_stay() -> None:
     """The tip at x 4 and 8 goes to z 4 and 8 µm."""
     assert _heights(_written(TWO, job=replace(BALL, work_offsets=("G55",)))) == [0.0, 0.004, 0.008]

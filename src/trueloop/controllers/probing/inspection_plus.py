@@ -18,7 +18,7 @@ from trueloop.milled.feature import ALONG, PAIRS, ROUND, MilledFeature
 from trueloop.units import MM_PER_INCH
 
 ROOM_MM: Final = 2.0
-"""What a bore or slot has to be wider than the ball."""
+"""A bore or slot is wider than the ball by this much at least."""
 APART_MM: Final = 1.0
 """Faces nearer than this lie one above the other."""
 

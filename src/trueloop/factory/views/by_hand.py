@@ -8,7 +8,7 @@ from trueloop.factory.views.uploads import Remarked
 Way = Literal["wear", "offsets", "corrected"]
 """How a correction is carried out: a wear number entered, a program that sets offsets, or the corrected program."""
 About = Literal["dialect", "unit", "parameters", "lines", "outline", "accept_unknown_words"]
-"""What a person is asked for, by the key of the request that states it."""
+"""A missing statement, by the key of the request that gives it."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class SizeToMeasure:
 
 @dataclass(frozen=True)
 class Unstated:
-    """What has to be stated before the program can be read; `choices` where there are some, or names of parameters."""
+    """A statement that is needed to read the program; `choices` where there are some, or names of parameters."""
 
     about: About
     choices: tuple[str, ...] = ()

@@ -71,7 +71,7 @@ def read_circles(path: Path) -> tuple[Circle, ...]:
     found = read_instrument(path)
     if not isinstance(found, tuple):
         columns = ", ".join((*OTHERS[3:], *UNITS))
-        raise _unreadable(path, 1, f"{path.name!r} is no ball bar's file: its header lacks some of {columns}")
+        raise _unreadable(path, 1, f"{path.name!r} is not a ball bar's file: its header lacks some of {columns}")
     return found
 
 

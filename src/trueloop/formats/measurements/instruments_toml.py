@@ -131,7 +131,7 @@ def read_instruments(path: Path, chain: Chain) -> Observations:
         with file.at("readings", k):
             content = read_instrument(source)
             if content is None:
-                why = f"{table.file!r} is none of {len(KINDS)} kinds of file: {', '.join(KINDS.values())}"
+                why = f"{table.file!r} is of an unknown kind; kinds of file are: {', '.join(KINDS.values())}"
                 raise Code.MCH_FILE.refusal(why, hint="readings as CSV are given beside this file")
             _require_keys(table, content, chain)
         with in_file(source):

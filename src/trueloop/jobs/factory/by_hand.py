@@ -60,7 +60,7 @@ QUESTIONS: Final[Mapping[Code, About]] = {
     Code.NC_WORD: "accept_unknown_words",
     Code.NC_CODE: "accept_unknown_words",
 }
-"""What is asked for where a program or drawing is refused so."""
+"""The statement of the request that answers a refusal of a program or drawing."""
 OUT: Final = "out"
 OWN: Final = (OUT, JOB, SHEET, MAPPING, "sheet.html")
 """Names in the folder of a job that no file of a person has there."""

@@ -50,7 +50,7 @@ class AskedPart:
 
 @dataclass(frozen=True)
 class AskedReadings:
-    """What was measured: `values` as they were read, by the name of the size, or `file`, the hash of one handed over.
+    """Measurements: `values` as they were read, by the name of the size, or `file`, the hash of one handed over.
 
     `by`: what carries the correction. `cut_with`: "given", the id of a correction, or "" where nothing is stated;
     `made_before`: the ids of the corrections among which that was chosen. `expanded_uncertainty_um` (k = 2) holds for
@@ -74,7 +74,7 @@ class AskedReadings:
 
 @dataclass(frozen=True)
 class HandJob:
-    """What was stated, with the names that the files have in the folder of the program ("": there is none).
+    """Statements on a part, with the names of its files in the folder of the program ("": there is no such file).
 
     `operator` is who stated it; sentences and pictures are for a reader of this language and unit.
     """

@@ -9,6 +9,7 @@ from trueloop.errors import Code
 from trueloop.factory.views.by_hand import MadeBefore, Way
 from trueloop.jobs.factory.hand_job import AskedPart, AskedReadings
 from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.in_force import keeps_wear
 from trueloop.nc.program.called import Called
 from trueloop.storage.store import Store, find
 
@@ -77,7 +78,8 @@ def require_all_shown(store: Store, part: AskedPart, measured: AskedReadings | N
 def ways_of(of: Correction) -> tuple[Way, ...]:
     """Returns the ways of carrying a correction out, the recommended one first; a program may set an offset, too."""
     beside = of.by_tool is not None and of.by_tool.comes_first and of.options.by == "auto"
-    wear: list[Way] = ["wear"] if of.wear.tool and (of.decision.by_offset or beside) else []
+    enters = of.wear.tool and keeps_wear(of.record)
+    wear: list[Way] = ["wear"] if enters and (of.decision.by_offset or beside) else []
     recommended: Mapping[Ran, Way] = {Ran.WEAR: "wear", Ran.OFFSETS: "offsets", Ran.CORRECTED: "corrected"}
     way = recommended[of.recommended]
     return tuple(dict.fromkeys([*wear, way] if of.decision.by_offset else [way, *wear]))

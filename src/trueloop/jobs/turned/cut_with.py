@@ -20,7 +20,7 @@ from trueloop.formats.record_file import read_record, record_of_edge
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import InForce, in_force
-from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.program.called import Called
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
@@ -86,7 +86,7 @@ def _stated(files: JobFiles, inputs: Inputs, stated: str, by: Ran | None) -> InF
         return InForce(stated=True)
     record = read_record(file)
     tool = files.job.tool
-    if isinstance(tool, ToolsTable) and not is_of_edge(record, CuttingEdge(tool.called, 0.0, tool.groove_corner)):
+    if isinstance(tool, ToolsTable) and not is_of_edge(record, tool.called):
         return InForce(stated=True)
     if not isinstance(tool, ToolsTable):
         require_tool(record, inputs)
@@ -133,16 +133,16 @@ def require_tool(record: Record, inputs: Inputs) -> None:
     )
 
 
-def is_of_edge(record: Record, called: CuttingEdge) -> bool:
+def is_of_edge(record: Record, called: Called) -> bool:
     """Returns whether a correction moves what an edge of a job with several cuts: not that of another tool's own job.
 
     Raises CMP-CUT-WITH for the correction of another edge of such a job: what was in force of this one is not stated.
     """
     edge = record.options.get("edge")
-    if edge == called.words:
-        return True
     if edge is None:
-        return record.tool is None or record.tool.number in (None, called.called.number)
+        return record.tool is None or record.tool.number in (None, called.number)
+    if str(edge).partition(" (")[0] == called.words:  # without the corner of a groove insert
+        return True
     raise Code.CMP_CUT_WITH.refusal(
         f"correction {record.id} is of {edge} alone; which corrections of the job's other edges were in force is not "
         "stated",

@@ -40,7 +40,7 @@ def with_stored_cut(store: Store, inputs: Inputs, part: Part) -> Inputs:
     with in_file(inputs.file):
         if force.stored:
             one = _correction(store, force.stored)
-            if inputs.called is not None and not is_of_edge(one.record, inputs.called):
+            if inputs.called is not None and not is_of_edge(one.record, inputs.called.called):
                 return replace(inputs, in_force=InForce(stated=True))
             require_tool(one.record, inputs)
             require_later(one.record, inputs.inspections, Path(inputs.file or ""), time_needed=False)

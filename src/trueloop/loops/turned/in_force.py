@@ -11,6 +11,7 @@ from trueloop.domain.proposal import HeldTool
 from trueloop.domain.record import GIVEN, ChangedWord, CutWith, Product, Record, sha256_of
 from trueloop.errors import Code
 from trueloop.nc.edit.edit import Edit, apply_edits
+from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import Program
 
 HINT: Final = 'state `programs.cut_with = "given"`, or the record of the correction in force'
@@ -99,8 +100,6 @@ def in_force(
             values={"expected_sha256": record.program.sha256, "found_sha256": given},
         )
     ran = _way(record, by)
-    if ran is Ran.WEAR:
-        _require_not_set(record, program)
     if ran is not Ran.CORRECTED:
         return InForce(cut_with(record, ran, sha256 or (given if ran is Ran.WEAR else "")), record=record)
     edits = edits_of(program, record.changes)
@@ -111,17 +110,6 @@ def in_force(
         composed=bool(record.components),
         record=record,
     )
-
-
-def _require_not_set(record: Record, program: Program) -> None:
-    """Refuses wear that was entered at a control whose programs set the offset themselves (UPD): CMP-CUT-WITH."""
-    if program.dialect.contour_shift == "UPD":
-        raise Code.CMP_CUT_WITH.refusal(
-            f"programs of this control set a tool's offset themselves (UPD): what correction {record.id} "
-            "entered does not last",
-            hint='state what ran: cut_by = "offsets" for the program that holds the offset, else cut_with = "given"',
-            values={"corrections": [record.id]},
-        )
 
 
 def _way(record: Record, by: Ran | None) -> Ran:
@@ -149,7 +137,13 @@ def _ways_beside(record: Record) -> tuple[Ran, ...]:
     offset = record.tool_offset
     if offset is None:
         return ()
-    return (Ran.WEAR,) if offset.makes_the_correction or "edge" in record.options else (Ran.OFFSETS, Ran.WEAR)
+    program = () if offset.makes_the_correction or "edge" in record.options else (Ran.OFFSETS,)
+    return (*program, *((Ran.WEAR,) if keeps_wear(record) else ()))
+
+
+def keeps_wear(record: Record) -> bool:
+    """Returns whether wear that is entered at the control stays: not where programs set the offset themselves (UPD)."""
+    return record.program is None or dialect_named(record.program.dialect).contour_shift != "UPD"
 
 
 def ways_of(record: Record) -> tuple[Ran, ...]:
@@ -160,7 +154,7 @@ def ways_of(record: Record) -> tuple[Ran, ...]:
     if offset is None or not offset.makes_the_correction:
         return (Ran.CORRECTED,)
     if record.changes and "edge" not in record.options:
-        return (Ran.OFFSETS, Ran.WEAR)
+        return (Ran.OFFSETS, Ran.WEAR) if keeps_wear(record) else (Ran.OFFSETS,)
     return (Ran.WEAR,)
 
 

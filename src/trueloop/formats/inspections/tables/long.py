@@ -126,7 +126,7 @@ def _body(grid: Grid, header: Header, mapping: TableMapping, first: int) -> tupl
 
 
 OF_ROW: Final = (Role.SERIAL, Role.CHARACTERISTIC, Role.DATE, Role.TIME, Role.PART)
-"""Roles of texts that state the content of a row: `Mean` in them is no part and no characteristic."""
+"""Roles of texts that state the content of a row: `Mean` in them names a statistic."""
 SHORT: Final = 2
 """Words of so few letters may be initials, or a part's number: `MW`, `Cp`, `3s`."""
 LABELS: Final = (Role.SERIAL, Role.CHARACTERISTIC, Role.FEATURE)

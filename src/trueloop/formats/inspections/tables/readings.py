@@ -83,7 +83,7 @@ class Common:
                 yield key, ordered, run.at if len(runs) > 1 else moments[ordered[0]]
 
     def _names(self) -> Sequence[tuple[str, ...]]:
-        """What each row measured, and where; empty of points without a name."""
+        """Returns the measured quantity and place of each row; empty for points without a name."""
         roles = [role for role in OF_VALUE if role in self.long.texts]
         if not self.mapping.columns.has_values:
             roles = [role for role in roles if role in (Role.CHARACTERISTIC, Role.FEATURE)]
