@@ -54,7 +54,7 @@ def commands(checkout: Path, corpus: Path | None) -> Iterator[tuple[str, ...]]:
 def of_program(program: Path, dialect: str | None) -> Iterator[tuple[str, ...]]:
     """What is done with every program."""
     known = ("-d", dialect) if dialect else ()
-    for form in ("check", "path", "time"):
+    for form in ("check", "path"):
         yield "nc", form, str(program), *known
     yield "nc", "map", str(program), *known, "--shift", "0.01,0,0.01", "-o", "mapped.nc"
 

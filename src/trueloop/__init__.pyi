@@ -32,7 +32,6 @@ from trueloop.jobs.turned.compensate import compensate_part as compensate_part
 # NC programs.
 from trueloop.formats.input_file import read_program as read_program
 from trueloop.nc.check.check import check as check
-from trueloop.nc.program.program_time import program_time as program_time
 from trueloop.nc.match.difference import path_difference as path_difference
 from trueloop.nc.field.field import similarity_field as similarity_field
 from trueloop.nc.field.field import function_field as function_field

@@ -16,8 +16,8 @@ from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.match.cutters import cutters
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.matching import match_contour
+from trueloop.nc.program.along import feed_moves, nose_centre_moves
 from trueloop.nc.program.called import Called
-from trueloop.nc.program.feed_moves import feed_moves, nose_centre_moves
 from trueloop.nc.program.program import read_program
 
 PATH = nose_centre_path(facetst(), NOSE_RADIUS_MM).features

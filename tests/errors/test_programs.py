@@ -19,7 +19,7 @@ from trueloop.nc.edit.edit import displace_word, set_offset
 from trueloop.nc.field.field import table_field
 from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.match.difference import path_difference
-from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.program import read_program
 
 PROGRAMS: Final = sorted(Path(__file__).with_name("programs").iterdir())

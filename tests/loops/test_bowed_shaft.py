@@ -18,7 +18,7 @@ from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.paths import bends_lines
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.match.contour import contour_of_program
-from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.program import read_program
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.prior.remembered import Remembered

@@ -21,8 +21,8 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.match.contour import contour_of_program
-from trueloop.nc.program.cutter_tool import CutterTool
-from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.along import feed_moves
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import read_program
 from trueloop.turned.compensation.moves import Move
 from trueloop.turned.options import Options

@@ -19,7 +19,7 @@ from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.made_parts import made_part, program_that_ran, taken_off_mm
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.match.matching import match_contour
-from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.along import feed_moves
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 from trueloop_lab.loops.turned import (

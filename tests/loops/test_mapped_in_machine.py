@@ -1,6 +1,5 @@
 """A field of machine coordinates over a program: machine = program + G52 … + work offset + tool offset, by hand."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +13,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import Machine
 from trueloop.machine.model.structure import mill_terms, turning_terms
-from trueloop.nc.field.field import Field, function_field, machine_field
-from trueloop.nc.field.machine_frame import field_in_machine
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.field.field import Field, field_in_machine, function_field, machine_field
+from trueloop.nc.program.called import CutterTool
 
 STRETCHED = function_field(lambda p: 1e-3 * p, "stretched")
 """1 µm a millimetre of position, along each axis."""
@@ -147,13 +145,3 @@ def test_the_command_takes_frame_and_file_together(tmp_path: Path) -> None:
     assert (tmp_path / "out.nc").read_text().splitlines()[-1] == "G43 H1 G0 X10. Y10. Z4.935"
     for half in (("--frame", "machine"), ("--offsets", file)):
         assert "go together" in invoke(*command, *half, status=2).stderr.replace("\n", " ")
-
-
-def test_time_of_ways_to_places_of_the_machine(tmp_path: Path) -> None:
-    """From program 0 up to machine 0, 120 mm; that is program 0 + 120 − 50, and 60 mm from Z 10: at 600 mm/min."""
-    program, file = tmp_path / "part.nc", tmp_path / "offsets.toml"
-    program.write_text("G21 G90 G54\nG43 H1\nG53 G0 Z0.\nG0 Z10.\n")
-    file.write_text(FILE)
-    command = ("nc", "time", program, "-d", "fanuc-mill", "--rapid-mm-min", "600", "--json")
-    seconds = json.loads(invoke(*command, "--offsets", file, status=0).stdout)["seconds"]
-    assert seconds["rapid"] == pytest.approx(18)

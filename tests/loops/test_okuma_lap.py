@@ -15,7 +15,7 @@ from trueloop.domain.part import PartType
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.match.contour import contour_of_program
-from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.program import Program, read_program
 from trueloop.turned.options import Options, Roughing
 

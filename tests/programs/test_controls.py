@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.linuxcnc import ProgramRefusedError, interpret
 from trueloop.errors import Code
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from tests.support.linuxcnc import LATHE_STARTUP, Move, ProgramRefusedError, Tool, interpret
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code, Severity
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import ToolPath
 

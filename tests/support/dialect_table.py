@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tests.support.spelled_moves import GIVEN_UNIT
 from trueloop.errors import Code
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import read_program
 

@@ -7,7 +7,7 @@ import numpy as np
 from tests.support.profiles import simple
 from trueloop.geometry.feature import Feature, Line, Point
 from trueloop.nc.match.contour_match import ContourMatch
-from trueloop.nc.program.feed_moves import FeedMove
+from trueloop.nc.program.along import FeedMove
 
 
 def cut(paths: Iterable[Feature], first: int = 0, chain: int = 0) -> list[FeedMove]:

@@ -12,7 +12,7 @@ from typing import Final
 from tests.support.linuxcnc import Move, ProgramRefusedError, Tool, interpret
 from tests.support.nc_judge import assert_same_moves, kind_of, leading_somewhere
 from trueloop.errors import Severity
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 

@@ -27,7 +27,7 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.check.check import check
 from trueloop.nc.match.matching import match_contour
-from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.program import read_program
 from trueloop.statistics import rms
 from trueloop.turned.touches.touches import Gauging, error_vectors

@@ -14,7 +14,6 @@ import typer
 from trueloop.cli.options import LARGEST_UM, STEEPEST, TOLERANCE_UM, ToleranceUm, map_options
 from trueloop.cli.program_file import (
     Decimals,
-    OffsetsFile,
     ProgramFile,
     Reading,
     Tables,
@@ -22,7 +21,7 @@ from trueloop.cli.program_file import (
     tables_of,
     vector_of,
 )
-from trueloop.cli.shared_options import argument, not_negative, option, positive
+from trueloop.cli.shared_options import argument, not_negative, option
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, as_dict, busy, print_json, say, wide_console
 from trueloop.errors import Code, Finding, Severity
 from trueloop.units import UM_PER_MM
@@ -502,7 +501,7 @@ class Frame:
 
     def of(self, field: "Field") -> "Field":
         """The field as it is, or in the machine."""
-        from trueloop.nc.field.machine_frame import field_in_machine
+        from trueloop.nc.field.field import field_in_machine
 
         if (self.frame == "machine") != (self.offsets_file is not None):
             raise typer.BadParameter("--frame machine and --offsets go together", param_hint="--frame")
@@ -655,55 +654,26 @@ def _say_errors(findings: "Sequence[Finding]", as_json: bool) -> bool:
     return any(found.code in (Code.NC_FLOW, Code.NC_LIMIT) for found in errors)
 
 
-def time_of_program(
-    file: ProgramFile,
-    reading: Reading,
-    rapid_mm_min: Annotated[float, option("Rate of rapid moves, mm/min.", min=1.0, callback=positive)],
-    max_rpm: Annotated[float | None, option("The spindle's greatest speed, 1/min.", min=1.0, callback=positive)] = None,
-    offsets_file: OffsetsFile = None,
-    as_json: AsJson = False,
-) -> None:
-    """Print how long a program takes: cuts at their feed, rapid moves at a stated rate, dwells. Accelerations and tool
-    changes are left out. How far it is to the machine's own places (G28, G53) depends on the offsets.
-    """
-    from trueloop.formats.input_file import read_source
-    from trueloop.nc.program.program import read_program
-    from trueloop.nc.program.program_time import program_time, time_in_parts
-
-    with busy(f"running {file}"):
-        source, known = read_source(file, reading.dialect)
-        tables = tables_of(offsets_file)
-        time = None if tables.tools else time_in_parts(
-            source, known, str(file), reading.unit, reading.parameters, rapid_mm_min, max_rpm,
-            skipped_blocks=reading.skipped_blocks, work_offsets_mm=dict(tables.work_mm),
-        )  # fmt: skip
-        if time is None:
-            program = read_program(source, known, str(file), reading.unit)
-            time = program_time(program, reading.run(program, tables), rapid_mm_min, max_rpm)
-    parts = {"cutting": time.cutting_s, "rapid": time.rapid_s, "dwell": time.dwell_s, "total": time.total_s}
-    tools = {str(tool) if tool >= 0 else "none": seconds for tool, seconds in time.by_tool_s.items()}
-    unknown = path_may_differ(time.findings)
-    if as_json:
-        print_json({"file": str(file), "seconds": parts, "seconds_by_tool": tools, "not_understood": len(unknown)})
-        return
-    tell(unknown, str(file))
-    for name, seconds in parts.items():
-        print(f"{name:8} {seconds:10.1f} s")
-    for tool, seconds in tools.items():
-        print(f"  tool {tool}: {seconds:.1f} s at feed")
-
-
 app = Group("NC programs: their tool path, and what is odd about them.")
 app.add(features_of_job, "features")
 app.add(map_program_file, "map")
-app.add(time_of_program, "time")
 app.add(path_of_program, "path")
 app.add(check_program, "check")
 app.add(difference_of_programs, "diff")
 
 
-@app.command("translate", hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
-def _translate() -> None:
-    raise typer.BadParameter(
-        "nc translate was removed: post the program for the other control, and correct it with nc map"
-    )
+_REMOVED: Final = {
+    "translate": "post the program for the other control, and correct it with nc map",
+    "time": "it left out accelerations and tool changes: the control and the CAM system state the time",
+}
+
+
+def _removed(name: str, instead: str) -> None:
+    def refuse() -> None:
+        raise typer.BadParameter(f"nc {name} was removed: {instead}")
+
+    app.add(refuse, name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+
+
+for _name, _instead in _REMOVED.items():
+    _removed(_name, _instead)

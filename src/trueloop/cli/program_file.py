@@ -13,7 +13,7 @@ from trueloop.cli.shared_options import argument, option
 
 if TYPE_CHECKING:
     from trueloop.formats.tables.offsets_toml import OffsetTables
-    from trueloop.nc.program.cutter_tool import CutterTool
+    from trueloop.nc.program.called import CutterTool
     from trueloop.nc.program.program import Program
     from trueloop.nc.program.tool_path import ToolPath
 
@@ -164,7 +164,7 @@ def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict
 
 def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
     """`["2=R0.4,Q3", "R5"]` as tools; anything else is a fault of the command line."""
-    from trueloop.nc.program.cutter_tool import CutterTool
+    from trueloop.nc.program.called import CutterTool
 
     tools: list[CutterTool] = []
     for text in texts or ():
@@ -181,7 +181,7 @@ def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
 
 def offsets_of(texts: Sequence[str] | None) -> dict[int, tuple[float, float, float]]:
     """`["G54=0,0,-120"]` as zeros by the number of the work offset; anything else is a fault of the command line."""
-    from trueloop.nc.program.work_offset import offset_number
+    from trueloop.nc.program.called import offset_number
 
     offsets: dict[int, tuple[float, float, float]] = {}
     for text in texts or ():

@@ -18,9 +18,8 @@ from trueloop.machine.model.term import Signals
 from trueloop.machine.model.validity import check_signals, check_state, check_travel
 from trueloop.machine.standards import PlanarField
 from trueloop.nc.edit.edit import Edit, displace_word, insert_word
-from trueloop.nc.field.field import DisplaceInMachine, Field, machine_field
-from trueloop.nc.field.machine_frame import looked_up, require_offsets
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.field.field import DisplaceInMachine, Field, looked_up, machine_field, require_offsets
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import CoordinateState

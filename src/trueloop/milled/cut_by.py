@@ -14,7 +14,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.milled.feature import ALONG, INSIDE, ROUND, MilledFeature, Side
 from trueloop.milled.passes import MATCH_MM, SAME_MM, Called, Passes, Touch
-from trueloop.nc.program.work_offset import offset_name, offset_number
+from trueloop.nc.program.called import offset_name, offset_number
 
 NEAR_MM: Final = 1.0
 """A contour that lies so near a wall is meant to be that wall."""

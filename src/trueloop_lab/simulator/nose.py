@@ -14,7 +14,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code
 from trueloop.geometry.feature import Feature, contact_angle_rad, pieces_within
 from trueloop.geometry.profile import Side
-from trueloop.nc.program.feed_moves import feed_moves, nose_centre_moves
+from trueloop.nc.program.along import feed_moves, nose_centre_moves
 from trueloop.nc.program.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
 
 MOST_STEP_RAD: Final = math.radians(1.0)

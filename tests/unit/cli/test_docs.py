@@ -23,7 +23,6 @@ COMMANDS = (
     "part from-dxf",
     "part from-step",
     "nc path",
-    "nc time",
     "nc check",
     "nc diff",
     "nc features",

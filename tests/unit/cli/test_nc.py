@@ -139,18 +139,6 @@ def test_diff_says_where_two_programs_lie_furthest_apart(tmp_path: Path) -> None
     }  # fmt: skip
 
 
-def test_how_long_a_program_takes(tmp_path: Path) -> None:
-    """100 mm at 200 mm/min are 30 s, 50 mm at 3000 mm/min 1 s, and half a second of dwell."""
-    path = tmp_path / "part.nc"
-    path.write_text("G21 G94 T3\nG00 X30. Y40.\nG01 Y140. F200.\nG04 P500\nM30\n")
-    result = invoke("nc", "time", str(path), "-d", "fanuc-mill", "--rapid-mm-min", "3000", "--json")
-    answer = json.loads(result.stdout)
-    assert answer["seconds"] == pytest.approx({"cutting": 30, "rapid": 1, "dwell": 0.5, "total": 31.5})
-    assert answer["seconds_by_tool"] == pytest.approx({"3": 30})
-    text = invoke("nc", "time", str(path), "-d", "fanuc-mill", "--rapid-mm-min", "3000").stdout
-    assert "total          31.5 s" in text
-
-
 def test_zeros_of_work_offsets_and_lengths_of_tools_are_told(tmp_path: Path) -> None:
     path = tmp_path / "part.nc"
     path.write_text("G21 G55 G00 Z50.\nG43 H3 Z20.\nM30\n")

@@ -22,14 +22,13 @@ def _calls(folder: Path) -> dict[str, list[object]]:
     return {
         "map": ["nc", "map", milled, "--shift", "0.01,0,0.01", "--out", folder / "out.nc", *mill],
         "path": ["nc", "path", milled, *mill],
-        "time": ["nc", "time", milled, "--rapid-mm-min", 5000, *mill],
         "diff": ["nc", "diff", milled, milled, *mill],
         "from-program": ["part", "from-program", turned, "--nose-radius-mm", 0.4, "--dialect", "fanuc-lathe"],
         "points": ["machine", "points", milled, "--table", field, "--out", folder / "out.nc", *mill],
     }
 
 
-NAMES = ("map", "path", "time", "diff", "from-program", "points")
+NAMES = ("map", "path", "diff", "from-program", "points")
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -8,7 +8,7 @@ from tests.support.cli import invoke
 from tests.support.files import read_as_file
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.offsets_toml import OffsetTables, read_offsets
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import read_program
 
 FILE = """

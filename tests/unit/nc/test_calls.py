@@ -5,9 +5,9 @@ import math
 import pytest
 
 from trueloop.errors import Code, Severity
+from trueloop.nc.program.called import offset_number
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import ToolPath
-from trueloop.nc.program.work_offset import offset_number
 
 
 def run(text: str, dialect: str = "fanuc-mill", **options: object) -> ToolPath:
@@ -99,7 +99,7 @@ def test_g52_is_added_to_the_offset_in_force_and_stays_when_it_changes() -> None
 
 
 def test_lengths_of_tools() -> None:
-    from trueloop.nc.program.cutter_tool import CutterTool
+    from trueloop.nc.program.called import CutterTool
 
     tools = [CutterTool(5, number=3, length_mm=80.0)]
     path = run("G21 G00 Z100.\nG43 H3 Z20.\nG49\nG44 H3\nX1.\nG43 H4", tools=tools)

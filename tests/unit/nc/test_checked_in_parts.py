@@ -7,7 +7,7 @@ import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.check.check import check, check_in_parts
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.parts import stretches
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import csv_text

@@ -22,7 +22,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.nc.check.rapid import sides_of_cuts
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
-from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.program import read_program
 
 

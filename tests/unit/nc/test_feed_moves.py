@@ -7,7 +7,7 @@ import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Line
-from trueloop.nc.program.feed_moves import FeedMove, feed_moves, nose_centre_moves
+from trueloop.nc.program.along import FeedMove, feed_moves, nose_centre_moves
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import ToolPath
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from trueloop.nc.edit.changes import insert_heading
 from trueloop.nc.edit.edit import apply_edits
-from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.program.program import read_program
 
 

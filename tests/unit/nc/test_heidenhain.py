@@ -3,6 +3,7 @@
 import pytest
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.nc.edit.changes import insert_heading
 from trueloop.nc.edit.edit import (
     apply_edits,
     coordinate_text,
@@ -11,7 +12,6 @@ from trueloop.nc.edit.edit import (
     insert_word,
     replace_block,
 )
-from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import CoordinateState, Motion

@@ -6,7 +6,7 @@ import pytest
 
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.nc_judge import assert_same_moves
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import read_program
 
 LATHE, MILL = "G18 G21 G8 G40 G90 G94", "G17 G21 G40 G90 G94"

@@ -103,7 +103,6 @@ def test_numbers_that_no_control_takes_are_no_fault_of_ours(text: str, dialect: 
     commands = [
         ["nc", "check", source],
         ["nc", "path", source],
-        ["nc", "time", source, "--rapid-mm-min", "1000"],
         ["nc", "map", source, "-o", out, "--shift", "0.01,0,0"],
         ["nc", "diff", source, source],
         ["machine", "points", source, "-o", out, "--quadrupole", "1e-5,0"],

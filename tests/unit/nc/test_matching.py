@@ -20,7 +20,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.matching import match_contour
-from trueloop.nc.program.feed_moves import FeedMove, feed_moves
+from trueloop.nc.program.along import FeedMove, feed_moves
 from trueloop.nc.program.program import read_program
 
 SHARES = np.linspace(0.0, 1.0, 33)

@@ -11,7 +11,7 @@ from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.nc_judge import assert_same_moves
 from tests.support.roughing_reference import Piece
 from trueloop.errors import Code
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath, csv_text

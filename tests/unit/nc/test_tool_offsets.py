@@ -5,7 +5,7 @@ import pytest
 
 from trueloop.arrays import Array
 from trueloop.errors import Code
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import ToolPath
 

@@ -8,8 +8,7 @@ from pydantic import Field
 
 from trueloop.errors import Code
 from trueloop.formats.toml_tables import Count, Finite, Located, NotNegative, Table, read_located
-from trueloop.nc.program.cutter_tool import CutterTool
-from trueloop.nc.program.work_offset import offset_number
+from trueloop.nc.program.called import CutterTool, offset_number
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,9 @@ from trueloop.jobs.turned.job import read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.correction import Correction
 from trueloop.memory.edge.options import Use
+from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.called import called
 from trueloop.nc.program.dialect import DIALECTS
-from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import read_program
 from trueloop.report import still
 from trueloop.report.markup import esc

@@ -39,7 +39,7 @@ from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import part_type
 from trueloop.jobs.turned.shares import inspection_of_edge, shares_of
-from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.tool_path import PER_REVOLUTION
 from trueloop.report.measured import FileOnPart
 from trueloop.storage.kinds import joined

@@ -8,8 +8,8 @@ import numpy as np
 
 from trueloop.errors import Code
 from trueloop.nc.edit.shape_words import SHAPE, TURNS
+from trueloop.nc.expand.block import gives_spline
 from trueloop.nc.expand.expand import WrittenOut, written_out
-from trueloop.nc.expand.splines import gives_spline
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath

@@ -16,11 +16,11 @@ from trueloop.domain.option import MapOptions
 from trueloop.domain.record import check_uncorrected, mark_of_field, record_id
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.loops.machine.drawn_program import has_shapes, written_out_file
+from trueloop.nc.edit.changes import insert_heading
 from trueloop.nc.edit.edit import apply_edits
-from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.expand.expand import WrittenOut
 from trueloop.nc.field.field import Field
-from trueloop.nc.program.cutter_tool import tool_rows
+from trueloop.nc.program.called import tool_rows
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import Program, Unit, contradicted, no_parameter, read_program
 from trueloop.nc.program.unit import unit_told

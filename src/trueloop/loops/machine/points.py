@@ -23,9 +23,8 @@ from trueloop.errors import Code, in_file
 from trueloop.loops.machine.mapped_program import Mapped
 from trueloop.machine.correct import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
 from trueloop.machine.standards import PlanarField
-from trueloop.nc.edit.changes import changes, not_as_intended
+from trueloop.nc.edit.changes import changes, insert_heading, not_as_intended
 from trueloop.nc.edit.edit import apply_edits
-from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.understood import FROM_OUTSIDE, require_sound
 from trueloop.nc.program.unit import recorded_program, unit_of_path

@@ -15,7 +15,7 @@ from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import means
 from trueloop.machine.model.validity import require_in_force
 from trueloop.nc.field.field import Field
-from trueloop.nc.program.cutter_tool import tool_rows
+from trueloop.nc.program.called import tool_rows
 from trueloop.nc.program.unit import recorded_program
 from trueloop.units import UM_PER_MM
 

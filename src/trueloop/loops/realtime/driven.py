@@ -13,7 +13,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.loops.turned.commanded import Commanded, Run
 from trueloop.nc.program.along import lengths_mm, points_along
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 

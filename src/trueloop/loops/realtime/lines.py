@@ -13,7 +13,7 @@ import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.loops.realtime.driven import PLANE, Driven
-from trueloop.nc.program.path_mode import BLENDED, mode_of
+from trueloop.nc.program.along import BLENDED, mode_of
 from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.units import MM_PER_INCH

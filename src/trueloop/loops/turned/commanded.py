@@ -22,13 +22,10 @@ from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.nc.check.rapid import sides_of_cuts
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
+from trueloop.nc.match.cutting_edge import CENTRE, ORIENTATIONS, of_centre, require_side, tip_mm
 from trueloop.nc.match.matching import match_contour
-from trueloop.nc.match.sides import require_side
-from trueloop.nc.match.tip import CENTRE, ORIENTATIONS, of_centre, tip_mm
-from trueloop.nc.program.called import Called, called
-from trueloop.nc.program.cutter_tool import CutterTool
-from trueloop.nc.program.feed_moves import FeedMove, feed_moves
-from trueloop.nc.program.path_mode import path_mode_findings
+from trueloop.nc.program.along import FeedMove, feed_moves, path_mode_findings
+from trueloop.nc.program.called import Called, CutterTool, called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.nc.program.understood import require_known_frame, require_sound, require_understood, require_unturned

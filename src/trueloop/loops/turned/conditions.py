@@ -7,7 +7,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.nc.match.contour_match import ContourMatch, FeatureMatch
-from trueloop.nc.program.feed_moves import FeedMove
+from trueloop.nc.program.along import FeedMove
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.wording import wording
 

@@ -13,12 +13,11 @@ from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.commanded import Run
 from trueloop.nc.match.contour_match import FeatureMatch
 from trueloop.nc.match.cutters import Cutters, cutters
-from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.match.cutting_edge import CuttingEdge, of_centre, tip_mm
 from trueloop.nc.match.matching import match_each
 from trueloop.nc.match.own_contour import OwnContour, own_contour
-from trueloop.nc.match.tip import of_centre, tip_mm
+from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.called import Called, called
-from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 

@@ -25,9 +25,8 @@ from trueloop.loops.turned.in_force import InForce, edits_of
 from trueloop.loops.turned.part_on_machine import Zero
 from trueloop.loops.turned.process_intermittent import compensate, zero_in_machine
 from trueloop.loops.turned.share import inputs_of_edge, judged_on_part, own_inputs, shared_words
-from trueloop.nc.edit.changes import not_as_intended, verify_written
+from trueloop.nc.edit.changes import insert_heading, not_as_intended, verify_written
 from trueloop.nc.edit.edit import Edit, apply_edits
-from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import Called

@@ -12,7 +12,7 @@ from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import InMachine, check_composed
-from trueloop.nc.match.tip import CENTRE
+from trueloop.nc.match.cutting_edge import CENTRE
 from trueloop.nc.program.tool_path import Motion
 from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.turned.compensation.decide import FACES_AXIS, Decision

@@ -10,7 +10,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.loops.turned.commanded import Run
-from trueloop.nc.edit.composed_edits import composed
+from trueloop.nc.edit.changes import composed
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.expand.expand import WrittenOut, require_same_path, written_out
 from trueloop.nc.program.along import points_along

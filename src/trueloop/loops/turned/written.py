@@ -18,12 +18,10 @@ from trueloop.loops.turned.roughing import (
     then_written_out,
     with_own_contour,
 )
-from trueloop.nc.edit.changes import changes
-from trueloop.nc.edit.composed_edits import composed
+from trueloop.nc.edit.changes import changes, composed, insert_heading
 from trueloop.nc.edit.edit import Edit, apply_edits
-from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.expand.expand import WrittenOut
-from trueloop.nc.match.tip import of_centre
+from trueloop.nc.match.cutting_edge import of_centre
 from trueloop.nc.program.called import called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath

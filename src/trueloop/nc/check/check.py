@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from trueloop.errors import Code, Finding
 from trueloop.nc.check.geometry import Geometry
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.parts import PART, Lines, parts
 from trueloop.nc.program.program import BLOCK_LIMIT, Program, Unit
 

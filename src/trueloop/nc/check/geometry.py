@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Finding, Place, Severity
 from trueloop.nc.check.rapid import cutting_rapids, open_run
-from trueloop.nc.program.along import PLANE_AXES
+from trueloop.nc.program.along import PLANE_AXES, PathMode
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.parts import Lines
-from trueloop.nc.program.path_mode import PathMode
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.units import MM_PER_INCH
 

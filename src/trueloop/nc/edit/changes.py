@@ -1,6 +1,10 @@
-"""Changes of a program as a record lists them, and the refusal of a change that did not come out as intended."""
+"""Changes of a program as a record lists them, and the refusal of a change that did not come out as intended; edits of
+an edited program as edits of its source; the place of a comment about the whole program.
+"""
 
 import math
+import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -9,7 +13,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.domain.record import ChangedWord
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit.edit import Edit
+from trueloop.nc.edit.edit import Edit, in_order, insert_blocks_after, line_ending, spliced
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.units import UM_PER_MM
@@ -75,3 +79,75 @@ def verify_written(
             worst = int(np.argmax(np.where(wrong, np.nan_to_num(off, nan=np.inf), -1.0)))
             text = what.format(off=float(off[worst]) * UM_PER_MM)
             raise not_as_intended(f"the move of line {after.line[new[worst]]} of the written program {text}")
+
+
+def composed(source: bytes, first: Sequence[Edit], second: Sequence[Edit]) -> list[Edit]:
+    """Returns the edits of `source` that do what `first` does and then `second` to the result.
+
+    Edits of both that touch each other become one. Insertions at one place keep their order.
+    """
+    between, written, grown = spliced(source, first), list[tuple[int, int]](), [0]
+    for edit in in_order(first):
+        start = edit.start + grown[-1]
+        grown.append(grown[-1] + len(edit.text) - (edit.end - edit.start))
+        written.append((start, edit.end + grown[-1]))
+    ends = [end for _, end in written]
+
+    def longer(at: int) -> int:
+        """Returns by how many bytes the edited program is longer than its source, up to there."""
+        return grown[bisect_right(ends, at)]
+
+    edits, later = [], in_order(second)
+    starts = [edit.start for edit in later]
+    for low, high in _touching(written + [(edit.start, edit.end) for edit in second]):
+        near = later[bisect_left(starts, low) : bisect_right(starts, high)]
+        own = [Edit(e.start - low, e.end - low, e.text) for e in near if e.end <= high]
+        text = spliced(between[low:high], own).decode("latin-1")
+        edits.append(Edit(low - longer(low - 1), high - longer(high), text))
+    return edits
+
+
+def _touching(spans: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    """Yields the spans that those become which overlap or meet."""
+    low, high = -1, -1
+    for start, end in sorted(spans):
+        if low >= 0 and start > high:
+            yield low, high
+        low, high = (start, end) if low < 0 or start > high else (low, max(high, end))
+    if low >= 0:
+        yield low, high
+
+
+_HAS_TO_BE_FIRST: Final = re.compile(
+    rb"""\s*(?:
+        % .*                                             # tape mark, or the program's name behind it
+        | \$ [^\s%]+ %                                   # Okuma's name of the file
+        | ;\$PATH .*                                     # where Sinumerik files the program
+        | \d* [ \t]* BEGIN [ \t]+ PGM .*                 # head of Klartext
+        | (?:[O:] \d+ | <[^<>]+>) [ \t]* (?:\(.*\))? ;?  # number or name: controls drop what comes before it
+        | (?:N\d+)? [ \t]* \(ID, .*                      # GE 2000T's name of the program
+    )?\s*""",
+    re.IGNORECASE | re.VERBOSE,
+)
+"""A block that has to be among a program's first, or an empty one. `O100 sub` is a block of LinuxCNC's like others."""
+
+
+def insert_heading(program: Program, texts: Sequence[str]) -> Edit:
+    """Writes blocks behind those that have to be first, numbered as the program is; at the top where there are none."""
+    last = _last_of_heading(program)
+    if last is None:
+        top = program.block(0).start if program.block_count else len(program.source)  # behind a byte order mark
+        return Edit(top, top, "".join(f"{text}{line_ending(program)}" for text in texts))
+    return insert_blocks_after(program, last, texts)
+
+
+def _last_of_heading(program: Program) -> int | None:
+    last = None
+    for index in range(program.block_count):
+        block = program.block(index)
+        text = program.source[block.start : block.end]
+        if not _HAS_TO_BE_FIRST.fullmatch(text):
+            break
+        if text.strip():
+            last = index
+    return last

@@ -14,13 +14,12 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.nc.edit.changes import otherwise
-from trueloop.nc.edit.composed_edits import composed
+from trueloop.nc.edit.changes import composed, otherwise
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.shape_words import ANGLES, asks_corner, asks_every_corner, is_made, is_shaped, is_wordless
+from trueloop.nc.expand.block import chords_of_one, makes_spline
 from trueloop.nc.expand.loops import loops_written_out
 from trueloop.nc.expand.moves import Explicit
-from trueloop.nc.expand.splines import chords_of_one, makes_spline
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath

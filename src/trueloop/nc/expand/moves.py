@@ -9,10 +9,8 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.nc.edit.edit import Edit, coordinate_text, line_ending, number, number_said, word_with
 from trueloop.nc.edit.shape_words import CORNER, ENDS, EVERY_CORNER, is_made, shaping_words
-from trueloop.nc.expand.block import OUT, rewritten
-from trueloop.nc.expand.refusal import refusal, require_writable
-from trueloop.nc.expand.splines import makes_spline, spline_blocks, without_spline
-from trueloop.nc.expand.words import (
+from trueloop.nc.expand.block import (
+    OUT,
     circle_words,
     feed_word,
     g_code,
@@ -20,8 +18,14 @@ from trueloop.nc.expand.words import (
     is_wide,
     klartext_name,
     klartext_turn,
+    makes_spline,
     motion_word,
     pole_block,
+    refusal,
+    require_writable,
+    rewritten,
+    spline_blocks,
+    without_spline,
 )
 from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.program.dialect import Dialect

@@ -18,8 +18,8 @@ from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.matching import TOLERANCE_MM
+from trueloop.nc.program.along import FeedMove
 from trueloop.nc.program.called import Called
-from trueloop.nc.program.feed_moves import FeedMove
 
 DEEPER_MM: Final = 0.02
 """An edge that is commanded deeper by more than this cuts what another left: edges are set to better than that."""

@@ -1,14 +1,20 @@
-"""An edge that cuts: how the program calls it, its nose, and which surfaces a corner of an insert can touch at all."""
+"""An edge that cuts: how the program calls it, its nose, the point of it that the program moves (the nose's centre or
+the imaginary tip), which surfaces a corner of an insert can touch, and on which side of the profile a pass lies: a
+bore taken for an outside turns the sign of every error.
+"""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Feature
+from trueloop.geometry.feature import Feature, Point
+from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.program.called import Called
+from trueloop.nc.program.dialect import Dialect
+from trueloop.nc.program.tool_path import NO_COMPENSATION, ToolPath
 
 Corner: TypeAlias = Literal["left", "right", "outer", "inner"]
 
@@ -71,3 +77,60 @@ def _out_of_reach(edge: CuttingEdge, feature: Feature, lowest: float, line: int 
         place=Place(line=line),
         values={"feature": feature.name, "tool": edge.called.words},
     )
+
+
+CENTRE: Point = (0.0, 0.0)
+ORIENTATIONS = range(1, 9)
+"""Those whose tip is not the nose's centre."""
+
+
+def tip_mm(dialect: Dialect, orientation: int, nose_radius_mm: float) -> Point:
+    """Returns the position of the tip of that orientation, by the control's number, from the nose's centre, (x, z)."""
+    x, z = dialect.tips[orientation]
+    return x * nose_radius_mm, z * nose_radius_mm
+
+
+def of_centre(path: ToolPath, tip: Point) -> ToolPath:
+    """Returns the path of the nose's centre, of a program that moves the point `tip` (x, z) off it.
+
+    Moves under G41 and G42 stay: theirs is the contour.
+    """
+    if tip == CENTRE:
+        return path
+    off = np.where(path.compensation == NO_COMPENSATION, 1.0, 0.0)[:, None] * np.array([tip[0], 0.0, tip[1]])
+    return replace(path, start_mm=path.start_mm - off, end_mm=path.end_mm - off, centre_mm=path.centre_mm - off)
+
+
+FACES_X: Final = 0.5
+"""Share of the normal along x from which on a surface is one of an outside or of a bore, and no face."""
+
+
+@dataclass(frozen=True)
+class SidesOfCuts:
+    """Indices of cuts whose rapid moves show on which side the tool is; of others they do not.
+
+    `boring`: cuts retract towards the axis, and rapid moves run nearer to it. `turning`: the other way in both.
+    """
+
+    boring: frozenset[int] = frozenset()
+    turning: frozenset[int] = frozenset()
+
+
+def require_side(match: ContourMatch, shown: SidesOfCuts) -> None:
+    """Raises NC-BORE where rapid moves show a feature's pass on the other side than the profile has it.
+
+    Under G41 and G42 the sides are compared by the code itself (`match_contour`).
+    """
+    for feature in match.features:
+        n_x = float(feature.feature.outward_normal(feature.feature.length_mm / 2)[0])
+        other = shown.boring if n_x > FACES_X else shown.turning if n_x < -FACES_X else frozenset()
+        for matched in feature.moves:
+            move = matched.move
+            if not move.on_contour and move.index in other:
+                here, there = ("an outside", "bores") if n_x > 0 else ("a bore", "turns an outside")
+                raise Code.NC_BORE.refusal(
+                    f"line {move.line} cuts {feature.feature.name!r}, {here} of the profile, and its rapid moves show "
+                    f"that it {there}",
+                    hint="state `part.side`, and order the features of a bore from the free end to the chuck end",
+                    place=Place(line=move.line),
+                )

@@ -10,9 +10,8 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.nc.match.contour_match import ContourMatch, FeatureMatch
-from trueloop.nc.match.feature_passes import Passes
-from trueloop.nc.program.feed_moves import FeedMove, moves_of_one_kind
+from trueloop.nc.match.contour_match import ContourMatch, FeatureMatch, Passes
+from trueloop.nc.program.along import FeedMove, moves_of_one_kind
 
 TOLERANCE_MM: Final = 0.125
 """The most that a commanded contour may be from the nominal one: half the usual 0.25 mm between passes, so that a mock

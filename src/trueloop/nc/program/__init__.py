@@ -1,1 +1,1 @@
-"""NC programs read and run: words, tool path, dialects, unit, work offsets, machining time."""
+"""NC programs read and run: words, tool path, dialects, unit, work offsets."""

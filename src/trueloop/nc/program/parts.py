@@ -6,7 +6,7 @@ from typing import Final
 
 from trueloop._core import NcProgram, NcSession, nc_part, nc_written_decimals
 from trueloop.errors import Code, Finding, Severity
-from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.dialect import Dialect, dialect_named
 from trueloop.nc.program.program import BLOCK_LIMIT, Program, Unit, contradicted, read_program
 from trueloop.nc.program.tool_path import ToolPath

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 
 from trueloop._core import NcProgram, nc_writes_comma, nc_written_decimals
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
-from trueloop.nc.program.cutter_tool import CutterTool, tool_rows
+from trueloop.nc.program.called import CutterTool, tool_rows
 from trueloop.nc.program.dialect import Dialect, dialect_named
 from trueloop.nc.program.tool_path import ToolPath
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.nc.program.called import offset_number
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
-from trueloop.nc.program.work_offset import offset_number
 from trueloop.surface.compensation.shift import SurfaceJob
 
 SAME_MM = 1e-9

@@ -7,7 +7,7 @@ import numpy as np
 
 from trueloop.geometry.feature import Point
 from trueloop.nc.edit.edit import circle_text, coordinate_text, rounded_mm
-from trueloop.nc.program.late_codes import late_codes
+from trueloop.nc.expand.block import late_codes
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import CoordinateState
 from trueloop.turned.compensation.moves import Move, within_quadrants
