@@ -90,6 +90,15 @@ def test_repeats_widen_and_their_number_narrows_the_band_of_a_part(tmp_path: Pat
     assert many < scattering
 
 
+@pytest.mark.parametrize("gauge_um", [20.0, 40.0])
+def test_an_offset_is_known_no_better_than_six_readings_of_its_gauge_tell(tmp_path: Path, gauge_um: float) -> None:
+    """The mean of six diameters of u each has u/√6, on the radius half of it, however well they agree."""
+    correction = corrected(tmp_path, SIX.replace("uncertainty_um: 2", f"uncertainty_um: {gauge_um}"))
+    assert correction.decision.by_offset
+    mean_um = gauge_um / 2 / np.sqrt(6)
+    np.testing.assert_allclose(1e3 * correction.prediction.budget.found_mm, np.hypot(mean_um, 1.0), rtol=0.02)
+
+
 def test_the_record_keeps_every_reading_and_comes_back_equal(tmp_path: Path) -> None:
     job = shaft_with(tmp_path, SIX)
     words = run("compensate", job)

@@ -48,6 +48,10 @@ class SurfaceGaugingTable(Table):
     """When the parts were measured (TOML date and time); left out, their age is not checked."""
     program_sha256: str | None = None
     """SHA-256 of the program that cut them: another one is refused; left out, it is not checked."""
+    cut_with: str = ""
+    """What cut the parts: `"given"` for nominal surface and program as they are, else the path to the `record.json` of
+    the correction that was in force. It is taken over, and the new correction added to it.
+    """
 
 
 @with_options("model", SurfaceOptions)

@@ -14,9 +14,12 @@ from trueloop.formats.jobs.surface_job import SurfaceJobFile, SurfaceProgramTabl
 from trueloop.formats.measurements.surface_csv import maps_to_csv, pattern_to_json, read_points
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.outputs import Named
+from trueloop.formats.record_file import read_record
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
+from trueloop.jobs.surface.cut_with import require_stated, with_cut
 from trueloop.jobs.surface.points import inspection_of, point_files, read_measured, require_measured_once
+from trueloop.jobs.turned.cut_with import GIVEN
 from trueloop.jobs.user import user_name
 from trueloop.loops.surface.compare import Comparison, group_of, require_comparable
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts
@@ -39,7 +42,8 @@ if TYPE_CHECKING:
 class ReadSurface:
     """A surface's job as values, and what it was read from: `files` are all inputs.
 
-    `face` is the CAD file's, where the surface comes from one; `store_db` is the store that the job names.
+    `face` is the CAD file's, where the surface comes from one; `store_db` is the store that the job names;
+    `cut_stated`: the job states what cut the parts.
     """
 
     inputs: SurfaceInputs
@@ -50,6 +54,7 @@ class ReadSurface:
     cad_file: str
     face: "CadFace | None" = None
     store_db: str = ""
+    cut_stated: bool = False
 
 
 def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
@@ -67,7 +72,11 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     nominal = path.parent / job.surface.file
     program = path.parent / job.program.finish if job.program else None
     surface, face = _nominal(nominal, job.surface.face, flip=job.surface.flip)
-    files = (path, nominal, *points, *([program] if program else []))
+    stated = job.gauging.cut_with if measured else ""
+    record = [path.parent / stated] if stated not in ("", GIVEN) else []
+    for file in record:
+        read_record(file)
+    files = (path, nominal, *points, *([program] if program else []), *record)
     finish = None if program is None or job.program is None else _program(program, job.program)
     cutter = _cutter(job)
     if finish is not None and cutter is not None:
@@ -91,7 +100,9 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
         program_sha256=job.gauging.program_sha256,
     )
     folder, cad_file = path.parent / job.output.folder, job.compensation.cad_file
-    return ReadSurface(inputs, path, nominal, files, folder, cad_file, face, job.store.db)
+    given = bool(stated) or (finish is not None and job.gauging.program_sha256 is not None)
+    inputs = with_cut(inputs, path, stated, nominal)
+    return ReadSurface(inputs, path, nominal, files, folder, cad_file, face, job.store.db, given)
 
 
 def correct_surface(read: ReadSurface, *, work: Work = HERE) -> RecordedCorrection:
@@ -108,9 +119,16 @@ def correct_surface(read: ReadSurface, *, work: Work = HERE) -> RecordedCorrecti
     """
     with in_file(read.nominal):
         check_uncorrected(read.nominal.read_bytes(), "surface")
+    require_cut_stated(read)
     with in_file(read.job):
         done = correct_parts(read.inputs, datetime.now(UTC), work=work)
     return replace(done, record=replace(done.record, made_by=user_name()))
+
+
+def require_cut_stated(read: ReadSurface) -> None:
+    """Raises CMP-CUT-WITH where a correction beside the job may have cut its parts, and the job states nothing."""
+    if not read.cut_stated:
+        require_stated(read.inputs, read.job, read.output_folder, read.nominal)
 
 
 def pattern_of_parts(read: ReadSurface, parts: Sequence[Part]) -> SurfaceModel:

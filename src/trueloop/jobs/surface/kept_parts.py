@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -17,17 +17,12 @@ from trueloop.geometry.surface import Surface, closest
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
 from trueloop.jobs.store.of_this_part import cuts_of, require_file_of_part
 from trueloop.jobs.store.where import Beside, Choice, store_of
-from trueloop.jobs.surface.job import ReadSurface
+from trueloop.jobs.surface.job import ReadSurface, require_cut_stated
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, enveloped
 from trueloop.loops.surface.surface import HERE, Work, model_of
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 from trueloop.surface.deviations.points import MeasuredPoints
-
-if TYPE_CHECKING:
-    from trueloop.jobs.store.keep_facts import KeptFacts
-    from trueloop.jobs.surface.job import ReadSurface
-    from trueloop.storage.store import Store
 
 PLACE: Final = re.compile(r"(\d+),(\d+)")
 """A point's name where it is one of a grid: row and column, from 1."""
@@ -47,12 +42,17 @@ def keep_parts(store: Store, read: ReadSurface) -> KeptFacts:
 
 def part_facts(store: Store, inputs: SurfaceInputs) -> Iterator[Part | Inspection | Cut | InspectionLink]:
     """Yields the job's own parts as facts: those from the store are there already. Raises STO-OTHER-PART."""
-    own = slice(inputs.earlier, None)
+    own, in_force = slice(inputs.earlier, None), inputs.cut_with.correction
     for measured, inspection in zip(inputs.parts[own], inputs.inspections[own], strict=True):
         pointed = replace(inspection, values=tuple(_points(inputs.surface, measured)))
         require_file_of_part(store, pointed)
         known = cuts_of(store, inspection.part, Stage.FINISH)
-        cut = known[-1] if known else Cut(inspection.part, Stage.FINISH, program_sha256=program_of(inputs))
+        made = Cut(inspection.part, Stage.FINISH, program_sha256=program_of(inputs), correction=in_force)
+        cut = known[-1] if known else made
+        if in_force and cut.correction != in_force:
+            was = f"cut with correction {cut.correction}" if cut.correction else "cut without a correction"
+            why = f"is kept as {was}, and the job states correction {in_force}"
+            raise _refused(inspection, why, "state in gauging.cut_with what did cut it, or give another part its name")
         yield inspection.part
         yield cut
         yield pointed
@@ -76,7 +76,7 @@ def with_kept_parts(store: Store, read: ReadSurface) -> tuple[ReadSurface, tuple
             continue
         if inspection.sha256 in files:
             raise _twice(inspection, files[inspection.sha256])
-        if cut.program_sha256 != program:
+        if (cut.program_sha256, cut.correction) != (program, inputs.cut_with.correction):
             others.append(inspection.part.serial)
             continue
         _require_same_surface(inputs, inspection)
@@ -111,6 +111,8 @@ def measured_of(inspection: Inspection) -> MeasuredPoints:
 
 def program_of(inputs: SurfaceInputs) -> str:
     """Returns the hash of the program that cut the parts, as far as the job states it; empty: not at all."""
+    if inputs.cut_with.corrected:
+        return inputs.cut_with.program_sha256
     if inputs.program_sha256:
         return inputs.program_sha256.lower()
     return "" if inputs.program is None else sha256_of(inputs.program.source)
@@ -187,8 +189,8 @@ def _twice(inspection: Inspection, name: str) -> TrueloopError:
 def _of_other_program(serials: Sequence[str], program: str) -> str:
     stated = f"{program[:16]}…" if program else "not stated"
     return (
-        f"{len(serials)} parts in the store were cut by another program than this job's ({stated}) and do not count: "
-        f"{', '.join(serials)}"
+        f"{len(serials)} parts in the store were cut by another program than this job's ({stated}), or with another "
+        f"correction, and do not count: {', '.join(serials)}"
     )
 
 
@@ -212,8 +214,8 @@ def _facts(store: Store, read: ReadSurface, done: RecordedCorrection) -> Iterato
 class Together:
     """A job with the parts of its store, which is None where there is none; notes of parts that do not count."""
 
-    read: "ReadSurface"
-    store: "Store | None"
+    read: ReadSurface
+    store: Store | None
     notes: tuple[str, ...]
 
 
@@ -221,13 +223,13 @@ class Together:
 class Added:
     """The kept values, the number of parts now in the store, and the findings about the new parts."""
 
-    kept: "KeptFacts"
+    kept: KeptFacts
     parts: int
     findings: tuple[Finding, ...]
     notes: tuple[str, ...]
 
 
-def with_store(read: "ReadSurface", db: Choice, beside: Beside = "used", *, keep_outliers: bool = False) -> Together:
+def with_store(read: ReadSurface, db: Choice, beside: Beside = "used", *, keep_outliers: bool = False) -> Together:
     """Returns the job with the parts of the store requested, else of the one beside it; unchanged where there is none.
 
     `keep_outliers`: parts that are outlying beyond doubt count for the pattern too. Raises STO and SRF errors.
@@ -250,6 +252,7 @@ def add_parts(together: Together, work: Work = HERE) -> Added:
 
     store, inputs = together.store, together.read.inputs
     assert store is not None
+    require_cut_stated(together.read)
     with in_file(together.read.job):
         parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
         kept = keep_parts(store, together.read)

@@ -188,7 +188,7 @@ def _folders_near(files: JobFiles) -> list[Path]:
     """Folders near the job, its outputs and its program."""
     program = files.path.parent / files.job.own_programs.finish
     homes = [files.path.parent.resolve(), files.output_folder.resolve(), program.resolve().parent]
-    return _folders([*homes, *(one.parent for one in homes)])
+    return folders_near([*homes, *(one.parent for one in homes)])
 
 
 def _near(files: JobFiles, inputs: Inputs, within: Sequence[Path]) -> Iterator[tuple[Record, str]]:
@@ -214,8 +214,8 @@ def _seen_from(folder: Path, file: Path) -> str:
         return file.as_posix()
 
 
-def _folders(starts: Sequence[Path]) -> list[Path]:
-    """The folders given and those within them to a depth of DEEPEST, nearest first; at most MOST_FOLDERS."""
+def folders_near(starts: Sequence[Path]) -> list[Path]:
+    """Returns the folders given and those within them to a depth of DEEPEST, nearest first; at most MOST_FOLDERS."""
     found = dict.fromkeys(starts)
     level = list(found)
     for _ in range(DEEPEST):
@@ -267,8 +267,8 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
         "a part that was cut before it was cut without it: leave out `gauging.after_record`, and state what was in "
         "force then by `programs.cut_with`; `gauging.measured_at` states when a part was measured"
         if time_needed
-        else "what was measured before a correction was made was not cut with it: name in `programs.cut_with` what did "
-        "cut it; if the clock of what measured it was wrong, `gauging.measured_at` states when it was"
+        else "what was measured before a correction was made was not cut with it: state what did cut it in "
+        "`cut_with`; if the clock of what measured it was wrong, `gauging.measured_at` states when it was"
     )
     for measured_at in (one.measured_at for one in inspections):
         if time_needed if measured_at is None else latest(measured_at) < corrected_at:

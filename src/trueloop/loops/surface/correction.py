@@ -3,14 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
 
 from trueloop import __version__
 from trueloop.domain import values
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.option import Limits, check_scatter
 from trueloop.domain.part import PartType
-from trueloop.domain.record import Correction, Product, Record, record_id, sha256_of
+from trueloop.domain.record import GIVEN, Correction, CutWith, Product, Record, record_id, sha256_of
 from trueloop.domain.record import Program as RecordedProgram
 from trueloop.domain.tool import Tool
 from trueloop.errors import Code, Finding, Place, Severity
@@ -93,6 +95,7 @@ class SurfaceInputs:
     the surface its face's trimming curves cut away; `beside`: the other faces of its model; `program_sha256`: of the
     program that cut the parts, if known. The first `earlier` of the parts and inspections come from a store: their age
     is not held against them. `leave_out`: parts that are outlying beyond doubt do not count for the pattern.
+    `cut_with`: the correction in force when the parts were cut, and `in_force` what it takes off along the normal.
     """
 
     name: str
@@ -108,6 +111,8 @@ class SurfaceInputs:
     program_sha256: str | None = None
     earlier: int = 0
     leave_out: bool = False
+    cut_with: CutWith = GIVEN
+    in_force: tuple[SplineSurface, ...] = ()
 
     @property
     def measured_at(self) -> datetime | None:
@@ -131,7 +136,8 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
     Raises SRF, NC and CMP errors for what cannot or must not be corrected.
     """
     limits = inputs.options.limits
-    notes = refuse_misuse(inputs.program, inputs.program_sha256, inputs.measured_at, now, limits)
+    ran = None if inputs.cut_with.corrected else inputs.program_sha256
+    notes = refuse_misuse(inputs.program, ran, inputs.measured_at, now, limits)
     parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
     odd: tuple[Finding, ...] = ()
     if inputs.leave_out:
@@ -142,7 +148,7 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
     check_surface_scatter(model, limits)
     options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}
     identity = record_id(dict(inputs.sha256), options)
-    correction = correct(model, inputs.program, inputs.cutter, identity, beside=inputs.beside)
+    correction = correct(model, inputs.program, inputs.cutter, identity, beside=inputs.beside, in_force=inputs.in_force)
     record = Record(
         id=identity,
         made_at=now.isoformat(timespec="seconds"),
@@ -150,8 +156,8 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
         trueloop_version=__version__,
         inputs_sha256=dict(inputs.sha256),
         options=options | ({"unit": correction.program.unit} if correction.program else {}),
-        model=_model_record(model),
-        decision=_decision(correction),
+        model=_model_record(model) | {IN_FORCE: [_term(term) for term in inputs.in_force]},
+        decision=_decision(correction, inputs.cut_with),
         changes=correction.program.changes if correction.program else [],
         product=Product.SURFACE,
         edits=len(correction.program.changes) if correction.program else 0,
@@ -159,6 +165,7 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
         tool=_tool(inputs),
         program=_program(inputs, correction),
         inspections=inputs.inspections,
+        cut_with=inputs.cut_with,
     )
     return RecordedCorrection(correction, record, (*notes, *map(str, odd)))
 
@@ -205,7 +212,32 @@ def _model_record(model: SurfaceModel) -> dict[str, object]:
     }
 
 
-def _decision(correction: SurfaceCorrection) -> list[str]:
+IN_FORCE: Final = "in_force"
+"""Key of a record's model: the terms that earlier corrections take off, each with its `size` and `control_um`."""
+
+
+def _term(term: SplineSurface) -> dict[str, object]:
+    return {"size": asdict(term.size), "control_um": (term.coefficients_mm * UM_PER_MM).tolist()}
+
+
+def displacements_of(record: Record) -> tuple[SplineSurface, ...]:
+    """Returns all that a surface's correction takes off along the normal, mm: earlier corrections and its own.
+
+    Raises LookupError, TypeError and ValueError for a record whose model is not a surface's.
+    """
+
+    def term(size: Any, control_um: Any, weight: float) -> SplineSurface:
+        shape = Size(int(size["rows"]), int(size["columns"]), int(size["degree"]))
+        values_mm = weight * np.array(control_um, float).reshape(shape.rows, shape.columns) / UM_PER_MM
+        return SplineSurface(shape, values_mm)
+
+    model: Any = record.model
+    earlier = [term(one["size"], one["control_um"], 1.0) for one in model.get(IN_FORCE, ())]
+    weight: Any = record.options["weight"]
+    return *earlier, term(model["control_size"], model["control_um"], float(weight))
+
+
+def _decision(correction: SurfaceCorrection, cut_with: CutWith) -> list[str]:
     pattern, figures = correction.model.pattern, correction.model.figures
     words = [
         f"the pattern of {pattern.parts} parts is known to ± {figures.uncertainty_mm * UM_PER_MM:.2f} µm (95 %, mean "
@@ -214,6 +246,11 @@ def _decision(correction: SurfaceCorrection) -> list[str]:
         f"the surface is moved by up to {correction.surface.largest_shift_mm * UM_PER_MM:.2f} µm, refitted to "
         f"{correction.surface.worst_mm * UM_PER_MM:.3f} µm",
     ]
+    if cut_with.corrected:
+        words.append(
+            f"of which correction {cut_with.correction}, up to {correction.in_force_mm * UM_PER_MM:.2f} µm, was in "
+            "force when the parts were cut"
+        )
     if correction.program is not None:
         words.append(
             f"{correction.program.cutting_moves} moves of the program follow, with {correction.program.new_blocks} "

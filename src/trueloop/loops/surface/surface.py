@@ -14,7 +14,7 @@ from trueloop.loops.surface.figures import SurfaceFigures, figures_of, require_k
 from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, corrected_program
 from trueloop.surface.compensation.seam import Steps
-from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob, corrected_surface
+from trueloop.surface.compensation.shift import CorrectedSurface, Displacement, SurfaceJob, corrected_surface
 from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.on_face import NextFace, OnFace, Trim, on_face
@@ -24,6 +24,7 @@ from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.outlying_point import OutlyingPoint, outlying_point
 from trueloop.surface.separation.places import Places, places_of, same_places
 from trueloop.surface.separation.separate import Separation, averaged_over_cells, separate
+from trueloop.surface.separation.spline_surface import SplineSurface
 from trueloop.units import UM_PER_MM
 
 
@@ -135,11 +136,15 @@ def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceCorrection:
-    """The corrected surface, and the corrected program where one was given."""
+    """The corrected surface, and the corrected program where one was given.
+
+    `in_force_mm`: how far the correction that had cut the measured parts moves the surface at most, 0: none had.
+    """
 
     model: SurfaceModel
     surface: CorrectedSurface
     program: CorrectedProgram | None
+    in_force_mm: float = 0.0
 
 
 def deviations_of(
@@ -237,18 +242,21 @@ def correct(
     record_id: str = "",
     *,
     beside: Sequence[NextFace] = (),
+    in_force: Sequence[SplineSurface] = (),
 ) -> SurfaceCorrection:
     """Returns the surface corrected by −w times the pattern, and the program that cuts it.
+
+    in_force: displacements that had been taken off when the measured parts were cut; they stay taken off.
 
     Raises SRF-PARTS for a pattern that the parts do not determine, CMP-SLOPE for a step towards one of the faces
     `beside` it that the program cuts on.
     """
     options = model.options
     require_known(model.figures, model.pattern, model.on_face, options.best_fit)
+    before = Displacement(tuple(in_force))
     corrected = corrected_surface(
         model.surface,
-        model.pattern.mean,
-        weight=options.weight,
+        Displacement((*before.terms, weighted(model))),
         tolerance_mm=options.tolerance_mm,
         limits=options.limits,
         there=model.on_face,
@@ -257,7 +265,13 @@ def correct(
     if program is not None and job is not None:
         steps = Steps(tuple(beside), options.limits)
         written = corrected_program(program, model.surface, corrected.surface, job, record_id, steps=steps)
-    return SurfaceCorrection(model, corrected, written)
+    return SurfaceCorrection(model, corrected, written, before.largest_mm(model.on_face) if in_force else 0.0)
+
+
+def weighted(model: SurfaceModel) -> SplineSurface:
+    """Returns w times the pattern: what its correction takes off along the normal, mm."""
+    mean = model.pattern.mean
+    return SplineSurface(mean.size, model.options.weight * mean.coefficients_mm)
 
 
 @dataclass(frozen=True, eq=False)

@@ -76,7 +76,9 @@ def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, off
     s = touches.arc_length_mm[rows]
     unasked = unasked_u_mm(shifts.unasked[index], s)
     if shifts.by_offset[index] and curve.next_cut is None:
-        return curve.budget_of(np.sqrt(offset[rows]) * curve.scatter_mm, s).with_more(unasked)
+        # Few touches may agree by chance better than their gauge measures.
+        scatter_mm = max(curve.scatter_mm, float(np.max(touches.standard_u_mm)))
+        return curve.budget_of(np.sqrt(offset[rows]) * scatter_mm, s).with_more(unasked)
     return curve.budget(s).with_more(unasked)
 
 

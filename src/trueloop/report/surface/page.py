@@ -246,6 +246,10 @@ def _correction(correction: SurfaceCorrection) -> str:
         f"{plain(surface.worst_mm * UM_PER_MM, 3)} µm with {surface.surface.control_mm.shape[0]} × "
         f"{surface.surface.control_mm.shape[1]} control points"
     ]
+    if correction.in_force_mm:
+        lines.append(
+            f"of which up to {plain(correction.in_force_mm * UM_PER_MM)} µm were in force when the parts were cut"
+        )
     if program is not None:
         lines.append(
             f"program: {program.cutting_moves} moves cut the surface, {program.new_blocks} blocks were put in, ends "

@@ -19,6 +19,7 @@ from trueloop.nc.program.tool_path import ToolPath
 from trueloop.surface.compensation.cutter import Contacts, Cutter, ToolAxes, contacts
 from trueloop.surface.on_face import LIMITS, WHOLE, OnFace
 from trueloop.surface.options import SurfaceOptions
+from trueloop.surface.separation.spline_surface import SplineSurface
 from trueloop.units import UM_PER_MM
 
 CUTS_MM: Final = 0.05
@@ -172,6 +173,26 @@ class Deviation(Protocol):
 
     def value_mm(self, u: Array, v: Array) -> Array:
         """Values at pairs of parameters."""
+
+
+@dataclass(frozen=True, eq=False)
+class Displacement:
+    """Terms in mm that are taken off along the normal together: a pattern, and corrections that were in force."""
+
+    terms: tuple[SplineSurface, ...]
+
+    def grid_mm(self, u: Array, v: Array) -> Array:
+        """Values at every u with every v."""
+        return np.asarray(sum(term.grid_mm(u, v) for term in self.terms))
+
+    def value_mm(self, u: Array, v: Array) -> Array:
+        """Values at pairs of parameters."""
+        return np.asarray(sum(term.value_mm(u, v) for term in self.terms))
+
+    def largest_mm(self, there: OnFace) -> float:
+        """Returns the largest amount on the face that is there."""
+        values = np.abs(self.grid_mm(*_samples(LIMITS)))
+        return float(np.max(values[there.square(LIMITS)], initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)
