@@ -17,8 +17,8 @@ from trueloop.errors import Finding
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import Stated
 from trueloop.loops.post_process.flags import usable
-from trueloop.loops.post_process.replay import RULES, Replay, replay
 from trueloop.loops.post_process.series import PartSeen, series_of
+from trueloop.loops.post_process.tracked import RULES, Replay, replay
 from trueloop.units import UM_PER_MM
 
 FILE: Final = Path("data/public/qif/nist-cover-20-parts.QIF")

@@ -11,8 +11,8 @@ from trueloop.formats.cad.step import write_surface
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.dialect import dialect_named
-from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
 from trueloop_lab.simulator.process import published_process
+from trueloop_lab.simulator.zigzag import ZigzagOptions, program_text, zigzag
 
 FOLDER = Path(__file__).parents[1] / "examples" / "surface"
 BALL_RADIUS_MM, CUTTER_RADIUS_MM, FINE_RADIUS_MM, PARTS = 2.0, 3.0, 8.0, 10

@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.memory.level.filter import best_correction, cautious, learned, moved_on, predicted, unknown
+from trueloop.memory.level.kalman import best_correction, cautious, learned, moved_on, predicted, unknown
 from trueloop.memory.level.step import TURNING, LevelPrior
 
 Rule: TypeAlias = Callable[[Array, Array, bool], Array]

@@ -17,7 +17,7 @@ from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.statistics import rms
 from trueloop.turned.error_curve.fit_profile import fit_profile
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.options import FitOptions
 from trueloop.units import UM_PER_MM
 

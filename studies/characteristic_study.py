@@ -19,8 +19,7 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.batch import run_batch
-from trueloop.turned.characteristics.measurand import Measurand, measurand
-from trueloop.turned.characteristics.nominal import profile_has
+from trueloop.turned.characteristics.measurand import Measurand, measurand, profile_has
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop_lab.loops.turned import SimulatedPart, Trial, simulate, trial_of
 from trueloop_lab.simulator.nose import SAME, Transfer

@@ -46,7 +46,7 @@ from trueloop.formats.jobs.machine_toml import read_machine as read_machine
 from trueloop.formats.measurements.readings_csv import read_readings as read_readings
 from trueloop.formats.measurements.history_csv import read_history as read_history
 from trueloop.machine.identify.form import fit_form as fit_form
-from trueloop.machine.identify.hold_out import compare as compare
+from trueloop.machine.identify.judge_fit import compare as compare
 from trueloop.formats.tables.model_file import read_model as read_model
 from trueloop.formats.tables.model_file import model_to_json as model_to_json
 from trueloop.jobs.machine.machine_model import signals_of as signals_of

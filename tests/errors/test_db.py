@@ -9,7 +9,7 @@ from trueloop.domain.life import InspectionLink
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code
 from trueloop.jobs.db.checked import check_store
-from trueloop.jobs.db.exported import read_export
+from trueloop.jobs.db.copied import read_export
 from trueloop.jobs.db.imported import Inspected, import_files
 from trueloop.jobs.db.named import named
 from trueloop.jobs.store.codec import store_codec

@@ -19,10 +19,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.measured_file import Stated
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.diagnose.both import both_of_machine, cut_under_others, given_model
-from trueloop.jobs.diagnose.records import part_named
-from trueloop.jobs.diagnose.standard import keep_standard, standard_of
-from trueloop.loops.diagnosis.left_on_parts import BothSeen, checked, residuals
-from trueloop.loops.machine.post_process import states_of
+from trueloop.jobs.diagnose.records import keep_standard, part_named, standard_of
+from trueloop.loops.diagnosis.left_on_parts import BothSeen, checked, residuals, states_of
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.structure import chain_of
 from trueloop.storage.store import open_store

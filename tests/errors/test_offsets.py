@@ -15,8 +15,8 @@ from trueloop.domain.proposal import HeldTool, ToolOffset
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.tool_tables.known import nose_radius_mm, read_tool_table
 from trueloop.formats.tables.tool_tables.tool_table import Unit
-from trueloop.jobs.turned.tool_offsets import apply_offset
-from trueloop.turned.program.wear_words import counted
+from trueloop.jobs.turned.outputs import apply_offset
+from trueloop.turned.program.wear_numbers import counted
 
 
 def _read(text: str, name: str = "tool.tbl", unit: Unit | None = "mm") -> object:

@@ -27,13 +27,13 @@ from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.program import corrected_program
 from trueloop.surface.compensation.shift import SurfaceJob, corrected_surface
-from trueloop.surface.compensation.zigzag import ZigzagOptions, zigzag
 from trueloop.surface.deviations.deviations import refuse_trimmed, sampling_advice, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.pattern.pattern import pattern_of
 from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import of_size, separate
 from trueloop.surface.separation.spline_surface import Size
+from trueloop_lab.simulator.zigzag import ZigzagOptions, zigzag
 
 SURFACE = wavy_surface()
 AT = np.linspace(0.05, 0.95, 8)

@@ -21,7 +21,7 @@ from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.program import read_program
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
-from trueloop.turned.fit.prior.remembered import Remembered
+from trueloop.turned.fit.prior.remembered_fit import Remembered
 from trueloop.turned.options import Options
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

@@ -14,8 +14,7 @@ from tests.support.profiles import polyline
 from trueloop.domain.inspection import Touch
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.validate import checked_profile
-from trueloop.jobs.store.keeping import Keeping
-from trueloop.jobs.store.where import Choice
+from trueloop.jobs.store.where import Choice, Keeping
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
 from trueloop.loops.turned.finished_parts import _used
 from trueloop.memory.edge.options import Use

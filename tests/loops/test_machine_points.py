@@ -7,7 +7,7 @@ import pytest
 from tests.support.refusals import refused
 from trueloop.errors import Code
 from trueloop.jobs.machine.mapped_program import write_corrected_points
-from trueloop.loops.machine import points as machine_points
+from trueloop.loops.machine import program as machine_points
 from trueloop.machine.standards import QuadrupoleField
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.program.program import Program, read_program

@@ -14,8 +14,7 @@ from tests.support.offset_control import Memory
 from tests.support.tool_tables import OFFSET, record_with
 from trueloop.cli import shared_options
 from trueloop.domain.proposal import HeldTool, ToolOffset
-from trueloop.turned.program.wear_numbers import WearOffset
-from trueloop.turned.program.wear_words import CONTROLS, Control, blocks_of, offset_program
+from trueloop.turned.program.wear_numbers import CONTROLS, Control, WearOffset, blocks_of, offset_program
 
 XIs = Literal["radius", "diameter"]
 

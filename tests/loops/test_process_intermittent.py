@@ -17,7 +17,7 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
 from trueloop.turned.fit.between_cuts import PRIOR
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WITHIN_MM = 0.0002

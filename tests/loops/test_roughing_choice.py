@@ -38,8 +38,7 @@ from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.options import Options, Roughing
-from trueloop.turned.program.contour_cycles import roughing_cycles
-from trueloop.turned.program.own_contour import own_contour
+from trueloop.turned.program.contour_cycles import own_contour, roughing_cycles
 from trueloop.turned.program.read_back import move_of
 
 KINDS = {Motion.RAPID: "rapid", Motion.LINE: "line", Motion.ARC: "arc"}

@@ -16,7 +16,6 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import usable
 from trueloop.loops.post_process.propose import Made, effect_of, fitted_offset, moved_by_offset, proposals_of
-from trueloop.loops.post_process.replay import replay
 from trueloop.loops.post_process.series import (
     ADJUSTS,
     Parameter,
@@ -30,7 +29,7 @@ from trueloop.loops.post_process.series import (
     series_of,
     stage_of,
 )
-from trueloop.loops.post_process.tracked import capability, tracked
+from trueloop.loops.post_process.tracked import capability, replay, tracked
 from trueloop.memory.level.whitening import REDUCED
 from trueloop_lab.loops.series import CYLINDER, simulate
 from trueloop_lab.simulator.series import Shop, draw

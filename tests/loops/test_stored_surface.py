@@ -12,7 +12,7 @@ from trueloop.formats.outputs import Named
 from trueloop.formats.record_file import read_record
 from trueloop.jobs.machine.mapped_program import displace_program
 from trueloop.jobs.surface.job import corrected_files, read_surface
-from trueloop.loops.machine import points as machine
+from trueloop.loops.machine import program as machine
 from trueloop.loops.surface import correction as surface
 from trueloop.loops.surface.correction import correct_parts
 from trueloop.nc.field.field import similarity_field

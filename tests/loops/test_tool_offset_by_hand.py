@@ -20,8 +20,7 @@ from trueloop.nc.program.program import read_program
 from trueloop.report.turned.correction_json import correction_as_dict
 from trueloop.report.turned.page import page
 from trueloop.turned.options import By
-from trueloop.turned.program.wear import wear_offset
-from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.program.wear_numbers import WearOffset, wear_offset
 
 NOSE = Tool(1, nose_radius_mm=0.79375, orientation=9)
 OVERSIZE_MM = (0.012, -0.004)

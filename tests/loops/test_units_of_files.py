@@ -13,7 +13,7 @@ from trueloop.jobs.surface.job import options_of
 from trueloop.jobs.turned.job import read_job
 from trueloop.surface.options import SurfaceOptions
 from trueloop.turned.fit.between_cuts import BetweenCuts
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
 from trueloop_lab.files.virtual_machine_toml import read_virtual_machine

@@ -9,8 +9,8 @@ from tests.pages.test_paper_and_telephone import LOOK
 from tests.support.chromium import dump_dom
 from tests.support.series import inspection
 from trueloop.domain.option import LengthUnit
-from trueloop.loops.post_process.replay import replay
 from trueloop.loops.post_process.series import PartSeen, series_of
+from trueloop.loops.post_process.tracked import replay
 from trueloop.report.markup import text_of
 from trueloop.report.series.page import series_page
 from trueloop.report.series.values import SeriesShape, replay_shape

@@ -15,7 +15,7 @@ from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.options import Arcs
 
 JOB = Path(__file__).parents[2] / "examples" / "modbas2" / "job.toml"

@@ -12,9 +12,8 @@ from tests.support.forward_model import ForwardMachine, random_machine
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.identify.form import Form, fit_form
-from trueloop.machine.identify.hold_out import HeldOut, hold_out
 from trueloop.machine.identify.identify import Identification
-from trueloop.machine.identify.judge_fit import require_agreement
+from trueloop.machine.identify.judge_fit import HeldOut, hold_out, require_agreement
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.model import Machine, MachineModel, State

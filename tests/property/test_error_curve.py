@@ -11,7 +11,7 @@ from tests.support.touched import noise, tool_offsets, touched
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.turned.fit.chain import TangentPolicy, chains_of
+from trueloop.turned.fit.chain_fit import TangentPolicy, chains_of
 from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.fit.spline import least_squares_spline
 from trueloop.turned.touches.error_vectors import ErrorVectors

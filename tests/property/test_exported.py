@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from tests.support import records
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.db.copied import keep_lines
-from trueloop.jobs.db.exported import export, read_export
+from trueloop.jobs.db.copied import export, keep_lines, read_export
 from trueloop.storage.kinds import KINDS, joined
 from trueloop.storage.store import Kept, Store, find, keep, open_store
 

@@ -13,10 +13,9 @@ from trueloop.domain.codec import Codec
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.compensation.displaced import Constant, Then
-from trueloop.turned.compensation.lean import of_curve
-from trueloop.turned.compensation.shift import ZERO, Shift, constant, product, sampled, weighted_sum
+from trueloop.turned.compensation.shift import ZERO, Shift, constant, of_curve, product, sampled, weighted_sum
 from trueloop.turned.error_curve.fit_profile import fit_profile
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.options import FitOptions
 
 CODEC = Codec.of(Shift, Constant, Then)

@@ -6,7 +6,7 @@ import pytest
 from tests.support.nist_errors import finish_um, nist_parts, semifinish, table1
 from trueloop.arrays import Array
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.spline import EndConditions, least_squares_spline
 from trueloop.units import UM_PER_MM

@@ -15,8 +15,8 @@ from tests.support.new_stores import new_file
 from tests.support.service import Caller, Running, problem, started
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.record import sha256_of
+from trueloop.jobs.factory.by_hand import made_before
 from trueloop.jobs.factory.hand_job import AskedPart
-from trueloop.jobs.factory.made_before import made_before
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job
 from trueloop.jobs.turned.new import Wanted, new_job

@@ -11,8 +11,8 @@ from trueloop.errors import TrueloopError
 from trueloop.factory.shown.orders import order_rows, today
 from trueloop.factory.shown.programs import proposal_views
 from trueloop.jobs.db.checked import check_store
-from trueloop.jobs.example_shop import make_example_shop
 from trueloop.jobs.store.opened import opened
+from trueloop_lab.example_shop import make_example_shop
 
 
 def test_every_list_of_the_pages_has_something_and_the_store_is_sound(tmp_path: Path) -> None:

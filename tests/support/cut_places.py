@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array
-from trueloop.estimate.observed import Observed
-from trueloop.estimate.places import Places
+from trueloop.estimate.places import Observed, Places
 
 CYLINDER, FACE = np.pi / 2, 0.0
 

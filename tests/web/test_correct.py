@@ -13,8 +13,8 @@ from tests.support.served import NARROW, WIDE, Browsing, Window
 from tests.web.test_decide import own, shop
 from tests.web.test_pages import SMALL, WIDER
 from trueloop.domain.record import sha256_of
+from trueloop.jobs.factory.by_hand import made_before
 from trueloop.jobs.factory.hand_job import AskedPart
-from trueloop.jobs.factory.made_before import made_before
 
 __all__ = ["own", "shop"]
 PICTURES = os.environ.get("TRUELOOP_SCREENSHOTS")

@@ -22,9 +22,8 @@ from trueloop.cli.terminal import (
 
 if TYPE_CHECKING:
     from trueloop.domain.part import Part
-    from trueloop.jobs.db.found import Row
+    from trueloop.jobs.db.found import Entry, Row
     from trueloop.jobs.db.imported import Imported
-    from trueloop.jobs.db.life import Entry
 
 
 def check(db: Db = None, as_json: AsJson = False) -> None:
@@ -84,7 +83,7 @@ Output = Annotated[Path, option("File to write: JSON, one value a line.", "--out
 
 def export(output: Output, db: Db = None) -> None:
     """Write the whole store into a text file, one value a line; imported into an empty store, it gives an equal one."""
-    from trueloop.jobs.db.exported import export as write
+    from trueloop.jobs.db.copied import export as write
     from trueloop.jobs.store.opened import opened
 
     store = opened(db, read_only=True)
@@ -220,7 +219,7 @@ What = Annotated[str, argument("A part's SERIAL, TYPE/SERIAL or label; a record'
 
 def show(what: What, db: Db = None, as_json: AsJson = False) -> None:
     """Show the life of a part: inspections, corrections and cuts with their links; or one row as it is stored."""
-    from trueloop.jobs.db.life import life_of_part
+    from trueloop.jobs.db.found import life_of_part
     from trueloop.jobs.db.named import NamedRow, named, shown_row
     from trueloop.jobs.store.opened import opened
 

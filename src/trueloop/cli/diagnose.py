@@ -218,7 +218,7 @@ def refine(
 
     `trueloop machine accept` puts it in force.
     """
-    from trueloop.jobs.diagnose.refined import Refining, refined
+    from trueloop.jobs.diagnose.shaped import Refining, refined
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import machine_lines
     from trueloop.report.texts.texts import Texts
@@ -245,7 +245,7 @@ def standard(
 ) -> None:
     """Keep a calibrated part: its inspections then show the probe and the machine, never a cut."""
     from trueloop.formats.inspections.measured_file import Stated
-    from trueloop.jobs.diagnose.standard import keep_standard, standard_of
+    from trueloop.jobs.diagnose.records import keep_standard, standard_of
     from trueloop.jobs.store.opened import opened
 
     named = standard_of(part_type, serial)

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from trueloop.jobs.machine.kept import Decomposed
     from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.machine.correct import Setup
-    from trueloop.machine.identify.hold_out import HeldOut
+    from trueloop.machine.identify.judge_fit import HeldOut
     from trueloop.machine.model.chain import Vector
     from trueloop.machine.model.model import MachineModel
     from trueloop.machine.standards import PlanarField
@@ -271,7 +271,7 @@ def decompose(
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.model_file import read_model
     from trueloop.jobs.machine.kept import Decomposed
-    from trueloop.loops.machine.post_process import decompose_part, states_of
+    from trueloop.loops.diagnosis.left_on_parts import decompose_part, states_of
     from trueloop.report.machine.summary import components_page
 
     if db and not serial:
@@ -315,7 +315,7 @@ def _kept(done: "Decomposed", part_type: str, serial: str, db: str | None, *, su
     if not serial:
         return None
     from trueloop.jobs.machine.kept import keep_both
-    from trueloop.jobs.store.keeping import Keeping
+    from trueloop.jobs.store.where import Keeping
 
     return keep_both(done, part_type, serial, Keeping(db, supersede=supersede))
 
@@ -537,7 +537,7 @@ def check(
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
     from trueloop.jobs.machine.machine_model import readings_of
-    from trueloop.machine.identify.hold_out import compare
+    from trueloop.machine.identify.judge_fit import compare
     from trueloop.machine.model.validity import check_state
 
     known = read_model(model, offered=True)

@@ -130,7 +130,7 @@ def probe(
     low: it knows the features of the job, and no clamps.
     """
     from trueloop.controllers.probing.inspection_plus import MacroProbe
-    from trueloop.jobs.milled_probe import names_table, write_probing_program
+    from trueloop.jobs.milled_new import names_table, write_probing_program
 
     with busy(f"reading {job}"):
         made, file = write_probing_program(job, output, MacroProbe(tool, ball_mm, clearance_mm, approach_mm))

@@ -235,8 +235,8 @@ def features_of_job(
 
     Exit status 1 when that is not plain for one.
     """
+    from trueloop.jobs.turned.inputs import read_setups
     from trueloop.jobs.turned.job_files import JobFiles
-    from trueloop.jobs.turned.setups import read_setups
 
     with busy(f"matching {job}"):
         files = JobFiles.of(job)

@@ -41,7 +41,7 @@ def apply(
     as_json: AsJson = False,
 ) -> None:
     """Write a tool table with the offset of a correction in it; all else of the table stays byte for byte."""
-    from trueloop.jobs.turned.tool_offsets import apply_offset
+    from trueloop.jobs.turned.outputs import apply_offset
     from trueloop.report.tool_tables import change_as_dict, change_words
 
     with busy(f"reading {correction}"):
@@ -65,7 +65,7 @@ def program(
     output: Annotated[Path | None, option("File to write.  [default: stdout]", "--output", "-o")] = None,
 ) -> None:
     """Write the offset of a correction as a small program in the control's own words, to be run once."""
-    from trueloop.jobs.turned.tool_offsets import offset_words
+    from trueloop.jobs.turned.outputs import offset_words
 
     with busy(f"reading {correction}"):
         text = offset_words(correction, control, x_is)

@@ -353,7 +353,7 @@ def signals(
 
     LinuxCNC starts it: `loadusr -Wn rtec-signals trueloop realtime signals CONFIG.toml` in its HAL file.
     """
-    from trueloop.jobs.realtime import signals as job
+    from trueloop.jobs.realtime import wired as job
 
     if check:
         found = job.check(file, wait_s)

@@ -173,7 +173,7 @@ def serve(
 
 def _example_shop() -> str:
     """Returns the store of the examples in the present folder, made where there is none."""
-    from trueloop.jobs.example_shop import FILE, make_example_shop
+    from trueloop_lab.example_shop import FILE, make_example_shop
 
     if not Path(FILE).exists():
         with busy("filling the shop with the examples"):

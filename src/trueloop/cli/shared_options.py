@@ -23,7 +23,7 @@ def argument(words: str, **more: Any) -> Any:
 Db = Annotated[str | None, option("The store.  [default: trueloop.db in this folder]", "--db", metavar="FILE|URL")]
 
 Control = Literal["fanuc", "haas", "siemens", "heidenhain", "linuxcnc", "ge2000t", "okuma"]
-"""As `trueloop.turned.program.wear_words` has them; a test compares."""
+"""As `trueloop.turned.program.wear_numbers` has them; a test compares."""
 
 UnitOption = Annotated[
     Literal["mm", "inch"] | None,

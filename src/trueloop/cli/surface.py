@@ -259,7 +259,7 @@ def compensate(
 
     With a store its parts count too, and the job's parts, what was measured, the programs and the correction are kept.
     """
-    from trueloop.jobs.store.keeping import kept_all_the_same
+    from trueloop.jobs.store.where import kept_all_the_same
     from trueloop.jobs.surface.job import correct_surface, corrected_files
     from trueloop.jobs.surface.kept_parts import keep_surface, with_store
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
@@ -312,7 +312,7 @@ class Passes:
 def path(surface: Nominal, passes: Passes) -> None:
     """Print a plain zig-zag program for a ball-end cutter, its tip programmed, in mm."""
     from trueloop.nc.program.dialect import dialect_named
-    from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
+    from trueloop_lab.simulator.zigzag import ZigzagOptions, program_text, zigzag
 
     with busy(f"passes over {surface.nominal}"):
         options = ZigzagOptions(

@@ -112,7 +112,11 @@ def error_components(
     error_proc_resid = reported - comp_probing + (comp_cutting - applied)
     error_pp = _along(seen.normal, seen.cmm_mm - seen.nominal_mm)
     error_mtg_resid = error_pp - error_proc_resid
-    u_proc = np.sqrt(seen.touch_u_mm**2 + _difference_variance(model, seen.normal, cutting, probing))
+    # The variance of the model's error at cutting minus that at probing: 0 where both are the same
+    rows = model.sensitivities(cutting) - model.sensitivities(probing)
+    along = np.einsum("ni,nij->nj", seen.normal, rows)
+    variance: Array = np.einsum("nj,jk,nk->n", along, model.covariance, along)
+    u_proc = np.sqrt(seen.touch_u_mm**2 + np.maximum(variance, 0.0))
     u_pp = np.full_like(u_proc, seen.cmm_u_mm)
     return Components(
         comp_mtg_cutting=comp_cutting,
@@ -133,14 +137,6 @@ def error_components(
 def _along(normal: Array, vectors: Array) -> Array:
     along: Array = np.einsum("ni,ni->n", normal, vectors)
     return along
-
-
-def _difference_variance(model: MachineModel, normal: Array, cutting: State, probing: State) -> Array:
-    """Returns the variance of the model's error at cutting minus that at probing: 0 where both are the same."""
-    rows = model.sensitivities(cutting) - model.sensitivities(probing)
-    along = np.einsum("ni,nij->nj", normal, rows)
-    variance: Array = np.einsum("nj,jk,nk->n", along, model.covariance, along)
-    return np.maximum(variance, 0.0)
 
 
 def _check(seen: Inspections, cutting: State, probing: State) -> None:

@@ -16,8 +16,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.estimate.observed import Observed, together
-from trueloop.estimate.places import Places
+from trueloop.estimate.places import Observed, Places, together
 from trueloop.estimate.state import JITTER_MM2, Key, State
 from trueloop.estimate.term import PART, Catalogue, Sizes, Term
 from trueloop.estimate.weights import more_noise

@@ -8,8 +8,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from trueloop.arrays import Array, by_content
-from trueloop.estimate.observed import Observed
-from trueloop.estimate.places import Places
+from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.term import Catalogue, Sizes, Term
 from trueloop.estimate.weights import Heavy, Weighted, plain, weighted
 

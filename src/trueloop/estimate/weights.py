@@ -71,7 +71,11 @@ def weighted(
         factor, inverse = _inverted(covariance)
         solved, precision = inverse @ off_mm, np.diag(inverse)
         left_out, good = solved / precision, np.maximum(1.0 / precision - more, noise_mm2)
-        new = _probability(left_out**2, good, noise_mm2, catalogue)
+        squared = left_out**2
+        bad = good + (catalogue.gross_factor**2 - 1.0) * noise_mm2
+        odds = np.log(catalogue.gross / (1.0 - catalogue.gross))
+        odds = odds + 0.5 * (np.log(good / bad) + squared / good - squared / bad)
+        new = np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
         wider = np.array([_scale(one, scale, solved, inverse) for one, scale in zip(heavy, scales, strict=True)])
         stands = np.max(np.abs(new - gross), initial=0.0) < STANDS
         if stands and np.max(np.abs(wider / scales - 1.0), initial=0.0) < STANDS:
@@ -91,13 +95,6 @@ def _scale(one: Heavy, scale: float, solved: Array, inverse: Array) -> float:
     mean = variance * (one.design.T @ solved)
     left = variance - variance**2 * np.einsum("ij,ij->j", one.design, inverse @ one.design)
     return float((one.tail + np.sum((mean**2 + left) / one.variance)) / (one.tail + len(variance)))
-
-
-def _probability(squared: Array, good: Array, noise: Array, catalogue: Catalogue) -> Array:
-    bad = good + (catalogue.gross_factor**2 - 1.0) * noise
-    odds = np.log(catalogue.gross / (1.0 - catalogue.gross))
-    odds = odds + 0.5 * (np.log(good / bad) + squared / good - squared / bad)
-    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
 
 
 def _inverted(covariance: Array) -> tuple[Array, Array]:

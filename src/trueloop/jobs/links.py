@@ -26,7 +26,7 @@ from trueloop.formats.links_toml import AnyLink, FocasTable, FolderTable, LinuxC
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.tool_tables.known import NewTable, new_table, tool_table_of
 from trueloop.formats.tables.tool_tables.tool_table import Number, ToolRow, ToolTable, Unit
-from trueloop.jobs.turned.tool_offsets import offset_of
+from trueloop.jobs.turned.outputs import offset_of
 from trueloop.jobs.user import user_name
 from trueloop.nc.program.guess import likeliest_dialect
 from trueloop.storage.store import Store
@@ -46,7 +46,7 @@ def differing_rows(name: str, first: bytes, second: bytes, unit: Unit | None) ->
     rows, others = _keyed(one), _keyed(other)
     keys = [*rows, *(key for key in others if key not in rows)]
     pairs = [(rows.get(key), others.get(key)) for key in keys]
-    return [_difference(one, a, other, b) for a, b in pairs if _row_text(a) != _row_text(b)]
+    return [Difference(*_place(one, a), *_place(other, b)) for a, b in pairs if _row_text(a) != _row_text(b)]
 
 
 def _keyed(table: ToolTable) -> dict[Key, ToolRow]:
@@ -66,10 +66,6 @@ def _row_text(row: ToolRow | None) -> object:
 def _value(number: Number | None) -> object:
     """A number that stands in no row yet is none."""
     return None if number is None or number.start == number.end else number.value
-
-
-def _difference(one: ToolTable, a: ToolRow | None, other: ToolTable, b: ToolRow | None) -> Difference:
-    return Difference(*_place(one, a), *_place(other, b))
 
 
 def _place(table: ToolTable, row: ToolRow | None) -> tuple[int, str] | tuple[None, None]:

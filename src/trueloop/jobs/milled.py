@@ -65,7 +65,19 @@ def read_milled(path: Path) -> MilledJob:
     for table in job.measured:
         records = [path.parent / one for one in table.entered or ()]
         in_force = _in_force(records, job.name)
-        _require_movable(in_force, tuple(cut.features.values()), records)
+        # Raises MIL-RECORD for an entry that moves nothing here, where its tool cuts features by other means, or where
+        # no feature is cut from its work offset: it would count as never entered.
+        features = tuple(cut.features.values())
+        for entry, total in in_force.items():
+            if entry.register in ("radius", "length"):
+                own = [one for one in features if str(one.tool) == entry.of]
+                moved = not own or any(getattr(one, f"{entry.register}_at_control") for one in own)
+            else:
+                moved = any(one.work_offset == entry.of for one in features)
+            if total != 0.0 and not moved:
+                raise _bad_record(
+                    records[-1], f"and those before enter {entry.words}, which moves no feature of the job"
+                )
         file = path.parent / table.file
         files += [file, *records, *([] if table.mapping is None else [path.parent / table.mapping])]
         for serial, readings in _by_part(_inspections(path, table)):
@@ -246,20 +258,6 @@ def _in_force(records: Sequence[Path], part_type: str) -> Entered:
         for entry, change in entries:
             total[entry] = total.get(entry, 0.0) + change
     return total
-
-
-def _require_movable(in_force: Entered, features: Sequence[MilledFeature], records: Sequence[Path]) -> None:
-    """Raises MIL-RECORD for an entry that moves nothing here, where its tool cuts features by other means, or where no
-    feature is cut from its work offset: it would count as never entered.
-    """
-    for entry, total in in_force.items():
-        if entry.register in ("radius", "length"):
-            own = [one for one in features if str(one.tool) == entry.of]
-            moved = not own or any(getattr(one, f"{entry.register}_at_control") for one in own)
-        else:
-            moved = any(one.work_offset == entry.of for one in features)
-        if total != 0.0 and not moved:
-            raise _bad_record(records[-1], f"and those before enter {entry.words}, which moves no feature of the job")
 
 
 def _entries_of(path: Path, content: bytes, part_type: str) -> tuple[dict[str, Any], list[tuple[Entry, float]]]:

@@ -12,26 +12,24 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Identity
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.domain.part import Part
-from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, ProposalDecision, ToolOffset
+from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, ProposalDecision
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.factory.book import Book, read_book
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import Stated
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.tool_tables.known import new_table, read_tool_table
 from trueloop.formats.tables.tool_tables.tool_table import Unit, XIs
 from trueloop.geometry.profile import Profile
-from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.turned.characteristics import characteristics_of
-from trueloop.jobs.turned.inputs import machine_of_job
+from trueloop.jobs.turned.inputs import machine_of_job, read_setups
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.setups import read_setups
 from trueloop.jobs.user import user_name
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import filled_in, known_findings, nominal_findings, unit_findings
 from trueloop.loops.post_process.propose import JobTool, Made, characteristic_on, proposals_of, tool_proposals
-from trueloop.loops.post_process.replay import replay
 from trueloop.loops.post_process.series import SeriesOptions, sizes_of
+from trueloop.loops.post_process.tracked import replay
 from trueloop.loops.turned.commanded import commanded
 from trueloop.loops.turned.cuts import OfSetup
 from trueloop.loops.turned.part import require_offset
@@ -42,8 +40,7 @@ from trueloop.report.series.page import series_page
 from trueloop.report.series.values import SeriesShape, replay_shape, status_shape
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Kept, Store, find, keep
-from trueloop.turned.program.wear_numbers import WearOffset
-from trueloop.turned.program.wear_words import CONTROLS, Control, counted, offset_program
+from trueloop.turned.program.wear_numbers import CONTROLS, Control, WearOffset, counted, offset_program
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,14 @@ def _added(store: Store, path: Path, adding: Adding) -> Added:
     file = read_measured_file(path, adding.stated)
     of_type = _of_type(path, file.inspections, adding.part_type)
     inspections = [_named(path, one, adding, len(of_type)) for one in of_type]
-    _require_sizes(file, inspections)
+    if not any(True for one in inspections for _ in sizes_of(one)):
+        readings = sum(len(one.readings) for one in inspections)
+        raise Code.SER_NONE.refusal(
+            f"{file.path.name!r} holds {readings} readings of {len(inspections)} parts, 0 of them sizes with a nominal",
+            hint="a series follows diameters, radii, lengths and positions that state their nominal; touches belong to "
+            "`trueloop compensate`",
+            place=Place(str(file.path)),
+        )
     part_type = inspections[0].part.part_type.name
     stored = find(store, Inspection, part_type=part_type)
     findings = [one.in_file(str(path)) for one in _findings(stored, inspections, adding)]
@@ -155,17 +159,6 @@ def _named(path: Path, one: Inspection, adding: Adding, of: int) -> Inspection:
             values={"part": serial or name},
         )
     return replace(one, part=Part(replace(part.part_type, name=name), serial))
-
-
-def _require_sizes(file: MeasuredFile, inspections: Sequence[Inspection]) -> None:
-    if not any(True for one in inspections for _ in sizes_of(one)):
-        readings = sum(len(one.readings) for one in inspections)
-        raise Code.SER_NONE.refusal(
-            f"{file.path.name!r} holds {readings} readings of {len(inspections)} parts, 0 of them sizes with a nominal",
-            hint="a series follows diameters, radii, lengths and positions that state their nominal; touches belong to "
-            "`trueloop compensate`",
-            place=Place(str(file.path)),
-        )
 
 
 def _findings(
@@ -291,7 +284,18 @@ def _job_tool(
     called = own.edge.called
     run = replace(files.run, called=called)
     matched = commanded(program, None, own.profile, own.edge.nose_radius_mm, 0.0, run)
-    mine = _own_asked(asked, part, own, frame)
+    # Those of an edge's features alone, by their names on its contour and in its frame; `profile` is the part's
+    features = len(part.names)
+    names = {
+        part.names[index_in(frame, i, features)]: own.profile.names[k]
+        for k, parts in enumerate(own.parts)
+        for i in parts
+    }
+    mine = {
+        name: replace(one, feature=names[one.feature], other=names.get(one.other, ""))
+        for name, one in zip(asked, characteristics_in(frame, list(asked.values())), strict=True)
+        if one.feature in names and (not one.other or one.other in names)
+    }
     return JobTool(
         *(own.profile, program, matched, mine, called.number, x_is_diameter, called.edge),
         zero_z_mm=frame.z_mm(0.0),
@@ -305,23 +309,6 @@ def _asked(files: JobFiles, profile: Profile, book: Book) -> Mapping[str, Charac
     series = [one.series.characteristic for one in book.tracked]
     named = {one.name: stated.get(one.name) or characteristic_on(profile, one) for one in series}
     return {name: one for name, one in named.items() if one is not None}
-
-
-def _own_asked(
-    asked: Mapping[str, Characteristic], profile: Profile, own: OwnContour, frame: SetupFrame
-) -> dict[str, Characteristic]:
-    """Those of an edge's features alone, by their names on its contour and in its frame; `profile` is the part's."""
-    features = len(profile.names)
-    names = {
-        profile.names[index_in(frame, i, features)]: own.profile.names[k]
-        for k, parts in enumerate(own.parts)
-        for i in parts
-    }
-    return {
-        name: replace(one, feature=names[one.feature], other=names.get(one.other, ""))
-        for name, one in zip(asked, characteristics_in(frame, list(asked.values())), strict=True)
-        if one.feature in names and (not one.other or one.other in names)
-    }
 
 
 @dataclass(frozen=True)
@@ -438,7 +425,13 @@ class Written:
 
 def write_offset(proposal: Proposal, where: Written) -> Path:
     """Writes an accepted proposal's tool offset. Raises OFS-NONE where it has none, OFS and OUT errors."""
-    offset = _offset_of(proposal)
+    if proposal.tool_offset is None:
+        names = ", ".join(map(repr, proposal.characteristics))
+        raise Code.OFS_NONE.refusal(
+            f"proposal {proposal.id} changes {names} and names no tool",
+            hint="`trueloop series propose --job JOB.toml` proposes the offset of the job's tool",
+        )
+    offset = proposal.tool_offset
     if where.table is not None:
         table = read_tool_table(where.table, where.unit)
         content, inputs = new_table(table, offset, proposal.id).content, [where.table]
@@ -453,13 +446,3 @@ def write_offset(proposal: Proposal, where: Written) -> Path:
 def _control_of(proposal: Proposal) -> Control:
     """That of the job's program; where there is not one of ours, one without words, which says so."""
     return next((one for one in CONTROLS if one == proposal.control), "heidenhain")
-
-
-def _offset_of(proposal: Proposal) -> ToolOffset:
-    if proposal.tool_offset is None:
-        names = ", ".join(map(repr, proposal.characteristics))
-        raise Code.OFS_NONE.refusal(
-            f"proposal {proposal.id} changes {names} and names no tool",
-            hint="`trueloop series propose --job JOB.toml` proposes the offset of the job's tool",
-        )
-    return proposal.tool_offset

@@ -58,7 +58,17 @@ def edge_of(
     known = lives_in(store)
     mounted = _mounted(known, stated, number, at, machine)
     if mounted is not None:
-        _require_same(mounted, stated, set_at)
+        # Requires that a job's statements agree with the mounted edge; what it leaves open agrees
+        there = mounted.edge
+        if stated is not None:
+            pairs = zip(STATED, _names(stated), _names(there), strict=True)
+            differing = [(name, said, held) for name, said, held in pairs if said and said != held]
+            if differing:
+                said = ", ".join(f"{name} {said!r}" for name, said, _ in differing)
+                held = ", ".join(f"{name} {held!r}" for name, _, held in differing)
+                raise _other(mounted, said, held)
+        if set_at is not None and set_at != mounted.set_at:
+            raise _other(mounted, f"set at {time(set_at)}", f"set at {time(mounted.set_at)}")
         return mounted.setting
     if stated is None:
         return None
@@ -119,20 +129,6 @@ def several(mounted: Sequence[EdgeLife]) -> TrueloopError:
         hint="name the machine, in the job by programs.machine, at the command line by --machine; else remove one",
         values={"tool": name, "held": [where(life) for life in mounted]},
     )
-
-
-def _require_same(mounted: EdgeLife, stated: Edge | None, set_at: datetime | None) -> None:
-    """Requires that a job's statements agree with the mounted edge; what it leaves open agrees."""
-    there = mounted.edge
-    if stated is not None:
-        pairs = zip(STATED, _names(stated), _names(there), strict=True)
-        differing = [(name, said, held) for name, said, held in pairs if said and said != held]
-        if differing:
-            said = ", ".join(f"{name} {said!r}" for name, said, _ in differing)
-            held = ", ".join(f"{name} {held!r}" for name, _, held in differing)
-            raise _other(mounted, said, held)
-    if set_at is not None and set_at != mounted.set_at:
-        raise _other(mounted, f"set at {time(set_at)}", f"set at {time(mounted.set_at)}")
 
 
 def _names(edge: Edge) -> tuple[str, str, str]:
@@ -313,28 +309,6 @@ def of_mounted(known: Sequence[EdgeLife], tool: str, kind: EdgeEventKind, happen
     return (happened.to(mounted_as(known, tool, happened.at, happened.machine).edge, kind),)
 
 
-def require_values(values: dict[str, float]) -> None:
-    """Raises EDG-VALUE for anything that is not a finite number, and for a radius, wear or time below 0."""
-    for name, value in values.items():
-        signed = name in ("x_mm", "z_mm")
-        if not math.isfinite(value) or (value < 0 and not signed):
-            raise Code.EDG_VALUE.refusal(
-                f"{name} is {value:g}",
-                hint="give a finite number" if signed else "give a finite number, 0 or more",
-                values={"name": name},
-            )
-
-
-def require_time(at: datetime, now: datetime) -> None:
-    """Raises EDG-TIME for an event that has not happened yet by the clock."""
-    if at > now + CLOCKS_DIFFER:
-        raise Code.EDG_TIME.refusal(
-            f"the event is of {time(at)}, and it is {time(now)} now",
-            hint="an event is kept when it has happened: give its time by --at, or set this computer's clock",
-            values={"at": time(at), "now": time(now)},
-        )
-
-
 def _wanted_edge(known: Sequence[EdgeLife], wanted: Mounting) -> Edge:
     number = number_of(wanted.tool)
     name = wanted.holder or ("" if number is not None else wanted.tool)
@@ -408,8 +382,22 @@ def keep_events(store: Store, decide: Decide, now: datetime, *, late: bool = Fal
     known = lives_in(store)
     events = decide(known)
     for event in events:
-        require_time(event.at, now)
-        require_values(dict(event.values))
+        # Raises EDG-TIME for an event that has not happened yet by the clock
+        if event.at > now + CLOCKS_DIFFER:
+            raise Code.EDG_TIME.refusal(
+                f"the event is of {time(event.at)}, and it is {time(now)} now",
+                hint="an event is kept when it has happened: give its time by --at, or set this computer's clock",
+                values={"at": time(event.at), "now": time(now)},
+            )
+        # Raises EDG-VALUE for anything that is not a finite number, and for a radius, wear or time below 0
+        for name, value in dict(event.values).items():
+            signed = name in ("x_mm", "z_mm")
+            if not math.isfinite(value) or (value < 0 and not signed):
+                raise Code.EDG_VALUE.refusal(
+                    f"{name} is {value:g}",
+                    hint="give a finite number" if signed else "give a finite number, 0 or more",
+                    values={"name": name},
+                )
     kept = {event.identity for life in known for event in life.events}
     new = [event for event in events if event.identity not in kept]
     if not late:

@@ -111,7 +111,18 @@ def circular_test(circles: Sequence[Circle]) -> CircularTest:
     """Analyses one circle, or one each way of the same plane and radius. Raises MCH-DATA for other sets."""
     _check(circles)
     by_way = {circle.way: circle for circle in circles}
-    both = _joined(circles)
+    blocks = [
+        k * 1000 + np.floor(np.abs(circle.angle_rad - circle.angle_rad[0]) / BLOCK_RAD)
+        for k, circle in enumerate(circles)
+    ]
+    both = _Path(
+        circles[0].radius_mm,
+        np.concatenate([circle.angle_rad for circle in circles]),
+        np.concatenate([circle.deviation_mm for circle in circles]),
+        np.concatenate([np.full(len(circle.angle_rad), circle.sense) for circle in circles]),
+        np.concatenate(blocks),
+        max(circle.step_rad for circle in circles),
+    )
     centred = both.deviation - _centring(both.angle)[:, :2] @ _fit(_centring(both.angle), both.deviation)[:2]
     one_way = len(circles) < 2
     radial = [float(np.mean(_fit(_centring(c.angle_rad), c.deviation_mm)[2])) for c in circles]
@@ -187,21 +198,6 @@ BLOCK_RAD: Final = np.radians(15.0)
 """Stretch of a path whose readings are taken to share what no cause explains."""
 
 
-def _joined(circles: Sequence[Circle]) -> _Path:
-    blocks = [
-        k * 1000 + np.floor(np.abs(circle.angle_rad - circle.angle_rad[0]) / BLOCK_RAD)
-        for k, circle in enumerate(circles)
-    ]
-    return _Path(
-        circles[0].radius_mm,
-        np.concatenate([circle.angle_rad for circle in circles]),
-        np.concatenate([circle.deviation_mm for circle in circles]),
-        np.concatenate([np.full(len(circle.angle_rad), circle.sense) for circle in circles]),
-        np.concatenate(blocks),
-        max(circle.step_rad for circle in circles),
-    )
-
-
 @dataclass(frozen=True)
 class _Kind:
     """A cause as columns (n, 1 or 2) of the amplitude in `unit`, of which `scale` units are a mm or rad."""
@@ -233,7 +229,14 @@ def _causes(path: _Path, plane: str) -> tuple[tuple[Cause, ...], float]:
     whole = np.hstack([centre, *(kind.columns for kind in kinds)])
     amplitude = _fit(whole, path.deviation)
     rest = path.deviation - whole @ amplitude
-    spread = np.sqrt(np.diag(_covariance(whole, rest, path.block)))
+    # The covariance of the amplitudes: of independent readings or of blocks that are off together, whichever is the
+    # larger.
+    inverse = np.linalg.pinv(whole.T @ whole)
+    plain = inverse * float(rest @ rest) / max(len(rest) - whole.shape[1], 1)
+    sums = np.stack([whole[path.block == one].T @ rest[path.block == one] for one in np.unique(path.block)])
+    grouped = inverse @ (sums.T @ sums) @ inverse
+    larger = np.maximum(np.diag(plain), np.diag(grouped))
+    spread = np.sqrt(np.diag(np.diag(larger)))
     found, start = [], centre.shape[1]
     for kind in kinds:
         own = slice(start, start := start + kind.columns.shape[1])
@@ -265,18 +268,6 @@ def _explained(kind: _Kind, known: Array, values: Array) -> float:
         return 0.0
     own = orthonormal(beside)
     return float(np.sum((own.T @ rest) ** 2) / np.sum(rest**2)) if rest.any() else 0.0
-
-
-def _covariance(columns: Array, rest: Array, block: Array) -> Array:
-    """Returns the covariance of the amplitudes: of independent readings or of blocks that are off together, whichever
-    is the larger.
-    """
-    inverse = np.linalg.pinv(columns.T @ columns)
-    plain = inverse * float(rest @ rest) / max(len(rest) - columns.shape[1], 1)
-    sums = np.stack([columns[block == one].T @ rest[block == one] for one in np.unique(block)])
-    grouped = inverse @ (sums.T @ sums) @ inverse
-    larger = np.maximum(np.diag(plain), np.diag(grouped))
-    return np.diag(larger)
 
 
 LATE_STEPS: Final = np.arange(0.0, 5.0)

@@ -205,7 +205,8 @@ def _columns(
 def _member(inputs: tuple[str, ...], columns: Array, drift: Array, ladder: tuple[float, ...], blocks: int) -> Member:
     """Fits a member with all inputs, its weights held as small as leaves least of the blocks left out."""
     errors = np.zeros(len(STRENGTHS))
-    for part in _blocks(len(drift), blocks):
+    ends = np.linspace(0, len(drift), blocks + 1).astype(int)
+    for part in [slice(int(a), int(b)) for a, b in pairwise(ends)]:
         others = np.delete(np.arange(len(drift)), part)
         weights, constants = _held_small(columns[others], drift[others])
         errors += np.sum((drift[part, None] - columns[part] @ weights - constants) ** 2, axis=0)
@@ -227,11 +228,6 @@ def _held_small(columns: Array, drift: Array) -> tuple[Array, Array]:
     weights: Array = directions @ (right[:, None] / (size[:, None] + penalties)) / spread[:, None]
     constants: Array = drift.mean() - mean @ weights
     return weights, constants
-
-
-def _blocks(count: int, blocks: int) -> list[slice]:
-    ends = np.linspace(0, count, blocks + 1).astype(int)
-    return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
 
 REZEROED_H: Final = (1.0, 2.0, 4.0, 8.0)

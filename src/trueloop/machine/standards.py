@@ -108,13 +108,6 @@ class PatternLikelihood:
         return left * right * fall, (x * x * right + y * y * left) * fall
 
 
-def smooth_covariance(left_mm: Array, right_mm: Array, length: float, spread: float) -> Array:
-    """Returns the Matérn-3/2 covariance along each axis, multiplied: errors arise axis by axis."""
-    x, y = (np.sqrt(3.0) / length * np.abs(np.subtract.outer(left_mm[:, k], right_mm[:, k])) for k in (0, 1))
-    covariance: Array = spread**2 * (1 + x) * (1 + y) * np.exp(-x - y)
-    return covariance
-
-
 def same_tool(left: Array, right: Array) -> Array:
     """Returns 1 where holes share a tool, whose offset they share; tool 0 is the reference."""
     return np.asarray((left[:, None] == right[None]) & (left[:, None] > 0), dtype=np.float64)
@@ -232,7 +225,12 @@ class PatternField:
 
     def error_mm(self, point_mm: Array, tool: Array | None = None) -> Array:
         """Returns E at (n, 2) points, without the tools' offsets unless `tool` (n,) is the tool that made the hole."""
-        cover = smooth_covariance(point_mm, self.known_mm, self.length_mm, self.spread_mm)
+        # The Matérn-3/2 covariance along each axis, multiplied: errors arise axis by axis
+        x, y = (
+            np.sqrt(3.0) / self.length_mm * np.abs(np.subtract.outer(point_mm[:, k], self.known_mm[:, k]))
+            for k in (0, 1)
+        )
+        cover: Array = self.spread_mm**2 * (1 + x) * (1 + y) * np.exp(-x - y)
         if tool is not None:
             cover = cover + self.tool_spread_mm**2 * same_tool(tool, self.known_tool)
         found = cover @ self.weight - self.offset_mm - self.slope * as_complex(point_mm)

@@ -18,12 +18,10 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Judgement
 from trueloop.errors import Code
-from trueloop.estimate.observed import Observed
-from trueloop.estimate.places import Places
+from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.sizes import FAR, fitted_sizes
 from trueloop.estimate.state import Key, State, Updated
-from trueloop.milled.catalogue import LASTING, milled_catalogue, shift_basis, turn_basis, wall_share
-from trueloop.milled.observed import Seen, places_of
+from trueloop.milled.observed import LASTING, Seen, milled_catalogue, places_of, shift_basis, turn_basis, wall_share
 from trueloop.statistics import rms
 from trueloop.tolerances.conformance import judge
 from trueloop.units import UM_PER_MM

@@ -9,8 +9,8 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.part import PartType
-from trueloop.loops.post_process.replay import RULES, Replay, replayed
 from trueloop.loops.post_process.series import Made, Series
+from trueloop.loops.post_process.tracked import RULES, Replay, replayed
 from trueloop.memory.level.kalman import steps_as_they_come
 from trueloop.memory.level.step import TURNING, LevelPrior, PartReading, Step
 from trueloop.report.series.values import SeriesShape, replay_shape

@@ -20,7 +20,7 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.statistics import rms
 from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop_lab.loops.turned import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
 from trueloop_lab.simulator.nose import CentrePath, path_of_positions

@@ -8,7 +8,7 @@ import pytest
 from tests.support.cut_places import CYLINDER, FACE, places, touches
 from trueloop.estimate import sizes
 from trueloop.estimate.catalogue import turned_catalogue
-from trueloop.estimate.observed import Observed
+from trueloop.estimate.places import Observed
 from trueloop.estimate.sizes import Badness, fitted_sizes
 from trueloop.estimate.state import State
 

@@ -8,8 +8,7 @@ import pytest
 from tests.support.cut_places import CYLINDER, FACE, places, touches
 from trueloop.arrays import Array
 from trueloop.estimate.catalogue import turned_catalogue
-from trueloop.estimate.observed import Observed, together
-from trueloop.estimate.places import Places, joined
+from trueloop.estimate.places import Observed, Places, joined, together
 from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Prior, Term
 

@@ -12,10 +12,10 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import EdgeEvent, EdgeEventKind, EdgeLife
 from trueloop.domain.part import Part
 from trueloop.domain.tool import Edge, Setting
-from trueloop.jobs.factory.memory import tool_memory
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.store.tool_history import LATEST, history_of_tool, with_history
+from trueloop.jobs.tool_life import tool_memory
 from trueloop.loops.turned.stored import enveloped
 from trueloop.memory.made_part import MadePart
 from trueloop.storage.store import Store, find, keep, open_store

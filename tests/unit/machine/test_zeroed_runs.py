@@ -9,8 +9,8 @@ from tests.support.forward_model import ForwardMachine, random_machine
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.identify.form import Form, fit_form
-from trueloop.machine.identify.hold_out import compare, hold_out
 from trueloop.machine.identify.identify import Identification, identify
+from trueloop.machine.identify.judge_fit import compare, hold_out
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State

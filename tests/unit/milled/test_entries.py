@@ -9,10 +9,9 @@ from tests.support.mill_shop import BORES, BOSSES, PLANES, Mill
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
-from trueloop.milled.catalogue import milled_catalogue
 from trueloop.milled.entries import Entry, Part, Proposal, Register, propose
 from trueloop.milled.feature import MilledFeature
-from trueloop.milled.observed import Frame, Seen, observed_of, places_of, seen
+from trueloop.milled.observed import Frame, Seen, milled_catalogue, observed_of, places_of, seen
 
 NOISE_MM = 5e-4
 BORE_LIKE = {

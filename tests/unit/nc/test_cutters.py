@@ -9,8 +9,8 @@ import pytest
 from tests.support.cli import invoke, run
 from tests.support.grooved import CALLS, LEFT, NOSE_MM, OD, PLACES, RIGHT, Control, job, program
 from trueloop.geometry.profile import JunctionKind
+from trueloop.jobs.turned.inputs import read_setups
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.setups import read_setups
 from trueloop.nc.match.own_contour import OwnContour, own_contour
 from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.program import read_program

@@ -11,7 +11,7 @@ from trueloop.domain.option import Limits
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.style import Figure, Trace
 from trueloop.report.turned.figures.curves import error_curve
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 
 MODBAS2 = example_correction("modbas2")
 DOME = MODBAS2.profile.names.index("dome")

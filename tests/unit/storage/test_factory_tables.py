@@ -12,8 +12,7 @@ from sqlalchemy import insert
 from trueloop.domain.factory import Block, BlockKind, FactKind, Route, Run, RunFact, WorkOrder
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.tool import Machine
-from trueloop.jobs.db.copied import back_up, keep_lines
-from trueloop.jobs.db.exported import export, read_export
+from trueloop.jobs.db.copied import back_up, export, keep_lines, read_export
 from trueloop.storage.factory_tables import ACCOUNT, API_KEY, EVENT, PROGRAM_RELEASE, stamp
 from trueloop.storage.store import Store, find, keep, open_store
 

@@ -10,10 +10,10 @@ from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter, edge_centres_mm, tool_axes
 from trueloop.surface.compensation.shift import moved_locations, places
-from trueloop.surface.compensation.zigzag import ZigzagOptions, scallop_step_mm, zigzag
 from trueloop.surface.deviations.alignment import count_told, form_size, rigid_motions, spread_of
 from trueloop.surface.separation.moran import lattice_of
 from trueloop_lab.loops.surface import form_alone_mm
+from trueloop_lab.simulator.zigzag import ZigzagOptions, scallop_step_mm, zigzag
 
 FLAT = wavy_surface(20.0, 0.0)
 

@@ -18,7 +18,7 @@ from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter, contacts
 from trueloop.surface.compensation.program import corrected_program, depths_mm
 from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob, corrected_surface
-from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
+from trueloop_lab.simulator.zigzag import ZigzagOptions, program_text, zigzag
 
 RNG = np.random.default_rng(41)
 NOMINAL = wavy_surface(20.0, 1.5)

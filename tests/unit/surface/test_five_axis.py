@@ -14,7 +14,7 @@ from trueloop.nc.program.tool_path import Motion
 from trueloop.surface.compensation.cutter import Cutter, ToolAxes, tool_axes
 from trueloop.surface.compensation.program import corrected_program
 from trueloop.surface.compensation.shift import SurfaceJob, corrected_surface
-from trueloop.surface.compensation.zigzag import ZigzagOptions, scallop_step_mm
+from trueloop_lab.simulator.zigzag import ZigzagOptions, scallop_step_mm
 
 RNG = np.random.default_rng(43)
 SIDE_MM, PLACES = 20.0, 17

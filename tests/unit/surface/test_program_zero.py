@@ -13,9 +13,9 @@ from tests.support.surfaces import wavy_surface
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.compensation.placed import require_outer_side
 from trueloop.surface.compensation.program import corrected_program
 from trueloop.surface.compensation.shift import SurfaceJob
-from trueloop.surface.compensation.side import require_outer_side
 
 FLAT = wavy_surface(20.0, 0.0)
 LEANING = replace(FLAT, control_mm=FLAT.control_mm + FLAT.control_mm[..., :1] * [0.0, 0.0, 0.001])

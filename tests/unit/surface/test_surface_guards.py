@@ -13,7 +13,7 @@ from trueloop.surface.compensation import program as surface_program
 from trueloop.surface.compensation.cutter import Cutter, tool_axes
 from trueloop.surface.compensation.program import corrected_program
 from trueloop.surface.compensation.shift import SurfaceJob
-from trueloop.surface.compensation.zigzag import ZigzagOptions, zigzag
+from trueloop_lab.simulator.zigzag import ZigzagOptions, zigzag
 
 FLAT = wavy_surface(20.0, 0.0)
 BALL = SurfaceJob(Cutter(3.0, 3.0))

@@ -11,8 +11,8 @@ from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.compensation.placed import require_outer_side
 from trueloop.surface.compensation.shift import SurfaceJob
-from trueloop.surface.compensation.side import require_outer_side
 from trueloop.surface.on_face import FIGURES, LIMITS, MAPS, SUPPORT, WHOLE, on_face
 
 AT = np.linspace(0.1, 0.9, 9)

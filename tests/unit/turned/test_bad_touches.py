@@ -11,7 +11,7 @@ from tests.support.profiles import facetst
 from tests.support.touched import noise, touched
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.error_curve.uncertainty import finish
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.fit_chains import Known, fit_chains, fit_touched
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.prior.part_state import part_state

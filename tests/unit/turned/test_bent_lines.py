@@ -12,7 +12,7 @@ from tests.support.touched import touched
 from trueloop.arrays import Array
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.options import FitOptions
 
 UM = 1e-3

@@ -4,7 +4,7 @@ import math
 
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile, junctions_of
-from trueloop.turned.fit.chain import End, chains_of, tangent_neighbours
+from trueloop.turned.fit.chain_fit import End, chains_of, tangent_neighbours
 
 R = 10.0
 

@@ -11,7 +11,7 @@ from tests.support.touched import chosen, noise, tool_offsets, touched
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile, junctions_of
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.spline import EndConditions

@@ -9,8 +9,16 @@ from trueloop.geometry.curve_kinds import b_spline, ellipse
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.turned.compensation.lean import MOST_MM, of_curve, of_slope, to_take_out, unasked_u_mm
-from trueloop.turned.compensation.shift import ZERO, Shift, weighted_sum
+from trueloop.turned.compensation.shift import (
+    MOST_MM,
+    ZERO,
+    Shift,
+    of_curve,
+    of_slope,
+    to_take_out,
+    unasked_u_mm,
+    weighted_sum,
+)
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.fit.options import FitOptions

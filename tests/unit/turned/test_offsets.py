@@ -5,8 +5,15 @@ import pytest
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.program.program import Program, read_program
-from trueloop.turned.program.offsets import offset_state, shift_edits, tool_offset_updates, update_edits
-from trueloop.turned.program.read_back_offset import require_same_path, require_shift, require_updates
+from trueloop.turned.program.offsets import (
+    offset_state,
+    require_same_path,
+    require_shift,
+    require_updates,
+    shift_edits,
+    tool_offset_updates,
+    update_edits,
+)
 from trueloop.turned.program.shifted_frame import Shifted, shifted_moves
 
 OFFSET_MM = (-0.02, 0.013)

@@ -10,9 +10,9 @@ from tests.support.correction import example_inputs
 from trueloop.arrays import Array
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.fit.between_cuts import PRIOR
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.options import FitOptions
-from trueloop.turned.fit.prior.remembered import Remembered, angles_along
+from trueloop.turned.fit.prior.remembered_fit import Remembered, angles_along
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

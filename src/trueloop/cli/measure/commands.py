@@ -12,7 +12,7 @@ from trueloop.cli.shared_options import argument, option, positive
 from trueloop.cli.terminal import Group, busy, print_lines, put
 
 if TYPE_CHECKING:
-    from trueloop.jobs.measure.table_mapping import Mapped
+    from trueloop.jobs.measure.measured import Mapped
 
 TableFile = Annotated[Path, argument("A table of measured values: CSV, .xlsx, .xls or .ods.", metavar="FILE")]
 MappingOutput = Annotated[
@@ -37,7 +37,7 @@ def map_columns(
 ) -> None:
     """Propose what the columns of a table mean, show its first values as they would be read, and write the mapping."""
     from trueloop.errors import TrueloopError
-    from trueloop.jobs.measure.table_mapping import map_table
+    from trueloop.jobs.measure.measured import map_table
 
     mapped = map_table(file, output, sheet, unit, _given(column or []))
     _print_columns(mapped)
@@ -138,7 +138,7 @@ SheetOutput = Annotated[
 
 def sheet(job: Job, output: SheetOutput = None) -> None:
     """List the diameters and lengths to measure by hand, each with an empty cell: to print, or to fill in."""
-    from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of, write_sheet
+    from trueloop.jobs.turned.new import gauge_sheet_of, write_sheet
 
     planned = gauge_sheet_of(job)
     if output is None:

@@ -14,7 +14,7 @@ from trueloop.formats.examples import example
 from trueloop.memory.edge.options import Use
 
 if TYPE_CHECKING:
-    from trueloop.jobs.store.keeping import Keeping
+    from trueloop.jobs.store.where import Keeping
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -43,8 +43,13 @@ def straightness_of(form: Form, name: str) -> tuple[FeatureError, ...]:
         return ()
     bent, covariance = form.smooth.coefficients[2:4], form.smooth.covariance[2:4, 2:4]
     peak_to_valley = float(np.ptp(SHAPES @ bent))
-    noise = _noise_mm(covariance)
-    gradient = _gradient(bent)
+    # Root mean square of the peak to valley of noise: E[R²] = 2 times the mean square over directions
+    turn = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
+    ways = np.linalg.cholesky(covariance) @ np.stack([np.cos(turn), np.sin(turn)])
+    noise = float(np.sqrt(2.0 * np.mean(np.ptp(SHAPES @ ways, axis=0) ** 2)))
+    # How the peak to valley changes with the coefficients, (2,)
+    shape = SHAPES @ bent
+    gradient: Array = SHAPES[int(np.argmax(shape))] - SHAPES[int(np.argmin(shape))]
     u = max(float(np.sqrt(gradient @ covariance @ gradient)), 0.0 if peak_to_valley > noise else noise / np.sqrt(2.0))
     found = FeatureError(
         name,
@@ -56,20 +61,6 @@ def straightness_of(form: Form, name: str) -> tuple[FeatureError, ...]:
         more=_powers(form),
     )
     return found, _waviness(form, name)
-
-
-def _gradient(bent: Array) -> Array:
-    """How the peak to valley changes with the coefficients, (2,)."""
-    shape = SHAPES @ bent
-    gradient: Array = SHAPES[int(np.argmax(shape))] - SHAPES[int(np.argmin(shape))]
-    return gradient
-
-
-def _noise_mm(covariance: Array) -> float:
-    """Root mean square of the peak to valley of noise: E[R²] = 2 times the mean square over directions."""
-    turn = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
-    ways = np.linalg.cholesky(covariance) @ np.stack([np.cos(turn), np.sin(turn)])
-    return float(np.sqrt(2.0 * np.mean(np.ptp(SHAPES @ ways, axis=0) ** 2)))
 
 
 def _powers(form: Form) -> dict[str, float]:

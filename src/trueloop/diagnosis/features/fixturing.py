@@ -46,11 +46,6 @@ class Pattern:
     settles_after: float | None = None
 
 
-def best_pattern(values: Array, expected_mm: float) -> Pattern:
-    """The likeliest pattern of readings (n,) in order of time; `expected_mm` is what they scatter by at least."""
-    return max(_patterns(values, expected_mm), key=lambda pattern: pattern.weight)
-
-
 def step_terms(values: Array) -> tuple[Array, Array]:
     """Of a step at each place 1 … n − 1: mean behind less mean before, and its uncertainty for readings of u = 1."""
     n = len(values)
@@ -173,7 +168,8 @@ def fixturing(values_mm: Array, standard_u_mm: float, limit_mm: float | None = N
     n, u = len(values), standard_u_mm
     spread, drift, step, at = _spread(values, u), _drift(values, u), *_step(values, u)
     found = min(spread.p, drift.p, step.p) < EACH
-    best = best_pattern(values, u)
+    # The likeliest pattern of readings (n,) in order of time; `expected_mm` is what they scatter by at least
+    best = max(_patterns(values, u), key=lambda pattern: pattern.weight)
     shows = (_named(best) if best.name != "constant" else Instability.SPREAD) if found else Instability.NONE
     rest = best.scatter_mm
     spread = replace(spread, value_mm=rest, standard_u_mm=rest / float(np.sqrt(2.0 * best.spare)))

@@ -54,8 +54,24 @@ def check(chain: Chain, seen: Residuals) -> tuple[Finding, ...]:
     for axis in seen.element:
         chain.axis(axis)
     _check_signals(seen)
-    _check_finite(seen)
-    _check_number(seen)
+    arrays = (seen.residual_mm[:, None], seen.normal, seen.state.positions, np.atleast_2d(seen.state.tool_mm))
+    finite = np.ones(len(seen.part), bool)
+    for values in arrays:
+        finite &= np.isfinite(values).all(axis=1)
+    if not finite.all():
+        raise Code.DIA_POINTS.refusal(
+            f"{int((~finite).sum())} of {len(finite)} points have a residual, normal, position or tool that is no "
+            f"finite number, the first in row {int(np.argmin(finite)) + 1}",
+            hint="leave out points that were not measured",
+            values={"feature": ""},
+        )
+    parts, points = len(np.unique(seen.part)), len(seen.part)
+    directions = int(np.any(np.abs(seen.normal) > 1e-9, axis=0).sum()) if points else 0
+    if parts < PARTS:
+        raise _few(parts, PARTS, f"{parts} part of {points} points does not tell an axis error from its set-up")
+    needed = parts * directions + UNKNOWNS
+    if points < needed:
+        raise _few(points, needed, f"{points} points on {parts} parts do not determine set-ups and an error")
     return (*_equal_temperatures(seen), *_one_tool(seen), *_one_place(chain, seen))
 
 
@@ -83,30 +99,6 @@ def _check_signals(seen: Residuals) -> None:
                 hint="leave those parts out, or name another signal as the temperature of that element",
                 values={"signal": signal, "parts": parts},
             )
-
-
-def _check_finite(seen: Residuals) -> None:
-    arrays = (seen.residual_mm[:, None], seen.normal, seen.state.positions, np.atleast_2d(seen.state.tool_mm))
-    finite = np.ones(len(seen.part), bool)
-    for values in arrays:
-        finite &= np.isfinite(values).all(axis=1)
-    if not finite.all():
-        raise Code.DIA_POINTS.refusal(
-            f"{int((~finite).sum())} of {len(finite)} points have a residual, normal, position or tool that is no "
-            f"finite number, the first in row {int(np.argmin(finite)) + 1}",
-            hint="leave out points that were not measured",
-            values={"feature": ""},
-        )
-
-
-def _check_number(seen: Residuals) -> None:
-    parts, points = len(np.unique(seen.part)), len(seen.part)
-    directions = int(np.any(np.abs(seen.normal) > 1e-9, axis=0).sum()) if points else 0
-    if parts < PARTS:
-        raise _few(parts, PARTS, f"{parts} part of {points} points does not tell an axis error from its set-up")
-    needed = parts * directions + UNKNOWNS
-    if points < needed:
-        raise _few(points, needed, f"{points} points on {parts} parts do not determine set-ups and an error")
 
 
 def _few(count: int, needed: int, message: str) -> TrueloopError:
@@ -235,16 +227,12 @@ def _weights(asked: Question, pairs: bool) -> dict[Hypothesis, float]:
     for one, value in zip(singles, log_evidence(asked, products, singles) if singles else (), strict=True):
         log[one] = float(value + np.log(ONE_WRONG * asked.prior[one[0]] / whole))
     if pairs:
-        log |= _pairs(asked, _likely_settings(asked, products, log), log, whole)
+        # Variances of set-ups that the likeliest hypotheses do not rule out, and smaller ones: two explain more
+        best = sorted((one for one in log if one), key=lambda one: -log[one])[:FIRST]
+        by_setting = np.array([np.logaddexp.reduce(grid, axis=1) for grid in log_grid(asked, products, best)])
+        largest = products.variances[np.any(probabilities(by_setting) > UNLIKELY, axis=0)].max(axis=0)
+        log |= _pairs(asked, products.only(np.all(products.variances <= largest, axis=1)), log, whole)
     return log
-
-
-def _likely_settings(asked: Question, products: TakenOut, log: Mapping[Hypothesis, float]) -> TakenOut:
-    """Variances of set-ups that the likeliest hypotheses do not rule out, and smaller ones: two explain more."""
-    best = sorted((one for one in log if one), key=lambda one: -log[one])[:FIRST]
-    by_setting = np.array([np.logaddexp.reduce(grid, axis=1) for grid in log_grid(asked, products, best)])
-    largest = products.variances[np.any(probabilities(by_setting) > UNLIKELY, axis=0)].max(axis=0)
-    return products.only(np.all(products.variances <= largest, axis=1))
 
 
 def _pairs(

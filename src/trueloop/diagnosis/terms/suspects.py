@@ -148,7 +148,10 @@ def columns(chain: Chain, suspect: Suspect, seen: Residuals) -> Columns | None:
     rows = raw(chain, suspect.error, parts, both_ways, seen.state, seen.normal)
     mixed = rows if first is None else rows @ first
     _, strength, directions = np.linalg.svd(mixed, full_matrices=False)
-    scale = _scale(chain, suspect, seen)
+    # Below 1e-9 of this a column is rounding: 1 mm for displacements, the arms' size for rotations
+    reach = np.abs(tool_in_work_mm(chain, seen.state.positions, seen.state.tool_mm)).max()
+    displacement = not isinstance(suspect.error, NominalSize) and not suspect.error.is_rotation
+    scale = 1.0 if displacement else float(max(reach, 1.0))
     kept = strength > np.maximum(ALIKE * strength[0], 1e-9 * scale * np.sqrt(len(rows)))
     if not kept.any():
         return None
@@ -171,11 +174,7 @@ def raw(chain: Chain, error: Wrong, parts: tuple[Part, ...], both_ways: bool, st
 def with_order(seen: Residuals) -> Residuals:
     """With the order of the parts as a signal, counted from 0."""
     order = np.unique(seen.part, return_inverse=True)[1].astype(np.float64)
-    return _signals(seen, {**seen.state.signals, ORDER: order})
-
-
-def _signals(seen: Residuals, signals: Mapping[str, Array | float]) -> Residuals:
-    state = State(seen.state.positions, seen.state.travel, signals, seen.state.tool_mm)
+    state = State(seen.state.positions, seen.state.travel, {**seen.state.signals, ORDER: order}, seen.state.tool_mm)
     return Residuals(seen.part, seen.normal, state, seen.residual_mm, seen.element)
 
 
@@ -207,10 +206,3 @@ def _travel(chain: Chain, suspect: Suspect, seen: Residuals) -> Array:
     assert not isinstance(suspect.error, NominalSize)
     ways: Array = np.broadcast_to(np.asarray(seen.state.travel, np.float64), seen.state.positions.shape)
     return ways[:, chain.order.index(suspect.error.axis)]
-
-
-def _scale(chain: Chain, suspect: Suspect, seen: Residuals) -> float:
-    """Below 1e-9 of this a column is rounding: 1 mm for displacements, the arms' size for rotations."""
-    reach = np.abs(tool_in_work_mm(chain, seen.state.positions, seen.state.tool_mm)).max()
-    displacement = not isinstance(suspect.error, NominalSize) and not suspect.error.is_rotation
-    return 1.0 if displacement else float(max(reach, 1.0))

@@ -14,8 +14,7 @@ from trueloop.formats.cad.part21 import FACES, Record, Records, Typed, Value
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.profile import Profile, kind_of
 from trueloop.tolerances.text import limits_of
-from trueloop.turned.characteristics.measurand import feature_index
-from trueloop.turned.characteristics.nominal import checked, edge_of, with_nominal
+from trueloop.turned.characteristics.measurand import checked, edge_of, feature_index, with_nominal
 
 SIZES: Final = ("DIMENSIONAL_SIZE", "ANGULAR_SIZE")
 LOCATIONS: Final = ("DIMENSIONAL_LOCATION", "DIRECTED_DIMENSIONAL_LOCATION", "ANGULAR_LOCATION")

@@ -14,8 +14,7 @@ from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.measured_file import Stated
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.record_file import read_record
-from trueloop.jobs.db.copied import keep_lines
-from trueloop.jobs.db.exported import HEAD, is_export, read_export
+from trueloop.jobs.db.copied import HEAD, is_export, keep_lines, read_export
 from trueloop.jobs.db.found import row_name
 from trueloop.jobs.measure.measured import PartOfJob, read_measured
 from trueloop.jobs.store.of_this_part import require_file_of_part
@@ -77,7 +76,12 @@ def _with_part(path: Path, inspection: Inspection, of: Inspected, job: Job | Non
     kind = part_type(job) if job is not None else given.part_type if given.part_type.name else of_label.part_type
     serial = given.serial or of.serial or (job.part.serial if job is not None else "") or of_label.serial
     if not kind.name or not serial:
-        raise _not_identified(path, kind, serial)
+        lacks = [name for name, known in (("type", kind.name), ("serial number", serial)) if not known]
+        raise Code.STO_PART.refusal(
+            f"{path.name!r} does not say of which part it is: its {' and its '.join(lacks)} is not stated",
+            hint="give the job of the part by --job, its serial number by --serial",
+            place=Place(str(path)),
+        )
     if of.serial and of.serial != serial:
         raise _other_serial(path, of.serial, serial)
     if of.heed_labels:
@@ -92,15 +96,6 @@ def _check_labels(path: Path, part: Part) -> None:
                 error = found.as_error()
                 error.override = "--ignore-labels"
                 raise error
-
-
-def _not_identified(path: Path, kind: PartType, serial: str) -> TrueloopError:
-    lacks = [name for name, known in (("type", kind.name), ("serial number", serial)) if not known]
-    return Code.STO_PART.refusal(
-        f"{path.name!r} does not say of which part it is: its {' and its '.join(lacks)} is not stated",
-        hint="give the job of the part by --job, its serial number by --serial",
-        place=Place(str(path)),
-    )
 
 
 def _other_serial(path: Path, asked: str, found: str) -> TrueloopError:

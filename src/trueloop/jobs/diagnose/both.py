@@ -14,8 +14,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.diagnose.records import quarantined_parts
-from trueloop.loops.diagnosis.left_on_parts import BothSeen
-from trueloop.loops.machine.post_process import states_of
+from trueloop.loops.diagnosis.left_on_parts import BothSeen, states_of
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.storage.store import Store, find
 
@@ -55,7 +54,13 @@ def both_of_machine(
         if one not in own:
             findings.append(_accepted(_other_machine(one, machine.serial), accept))
     out = quarantined_parts(store)
-    findings += _left_out(own, out)
+    serials = [one.part.serial for one in own if one.part.identity in out]
+    if serials:
+        message = f"{len(serials)} parts are in quarantine and left out: {', '.join(serials[:5])}"
+        hint = "`trueloop db show` says why"
+        findings.append(
+            Finding(Severity.NOTE, Code.DIA_FEW, message, hint, values={"count": len(own) - len(serials), "needed": 2})
+        )
     own = [one for one in own if one.part.identity not in out]
     findings += cut_under_others(own, given.sha256)
     inspections = {one.value.identity: one.value for one in find(store, Inspection)} if own else {}
@@ -128,16 +133,6 @@ def _not_alike(one: BothInspections, why: str) -> TrueloopError:
         hint="decompose it again: `trueloop machine decompose --serial … --supersede`",
         values={"part": one.part.serial},
     )
-
-
-def _left_out(own: Collection[BothInspections], out: Collection[Identity]) -> Iterator[Finding]:
-    serials = [one.part.serial for one in own if one.part.identity in out]
-    if serials:
-        message = f"{len(serials)} parts are in quarantine and left out: {', '.join(serials[:5])}"
-        hint = "`trueloop db show` says why"
-        yield Finding(
-            Severity.NOTE, Code.DIA_FEW, message, hint, values={"count": len(own) - len(serials), "needed": 2}
-        )
 
 
 def cut_under_others(own: Collection[BothInspections], sha256: str) -> Iterator[Finding]:

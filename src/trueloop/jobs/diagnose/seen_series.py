@@ -124,7 +124,10 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
         taken = both_seen(both, inspections, of.model.model)
         if SeenBy.MACHINE in seen and seen[SeenBy.MACHINE].identity == both.on_machine:
             process_mm = taken.components(of.model.model)[0].error_proc_resid
-            seen[SeenBy.MACHINE] = _as_process(seen[SeenBy.MACHINE], process_mm.tolist())
+            # The probe's errors less the model's error at probing: those of the process [6876 §3.3]
+            one = seen[SeenBy.MACHINE]
+            values = tuple(_displaced(point, e) for point, e in zip(one.points, process_mm.tolist(), strict=True))
+            seen[SeenBy.MACHINE] = replace(one, values=values)
     temperatures = both.cutting.signals if both is not None else _temperatures(seen.values())
     tool = "" if cut is None else tool_of(cut)
     depth = None if cut is None else cut.conditions.depth_of_cut_mm
@@ -144,12 +147,6 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
         part.identity in records.standards,
     )
     return Inspected(part, made, seen, records.standards.get(part.identity), taken)
-
-
-def _as_process(one: Inspection, error_mm: Sequence[float]) -> Inspection:
-    """Returns the probe's errors less the model's error at probing: those of the process [6876 §3.3]."""
-    values = tuple(_displaced(point, e) for point, e in zip(one.points, error_mm, strict=True))
-    return replace(one, values=values)
 
 
 def _displaced(point: CmmPoint, error_mm: float) -> CmmPoint:

@@ -1,19 +1,25 @@
-"""A part that a person measures and corrects without an order: shown, and corrected by what the store knows of it."""
+"""A part that a person measures and corrects without an order: shown, and corrected by what the store knows of it.
+
+Corrections of a person's program that the store has, among which what cut the next part is chosen.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+from trueloop.domain.life import Ran
 from trueloop.domain.option import PageOptions
+from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.views.by_hand import (
     About,
     CorrectedByHand,
     FeatureExpected,
     FileMade,
+    MadeBefore,
     PartByHand,
     Picture,
     SizeToMeasure,
@@ -25,17 +31,17 @@ from trueloop.factory.views.uploads import Remarked
 from trueloop.formats.input_file import read_source
 from trueloop.jobs.factory.hand_job import JOB, MAPPING, SHEET, AskedPart, AskedReadings, HandJob, written_job
 from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
-from trueloop.jobs.factory.made_before import name_before, require_all_shown, ways_of
 from trueloop.jobs.factory.uploads import Handed, add_upload, safe_name, upload_of
-from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.store.where import Keeping
 from trueloop.jobs.turned.compensate import Done, corrected_into
-from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of
 from trueloop.jobs.turned.job import read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.new import gauge_sheet_of
 from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.in_force import keeps_wear
 from trueloop.memory.edge.options import Use
 from trueloop.nc.program.along import feed_moves
-from trueloop.nc.program.called import called
+from trueloop.nc.program.called import Called, called
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import read_program
 from trueloop.report import still
@@ -48,7 +54,7 @@ from trueloop.report.turned.page import WIDTHS
 from trueloop.report.turned.part import all_notes
 from trueloop.report.turned.summary import headline
 from trueloop.report.turned.touch_sheet import places_figure
-from trueloop.storage.store import Store
+from trueloop.storage.store import Store, find
 from trueloop.units import UM_PER_MM
 
 QUESTIONS: Final[Mapping[Code, About]] = {
@@ -249,3 +255,74 @@ def _way(of: Correction, way: Way, say: Texts) -> WayToCut:
     left_um = max(abs(of.left_by_offset_mm)) * UM_PER_MM
     leaves = "" if of.decision.by_offset else f"{say.size(left_um)} {say.um}"
     return WayToCut(way, say.note(of.wear.answer), of.wear.blocks, of.source_name, True, leaves)
+
+
+def made_before(store: Store, part: AskedPart, tools: Sequence[str] = ()) -> tuple[MadeBefore, ...]:
+    """Returns the corrections of a part's program that the store has, the latest first.
+
+    Those of another tool than the part's, or than `tools`, which the program calls, are left out.
+    """
+    found = [
+        MadeBefore(
+            one.record.id,
+            one.record.made_at,
+            next((of.part.serial for of in one.record.inspections if of.part.serial), ""),
+            ways_of(one.payload),
+            _tool_of(one.payload),
+        )
+        for one in reversed(_before(store, part.program))
+        if isinstance(one.payload, Correction)
+    ]
+    return tuple(one for one in found if _may_be_of(one.tool, part.tool, tools))
+
+
+def _before(store: Store, sha256: str) -> list[StoredCorrection[Any]]:
+    return [one.value for one in find(store, StoredCorrection, program_sha256=sha256)]
+
+
+def name_before(store: Store, sha256: str) -> str:
+    """Returns the name of the part type of the first correction of a program, by its hash; "" before that."""
+    types = (one.record.part_type for one in _before(store, sha256))
+    return next((one.name for one in types if one is not None), "")
+
+
+def _tool_of(of: Correction) -> str:
+    """The edge that a correction is of, as programs call it; "" where neither job nor program states it."""
+    edge, wear = of.record.options.get("edge"), of.wear
+    if isinstance(edge, str):
+        return edge
+    return Called(wear.tool, wear.edge).words if wear.tool else ""
+
+
+def _may_be_of(tool: str, stated: int | None, tools: Sequence[str]) -> bool:
+    """Whether a correction of that tool can have cut a part of the tool stated, else of one of those called."""
+    words = tool.partition(" (")[0]
+    if not words or (stated is None and not tools):
+        return True
+    return words in tools if stated is None else words.partition(" ")[0] == f"T{stated}"
+
+
+def require_all_shown(store: Store, part: AskedPart, measured: AskedReadings | None, tools: Sequence[str]) -> None:
+    """Refuses a statement of what cut the part by somebody who was not shown all corrections that may have.
+
+    Raises CMP-CUT-WITH.
+    """
+    if measured is None or not measured.cut_with:
+        return
+    unseen = [one for one in made_before(store, part, tools) if one.id not in measured.made_before]
+    if unseen:
+        raise Code.CMP_CUT_WITH.refusal(
+            f"correction {unseen[0].id} of this program was made since the part was shown, on {unseen[0].made_at[:16]}",
+            hint="show the part again, and choose among all of its corrections what cut this part",
+            values={"corrections": [one.id for one in unseen]},
+        )
+
+
+def ways_of(of: Correction) -> tuple[Way, ...]:
+    """Returns the ways of carrying a correction out, the recommended one first; a program may set an offset, too."""
+    beside = of.by_tool is not None and of.by_tool.comes_first and of.options.by == "auto"
+    enters = of.wear.tool and keeps_wear(of.record)
+    wear: list[Way] = ["wear"] if enters and (of.decision.by_offset or beside) else []
+    recommended: Mapping[Ran, Way] = {Ran.WEAR: "wear", Ran.OFFSETS: "offsets", Ran.CORRECTED: "corrected"}
+    way = recommended[of.recommended]
+    return tuple(dict.fromkeys([*wear, way] if of.decision.by_offset else [way, *wear]))

@@ -11,8 +11,7 @@ from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code
 from trueloop.formats.jobs.profile_of_job import quoted
 from trueloop.geometry.profile import Side
-from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of
-from trueloop.jobs.turned.new import Chosen, Made, Wanted, Zero, new_job
+from trueloop.jobs.turned.new import Chosen, Made, Wanted, Zero, gauge_sheet_of, new_job
 from trueloop.monitoring.gauge_check import COVERAGE
 from trueloop.turned.options import By
 

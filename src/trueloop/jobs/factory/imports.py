@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from trueloop.domain.factory import BlockKind
-from trueloop.domain.inspection import Inspection
 from trueloop.domain.record import Program, ProgramText
 from trueloop.errors import Code
 from trueloop.factory.carry_out import carry_out
@@ -17,7 +16,7 @@ from trueloop.jobs.factory.job_folder import job_folder, programs_of
 from trueloop.jobs.factory.uploads import Inspected, Upload
 from trueloop.jobs.measure.keep_measured import After, Shown, keep_in
 from trueloop.jobs.store.finish_cut import SaidOfCut
-from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.store.where import Keeping
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.storage.store import Store, find, keep
 
@@ -53,7 +52,19 @@ def import_measurement(
     """
     order, programs = _order(store, of.order)
     part = order.part(of.part)
-    measured = _chosen(upload, part, dict(read.runs), of.run)
+    # The inspection that is meant, which says nothing else than that it is of this part
+    found = dict(read.runs)
+    serial = part.value.serial
+    own = {k: one for k, one in found.items() if of.run in (None, k) and one.part.serial in ("", serial)}
+    if len(own) != 1:
+        serials = [one.part.serial for one in found.values()]
+        listed = ", ".join(f"{k}: {one!r}" for k, one in zip(found, serials[:20], strict=False))
+        raise Code.MSR_SERIAL.refusal(
+            f"{upload.name!r} has {len(own)} inspections of part {serial!r}; its {len(found)} are {listed}",
+            hint="hand over the file of this part, or say which of its inspections is meant",
+            values={"serials": serials[:20]},
+        )
+    measured = next(iter(own.values()))
     said = SaidOfCut(record=next((one.run for one in part.steps if one.kind is BlockKind.CORRECT and one.run), None))
     with job_folder(order.order, programs) as job:
         files = JobFiles.of(job).with_serial(part.value.serial)
@@ -69,21 +80,6 @@ def _order(store: Store, name: str) -> tuple[OrderNow, dict[str, bytes]]:
         known = Known(connection, store.codec)
         order = order_of(known, name)
         return order, programs_of(known, order.order)
-
-
-def _chosen(upload: Upload, part: PartNow, found: dict[int, Inspection], run: int | None) -> Inspection:
-    """The inspection that is meant, which says nothing else than that it is of this part."""
-    serial = part.value.serial
-    own = {k: one for k, one in found.items() if run in (None, k) and one.part.serial in ("", serial)}
-    if len(own) != 1:
-        serials = [one.part.serial for one in found.values()]
-        listed = ", ".join(f"{k}: {one!r}" for k, one in zip(found, serials[:20], strict=False))
-        raise Code.MSR_SERIAL.refusal(
-            f"{upload.name!r} has {len(own)} inspections of part {serial!r}; its {len(found)} are {listed}",
-            hint="hand over the file of this part, or say which of its inspections is meant",
-            values={"serials": serials[:20]},
-        )
-    return next(iter(own.values()))
 
 
 def _record(store: Store, order: OrderNow, part: PartNow, by: By, now: datetime, why: str) -> bool:

@@ -33,15 +33,13 @@ def job_folder(order: WorkOrder, programs: Mapping[str, bytes], touches: bytes |
         for file, content in _files(order, programs, touches):
             (folder / file).write_bytes(content)
         if order.route.probe_toml and touches is not None:
-            _read_log(job, order.route.probe_control)
+            # Converts the control's log to touches and puts these in its place. Raises PRB errors.
+            probing = read_probing(job)
+            log = job.parent / tomllib.loads(job.read_text(encoding="utf-8"))["gauging"]["touches"]
+            log.write_text(
+                touches_to_csv(read_logged_touches(probing, log, order.route.probe_control).touches), encoding="utf-8"
+            )
         yield job
-
-
-def _read_log(job: Path, control: str) -> None:
-    """Converts the control's log to touches and puts these in its place. Raises PRB errors."""
-    probing = read_probing(job)
-    log = job.parent / tomllib.loads(job.read_text(encoding="utf-8"))["gauging"]["touches"]
-    log.write_text(touches_to_csv(read_logged_touches(probing, log, control).touches), encoding="utf-8")
 
 
 @contextmanager

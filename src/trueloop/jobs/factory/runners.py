@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Final
 
 from sqlalchemy import select
@@ -19,7 +18,7 @@ from trueloop.factory.tasks import Runner, Task, Working
 from trueloop.jobs.factory.job_folder import job_folder, programs_of, unnamed_folder
 from trueloop.jobs.factory.uploads import Handed
 from trueloop.jobs.store.keep_correction import keep_correction, part_of
-from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.store.where import Keeping
 from trueloop.jobs.turned.compensate import Corrected, corrected_of
 from trueloop.jobs.turned.job import ReadJob, read_job
 from trueloop.loops.turned.correction import Correction
@@ -60,7 +59,12 @@ def correct(
     try:
         if first is not None:
             with unnamed_folder() as folder:
-                first(_handed(given, folder))
+                file = folder / "touches"
+                file.write_bytes(given.touches)
+                name = f"job of order {given.order.order.id} with the touches of run {given.gauged_by}"
+                first(
+                    Handed(str(file), name, sha256_of(given.touches), order=given.order.order, programs=given.programs)
+                )
         made = _corrected(store, given)
         if not _kept_already(store, made.correction):
             keep_correction(store, made.inputs, made.correction, Keeping())
@@ -95,13 +99,6 @@ def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
             values={"run": run},
         )
     return _Given(order, part, step, run, bytes(touches), programs_of(known, order.order))
-
-
-def _handed(given: _Given, folder: Path) -> Handed:
-    file = folder / "touches"
-    file.write_bytes(given.touches)
-    name = f"job of order {given.order.order.id} with the touches of run {given.gauged_by}"
-    return Handed(str(file), name, sha256_of(given.touches), order=given.order.order, programs=given.programs)
 
 
 def _corrected(store: Store, given: _Given) -> Corrected:

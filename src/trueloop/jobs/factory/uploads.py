@@ -27,8 +27,7 @@ from trueloop.formats.inspections.tables import read as tables
 from trueloop.formats.inspections.tables.grid import SUFFIXES
 from trueloop.jobs.factory.hand_job import HandJob
 from trueloop.jobs.factory.job_folder import job_folder, programs_of, unnamed_folder, without_folder
-from trueloop.jobs.measure.measured import read_measured, read_part_of_job
-from trueloop.jobs.measure.table_mapping import map_table
+from trueloop.jobs.measure.measured import map_table, read_measured, read_part_of_job
 from trueloop.nc.check.check import check
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.unit import recorded_program, unit_of_path
@@ -94,7 +93,13 @@ def upload_view(handed: Handed) -> UploadView:
         if kind == "program":
             return replace(view, program=program_read(handed))
         if kind == "drawing":
-            return replace(view, drawing=_drawing(handed))
+            from trueloop.formats.jobs.new_job import characteristics_toml
+            from trueloop.formats.jobs.profile_of_job import part_table_toml
+            from trueloop.jobs.turned.new import read_drawing
+
+            drawn = read_drawing(handed.file, unit=handed.asked.unit)
+            table = part_table_toml(Path(handed.name).stem, drawn.profile, drawn.notes)
+            return replace(view, drawing=views.DrawingRead(table + characteristics_toml(drawn.asked)))
         return replace(view, measurement=_measurement(handed, _on_part(handed)))
     except TrueloopError as refused:
         proposed = _proposed(handed) if kind == "measurement" else ""
@@ -226,16 +231,6 @@ def _proposed(handed: Handed) -> str:
         return written.read_text(encoding="utf-8")
     except TrueloopError:
         return ""
-
-
-def _drawing(handed: Handed) -> views.DrawingRead:
-    from trueloop.formats.jobs.new_job import characteristics_toml
-    from trueloop.formats.jobs.profile_of_job import part_table_toml
-    from trueloop.jobs.turned.new import read_drawing
-
-    drawn = read_drawing(handed.file, unit=handed.asked.unit)
-    table = part_table_toml(Path(handed.name).stem, drawn.profile, drawn.notes)
-    return views.DrawingRead(table + characteristics_toml(drawn.asked))
 
 
 def _problem(refused: TrueloopError) -> views.Remarked:

@@ -22,9 +22,8 @@ from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
 from trueloop.jobs.store.where import Choice, store_of
 from trueloop.jobs.user import user_name
 from trueloop.machine.identify.form import Chosen, fit_form
-from trueloop.machine.identify.hold_out import HeldOut, hold_out
 from trueloop.machine.identify.identify import Identification
-from trueloop.machine.identify.judge_fit import require_agreement
+from trueloop.machine.identify.judge_fit import HeldOut, hold_out, require_agreement
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.history import check_lags_given, signals_at_end

@@ -15,8 +15,14 @@ from trueloop.formats.outputs import Output, write_all, written_as_it_comes
 from trueloop.formats.record_file import record_beside
 from trueloop.jobs.user import user_name
 from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces, obstacles
-from trueloop.loops.machine.points import CorrectedPoints, correct_points, record_of_points
-from trueloop.loops.machine.program import field_of_model, record_of, record_of_field
+from trueloop.loops.machine.program import (
+    CorrectedPoints,
+    correct_points,
+    field_of_model,
+    record_of,
+    record_of_field,
+    record_of_points,
+)
 from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.standards import PlanarField

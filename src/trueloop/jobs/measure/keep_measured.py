@@ -22,7 +22,6 @@ from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of, finish_cut,
 from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, order_in_doubt, touched_at
 from trueloop.jobs.store.judged import judged_parts
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
-from trueloop.jobs.store.keeping import Keeping, accepting
 from trueloop.jobs.store.of_this_part import (
     as_known,
     cuts_of,
@@ -33,7 +32,7 @@ from trueloop.jobs.store.of_this_part import (
     require_serial,
     require_size,
 )
-from trueloop.jobs.store.where import Beside, store_of
+from trueloop.jobs.store.where import Beside, Keeping, accepting, store_of
 from trueloop.jobs.tools import apart
 from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles

@@ -1,4 +1,7 @@
-"""Inspection files read, matched with the features of a job's part, and written as files that a job can name."""
+"""Inspection files read, matched with the features of a job's part, and written as files that a job can name.
+
+A mapping of a table's columns: proposed from its headings, written, and the table read by it.
+"""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,12 +11,17 @@ from typing import Final
 from trueloop.collector import put_off
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.errors import Code, Place, Severity, TrueloopError
+from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.dmis.results import dmis_results
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, Stated, Unit
 from trueloop.formats.inspections.qdas.writer import dfq_of
 from trueloop.formats.inspections.qif.writer import qif_of
 from trueloop.formats.inspections.shared.text import feature_names
+from trueloop.formats.inspections.tables.mapping import HINT, toml_of
+from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
+from trueloop.formats.inspections.tables.propose import Given, propose
+from trueloop.formats.inspections.tables.read import grid_of, read_mapped, settled
 from trueloop.formats.measurements.touches_csv import readings_to_csv, touches_to_csv
 from trueloop.formats.outputs import Named, write_all
 from trueloop.geometry.profile import Profile
@@ -163,14 +171,7 @@ def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
             values={"file": target.name},
         )
     file = read_measured_file(path, stated)
-    _require_written(file, target)
-    inputs = [path, *([] if stated.mapping is None else [stated.mapping])]
-    write_all(target.parent, [(target.name, lambda: writer(file.inspections, target.stem))], inputs)
-    return file
-
-
-def _require_written(file: MeasuredFile, target: Path) -> None:
-    """Touches are errors of a plane (x, z): no format of measuring machines has words for them."""
+    # Touches are errors of a plane (x, z): no format of measuring machines has words for them
     if touches := sum(len(inspection.touches) for inspection in file.inspections):
         raise Code.MSR_FORMAT.refusal(
             f"{target.name!r} cannot hold {touches} touches of a turned part",
@@ -178,3 +179,39 @@ def _require_written(file: MeasuredFile, target: Path) -> None:
             place=Place(str(file.path)),
             values={"file": target.name},
         )
+    inputs = [path, *([] if stated.mapping is None else [stated.mapping])]
+    write_all(target.parent, [(target.name, lambda: writer(file.inspections, target.stem))], inputs)
+    return file
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """A mapping with the file it was written to, and the table as it is read by it, or why it is not."""
+
+    path: Path
+    mapping: TableMapping
+    file: MeasuredFile | TrueloopError
+
+
+def map_table(
+    path: Path, output: Path | None, sheet: str = "", unit: Unit | None = None, given: Given | None = None
+) -> Mapped:
+    """Proposes, writes and tries a mapping; `given` names columns as `propose` takes them.
+
+    Where the table cannot be read by it, because a unit or a sign is stated nowhere, it is written all the same: there
+    it is added. Raises MSR errors where there is no mapping to propose, OUT errors where it cannot be written.
+    """
+    with readable(path, Code.MSR_FILE, hint=HINT):
+        grid = grid_of(path, sheet)
+    mapping, stated = propose(grid, given), Stated(unit)
+    mapping = mapping.model_copy(update={"unit": unit})
+    written = output or path.with_name(f"{path.stem}.map.toml")
+    file: MeasuredFile | TrueloopError
+    try:
+        mapping = settled(grid, mapping, stated)
+        file = read_mapped(grid, mapping, stated, written)
+    except TrueloopError as error:
+        file = error
+    text = toml_of(mapping, f"What the columns of {path.name} mean: docs/measurements.md, 'Tables by mapping'")
+    write_all(written.parent, [(written.name, text.encode())], [path])
+    return Mapped(written, mapping, file)

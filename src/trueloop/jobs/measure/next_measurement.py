@@ -50,7 +50,7 @@ from trueloop.loops.turned.next_measurement import (
 from trueloop.loops.turned.process_intermittent import process_errors
 from trueloop.loops.turned.remembering import is_used, today_of
 from trueloop.loops.turned.share import characteristics_in, inputs_of_edge, seen_of_edge
-from trueloop.memory.edge.expect import remembered
+from trueloop.memory.edge.predict import remembered
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_plan
@@ -59,7 +59,7 @@ from trueloop.storage.store import Store, find
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.fit.prior.part_state import part_state
 from trueloop.turned.readings.observed import PLACED_BY_HAND_MM
-from trueloop.turned.readings.plan import gauge_plan
+from trueloop.turned.readings.sizes import gauge_plan
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.turned.touches.touches import Gauging, standard_uncertainty_mm
 
@@ -140,7 +140,8 @@ def next_of_job(
     and EDG errors.
     """
     files = JobFiles.of(path)
-    measured = _was_measured(files)
+    named = [*files.job.gauging.touches_files, *files.job.gauging.readings_files]
+    measured = any((files.path.parent / one).exists() for one in named)
     cuts = read_cuts(files, None if measured else Measured((), _no_vectors(), (), ()))
     profile, gauging = cuts.read.profile, options_from(Gauging, files.job)
     asked = characteristics_of(files.located, profile)
@@ -186,11 +187,6 @@ def written_files(found: NextOf, source: Path | None, control: str | None = None
     if found.by_hand:
         texts["sheet.csv"] = gauge_sheet_csv(found.by_hand, "inch" if found.inch else "mm")
     return texts
-
-
-def _was_measured(files: JobFiles) -> bool:
-    named = [*files.job.gauging.touches_files, *files.job.gauging.readings_files]
-    return any((files.path.parent / one).exists() for one in named)
 
 
 def _no_vectors() -> ErrorVectors:

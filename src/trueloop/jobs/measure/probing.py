@@ -24,10 +24,10 @@ from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.jobs.turned.characteristics import characteristics_of
+from trueloop.jobs.turned.inputs import read_setups
 from trueloop.jobs.turned.job import ReadPart, read_part
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import DEVICES
-from trueloop.jobs.turned.setups import read_setups
 from trueloop.loops.turned.share import touch_in
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_moves, cmm_plan
@@ -101,7 +101,15 @@ def probed_part(path: Path, setup: str | None = None) -> ProbedPart:
     if not names and setup is None:
         return _whole(job, read_part(path))
     if setup not in names:
-        raise _no_setup(path, setup, names)
+        stated = "none is named" if setup is None else f"{setup!r} is none of them"
+        raise Code.JOB_SETUPS.refusal(
+            f"the job has {len(names)} set-ups ({', '.join(names) or 'no table [[setups]]'}), and {stated}",
+            hint="a probe reaches what is cut in one clamping: name it, `--setup NAME`, and touch the others in theirs"
+            if names
+            else "leave `--setup` out",
+            place=Place(str(path)),
+            values={"setups": list(names)},
+        )
     files = JobFiles.of(path)
     read = read_setups(files)
     read.found.require_plain()
@@ -130,18 +138,6 @@ def _whole(job: Job, part: ReadPart) -> ProbedPart:
 def _allowance_mm(job: Job) -> float:
     """Returns what the semi-finish cut leaves on, the most of all set-ups."""
     return max(one.semifinish_allowance_mm or 0.0 for one in job.every_programs)
-
-
-def _no_setup(path: Path, setup: str | None, names: Sequence[str]) -> TrueloopError:
-    stated = "none is named" if setup is None else f"{setup!r} is none of them"
-    return Code.JOB_SETUPS.refusal(
-        f"the job has {len(names)} set-ups ({', '.join(names) or 'no table [[setups]]'}), and {stated}",
-        hint="a probe reaches what is cut in one clamping: name it, `--setup NAME`, and touch the others in theirs"
-        if names
-        else "leave `--setup` out",
-        place=Place(str(path)),
-        values={"setups": list(names)},
-    )
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from trueloop.domain.model_version import ModelDecision
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.domain.part import Part, WholePart, joined_shares
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
-from trueloop.domain.record import Correction, ProgramText, Record
+from trueloop.domain.record import Correction, ProgramText
 from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.user import user_name
@@ -111,7 +111,14 @@ def _in_force(
         missing.append(wording("no finish cut is kept: program, tool and correction are not known"))
     else:
         found += _of_cut(store, cut)
-        missing += _lacking(store, cut)
+        if not cut.program_sha256:
+            missing.append(wording("the program that ran is not known"))
+        if cut.setting is None:
+            missing.append(wording("the edge that cut is not known"))
+        elif cut.setting.set_at is None:
+            missing.append(wording("when the tool was set is not known"))
+        if cut.correction and not _corrections(store, cut):
+            missing.append(wording("correction {id} is not in the store", id=cut.correction))
     both = [one.value for one in find(store, BothInspections, part_type=part.part_type.name, serial=part.serial)]
     for model in dict.fromkeys(one.model_sha256 for one in both if one.compensated):
         found.append(_model(store, model))
@@ -138,37 +145,22 @@ def _of_cut(store: Store, cut: Cut) -> Iterator[InForce]:
     if not cut.correction and cut.program_sha256:
         yield InForce(wording("correction"), "", wording("none: cut as programmed"))
     for one in _corrections(store, cut):
-        yield from _of_record(store, one.record)
+        said = wording("made {at} by {who}", at=one.record.made_at, who=one.record.made_by or "?")
+        yield InForce(wording("correction"), one.record.id, said)
+        machine = one.record.options.get("machine")
+        model = machine.get("model") if isinstance(machine, Mapping) else None
+        for name, sha256 in one.record.inputs_sha256.items():
+            if name == "model" or sha256 == model:
+                yield _model(store, sha256)
+            else:
+                yield InForce(wording("input of the correction"), sha256, name)
         yield from _offset_in_force(one, cut)
-
-
-def _lacking(store: Store, cut: Cut) -> Iterator[str]:
-    if not cut.program_sha256:
-        yield wording("the program that ran is not known")
-    if cut.setting is None:
-        yield wording("the edge that cut is not known")
-    elif cut.setting.set_at is None:
-        yield wording("when the tool was set is not known")
-    if cut.correction and not _corrections(store, cut):
-        yield wording("correction {id} is not in the store", id=cut.correction)
 
 
 def _corrections(store: Store, cut: Cut) -> list[Correction[Any]]:
     if not cut.correction:
         return []
     return [one.value for one in find(store, Correction, identity=cut.correction)]
-
-
-def _of_record(store: Store, record: Record) -> Iterator[InForce]:
-    said = wording("made {at} by {who}", at=record.made_at, who=record.made_by or "?")
-    yield InForce(wording("correction"), record.id, said)
-    machine = record.options.get("machine")
-    model = machine.get("model") if isinstance(machine, Mapping) else None
-    for name, sha256 in record.inputs_sha256.items():
-        if name == "model" or sha256 == model:
-            yield _model(store, sha256)
-        else:
-            yield InForce(wording("input of the correction"), sha256, name)
 
 
 def _offset_in_force(one: Correction[Any], cut: Cut) -> Iterator[InForce]:

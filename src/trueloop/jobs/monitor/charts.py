@@ -138,7 +138,14 @@ def charts_of(store: Store, part_type: str | None, names: Sequence[str], options
     none of them has enough.
     """
     book = read_book(store, part_type or only_type(store), SeriesOptions())
-    _require_known(book, names)
+    known = sorted({one.series.name for one in book.tracked})
+    for name in names:
+        if name not in known:
+            raise Code.MON_NONE.refusal(
+                f"the store holds no values of {name!r} among the {len(known)} characteristics of {book.part_type!r}",
+                hint=f"they are: {', '.join(known)}",
+                values={"characteristic": name},
+            )
     facts, charted, few = (
         stored_facts(store, book, failed_checks(store)),
         list[MonitoredSeries](),
@@ -161,17 +168,6 @@ def charts_of(store: Store, part_type: str | None, names: Sequence[str], options
 
 def _as_note(refused: TrueloopError) -> Finding:
     return Finding(Severity.NOTE, refused.code, refused.message, refused.hint, values=refused.values)
-
-
-def _require_known(book: Book, names: Sequence[str]) -> None:
-    known = sorted({one.series.name for one in book.tracked})
-    for name in names:
-        if name not in known:
-            raise Code.MON_NONE.refusal(
-                f"the store holds no values of {name!r} among the {len(known)} characteristics of {book.part_type!r}",
-                hint=f"they are: {', '.join(known)}",
-                values={"characteristic": name},
-            )
 
 
 def write_charts(shown: ChartsShape, folder: Path | None, language: Language, unit: LengthUnit) -> list[str]:

@@ -23,9 +23,8 @@ from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.db.named import named_row
 from trueloop.jobs.machine.mapped_program import ModelFile
-from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.store.opened import opened
-from trueloop.jobs.store.where import Choice
+from trueloop.jobs.store.where import Choice, Keeping
 from trueloop.jobs.turned.compensate import correct_job
 from trueloop.loops.realtime.process_table import Placed, machine_of, process_table
 from trueloop.loops.turned.commanded import Run
@@ -222,7 +221,15 @@ def make_image(source: FilePath, options: ImageOptions | None = None) -> MadeIma
             require_serial(known.model, options.serial)
     image = _image(known, table, options)
     extent = extent_of(image)
-    _check_limit(image, extent)
+    largest, limit = (abs(v) * UM_PER_MM for v in (extent.whole.correction_mm, image.limits.limit_mm))
+    if largest > limit:
+        raise Code.RTC_LIMIT.refusal(
+            f"a correction of {largest:.1f} µm along {where_in_words(extent.whole, image)} is beyond the limit of "
+            f"{limit:g} µm: the component would fault there",
+            hint="narrow the travel or the ranges of signals to what is used, look at the model, or raise the limit",
+            override="--limit-um",
+            values={"largest_um": largest, "limit_um": limit},
+        )
     files = (*((path,) if path.is_file() else ()), *(table.files if table else ()), *((known.file,) if known else ()))
     return MadeImage(image, extent, tuple(_notes(known, table, options, image)), files)
 
@@ -303,18 +310,6 @@ def _travel(known: ModelFile | None, options: ImageOptions) -> tuple[Ends, Ends,
         )
     x, y, z = ({**options.travel_mm, **found}.get(axis, NO_AXIS_MM) for axis in "XYZ")
     return x, y, z
-
-
-def _check_limit(image: Image, extent: Extent) -> None:
-    largest, limit = (abs(v) * UM_PER_MM for v in (extent.whole.correction_mm, image.limits.limit_mm))
-    if largest > limit:
-        raise Code.RTC_LIMIT.refusal(
-            f"a correction of {largest:.1f} µm along {where_in_words(extent.whole, image)} is beyond the limit of "
-            f"{limit:g} µm: the component would fault there",
-            hint="narrow the travel or the ranges of signals to what is used, look at the model, or raise the limit",
-            override="--limit-um",
-            values={"largest_um": largest, "limit_um": limit},
-        )
 
 
 def _notes(

@@ -39,7 +39,8 @@ def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turne
     if said.record is not None:
         named = [one.value for one in find(store, Correction, identity=joined((said.record,)))]
         return _whole(store, part, named, f"with the id {said.record!r}")
-    of_part = _of_part(store, part)
+    found = find(store, Correction, part_type=part.part_type.name, serial=part.serial)
+    of_part = [one.value for one in found if _is_about(one, part)]
     if said.program is not None:
         marked = [one.value for one in find(store, Correction) if _is_of(one.value, said.program)]
         own = [one for one in marked if any(i.part.identity == part.identity for i in one.record.inspections)]
@@ -114,11 +115,6 @@ def made_for_other(store: Store, correction: Correction[Any], part: Part) -> str
     semifinish = {joined(cut.identity) for cut in cuts_of(store, inspections[0].part, Stage.SEMIFINISH)}
     links = find(store, InspectionLink, identity=joined(inspections[0].identity))
     return inspections[0].part.serial if any(joined(one.value.cut) in semifinish for one in links) else None
-
-
-def _of_part(store: Store, part: Part) -> list[Correction[Any]]:
-    found = find(store, Correction, part_type=part.part_type.name, serial=part.serial)
-    return [one.value for one in found if _is_about(one, part)]
 
 
 def _is_about(kept: Kept[Correction[Any]], part: Part) -> bool:

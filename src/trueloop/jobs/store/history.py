@@ -1,6 +1,6 @@
 """An edge's parts out of the store, as memory works on them: state is recomputed from records, never kept."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any, Final
@@ -94,7 +94,17 @@ def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
 
 def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequence[Cut] = ()) -> tuple[MadePart, ...]:
     """Returns the history of some of what `life_of` gave; `also`: cuts in it that are not kept yet."""
-    ages = _ages_min(store, edge, also)
+    # Minutes in cut of an edge before each of its cuts, as far back as every one of them states its own
+    kept = since_mounting(store, edge, _with(find(store, Cut, edge=joined(edge.identity)), also))
+    cuts = [one.value for one in kept]
+    order = cutting_order([Dated(cut, None, row) for row, cut in enumerate(cuts)])
+    ages, age = dict[Identity, float](), 0.0
+    for cut in (cuts[place] for place in order.places):
+        ages[cut.identity] = age
+        minutes = cut.conditions.time_in_cut_min
+        if minutes is None:
+            break
+        age += minutes
     return tuple(
         replace(
             made_of(lived, order),
@@ -225,18 +235,3 @@ def _with(stored: list[Kept[Cut]], also: Sequence[Cut]) -> list[Kept[Cut]]:
     last, new = max(rows.values(), default=0), {cut.identity for cut in also}
     own = [Kept(rows.get(cut.identity, last + 1 + k), cut, datetime.now(UTC)) for k, cut in enumerate(also)]
     return [*(kept for kept in stored if kept.value.identity not in new), *own]
-
-
-def _ages_min(store: Store, edge: Edge, also: Sequence[Cut]) -> Mapping[Identity, float]:
-    """Minutes in cut of an edge before each of its cuts, as far back as every one of them states its own."""
-    kept = since_mounting(store, edge, _with(find(store, Cut, edge=joined(edge.identity)), also))
-    cuts = [one.value for one in kept]
-    order = cutting_order([Dated(cut, None, row) for row, cut in enumerate(cuts)])
-    ages, age = dict[Identity, float](), 0.0
-    for cut in (cuts[place] for place in order.places):
-        ages[cut.identity] = age
-        minutes = cut.conditions.time_in_cut_min
-        if minutes is None:
-            break
-        age += minutes
-    return ages

@@ -13,7 +13,6 @@ from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Edge, Setting
 from trueloop.errors import Code, Finding, Severity
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
-from trueloop.jobs.store.keeping import Keeping, accepting
 from trueloop.jobs.store.of_this_part import (
     cuts_of,
     finished_already,
@@ -21,6 +20,7 @@ from trueloop.jobs.store.of_this_part import (
     require_later,
     require_serial,
 )
+from trueloop.jobs.store.where import Keeping, accepting
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.stored import enveloped
 from trueloop.storage.kinds import joined
@@ -74,7 +74,23 @@ def keep_corrections(store: Store, made: Sequence[tuple[Inputs, Correction]], ke
     facts, findings = list[Any](), list[Finding]()
     for inputs, correction in made:
         findings += _noticed(store, inputs, keeping)
-        touched = _as_known(store, touched_cut(inputs, correction, part_of(inputs)))
+        # The cut whose surface was measured: of a finished part its finish cut, with what was in force.  The edge is as
+        # the record has it, with the radius that the job states.
+        finished, force, record = inputs.measured_finished, inputs.in_force.cut_with, correction.record
+        cutting = inputs.program if finished else inputs.semifinish
+        sha256 = "" if cutting is None else sha256_of(cutting.source)
+        touched = _as_known(
+            store,
+            Cut(
+                part_of(inputs),
+                Stage.FINISH if finished else Stage.SEMIFINISH,
+                None if record.edge is None else Setting(record.edge, record.edge_set_at),
+                record.machine,
+                force.program_sha256 if force.corrected else sha256,
+                force.correction,
+                offset_entered=force.ran is Ran.WEAR,
+            ),
+        )
         facts += facts_of(inputs, correction, touched)
     return keep_facts(store, facts, findings, supersede=keeping.supersede)
 
@@ -96,25 +112,6 @@ def part_of(inputs: Inputs) -> Part:
     """Returns the part that was measured."""
     serials = [one.part.serial for one in inputs.inspections if one.part.serial]
     return Part(inputs.part, serials[0] if serials else "")
-
-
-def touched_cut(inputs: Inputs, correction: Correction, part: Part) -> Cut:
-    """Returns the cut whose surface was measured: of a finished part its finish cut, with what was in force.
-
-    The edge is as the record has it, with the radius that the job states.
-    """
-    finished, force, record = inputs.measured_finished, inputs.in_force.cut_with, correction.record
-    cutting = inputs.program if finished else inputs.semifinish
-    sha256 = "" if cutting is None else sha256_of(cutting.source)
-    return Cut(
-        part,
-        Stage.FINISH if finished else Stage.SEMIFINISH,
-        None if record.edge is None else Setting(record.edge, record.edge_set_at),
-        record.machine,
-        force.program_sha256 if force.corrected else sha256,
-        force.correction,
-        offset_entered=force.ran is Ran.WEAR,
-    )
 
 
 def facts_of(inputs: Inputs, correction: Correction, touched: Cut) -> tuple[Any, ...]:

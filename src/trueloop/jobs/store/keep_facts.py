@@ -109,17 +109,13 @@ def as_stored(store: Store, value: Any) -> Any:
     if known is None:
         return value
     old = known.value.record
-    same = with_maker(value, old.made_at, old.made_by, old.trueloop_version)
-    return same if store.codec.to_json(same) == store.codec.to_json(known.value) else value
-
-
-def with_maker(correction: Correction[Any], made_at: str, made_by: str, version: str) -> Correction[Any]:
-    """Returns the correction as made then, by that person and version; also in a payload that repeats the record."""
-    record = replace(correction.record, made_at=made_at, made_by=made_by, trueloop_version=version)
-    payload = correction.payload
-    if getattr(payload, "record", None) == correction.record:
+    # The correction as made then, by that person and version; also in a payload that repeats the record
+    record = replace(value.record, made_at=old.made_at, made_by=old.made_by, trueloop_version=old.trueloop_version)
+    payload = value.payload
+    if getattr(payload, "record", None) == value.record:
         payload = replace(payload, record=record)
-    return replace(correction, record=record, payload=payload)
+    same = replace(value, record=record, payload=payload)
+    return same if store.codec.to_json(same) == store.codec.to_json(known.value) else value
 
 
 def texts_of(programs: Iterable[bytes | None]) -> list[ProgramText]:

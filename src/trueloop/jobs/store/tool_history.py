@@ -41,7 +41,9 @@ def parts_of_earlier_edges(
     """
     if not edge.tool.name or not edge.insert:  # a number holds for one machine only
         return ()
-    first = _first_row(store, edge, own)
+    identities = {lived.cut.identity for lived in own}
+    cuts = find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH) if identities else []
+    first = min((kept.row for kept in cuts if kept.value.identity in identities), default=None)
     before = min((at for lived in own if (at := _when(lived)) is not None), default=None)
     finished = {(lived.cut.part.part_type.identity, lived.cut.part.serial) for lived in own}
     found = list[tuple[LivedPart, str]]()
@@ -84,12 +86,6 @@ def _earlier(store: Store, edge: Edge) -> Iterator[_Earlier]:
             label = " ".join(other.identity)
             if other.identity != edge.identity or ago:
                 yield _Earlier(kept, f"{label} {ago} mountings ago" if ago else label)
-
-
-def _first_row(store: Store, edge: Edge, own: Sequence[LivedPart]) -> int | None:
-    identities = {lived.cut.identity for lived in own}
-    cuts = find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH) if identities else []
-    return min((kept.row for kept in cuts if kept.value.identity in identities), default=None)
 
 
 def _when(lived: LivedPart) -> datetime | None:

@@ -1,6 +1,6 @@
 """The correction with which a surface's measured parts were cut: stated in its job, or asked for."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -94,7 +94,7 @@ def _shown(file: Path, folder: Path) -> str:
 def _require_of_job(record: Record, inputs: SurfaceInputs, nominal: Path) -> None:
     if record.product is not Product.SURFACE:
         raise _refused(record, "is not a surface's", HINT)
-    surface, hashes = sha256_of(nominal.read_bytes()), _hashes(record.inputs_sha256)
+    surface, hashes = sha256_of(nominal.read_bytes()), set(record.inputs_sha256.values())
     if surface not in hashes:
         raise _refused(record, f"was not made from the nominal surface {nominal.name!r}", "name that in surface.file")
     if inputs.program is None:
@@ -109,10 +109,6 @@ def _require_of_job(record: Record, inputs: SurfaceInputs, nominal: Path) -> Non
             'corrected surface holds it already: gauging.cut_with = "given"',
             values={"expected_sha256": expected, "found_sha256": given},
         )
-
-
-def _hashes(inputs_sha256: Mapping[str, str]) -> set[str]:
-    return set(inputs_sha256.values())
 
 
 def _program_beside(file: Path, record: Record) -> bytes | None:

@@ -29,9 +29,8 @@ from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import Program, read_program
 from trueloop.report.surface.page import maps_picture, surface_page
 from trueloop.surface.compensation.cutter import Cutter
-from trueloop.surface.compensation.pattern import WrittenPattern, pattern_surface
-from trueloop.surface.compensation.shift import SurfaceJob
-from trueloop.surface.compensation.side import require_outer_side
+from trueloop.surface.compensation.placed import require_outer_side
+from trueloop.surface.compensation.shift import SurfaceJob, WrittenPattern, pattern_surface
 from trueloop.surface.options import SurfaceOptions
 
 if TYPE_CHECKING:

@@ -37,21 +37,17 @@ def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
                 place=Place(str(path)),
             )
         found += [path.parent / file for file in matching]
-    _require_different(found, path)
-    _require_parts(options_from(SurfaceOptions, job).exclude, [file.stem for file in found], path)
-    return found
-
-
-def _require_different(files: Sequence[Path], path: Path) -> None:
     by_name: dict[str, Path] = {}
-    for file in files:
+    for file in found:
         if file.stem in by_name:
             raise Code.SRF_TWICE.refusal(
-                f"two of {len(files)} parts are called {file.stem!r}: {str(by_name[file.stem])!r} and {str(file)!r}",
+                f"two of {len(found)} parts are called {file.stem!r}: {str(by_name[file.stem])!r} and {str(file)!r}",
                 hint="name every part's file once in gauging.points, and no two alike: results go by their names",
                 place=Place(str(path)),
             )
         by_name[file.stem] = file
+    _require_parts(options_from(SurfaceOptions, job).exclude, [file.stem for file in found], path)
+    return found
 
 
 def require_measured_once(files: Sequence[Path], hashes: Mapping[Path, str]) -> None:

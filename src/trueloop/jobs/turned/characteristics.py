@@ -12,8 +12,7 @@ from trueloop.formats.toml_tables import Located
 from trueloop.geometry.profile import Profile
 from trueloop.tolerances import iso2768
 from trueloop.tolerances.text import limits_of, unread
-from trueloop.turned.characteristics.measurand import feature_index
-from trueloop.turned.characteristics.nominal import SAME, checked, edge_of, usual, with_nominal
+from trueloop.turned.characteristics.measurand import SAME, checked, edge_of, feature_index, usual, with_nominal
 from trueloop.wording import wording
 
 
@@ -23,7 +22,15 @@ def characteristics_of(job: Located[Job], profile: Profile) -> tuple[Characteris
     for k, table in enumerate(part.characteristic):
         with job.at("part", "characteristic", k):
             one = _characteristic(table, profile, MM_PER[part.unit])
-            _refuse_twice(one, found)
+            # Raises TOL-TWICE for a name, or a size of one place, that is there already
+            for other in found:
+                if one.name == other.name:
+                    raise _twice(one, f"characteristic {one.name!r} is there twice")
+                if place_of(one) == place_of(other):
+                    raise _twice(
+                        one,
+                        f"characteristic {one.name!r} is the {one.quantity} of {one.feature!r} that {other.name!r} is",
+                    )
             found.append(one)
     if part.general_tolerance is not None:
         with job.at("part", "general_tolerance"):
@@ -60,17 +67,6 @@ def _general(tolerance: str, profile: Profile, toleranced: Collection[str]) -> I
         if found is None:
             raise unread(tolerance)
         yield checked(asked, asked.nominal - found, asked.nominal + found, tolerance, profile)
-
-
-def _refuse_twice(one: Characteristic, others: Sequence[Characteristic]) -> None:
-    """Raises TOL-TWICE for a name, or a size of one place, that is there already."""
-    for other in others:
-        if one.name == other.name:
-            raise _twice(one, f"characteristic {one.name!r} is there twice")
-        if place_of(one) == place_of(other):
-            raise _twice(
-                one, f"characteristic {one.name!r} is the {one.quantity} of {one.feature!r} that {other.name!r} is"
-            )
 
 
 def _twice(one: Characteristic, message: str) -> TrueloopError:

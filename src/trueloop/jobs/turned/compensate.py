@@ -1,16 +1,15 @@
 """From a turned part's job to its corrected programs, tables, reports and records: all set-ups and edges, or none."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from trueloop.domain.option import Language, LengthUnit, PageOptions
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
-from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
-from trueloop.jobs.store.where import Beside, Choice, store_of
+from trueloop.jobs.store.where import Beside, Choice, Keeping, kept_all_the_same, store_of
 from trueloop.jobs.turned.job import ReadCuts, ReadJob, read_cuts, read_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.outputs import METRIC, as_first_made, new_tables, outputs_of, outputs_of_part
@@ -66,7 +65,14 @@ class CorrectedPart:
         asked = [one for one in self.edges if tool in (one.tool, one.tool.partition(" (")[0])]
         found = [one for one in asked if not setup or one.setup == setup]
         if len(found) != 1:
-            raise _not_one(tool, setup, len(found), self.edges)
+            count = len(found)
+            there = ", ".join(f"{one.tool} in {one.setup!r}" if one.setup else one.tool for one in self.edges)
+            where = f" in set-up {setup!r}" if setup else ""
+            raise Code.NC_NO_TOOL.refusal(
+                f"{count} edges of the part are {tool!r}{where}; its edges are {there}",
+                hint="name the tool as it is called, and its set-up where several cut with it",
+                values={"tool": tool},
+            )
         return found[0]
 
 
@@ -277,13 +283,3 @@ def _from_here(folder: Path) -> Path:
     """The folder as seen from where the program runs, without a detour by the job's folder."""
     resolved = folder.resolve()
     return resolved.relative_to(Path.cwd()) if resolved.is_relative_to(Path.cwd()) else resolved
-
-
-def _not_one(tool: str, setup: str, count: int, edges: Sequence[CorrectedEdge]) -> TrueloopError:
-    there = ", ".join(f"{one.tool} in {one.setup!r}" if one.setup else one.tool for one in edges)
-    where = f" in set-up {setup!r}" if setup else ""
-    return Code.NC_NO_TOOL.refusal(
-        f"{count} edges of the part are {tool!r}{where}; its edges are {there}",
-        hint="name the tool as it is called, and its set-up where several cut with it",
-        values={"tool": tool},
-    )

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, time, timedelta
-from os import DirEntry, scandir
+from os import scandir
 from os.path import relpath
 from pathlib import Path
 from typing import Final
@@ -62,7 +62,10 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
     if not stated:
         with in_file(files.path):
             _require_no_allowance(inputs.touches)
-        within = _folders_near(files)
+        # Folders near the job, its outputs and its program
+        program = files.path.parent / files.job.own_programs.finish
+        homes = [files.path.parent.resolve(), files.output_folder.resolve(), program.resolve().parent]
+        within = folders_near([*homes, *(one.parent for one in homes)])
         if len(within) == MOST_FOLDERS:
             note = wording(
                 "Corrections of the program were looked for in {n} folders near the job, and there are more: state "
@@ -184,13 +187,6 @@ def with_possible(inputs: Inputs, known: Sequence[tuple[Record, str]]) -> Inputs
     return replace(inputs, in_force=replace(inputs.in_force, possible=possible), notes=notes)
 
 
-def _folders_near(files: JobFiles) -> list[Path]:
-    """Folders near the job, its outputs and its program."""
-    program = files.path.parent / files.job.own_programs.finish
-    homes = [files.path.parent.resolve(), files.output_folder.resolve(), program.resolve().parent]
-    return folders_near([*homes, *(one.parent for one in homes)])
-
-
 def _near(files: JobFiles, inputs: Inputs, within: Sequence[Path]) -> Iterator[tuple[Record, str]]:
     """Corrections of the job's program in folders, and their words."""
     given, folder = sha256_of(inputs.program.source), files.path.parent.resolve()
@@ -224,16 +220,12 @@ def folders_near(starts: Sequence[Path]) -> list[Path]:
             if len(found) + len(deeper) >= MOST_FOLDERS:
                 break
             try:
-                deeper += [Path(entry) for entry in scandir(one) if _is_searched(entry)]
+                deeper += [Path(entry) for entry in scandir(one) if (not entry.name.startswith(".") and entry.is_dir())]
             except OSError:
                 continue
         level = [one for one in deeper if one not in found]
         found.update(dict.fromkeys(level))
     return list(found)[:MOST_FOLDERS]
-
-
-def _is_searched(entry: DirEntry[str]) -> bool:
-    return not entry.name.startswith(".") and entry.is_dir()
 
 
 def is_of_cut(record: Record, inputs: Inputs) -> bool:

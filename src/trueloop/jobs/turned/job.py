@@ -22,11 +22,9 @@ from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
-from trueloop.jobs.sources import Sources
-from trueloop.jobs.turned.inputs import Measured, ReadFiles, inputs_of, read_measured
+from trueloop.jobs.turned.inputs import Measured, ReadFiles, ReadSetups, inputs_of, read_measured, read_setups
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.readings import read_part_errors
-from trueloop.jobs.turned.setups import ReadSetups, read_setups
+from trueloop.jobs.turned.readings import Sources, read_part_errors
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.cuts import OfSetup
 from trueloop.loops.turned.part import SetupCuts, with_zero

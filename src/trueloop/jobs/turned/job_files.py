@@ -21,8 +21,8 @@ from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile, Side
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.geometry.validate import checked_profile
-from trueloop.jobs.sources import Sources
 from trueloop.jobs.turned.called_files import with_called
+from trueloop.jobs.turned.readings import Sources
 from trueloop.loops.turned.commanded import Run
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.program.program import Program, read_program

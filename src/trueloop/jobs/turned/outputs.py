@@ -1,25 +1,36 @@
-"""The files of a part's corrections: programs, tables, reports and records, and the tool tables with their offsets."""
+"""The files of a part's corrections: programs, tables, reports and records, and the tool tables with their offsets.
+
+From a correction's record or job to a new tool table, or to the control's own words for the offset.
+"""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from trueloop.domain.option import PageOptions
-from trueloop.errors import TrueloopError
+from trueloop.domain.option import Limits, PageOptions
+from trueloop.domain.proposal import ToolOffset
+from trueloop.domain.record import Record
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
+from trueloop.formats.outputs import write_all
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.control_tables import table_to_csv
-from trueloop.formats.tables.tool_tables.known import new_table, tool_table_of
-from trueloop.formats.tables.tool_tables.tool_table import ToolTable
+from trueloop.formats.tables.tool_tables.known import NewTable, new_table, read_tool_table, tool_table_of
+from trueloop.formats.tables.tool_tables.tool_table import ToolTable, Unit, XIs
+from trueloop.jobs.turned.job import read_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.part import EdgeCorrection, PartCorrection, SetupCorrection
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.dialect import dialect_named
 from trueloop.report.pdf import as_pdf
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.correction_json import json_text
 from trueloop.report.turned.page import page as page_of
 from trueloop.report.turned.part import part_json, part_page
+from trueloop.turned.compensation.limits import check_offset
+from trueloop.turned.program.wear_numbers import Control, WearOffset, counted, offset_program
 
 METRIC: Final = PageOptions(unit="mm")
 NAMES: Final = (("table", "csv"), ("report", "html"), ("report", "pdf"), ("report", "json"), ("record", "json"))
@@ -64,7 +75,10 @@ def outputs_of_part(corrected: PartCorrection, options: PageOptions, pdf: bool) 
             label = _label(setup, edge)
             contents |= _of_edge(edge, label, options, pdf)
             reports[setup.frame.name, edge.tool] = f"report-{label}.html"
-    contents["report.html"] = part_page(corrected, reports, _texts_of(corrected, options)).encode()
+    # The texts of a page of all edges, in the unit of the first program that says its own
+    records = [one.record for setup in corrected.setups for one in setup.corrections]
+    units = [record.program.unit for record in records if record.program is not None]
+    contents["report.html"] = part_page(corrected, reports, Texts.of(options, units[0] if units else None)).encode()
     contents["part.json"] = part_json(corrected).encode()
     return contents
 
@@ -111,13 +125,6 @@ def _of_correction(correction: Correction, ending: str, options: PageOptions, pd
     return dict(zip(_names(ending), contents, strict=True))
 
 
-def _texts_of(corrected: PartCorrection, options: PageOptions) -> Texts:
-    """The texts of a page of all edges, in the unit of the first program that says its own."""
-    records = [one.record for setup in corrected.setups for one in setup.corrections]
-    units = [record.program.unit for record in records if record.program is not None]
-    return Texts.of(options, units[0] if units else None)
-
-
 def new_tables(files: JobFiles, corrected: PartCorrection) -> list[tuple[str, bytes | None]]:
     """Returns contents by file name: of every table that the job's tools name `new-NAME`, of two of one name
     `new-FOLDER-NAME`; None where no offset changes.
@@ -149,3 +156,63 @@ def _with_offset(
 def _read(files: JobFiles, tool: TableOfTool, path: Path, before: bytes | None) -> ToolTable:
     given = files.tool_table(path)
     return given if before is None else tool_table_of(given.path, before, tool.table_unit)
+
+
+@dataclass(frozen=True)
+class Applied:
+    """A tool table that was read and the one that was written, by which correction."""
+
+    record_id: str
+    table: ToolTable
+    new: NewTable
+    written: Path
+
+
+def apply_offset(correction: Path, table: Path, target: Path, unit: Unit | None = None) -> Applied:
+    """Writes the table with the offset of a correction changed.
+
+    correction: its record (`.json`), or the job, which is computed anew. Raises REC, JOB, OFS and OUT errors, and
+    CMP-SIZE where the offset is beyond the limit that the correction was made with.
+    """
+    record, offset = offset_of(correction)
+    read = read_tool_table(table, unit)
+    new = new_table(read, offset, record.id)
+    (written,) = write_all(target.parent, [(target.name, new.content)], [table, correction])
+    return Applied(record.id, read, new, written)
+
+
+def offset_words(correction: Path, control: Control | None, x_is: XIs | None = None) -> str:
+    """Writes the offset of a correction as a small program of its own control, or of another.
+
+    `x_is` states how that other one counts offsets on X. Raises REC, JOB and OFS errors.
+    """
+    record, offset = offset_of(correction)
+    own = "" if record.program is None else dialect_named(record.program.dialect).wear_words
+    control = control or own or "heidenhain"
+    counts = (x_is or offset.x_is) if control == own else counted(control, x_is)
+    with in_file(correction):
+        return offset_program(control, WearOffset.of(offset, counts), record.id)
+
+
+def offset_of(correction: Path) -> tuple[Record, ToolOffset]:
+    """Returns the record of a correction, and the tool offset that makes it. Raises OFS-NONE where no offset does."""
+    is_record = correction.suffix.lower() == ".json"
+    record = read_record(correction) if is_record else compensate(read_job(correction).inputs, sources=False).record
+    offset = record.tool_offset
+    if offset is None or not offset.makes_the_correction:
+        what = "the contour" if offset is not None else "no tool offset"
+        raise Code.OFS_NONE.refusal(
+            f"correction {record.id} is made by {what}: its program is run with the tool's offset as it is",
+            hint='to correct by the offset instead: `compensation.by = "offset"` in the job',
+            place=Place(str(correction)),
+        )
+    with in_file(correction):
+        check_offset((offset.x_radius_mm, offset.z_mm), Limits(correction_mm=_limit_mm(record)))
+    return record, offset
+
+
+def _limit_mm(record: Record) -> float:
+    """The limit that the correction was made with."""
+    limits = record.options.get("limits")
+    value = limits.get("correction_mm") if isinstance(limits, Mapping) else None
+    return float(value) if isinstance(value, int | float) else Limits.correction_mm

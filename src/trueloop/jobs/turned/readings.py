@@ -1,8 +1,11 @@
-"""The inspection files that a job names: the readings of its part, each with its feature."""
+"""The inspection files that a job names: the readings of its part, each with its feature.
+
+The files that a job is read from: its record names them by hash, its results must not overwrite them.
+"""
 
 import difflib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
@@ -10,7 +13,7 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
-from trueloop.errors import Code, Place, Severity, TrueloopError, in_file
+from trueloop.errors import Code, Place, Severity, in_file
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
 from trueloop.formats.inspections.shared.text import feature_names
@@ -18,7 +21,6 @@ from trueloop.formats.jobs.job import Job
 from trueloop.formats.measurements.touches_csv import read_touches
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.sources import Sources
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.machine.model.term import means
 from trueloop.turned.readings.match import features_listed, match_inspection
@@ -28,6 +30,38 @@ from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.vectors import assumed_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Files by the names the job gives them. What is read for a job gets its path here, and so is noted.
+
+    `folder` is where names start from, `prefix` how it is called from the job's own folder.
+    """
+
+    folder: Path
+    prefix: Path = Path()
+    named: dict[str, Path] = field(default_factory=dict)
+
+    def file(self, name: Path | str) -> Path:
+        """Returns the path of a file, and notes it."""
+        path = self.folder / name
+        self.named[str(self.prefix / name)] = path
+        return path
+
+    def beside(self, name: Path) -> "Sources":
+        """Returns sources for the names in another file: they start from its folder, and are noted with these."""
+        return replace(self, folder=(self.folder / name).parent, prefix=self.prefix / name.parent)
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Returns all files that were noted."""
+        return tuple(self.named.values())
+
+    @property
+    def sha256(self) -> dict[str, str]:
+        """Returns their hashes by name."""
+        return {name: sha256_of(path.read_bytes()) for name, path in self.named.items()}
 
 
 @dataclass(frozen=True)
@@ -180,19 +214,16 @@ def _matched(
 def _named(profile: Profile, reading: Reading) -> MatchedReading:
     found = match_by_name(profile, reading)
     if found is None:
-        raise _no_feature(profile, [reading.feature or reading.characteristic, reading.other], reading.line)
+        named = [reading.feature or reading.characteristic, reading.other]
+        name = next((one for one in named if one not in profile.names), named[0])
+        near = difflib.get_close_matches(name, profile.names, n=1)
+        raise Code.MSR_FEATURE.refusal(
+            f"the part has no feature {name!r}",
+            hint=f"did you mean {near[0]!r}?" if near else f"the part's features are: {', '.join(profile.names)}",
+            place=Place(line=reading.line),
+            values={"feature": name},
+        )
     return found
-
-
-def _no_feature(profile: Profile, named: Sequence[str], line: int | None) -> TrueloopError:
-    name = next((one for one in named if one not in profile.names), named[0])
-    near = difflib.get_close_matches(name, profile.names, n=1)
-    return Code.MSR_FEATURE.refusal(
-        f"the part has no feature {name!r}",
-        hint=f"did you mean {near[0]!r}?" if near else f"the part's features are: {', '.join(profile.names)}",
-        place=Place(line=line),
-        values={"feature": name},
-    )
 
 
 DEVICES: Final = {"machine": "probe of the machine tool", "cmm": "coordinate measuring machine"}

@@ -16,13 +16,12 @@ from itertools import combinations
 from typing import Literal
 
 from trueloop.domain.inspection import Inspection, Reading, Touch
-from trueloop.domain.part import PartType
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
+from trueloop.jobs.turned.inputs import read_setups
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.setups import read_setups
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part import EdgeCorrection, PartCorrection, SetupCorrection
 from trueloop.loops.turned.share import index_in, reading_in, touch_in
@@ -184,12 +183,8 @@ def stored_inputs(inputs: Inputs, profile: Profile, own: OwnContour | None) -> I
         inspection_of_edge(one, profile, own, setup=inputs.setup, allowance_mm=allowance_mm)
         for one in inputs.inspections
     )
-    inspections = tuple(_of_type(one, part) for one in mine if one.values)
+    inspections = tuple(replace(one, part=replace(one.part, part_type=part)) for one in mine if one.values)
     edge, number = inputs.edge, own.edge.called.edge
     if edge is not None and number > 1:
         edge = replace(edge, corner=f"{edge.corner} D{number}".strip())
     return replace(inputs, part=part, inspections=inspections, edge=edge)
-
-
-def _of_type(one: Inspection, part: PartType) -> Inspection:
-    return replace(one, part=replace(one.part, part_type=part))

@@ -7,6 +7,8 @@ it says, by its error while it probed. A measuring machine finds s. So that
 
 what the model left, at the positions, the stylus and the temperatures of *probing*, whatever the part was cut under.
 That is ERROR_MTG,RESID of [6876 §3.5] as far as the model errs at cutting as it does at probing [6876 footnote 6].
+
+The post-process loop's first step: one part's inspections taken apart into machine, process and what was left.
 """
 
 import shlex
@@ -28,8 +30,10 @@ from trueloop.diagnosis.frames import LEAST_PARTS, Frames, reconcile_frames
 from trueloop.diagnosis.terms.judge import Correlation, Verdict, judge, one_after_another
 from trueloop.diagnosis.terms.suspects import Residuals
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.machine.model.chain import Chain
+from trueloop.machine.model.chain import Chain, Vector
 from trueloop.machine.model.model import MachineModel, State
+from trueloop.machine.model.term import Signals
+from trueloop.machine.model.validity import check_state
 from trueloop.units import UM_PER_MM
 
 OTHER_PART_MM = 0.2
@@ -238,3 +242,36 @@ def _frames(parts: Sequence[BothSeen], seen: Residuals, u_mm: float) -> Frames |
     nominal_mm = np.concatenate([part.seen.nominal_mm for part in parts])
     names = [part.serial for part in parts]
     return reconcile_frames(seen.part, nominal_mm, seen.normal, seen.residual_mm, u_mm, names)
+
+
+def states_of(model: MachineModel, seen: Inspections, zero: Vector, tool: Array | Vector, signals: Signals) -> State:
+    """Axis positions that bring the tool point to each gauging point: part + zero − tool, one tool or (n, 3)."""
+    axes = seen.nominal_mm + np.array(zero) - np.array(tool)
+    chain = model.machine.chain
+    given = {name: axes[:, k] for k, name in enumerate("XYZ") if name in chain.order}
+    return State(chain.positions(given), 0.0, signals, tool)
+
+
+def decompose_part(
+    model: MachineModel,
+    seen: Inspections,
+    cutting: State,
+    probing: State,
+    *,
+    compensated: bool,
+    new_frame: bool,
+    extrapolate: Collection[str] = (),
+) -> tuple[Components, FrameDiscrepancy | None]:
+    """Components at each gauging point; with `new_frame` after the part coordinate system discrepancy is taken out.
+
+    Raises MCH-TRAVEL and MCH-RANGE for states at which the model is not known to hold; `extrapolate` names what may
+    leave the range of the data.
+    """
+    check_state(model, cutting, extrapolate)
+    check_state(model, probing, extrapolate)
+    found = error_components(model, seen, cutting, probing, compensated=compensated)
+    if not new_frame:
+        return found, None
+    frame = fit_frame_discrepancy(seen, found.error_proc_resid)
+    mended = without_discrepancy(seen, frame)
+    return error_components(model, mended, cutting, probing, compensated=compensated), frame

@@ -63,7 +63,13 @@ def _hints(inspection: Inspection) -> Iterator[_Hint]:
         elif isinstance(value, CmmPoint):
             yield from _of_point(value)
         elif isinstance(value, Reading):
-            yield from _of_size(value)
+            # Yields the evidence of a size: a diameter or a radius makes a cylinder or a piece of a cone; at z 0 where
+            # its place is not stated.
+            size = value.nominal
+            if size is not None and value.quantity in (Quantity.DIAMETER, Quantity.RADIUS):
+                radius = size / 2.0 if value.quantity is Quantity.DIAMETER else size
+                at = value.place_mm[-1] if value.place_mm else 0.0
+                yield _Hint(_name(value), (radius, at), (-1.0 if value.side == "inner" else 1.0, 0.0))
 
 
 def _of_point(point: CmmPoint) -> Iterator[_Hint]:
@@ -82,17 +88,6 @@ def _of_point(point: CmmPoint) -> Iterator[_Hint]:
         off = across * radius + along * z
         name = f"cone of {np.degrees(np.arctan2(along, across)):.1f}° at {off:.1f} mm"
     yield _Hint(name, (radius, z), (across, along))
-
-
-def _of_size(reading: Reading) -> Iterator[_Hint]:
-    """Yields the evidence of a size: a diameter or a radius makes a cylinder or a piece of a cone; at z 0 where its
-    place is not stated.
-    """
-    size = reading.nominal
-    if size is not None and reading.quantity in (Quantity.DIAMETER, Quantity.RADIUS):
-        radius = size / 2.0 if reading.quantity is Quantity.DIAMETER else size
-        at = reading.place_mm[-1] if reading.place_mm else 0.0
-        yield _Hint(_name(reading), (radius, at), (-1.0 if reading.side == "inner" else 1.0, 0.0))
 
 
 def _name(reading: Reading) -> str:

@@ -47,18 +47,14 @@ def written_out_file(
     done = written_out(program, path, np.flatnonzero(blocks[path.block] | wordless).tolist(), run)
     if program.dialect.splines:
         with done.in_lines_of(program):
-            _require_no_spline(done.program)
+            # Refuses a spline that was not written out, as one without any length: its end would stay where it was
+            for start in sorted(found.start() for code in _SPLINE for found in code.finditer(done.program.source)):
+                block = done.program.block(done.program.core.block_at(start))
+                if gives_spline(done.program, block):
+                    text = done.program.source[block.start : block.end].decode("latin-1").strip()
+                    raise Code.NC_EDIT.refusal(
+                        f"{text[:60]!r} cannot be written out as explicit moves: it is not run, or goes nowhere",
+                        hint="take the block out",
+                        place=done.program.place(start),
+                    )
     return program, done
-
-
-def _require_no_spline(program: Program) -> None:
-    """Refuses a spline that was not written out, as one without any length: its end would stay where it was."""
-    for start in sorted(found.start() for code in _SPLINE for found in code.finditer(program.source)):
-        block = program.block(program.core.block_at(start))
-        if gives_spline(program, block):
-            text = program.source[block.start : block.end].decode("latin-1").strip()
-            raise Code.NC_EDIT.refusal(
-                f"{text[:60]!r} cannot be written out as explicit moves: it is not run, or goes nowhere",
-                hint="take the block out",
-                place=program.place(start),
-            )

@@ -64,7 +64,11 @@ def survey_of(pieces: Iterable[bytes], dialect: str) -> Survey:
     first: _First = (None, None, None, None)
     with ThreadPoolExecutor(1) as beside:
         for lines in pieces:
-            _require_uncorrected(lines, line)
+            try:
+                check_uncorrected(lines)
+            except TrueloopError as found:
+                place = Place(line=line + (found.place.line or 1) - 1)
+                raise found.code.refusal(found.message, hint=found.hint, place=place, values=found.values) from None
             read: Callable[[], _Surveyed] = partial(nc_survey, lines, dialect)
             if len(lines) > LARGE:
                 read = beside.submit(read).result
@@ -91,14 +95,6 @@ def _first(before: _First, blocks: _First, line: int) -> _First:
 
 def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:
     return (one[0] or other[0], one[1] or other[1], one[2] or other[2])
-
-
-def _require_uncorrected(lines: bytes, line: int) -> None:
-    try:
-        check_uncorrected(lines)
-    except TrueloopError as found:
-        place = Place(line=line + (found.place.line or 1) - 1)
-        raise found.code.refusal(found.message, hint=found.hint, place=place, values=found.values) from None
 
 
 Pieces: TypeAlias = Callable[[], Iterable[bytes]]
@@ -194,7 +190,17 @@ def _written(
     written = filter(None, _displaced(mapper, text))
     yield _marked(next(written, b""), mark, survey.dialect)
     yield from written
-    done = _done(mapper, text, identity, survey, given)
+    blocks, moves, edits, added, (x, y, z), not_run, first, turns_back, stated = mapper.summary()
+    stated = stated and (text.line_of(stated[0]), stated[1])
+    new = text.added_blocks
+    edits += len(text.drawn[1].edits) if text.drawn else 0
+    first = text.line_of(first) if not_run else first
+    turns_back = text.line_of(turns_back) if turns_back else 0
+    unit = unit_told(given, stated)
+    dialect, sha256 = survey.dialect, survey.sha256
+    done = Mapped(
+        identity, dialect, sha256, blocks - new, moves, edits, added + new, (x, y, z), not_run, first, unit, turns_back
+    )
     _require_agreed(mapper, text, given)
     return done
 
@@ -293,20 +299,6 @@ def _text(source: Pieces, survey: Survey, options: MapOptions, values: Mapping[s
     program = read_program(b"".join(source()), survey.dialect, None, options.unit, options.decimals)
     drawn = written_out_file(program, values, skipped_blocks=options.skipped_blocks)
     return _Text([drawn[1].program.source], drawn)
-
-
-def _done(mapper: NcMapper, text: _Text, identity: str, survey: Survey, given: Unit | None) -> Mapped:
-    blocks, moves, edits, added, (x, y, z), not_run, first, turns_back, stated = mapper.summary()
-    stated = stated and (text.line_of(stated[0]), stated[1])
-    new = text.added_blocks
-    edits += len(text.drawn[1].edits) if text.drawn else 0
-    first = text.line_of(first) if not_run else first
-    turns_back = text.line_of(turns_back) if turns_back else 0
-    unit = unit_told(given, stated)
-    dialect, sha256 = survey.dialect, survey.sha256
-    return Mapped(
-        identity, dialect, sha256, blocks - new, moves, edits, added + new, (x, y, z), not_run, first, unit, turns_back
-    )
 
 
 def _require_agreed(mapper: NcMapper, text: _Text, given: Unit | None) -> None:

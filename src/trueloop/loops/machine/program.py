@@ -1,22 +1,43 @@
-"""A program corrected by a machine model: COMP_MTG as a field over it; and the record of that, or of any field."""
+"""A program corrected by a machine model: COMP_MTG as a field over it; and the record of that, or of any field.
 
+A drilling program corrected by errors in the plane: its words displaced, marked, read back.
+"""
+
+import math
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime
+from typing import Final
 
 from trueloop import __version__
-from trueloop.domain.option import MapOptions
-from trueloop.domain.record import Product, Record
+from trueloop.domain import values
+from trueloop.domain.option import Limits, MapOptions
+from trueloop.domain.record import (
+    ChangedWord,
+    Correction,
+    Product,
+    Record,
+    check_uncorrected,
+    mark_of_field,
+    record_id,
+    sha256_of,
+)
 from trueloop.domain.tool import Machine
+from trueloop.errors import Code, in_file
 from trueloop.loops.machine.mapped_program import Mapped
-from trueloop.machine.correct import Setup, compensation_field
+from trueloop.machine.correct import IN_NO_CASE, NO_POSITIONS, Setup, compensation_field, displace_points, off_mm
 from trueloop.machine.drift import zeroed_at
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import means
 from trueloop.machine.model.validity import require_in_force
+from trueloop.machine.standards import PlanarField
+from trueloop.nc.edit.changes import changes, insert_heading, not_as_intended
+from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.field.field import Field
 from trueloop.nc.program.called import tool_rows
-from trueloop.nc.program.unit import recorded_program
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.understood import FROM_OUTSIDE, require_sound
+from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.units import UM_PER_MM
 
 
@@ -97,3 +118,95 @@ def _provenance(setup: Setup, model_sha256: str) -> dict[str, object]:
         **({} if setup.zero_signals is None else {"temperatures_at_zero": means(setup.zero_signals)}),
         **({} if setup.table is None else {"tools": [list(row) for row in tool_rows(setup.table)]}),
     }
+
+
+def _require_read(program: Program) -> None:
+    """Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is."""
+    for found in program.findings:
+        if found.code is Code.NC_WORD and found.message[:2].upper() in ('"X', '"Y'):
+            raise found.code.refusal(
+                found.message, hint="write the coordinate as a number", place=found.place, values=found.values
+            )
+
+
+@dataclass(frozen=True)
+class CorrectedPoints:
+    """The result of a correction: points and words, and the largest correction of X and of Y in mm."""
+
+    record: str
+    source_sha256: str
+    points: int
+    edits: int
+    largest_mm: tuple[float, float]
+
+
+def correct_points(
+    program: Program,
+    field: PlanarField,
+    provenance: dict[str, object],
+    *,
+    all_words: bool = False,
+    limit_mm: float = Limits.correction_mm,
+) -> tuple[bytes, CorrectedPoints, list[ChangedWord]]:
+    """Adds −E to every X and Y word of the program, and returns it with its changes; `provenance` identifies the field
+    in its mark.
+
+    With `all_words` those words too that set coordinate systems or name places of the machine, except dwells and the
+    centre of a rotation. Raises CMP-TWICE (corrected before), the program's own errors apart from those that values and
+    programs from outside would mend, CMP-SIZE (a correction beyond the limit), CMP-READ-BACK, MCH-PROGRAM and what the
+    field raises.
+    """
+    left_alone = IN_NO_CASE if all_words else NO_POSITIONS
+    with in_file(program.file):
+        check_uncorrected(program.source)
+        require_sound(program.run(strict=False, roughing=False), FROM_OUTSIDE)
+        _require_read(program)
+        found = displace_points(program, field, left_alone)
+    for axis, size in zip("XY", found.largest_mm, strict=True):
+        if size > limit_mm:
+            raise Code.CMP_SIZE.refusal(
+                f"a correction of {axis} by {UM_PER_MM * size:.1f} µm is larger than {UM_PER_MM * limit_mm:g} µm",
+                hint="check the unit and the sign of the field",
+                place=program.place(found.largest_at),
+                override=f"--limit-um {math.ceil(UM_PER_MM * size)}",
+                values={"size_um": UM_PER_MM * float(size), "limit_um": UM_PER_MM * limit_mm},
+            )
+    digest = sha256_of(program.source)
+    identity = record_id({"program": digest}, {"field": provenance, "all_words": all_words})
+    mark = program.dialect.comment(mark_of_field(identity, digest))
+    written = apply_edits(program, [insert_heading(program, [mark]), *found.edits])
+    for line, off in off_mm(program.rewritten(written), found.wanted_mm, left_alone):
+        raise not_as_intended(f"line {line} of the written program stands {off * UM_PER_MM:.2f} µm from where it shall")
+    done = CorrectedPoints(identity, digest, len(found.wanted_mm), len(found.edits), found.largest_mm)
+    return written, done, changes(program, found.edits)
+
+
+def record_of_points(
+    program: Program,
+    done: CorrectedPoints,
+    changed: list[ChangedWord],
+    options: Mapping[str, object],
+    provenance: dict[str, object],
+    inputs_sha256: Mapping[str, str],
+    now: datetime,
+) -> Record:
+    """Returns the record of the result of `correct_points` with these options; it names nobody yet."""
+    unit = unit_of_path(program.unit, program.run(strict=False, roughing=False))
+    x_um, y_um = (UM_PER_MM * value for value in done.largest_mm)
+    return Record(
+        id=done.record,
+        made_at=now.isoformat(timespec="seconds"),
+        made_by="",
+        trueloop_version=__version__,
+        inputs_sha256={"program": done.source_sha256, **inputs_sha256},
+        options={**options, "unit": unit},
+        model={"field": provenance},
+        decision=[f"{done.edits} edits at {done.points} points, largest correction X {x_um:.1f} Y {y_um:.1f} µm"],
+        changes=changed,
+        product=Product.POINTS,
+        edits=done.edits,
+        program=recorded_program(program.file or "", program.dialect.name, done.source_sha256, unit),
+    )
+
+
+CODEC: Final = values.CODEC.with_more(Correction, Mapped, CorrectedPoints)

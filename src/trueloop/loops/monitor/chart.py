@@ -150,22 +150,18 @@ def _episodes(found: Charted, causes: Sequence[Explanation], options: ChartOptio
     for one in found.segments:
         start = one.first
         own = [alarm for alarm in found.alarms if one.first <= alarm.index < one.stop]
-        for first, last in _runs(sorted({alarm.index for alarm in own if alarm.chart != MOVING_RANGE})):
+        runs: list[tuple[int, int]] = []
+        for k in sorted({alarm.index for alarm in own if alarm.chart != MOVING_RANGE}):
+            if runs and k == runs[-1][1] + 1:
+                runs[-1] = (runs[-1][0], k)
+            else:
+                runs.append((k, k))
+        for first, last in runs:
             span = slice(start, (last if options.what == "value" else first) + 1)
             why = explained(found.z[span], only(causes, span))
             of_it = tuple(alarm for alarm in own if first <= alarm.index <= last)
             yield Episode(first, last, of_it, replace(why, since=start + why.since))
             start = last + 1
-
-
-def _runs(indices: Sequence[int]) -> list[tuple[int, int]]:
-    runs: list[tuple[int, int]] = []
-    for k in indices:
-        if runs and k == runs[-1][1] + 1:
-            runs[-1] = (runs[-1][0], k)
-        else:
-            runs.append((k, k))
-    return runs
 
 
 def _capability(tracked: Tracked, values: Array, found: Charted) -> Capability | None:

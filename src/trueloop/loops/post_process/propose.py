@@ -35,8 +35,7 @@ from trueloop.nc.program.program import Program
 from trueloop.statistics import NORMAL_95
 from trueloop.tolerances.conformance import probability_between
 from trueloop.turned.characteristics.measurand import measurand
-from trueloop.turned.program.wear import wear_offset
-from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.program.wear_numbers import WearOffset, wear_offset
 from trueloop.wording import Um
 
 

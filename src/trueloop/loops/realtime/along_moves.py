@@ -17,7 +17,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
-from trueloop.loops.realtime.driven import SAME_MM, Driven
+from trueloop.loops.realtime.lines import SAME_MM, Driven
 from trueloop.nc.program.tool_path import Motion
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces
 from trueloop.turned.compensation.moves import Move, between

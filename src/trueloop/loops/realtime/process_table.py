@@ -11,17 +11,16 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array, Flags
+from trueloop.arrays import Array
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, in_file
 from trueloop.loops.realtime.along_moves import Added, Corrected, added_along
-from trueloop.loops.realtime.driven import SAME_MM, Driven, driven
-from trueloop.loops.realtime.lines import require_kept_path, require_known_lines
+from trueloop.loops.realtime.lines import SAME_MM, Driven, driven, require_kept_path, require_known_lines
 from trueloop.loops.turned.commanded import Run, commanded
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.part_on_machine import CompMtg, PartOnMachine
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion
 from trueloop.realtime.image import Block
 from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.turned.compensation.displaced import DisplacedFeature, Displacement, Then
@@ -66,7 +65,14 @@ def process_table(program: Program, run: Run, correction: Correction, placed: Pl
     correction was made for another one, RTC-LINE for lines that run more than once, RTC-PATH-MODE where the control
     would join blocks or leave their path by more than the gate.
     """
-    _require_dialect(program)
+    name = program.dialect.name
+    if name != DIALECT:
+        raise Code.CTL_DIALECT.refusal(
+            f"the finish program is written for {name!r}; the real-time corrector runs in LinuxCNC, by lines of "
+            f"{DIALECT!r} programs",
+            hint="run the corrected program, or write the finish program for LinuxCNC",
+            values={"dialect": name},
+        )
     with in_file(program.file):
         check_uncorrected(program.source)
         contour = commanded(program, None, correction.profile, correction.nose_radius_mm, 0.0, run)
@@ -76,27 +82,12 @@ def process_table(program: Program, run: Run, correction: Correction, placed: Pl
         offset_mm = np.array(cut.still_to_do(correction.decision.whole_offset_mm)) * correction.decision.by_offset
         after = [_of_process(piece) for piece in correction.corrected]
         added = added_along(moves, Corrected(correction.profile, correction.commanded, after, offset_mm))
-        traced = _traced(program, run)
+        # Run once more, with the order in which its blocks are executed
+        skipped = run.execute_deleted_blocks
+        traced = program.run(run.parameters, skipped_blocks=skipped, strict=False, roughing=False, trace=True)
         require_known_lines(traced, moves, added)
         require_kept_path(program, traced, moves, added, placed.gate_mm)
     return ProcessTable(_blocks(moves, added, np.asarray(placed.origin_mm)), tuple(_notes(correction, moves, added)))
-
-
-def _traced(program: Program, run: Run) -> ToolPath:
-    """Run once more, with the order in which its blocks are executed."""
-    skipped = run.execute_deleted_blocks
-    return program.run(run.parameters, skipped_blocks=skipped, strict=False, roughing=False, trace=True)
-
-
-def _require_dialect(program: Program) -> None:
-    name = program.dialect.name
-    if name != DIALECT:
-        raise Code.CTL_DIALECT.refusal(
-            f"the finish program is written for {name!r}; the real-time corrector runs in LinuxCNC, by lines of "
-            f"{DIALECT!r} programs",
-            hint="run the corrected program, or write the finish program for LinuxCNC",
-            values={"dialect": name},
-        )
 
 
 def _pieces(correction: Correction, finish: Sequence[Shift]) -> tuple[CentrePiece, ...]:
@@ -164,20 +155,16 @@ def _shares(moves: Driven, move: int, added: Added) -> Array:
         most = 2.0 * np.arccos(max(1.0 - SAGITTA_MM * sweep / length_mm, 0.0))
         share = np.linspace(0.0, 1.0, int(np.ceil(sweep / most)) + 1)
     while True:
-        split = _bends(added, share) & (np.diff(share) * length_mm > SHORTEST_MM)
+        # The addition between two shares leaves the straight way by more than `WITHIN_MM`, (n,)
+        start, end = added.at(share[:-1]), added.at(share[1:])
+        bends = np.zeros(len(start), dtype=np.bool_)
+        for part in (0.25, 0.5, 0.75):
+            off = added.at(share[:-1] + part * np.diff(share)) - (start + part * (end - start))
+            bends |= np.linalg.norm(off, axis=1) > WITHIN_MM
+        split = bends & (np.diff(share) * length_mm > SHORTEST_MM)
         if not np.any(split):
             return share
         share = np.sort(np.concatenate([share, (share[:-1] + share[1:])[split] / 2]))
-
-
-def _bends(added: Added, share: Array) -> Flags:
-    """Returns whether the addition between two shares leaves the straight way by more than `WITHIN_MM`, (n,)."""
-    start, end = added.at(share[:-1]), added.at(share[1:])
-    bends = np.zeros(len(start), dtype=np.bool_)
-    for part in (0.25, 0.5, 0.75):
-        off = added.at(share[:-1] + part * np.diff(share)) - (start + part * (end - start))
-        bends |= np.linalg.norm(off, axis=1) > WITHIN_MM
-    return bends
 
 
 def _notes(correction: Correction, moves: Driven, added: Mapping[int, Added]) -> Iterator[str]:

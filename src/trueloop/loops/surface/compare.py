@@ -1,6 +1,6 @@
 """Parts cut after a correction beside those before: what is deterministic, what random, the worst [MPM Table 2]."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,17 +102,13 @@ def group_of(inputs: SurfaceInputs, work: Work) -> Group:
     kept = tuple(part for part in parts if part.deviations.name not in inputs.options.exclude)
     if not kept:
         raise Code.SRF_PARTS.refusal(f"0 of {len(parts)} parts are left to compare", hint="leave one in: model.exclude")
-    return Group(inputs.name, kept, _figures(kept))
-
-
-def _figures(parts: Sequence[Part]) -> tuple[PartFigures, ...]:
     found = []
-    for part in parts:
+    for part in kept:
         apart = part.separation
         deterministic = apart.measured_mm - apart.random_mm
         spreads = (_spread(values) for values in (apart.measured_mm, deterministic, apart.random_mm))
         found.append(PartFigures(part.deviations.name, *spreads))
-    return tuple(found)
+    return Group(inputs.name, kept, tuple(found))
 
 
 def _spread(values_mm: Array) -> Spread:

@@ -44,9 +44,8 @@ from trueloop.surface.pattern.kriging import Process
 from trueloop.surface.pattern.outlier import Outlier
 from trueloop.surface.pattern.pattern import Pattern
 from trueloop.surface.pattern.support import Support
-from trueloop.surface.separation.moran import Null
+from trueloop.surface.separation.moran import Normality, Null
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.normality import Normality
 from trueloop.surface.separation.outlying_point import OutlyingPoint, scattering_part
 from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import Separation, Trial

@@ -222,7 +222,7 @@ def _judged(
         value += gain * error_mm
         along[feature] += gain
         if face is not None and place > face.setup:
-            carried += gain * _faces_z(profile, feature) * face.faces_z
+            carried += gain * float(profile.features[feature].outward_normal(0.0)[1]) * face.faces_z
     if face is not None:
         value += carried * face.grown_mm
         along[face.feature] += carried
@@ -236,7 +236,3 @@ def _of(profile: Profile, sizes: Measurand, feature: int, share: Share) -> tuple
     rows = np.flatnonzero(sizes.feature_index == feature)
     error_mm, u_mm = share.at(profile, feature, sizes.arc_length_mm[rows])
     return float(np.sum(sizes.gains[0, rows])), float(np.mean(error_mm)), float(np.max(u_mm))
-
-
-def _faces_z(profile: Profile, feature: int) -> float:
-    return float(profile.features[feature].outward_normal(0.0)[1])

@@ -16,8 +16,14 @@ from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.geometry.feature import Feature, Point
 from trueloop.geometry.profile import Profile, Side
-from trueloop.loops.turned.conditions import conditions_words, depth_words
-from trueloop.loops.turned.deviations import SAMPLES, of_contour, of_surface, unevenness_mm
+from trueloop.loops.turned.deviations import (
+    SAMPLES,
+    conditions_words,
+    depth_words,
+    of_contour,
+    of_surface,
+    unevenness_mm,
+)
 from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.nc.check.rapid import sides_of_cuts
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
@@ -172,7 +178,7 @@ def commanded(
     elif force.program is not None:
         before = run.of(force.program)
         other, _ = _matched(force.program, before, replace(run, lines=force.lines), profile, nose_radius_mm, 0.0)
-    resolution_mm = _resolution_mm(program, path, match)
+    resolution_mm = program.dialect.step_mm(bool(path.inch[match.features[0].moves[0].move.index]))
     with in_file(program.file):
         require_unturned(path, [m.move.index for feature in match.features for m in feature.moves])
     finish = tuple(of_contour(feature, resolution_mm) for feature in match.features)
@@ -278,10 +284,6 @@ def _tip_words(program: Program, tip: int, nose_radius_mm: float) -> list[str]:
             z=z_mm,
         )
     ]
-
-
-def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:
-    return program.dialect.step_mm(bool(path.inch[match.features[0].moves[0].move.index]))
 
 
 def _peak_mm(feature: Feature, deviation: Shift) -> float:

@@ -27,9 +27,8 @@ from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
-from trueloop.turned.compensation.lean import unasked_u_mm
 from trueloop.turned.compensation.prediction import CorrectionTable, Prediction
-from trueloop.turned.compensation.shift import Shift
+from trueloop.turned.compensation.shift import Shift, unasked_u_mm
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.nose_model import NoseModel

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
 from trueloop.memory.made_part import CutErrors
-from trueloop.turned.fit.prior.remembered import angles_along
+from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 

@@ -83,15 +83,6 @@ def _cut_as_found(program: Program, run: Run, profile: Profile, found: Cutters) 
     return [cut[index] for index in sorted(cut)]
 
 
-def _cut_by_one(program: Program, run: Run, profile: Profile, nose_radius_mm: float) -> list[CutFeature]:
-    """Features cut by the job's only tool; T words are ignored."""
-    path = run.of(program)
-    seen = of_centre(path, tip_mm(program.dialect, run.tip or 0, nose_radius_mm))
-    matches = match_each(feed_moves(seen), profile, nose_radius_mm, lines=run.lines)
-    pairs = zip(profile.features, matches, strict=True)
-    return [CutFeature(feature, _tool_of(program, path, match), match) for feature, match in pairs]
-
-
 def _tool_of(program: Program, path: ToolPath, match: FeatureMatch | TrueloopError) -> str:
     call = None if isinstance(match, TrueloopError) else called(program.dialect, path, match.moves[0].move.index)
     return "" if call is None else call.words
@@ -155,7 +146,12 @@ class OfSetup:
         one = self.setup
         if self.found is None:
             assert one.nose_radius_mm is not None
-            return _cut_by_one(one.program, one.run, self.profile, one.nose_radius_mm)
+            # Features cut by the job's only tool; T words are ignored
+            path = one.run.of(one.program)
+            seen = of_centre(path, tip_mm(one.program.dialect, one.run.tip or 0, one.nose_radius_mm))
+            matches = match_each(feed_moves(seen), self.profile, one.nose_radius_mm, lines=one.run.lines)
+            pairs = zip(self.profile.features, matches, strict=True)
+            return [CutFeature(feature, _tool_of(one.program, path, match), match) for feature, match in pairs]
         found = _cut_as_found(one.program, one.run, self.profile, self.found)
         return [cut for cut in found if cut.match is not None] if one.frame.name else found
 

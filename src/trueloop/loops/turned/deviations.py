@@ -2,16 +2,22 @@
 
 A curved feature may be cut by many short lines. Their ends are what was meant, and what is corrected; between them the
 part has facets, which are on it when it is measured.
+
+The conditions of the semi-finish and of the finish cut: touched errors repeat at equal ones alone [6811 §2.0].
 """
 
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Line, is_curved
-from trueloop.nc.match.contour_match import FeatureMatch
+from trueloop.nc.match.contour_match import ContourMatch, FeatureMatch
+from trueloop.nc.program.along import FeedMove
+from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled
+from trueloop.wording import wording
 
 SAMPLES: Final = 257
 
@@ -86,3 +92,100 @@ def _at_ends(match: FeatureMatch) -> tuple[Array, Array]:
 def _of_all(match: FeatureMatch) -> Shift:
     s = np.linspace(0.0, match.feature.length_mm, SAMPLES)
     return sampled(s, match.deviation_mm(s))
+
+
+SAME_SHARE: Final = 0.02
+"""Feeds and speeds that differ by no more than this share are the same."""
+SAME_DEPTH: Final = 0.25
+"""Depths of cut that differ by no more than this share of the larger are alike: the force is about in proportion."""
+_LEAST_MM: Final = 0.01
+"""A finish cut that is programmed less deep takes its depth from an offset, which the programs do not show."""
+_ALONG: Final = 0.9
+"""Least cosine of the angles between a feature and a pass that goes along it, and between a turned feature and Z."""
+_SAMPLES: Final = 17
+
+
+def conditions_words(path: ToolPath, match: ContourMatch, before: ToolPath, other: ContourMatch) -> Iterator[str]:
+    """Describes feed and speed of the two cuts where they differ."""
+    for what, name, mode in (
+        (wording("feed"), "feed", "feed_mode"),
+        (wording("spindle speed"), "spindle_speed", "spindle_mode"),
+    ):
+        semifinish, finish = _usual(before, other, name, mode), _usual(path, match, name, mode)
+        if semifinish is None or finish is None or semifinish == finish:
+            continue
+        (was, its), (now, new) = semifinish, finish
+        if its != new or abs(was - now) > SAME_SHARE * abs(now):
+            yield wording(
+                "The semi-finish cut has another {what} than the finish cut, {was:g} for {now:g}: what was measured "
+                "repeats in the finish cut only under the same conditions.",
+                what=what,
+                was=was,
+                now=now,
+            )
+
+
+def _usual(path: ToolPath, match: ContourMatch, name: str, mode: str) -> tuple[float, int] | None:
+    """Returns the median over the moves along the contour, and its mode; None where the program states none."""
+    moves = [m.move.index for feature in match.features for m in feature.moves]
+    values = np.asarray(getattr(path, name))[moves]
+    known = values[np.isfinite(values) & (values > 0.0)]
+    return (float(np.median(known)), int(np.median(getattr(path, mode)[moves]))) if len(known) else None
+
+
+def depth_words(match: ContourMatch, before: ContourMatch, roughed: Sequence[FeedMove]) -> Iterator[str]:
+    """Describes the depths of the two cuts on the feature where they differ most, if markedly.
+
+    `roughed` are the feed moves of the semi-finish program with its roughing. Where no pass of it goes along a feature
+    before the semi-finish pass, with the same point of the tool, the depth of that is not known; nor is it on faces,
+    along which the tool is withdrawn as well.
+    """
+    depths = [
+        (finish.feature.name, semifinish_mm, finish_mm)
+        for finish, own in zip(match.features, before.features, strict=True)
+        if match.on_contour == before.on_contour
+        if (finish_mm := _apart_mm(finish, own)) >= _LEAST_MM
+        if (semifinish_mm := _depth_mm(own, roughed)) is not None
+    ]
+    unlike = [one for one in depths if abs(one[1] - one[2]) > SAME_DEPTH * max(one[1:])]
+    if unlike:
+        name, was, now = max(unlike, key=lambda one: abs(np.log(one[1] / one[2])))
+        yield wording(
+            "The semi-finish cut is {was:.3g} mm deep on {feature}, the finish cut {now:.3g} mm: what was measured "
+            "repeats in the finish cut only under the same conditions.",
+            was=was,
+            feature=name,
+            now=now,
+        )
+
+
+def _apart_mm(finish: FeatureMatch, semifinish: FeatureMatch) -> float:
+    """Returns how far the semi-finish pass lies outside the finish pass, in the middle of the feature."""
+    middle = np.array([finish.feature.length_mm / 2])
+    outside = semifinish.offset_mm + semifinish.deviation_mm(middle)
+    return float((outside - finish.offset_mm - finish.deviation_mm(middle))[0])
+
+
+def _depth_mm(own: FeatureMatch, roughed: Sequence[FeedMove]) -> float | None:
+    """Returns how far the nearest earlier pass along the feature lies outside the semi-finish pass, in its middle."""
+    middle = own.feature.length_mm / 2
+    normal = own.feature.outward_normal(middle)
+    if abs(normal[0]) < _ALONG:
+        return None
+    place = own.feature.point_mm(middle) + (own.offset_mm + own.deviation_mm([middle])[0]) * normal
+    first = min((matched.move for matched in own.moves), key=lambda move: move.index)
+    at = next((k for k, move in enumerate(roughed) if (move.line, move.path) == (first.line, first.path)), 0)
+    alike = [move for move in roughed[:at] if move.on_contour == first.on_contour]
+    crossings = [mm for move in alike for mm in _crossings_mm(move, place, normal) if mm > _LEAST_MM]
+    return min(crossings, default=None)
+
+
+def _crossings_mm(move: FeedMove, place: Array, normal: Array) -> Iterator[float]:
+    """Yields where a ray crosses a move that goes across it: distances from `place` (2,) along `normal` (2,)."""
+    points = move.path.point_mm(np.linspace(0.0, move.path.length_mm, _SAMPLES))
+    along = np.array([-normal[1], normal[0]])
+    off, up = (points - place) @ along, (points - place) @ normal
+    for k in np.flatnonzero((off[:-1] < 0.0) != (off[1:] < 0.0)):
+        step = points[k + 1] - points[k]
+        if abs(step @ along) >= _ALONG * np.hypot(*step):
+            yield float(up[k] - off[k] * (up[k + 1] - up[k]) / (off[k + 1] - off[k]))

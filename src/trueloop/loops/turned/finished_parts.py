@@ -25,10 +25,9 @@ from trueloop.loops.turned.from_memory import FromMemory, edge_words
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
-from trueloop.turned.fit.chain import chains_of
-from trueloop.turned.fit.prior.part_state import STRETCHES
-from trueloop.turned.fit.prior.remembered import Remembered
-from trueloop.turned.fit.prior.series_state import series_state
+from trueloop.turned.fit.chain_fit import chains_of
+from trueloop.turned.fit.prior.part_state import STRETCHES, series_state
+from trueloop.turned.fit.prior.remembered_fit import Remembered
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.wording import Um, wording
 

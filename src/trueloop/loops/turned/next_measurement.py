@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.estimate.observed import Observed
-from trueloop.estimate.places import Places
+from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.state import State
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.cut_errors import places_at
@@ -217,7 +216,15 @@ def next_measurements(edges: Sequence[Edge], count: int) -> Plan:
         if limited and before[0] < OUT:
             enough = True
             break
-        found = _best(known, limited)
+        # The edge and the candidate with the largest gain a minute; None where none is worth its time
+        total = math.fsum(edge.at_stake(limited) for edge in known)
+        best: tuple[float, int, int] | None = None
+        for k, edge in enumerate(known):
+            for j, gain in enumerate(edge.gains(limited).tolist()):
+                a_minute = gain / edge.edge.candidates[j].minutes
+                if gain > 2.0 * WORTHWHILE * total and (best is None or a_minute > best[0]):
+                    best = (a_minute, k, j)
+        found = None if best is None else best[1:]
         if found is None:
             enough = True
             break
@@ -240,18 +247,6 @@ def _worth(known: "Sequence[_Known]", limited: bool) -> tuple[float, str]:
     return 1e3 * math.sqrt(math.fsum(edge.next_mm2 * edge.length_mm for edge in known) / length), ""
 
 
-def _best(known: "Sequence[_Known]", limited: bool) -> tuple[int, int] | None:
-    """Returns the edge and the candidate with the largest gain a minute; None where none is worth its time."""
-    total = math.fsum(edge.at_stake(limited) for edge in known)
-    best: tuple[float, int, int] | None = None
-    for k, edge in enumerate(known):
-        for j, gain in enumerate(edge.gains(limited).tolist()):
-            a_minute = gain / edge.edge.candidates[j].minutes
-            if gain > 2.0 * WORTHWHILE * total and (best is None or a_minute > best[0]):
-                best = (a_minute, k, j)
-    return None if best is None else best[1:]
-
-
 class _Known:
     """Knowledge of one edge's errors while a plan is made: the covariance of the coefficients."""
 
@@ -270,7 +265,7 @@ class _Known:
         count = len(edge.candidates)
         weights = [one.seen.weight for one in edge.candidates]
         rows = [w @ known.measured[at] for w, at in zip(weights, slices, strict=False)]
-        self.rows = _stacked(rows, len(self.covariance))
+        self.rows = np.array(rows).reshape(-1, len(self.covariance))
         own = [float(w**2 @ known.scatter_mm2[at]) for w, at in zip(weights, slices, strict=False)]
         self.noise = np.array([one.seen.standard_u_mm**2 for one in edge.candidates]) + np.array(own)
         on = slices[count]
@@ -357,7 +352,3 @@ def _contour(profile: Profile) -> tuple[NDArray[np.intp], Array, Array]:
 def _normals(profile: Profile, index: NDArray[np.intp], along: Array) -> Array:
     pairs = zip(index.tolist(), along.tolist(), strict=True)
     return np.array([profile.features[i].outward_normal(s) for i, s in pairs]).reshape(-1, 2)
-
-
-def _stacked(rows: Sequence[Array], count: int) -> Array:
-    return np.array(rows).reshape(-1, count)

@@ -14,8 +14,8 @@ from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.loops.turned.paths import Shifts
 from trueloop.statistics import rms
 from trueloop.turned.compensation.decide import Decision
-from trueloop.turned.compensation.lean import unasked_u_mm
 from trueloop.turned.compensation.prediction import Prediction, predict
+from trueloop.turned.compensation.shift import unasked_u_mm
 from trueloop.turned.error_curve.budget import Budget, joined
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.between_cuts import BetweenCuts

@@ -17,9 +17,8 @@ from trueloop.nc.program.tool_path import Motion
 from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.turned.compensation.decide import FACES_AXIS, Decision
 from trueloop.turned.compensation.displaced import Constant, Displacement, Then, displaced_pieces
-from trueloop.turned.compensation.lean import of_curve, of_slope, to_take_out
 from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset
-from trueloop.turned.compensation.shift import ZERO, Shift, constant, weighted_sum
+from trueloop.turned.compensation.shift import ZERO, Shift, constant, of_curve, of_slope, to_take_out, weighted_sum
 from trueloop.turned.compensation.targets import SAMPLES_OF_LINE, Fitting, cramped_lines
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.options import Options
@@ -65,7 +64,15 @@ def corrected_shifts(
     if decision.offset_is_enough:
         contour = matched.in_force or matched.rounding
         return Shifts(matched.in_force or (ZERO,) * count, contour, (True,) * count, (ZERO,) * count)
-    by_offset = _by_offset(profile, decision)
+    # For each feature whether it follows the offset: no axis it faces needs a contour, and its tangent neighbours
+    # follow it too.
+    needs = np.array([not decision.x.enough, not decision.z.enough])
+    follows = [not np.any(_faces(feature) & needs) for feature in profile.features]
+    for _ in profile.junctions:
+        for i, junction in enumerate(profile.junctions):
+            if junction.kind is JunctionKind.TANGENT:
+                follows[i] = follows[i + 1] = follows[i] and follows[i + 1]
+    by_offset = tuple(follows)
     nose = options.errors_follow == "nose"
     curves = list(enumerate(model.curves))
     errors = [to_take_out(profile, i, curve) if nose else of_curve(curve) for i, curve in curves]
@@ -83,19 +90,6 @@ def corrected_shifts(
 
 def _sum(one: Shift, other: Shift) -> Shift:
     return weighted_sum(((1.0, one), (1.0, other)))
-
-
-def _by_offset(profile: Profile, decision: Decision) -> tuple[bool, ...]:
-    """Returns for each feature whether it follows the offset: no axis it faces needs a contour, and its tangent
-    neighbours follow it too.
-    """
-    needs = np.array([not decision.x.enough, not decision.z.enough])
-    follows = [not np.any(_faces(feature) & needs) for feature in profile.features]
-    for _ in profile.junctions:
-        for i, junction in enumerate(profile.junctions):
-            if junction.kind is JunctionKind.TANGENT:
-                follows[i] = follows[i + 1] = follows[i] and follows[i + 1]
-    return tuple(follows)
 
 
 def _faces(feature: Feature) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":

@@ -42,15 +42,14 @@ from trueloop.loops.turned.programs import ContourTools, contour_tools, write_pr
 from trueloop.loops.turned.provenance import cumulative_words, id_of, record_of
 from trueloop.loops.turned.remembering import remembering, today_of
 from trueloop.loops.turned.written import Writing
-from trueloop.memory.edge.expect import remembered
-from trueloop.memory.edge.predict import latest
+from trueloop.memory.edge.predict import latest, remembered
 from trueloop.memory.made_part import MadePart
 from trueloop.turned.compensation.decide import Decision, decide
 from trueloop.turned.compensation.prediction import Prediction, correction_table
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.turned.fit.prior.remembered import angles_along
+from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.turned.options import By
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
 from trueloop.turned.program.wear_numbers import WearOffset
@@ -79,20 +78,15 @@ def compensate(inputs: Inputs, *, sources: bool = True) -> Correction:
     with in_file(inputs.file):
         inputs.in_force.require_stated()
         inputs.in_force.require_held(inputs.held)
-    unchecked = _refuse_misuse(inputs)
-    with in_file(inputs.touches.file):
-        return _corrected(inputs, unchecked, sources)
-
-
-def _refuse_misuse(inputs: Inputs) -> list[str]:
-    """Refuses a program or touches that this correction is not for; what could not be checked, as notes."""
+    # Refuses a program or touches that this correction is not for; what could not be checked, as notes
     with in_file(inputs.file):
         limits, sha256 = inputs.options.limits, inputs.program_sha256
         unchecked = refuse_misuse(inputs.program, sha256, inputs.measured_at, inputs.made_at, limits)
     if inputs.finish_touches is not None:
         with in_file(inputs.finish_touches.file):
             check_loop_sign(inputs.touches, inputs.finish_touches)
-    return unchecked
+    with in_file(inputs.touches.file):
+        return _corrected(inputs, unchecked, sources)
 
 
 def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correction:

@@ -26,15 +26,16 @@ from trueloop.turned.options import By, Options
 from trueloop.turned.program.offsets import (
     has_local_shift,
     offset_state,
+    require_same_path,
+    require_shift,
+    require_updates,
     shift_edits,
     tool_offset_updates,
     update_edits,
 )
 from trueloop.turned.program.read_back import SAME_MM
-from trueloop.turned.program.read_back_offset import require_same_path, require_shift, require_updates
 from trueloop.turned.program.shifted_frame import shifted_moves
-from trueloop.turned.program.wear import wear_offset
-from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.program.wear_numbers import WearOffset, wear_offset
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import wording
 
@@ -277,20 +278,15 @@ def write_offsets(
     Raises NC-OFFSET where none can be written around the contour, CMP-READ-BACK if reading it back says so.
     """
     if has_local_shift(writing.program):
-        edits = _shifted(writing, offset_mm)
+        program, path, cuts = writing.program, writing.matched.path, _cuts(writing.matched)
+        shifted = shifted_moves(program, path, cuts)
+        edits = shift_edits(program, path, shifted, offset_mm)
+        after = writing.run.of(writing.reread(writing.with_edits(edits)))
+        step_mm = program.dialect.step_mm(bool(path.inch[shifted.first]))
+        require_shift(program, path, after, shifted, cuts, offset_mm, step_mm / 2 + SAME_MM)
     else:
         edits = _updated(writing, offset_mm, tool, is_diameter)
     return writing.with_edits(edits), changes(writing.program, edits)
-
-
-def _shifted(writing: Writing, offset_mm: tuple[float, float]) -> list[Edit]:
-    program, path, cuts = writing.program, writing.matched.path, _cuts(writing.matched)
-    shifted = shifted_moves(program, path, cuts)
-    edits = shift_edits(program, path, shifted, offset_mm)
-    after = writing.run.of(writing.reread(writing.with_edits(edits)))
-    step_mm = program.dialect.step_mm(bool(path.inch[shifted.first]))
-    require_shift(program, path, after, shifted, cuts, offset_mm, step_mm / 2 + SAME_MM)
-    return edits
 
 
 def _updated(writing: Writing, offset_mm: tuple[float, float], tool: int, is_diameter: bool | None) -> list[Edit]:

@@ -19,15 +19,15 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.cut_errors import places_along
 from trueloop.loops.turned.from_memory import FromMemory, edge_words
 from trueloop.loops.turned.made_parts import name_of, semifinish_errors
-from trueloop.memory.edge.expect import expect
+from trueloop.memory.edge.predict import expect
 from trueloop.memory.edge.refuse import FEW, is_seen
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed
 from trueloop.memory.noticing.notice import notice_part
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
-from trueloop.turned.fit.chain import Chain, chains_of
-from trueloop.turned.fit.prior.remembered import Remembered, angles_along
+from trueloop.turned.fit.chain_fit import Chain, chains_of
+from trueloop.turned.fit.prior.remembered_fit import Remembered, angles_along
 from trueloop.wording import all_of, wording
 
 AS_CHECK: Final = 3
@@ -50,7 +50,11 @@ def remembering(inputs: Inputs, own: ProfileErrorModel) -> "tuple[Remembered | N
     today = today_of(inputs, semifinish_errors(own))
     seen, left_out = _judged(inputs.history, today)
     today = replace(today, semifinish=_without(today.semifinish, left_out))
-    features = _known_features(inputs, today)
+    # Features, by index, that memory may tell: all but arcs whose contact angles nobody has seen; of these, arcs with a
+    # few touches (from one to `FEW`) are asked for, so that memory refuses them.
+    chains = chains_of(inputs.profile)
+    known = [i for chain in chains if not chain.curved or _is_asked(inputs, today, chain) for i in chain.features]
+    features = tuple(sorted(known))
     index, along, at = places_along(inputs.profile, features, own.vectors)
     expected = expect(inputs.history, today, at, inputs.memory)
     expected = replace(expected, feature_index=index, arc_length_mm=along)
@@ -120,15 +124,6 @@ def _judged(history: Sequence[MadePart], today: MadePart) -> tuple[Noticed | Non
 
 def _without(touches: CutErrors, left_out: Sequence[int]) -> CutErrors:
     return touches.chosen(np.setdiff1d(np.arange(len(touches)), np.array(left_out, dtype=np.intp)))
-
-
-def _known_features(inputs: Inputs, today: MadePart) -> tuple[int, ...]:
-    """Features, by index, that memory may tell: all but arcs whose contact angles nobody has seen; of these, arcs with
-    a few touches (from one to `FEW`) are asked for, so that memory refuses them.
-    """
-    chains = chains_of(inputs.profile)
-    known = [i for chain in chains if not chain.curved or _is_asked(inputs, today, chain) for i in chain.features]
-    return tuple(sorted(known))
 
 
 def _is_asked(inputs: Inputs, today: MadePart, chain: Chain) -> bool:

@@ -17,8 +17,7 @@ from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.contour import CentrePiece
-from trueloop.turned.program.contour_cycles import finishing_cycle, roughed_by, roughing_cycles
-from trueloop.turned.program.own_contour import own_contour
+from trueloop.turned.program.contour_cycles import finishing_cycle, own_contour, roughed_by, roughing_cycles
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
 
@@ -119,7 +118,15 @@ def require_roughing_stays(
     worst = int(np.argmax(below))
     if below[worst] > tolerance_mm:
         line = int(after.line[cuts[worst // SAMPLES_OF_MOVE]])
-        raise _too_little(float(below[worst]), points[worst], programs[1], line)
+        point = points[worst]
+        below_um = float(below[worst]) * UM_PER_MM
+        raise Code.CMP_STOCK.refusal(
+            f"the roughing of line {line} of the corrected program stays, and would cut {below_um:.2f} µm below the "
+            f"corrected contour at x {point[0]:.4f} mm (radius), z {point[1]:.4f} mm",
+            hint='leave more on with U and W of the roughing cycle, or have `programs.roughing = "moves"`',
+            place=Place(programs[1].file),
+            values={"below_um": below_um},
+        )
 
 
 def _passes(program: Program, path: ToolPath) -> Flags:
@@ -156,15 +163,4 @@ def _moved(program: Program) -> TrueloopError:
         "roughing shall stay where it is, and its passes hang on blocks of the contour that the finishing cycle cuts",
         hint='write the contour between P and Q without calls, or have `programs.roughing = "moves"`',
         place=program.place(cycle.block.start),
-    )
-
-
-def _too_little(below_mm: float, point: Array, program: Program, line: int) -> TrueloopError:
-    below_um = below_mm * UM_PER_MM
-    return Code.CMP_STOCK.refusal(
-        f"the roughing of line {line} of the corrected program stays, and would cut {below_um:.2f} µm below the "
-        f"corrected contour at x {point[0]:.4f} mm (radius), z {point[1]:.4f} mm",
-        hint='leave more on with U and W of the roughing cycle, or have `programs.roughing = "moves"`',
-        place=Place(program.file),
-        values={"below_um": below_um},
     )

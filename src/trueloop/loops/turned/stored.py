@@ -27,10 +27,9 @@ from trueloop.turned.error_curve.bad_touches import SuspectTouch
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
-from trueloop.turned.error_curve.junctions import DisplacedJunction
-from trueloop.turned.error_curve.tangency import Tangency
+from trueloop.turned.error_curve.junctions import DisplacedJunction, Tangency
 from trueloop.turned.fit.between_cuts import BetweenCuts, NextCut
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.choose import ModelChoice
 from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.fit.spline import EndConditions, Spline

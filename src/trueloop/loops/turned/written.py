@@ -36,11 +36,12 @@ from trueloop.turned.compensation.targets import (
     ends_of,
     replaced_arcs,
 )
-from trueloop.turned.program.aligned import again, aligned
 from trueloop.turned.program.contour_cycles import finishing_cycle
 from trueloop.turned.program.rapids import with_rapids
 from trueloop.turned.program.read_back import (
     Given,
+    again,
+    aligned,
     check_contour,
     check_rapids,
     check_rest,
@@ -145,7 +146,9 @@ def _contour_written(
     source = writing.with_edits(edits)
     program = writing.reread(source)
     path = writing.run.of(program)
-    images = aligned(explicit.program, explicit.path, path, source_edits, _replaced(explicit.path, targets))
+    # The moves whose blocks may have become several: arcs, and the rapid that leads to the contour
+    rapids = (move for move in targets.ends if explicit.path.motion[move] == Motion.RAPID)
+    images = aligned(explicit.program, explicit.path, path, source_edits, [*rapids, *targets.arcs])
     read = _ReadBack(program, path, explicit.path, targets, images)
     corners = _require_intended(writing, profile, read, paths)
     if writing.roughing_stays:
@@ -182,12 +185,6 @@ class _ReadBack:
     def span(self) -> tuple[int, int]:
         """Returns first and last move of the contour as written, without the one that leads to it."""
         return self.images[self.targets.first].start + 1, self.images[self.targets.last].stop - 1
-
-
-def _replaced(path: ToolPath, targets: Displacements) -> list[int]:
-    """Returns the moves whose blocks may have become several: arcs, and the rapid that leads to the contour."""
-    rapids = (move for move in targets.ends if path.motion[move] == Motion.RAPID)
-    return [*rapids, *targets.arcs]
 
 
 def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths: Paths) -> tuple[int, ...]:

@@ -245,7 +245,17 @@ def identify(
     terms = tuple(terms)
     if sum(term.size for term in terms) == 0:
         raise _too_few(0, len(readings))
-    _check_axes_have_data(machine, terms, readings)
+    # Refuses a term whose axis stood still all the time: it cannot be determined
+    for term in terms:
+        if term.name.axis not in machine.chain.order or all(part.basis.size == 1 for part in term.parts):
+            continue
+        axis = machine.chain.axis(term.name.axis)
+        position = readings.state.positions[:, machine.chain.order.index(axis.name)]
+        if np.ptp(position) == 0.0:
+            raise Code.MCH_DATA.refusal(
+                f"{term.name}: axis {axis.name} stands at {axis.shown(position[0])} in all {len(readings)} readings",
+                hint=f"measure along {axis.name}, or leave {term.name} out of the model",
+            )
     lags = tuple(lag for lag in lags if any(lag.name in term.needs() for term in terms))
     found = _with_given_lags(machine, terms, readings.with_lags(lags), robust, lags)
     for _ in range(LAG_ROUNDS if any(lag.between_s for lag in lags) else 0):
@@ -281,7 +291,16 @@ def _with_given_lags(
     units = {**readings.units, **lag_units(lags, readings.units)}
     model = MachineModel(machine, terms, free @ solution, free @ covariance @ free.T, identified, lags, units)
     residual = (values - np.hstack([rows, opened]) @ whole) / values_weight(readings)
-    findings += _outlier_findings(readings, residual, outlier)
+    found = []
+    for run in dict.fromkeys(readings.run):
+        own = np.array([name == run for name in readings.run])
+        off = np.flatnonzero(own & outlier)
+        if len(off) > MOST_SLIPS * np.count_nonzero(own):
+            largest = int(off[np.argmax(np.abs(residual[off]))])
+            found.append(_off_the_model(readings, residual, largest, f"{len(off)} of {np.count_nonzero(own)} readings"))
+        else:
+            found += [_off_the_model(readings, residual, int(k)) for k in off]
+    findings += found
     freedom = len(rows) - len(whole)
     if lags:
         weighted = readings.lag_slopes(model) * values_weight(readings)[:, None]
@@ -363,20 +382,6 @@ def values_weight(readings: Observations) -> Array:
     return np.where(readings.is_angle, URAD_PER_RAD / UM_PER_MM, 1.0)
 
 
-def _check_axes_have_data(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> None:
-    """Refuses a term whose axis stood still all the time: it cannot be determined."""
-    for term in terms:
-        if term.name.axis not in machine.chain.order or all(part.basis.size == 1 for part in term.parts):
-            continue
-        axis = machine.chain.axis(term.name.axis)
-        position = readings.state.positions[:, machine.chain.order.index(axis.name)]
-        if np.ptp(position) == 0.0:
-            raise Code.MCH_DATA.refusal(
-                f"{term.name}: axis {axis.name} stands at {axis.shown(position[0])} in all {len(readings)} readings",
-                hint=f"measure along {axis.name}, or leave {term.name} out of the model",
-            )
-
-
 def _too_few(parameters: int, count: int) -> TrueloopError:
     return Code.MCH_DATA.refusal(
         f"{count} readings cannot determine {parameters} parameters",
@@ -386,19 +391,6 @@ def _too_few(parameters: int, count: int) -> TrueloopError:
 
 MOST_SLIPS = 0.3
 """Share of a run's readings off the model from which the run is named, not each of its readings."""
-
-
-def _outlier_findings(readings: Observations, residual: Array, outlier: NDArray[np.bool_]) -> list[Finding]:
-    found = []
-    for run in dict.fromkeys(readings.run):
-        own = np.array([name == run for name in readings.run])
-        off = np.flatnonzero(own & outlier)
-        if len(off) > MOST_SLIPS * np.count_nonzero(own):
-            largest = int(off[np.argmax(np.abs(residual[off]))])
-            found.append(_off_the_model(readings, residual, largest, f"{len(off)} of {np.count_nonzero(own)} readings"))
-        else:
-            found += [_off_the_model(readings, residual, int(k)) for k in off]
-    return found
 
 
 def _off_the_model(readings: Observations, residual: Array, k: int, many: str = "") -> Finding:

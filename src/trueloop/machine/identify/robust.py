@@ -159,7 +159,11 @@ def robust_solution(rows: Array, values: Array, robust: bool) -> tuple[Array, Ar
         if spread <= 1e-12 * np.abs(values).max(initial=0.0):
             break
         share = np.minimum(1.0, HUBER * spread / np.maximum(np.abs(rest), 1e-300))
-        better = _reweighted(q, values, share)
+        # Solves weighted least squares in orthonormal columns: QᵀWQ = I − Σ (1 − w) q qᵀ over the rows with w < 1
+        less = share < 1.0
+        part = q[less] * np.sqrt(1.0 - share[less])[:, None]
+        normal = np.eye(q.shape[1]) - part.T @ part
+        better = np.asarray(np.linalg.solve(normal, q.T @ (share * values)), dtype=np.float64)
         settled = np.abs(better - solution).max() <= 1e-10 * np.abs(better).max()
         solution = better
         if settled:
@@ -170,14 +174,6 @@ def robust_solution(rows: Array, values: Array, robust: bool) -> tuple[Array, Ar
     spread = _spread(rest, q.shape[1]) if robust else scatter
     outlier = np.abs(rest) > OUTLIER * spread if spread > 0 else np.zeros(len(rest), dtype=bool)
     return inverse @ solution, covariance, scatter, share, outlier
-
-
-def _reweighted(q: Array, values: Array, share: Array) -> Array:
-    """Solves weighted least squares in orthonormal columns: QᵀWQ = I − Σ (1 − w) q qᵀ over the rows with w < 1."""
-    less = share < 1.0
-    part = q[less] * np.sqrt(1.0 - share[less])[:, None]
-    normal = np.eye(q.shape[1]) - part.T @ part
-    return np.asarray(np.linalg.solve(normal, q.T @ (share * values)), dtype=np.float64)
 
 
 def least_squares(rows: Array, values: Array) -> Array:

@@ -125,17 +125,14 @@ class _Parts:
         slope = np.zeros((3, 3))
         for name in self.terms:
             if name.place and self._is_slope(name):
-                value = self._constant(name)
+                values = self.terms[name].values(self.coefficients[name], np.zeros(1), np.zeros(1), self.signals)
+                value = float(values[0])
                 displacement = self.columns[name].displacement
                 slope += value * (displacement[1:] - displacement[0]) / PROBE_MM
         return slope
 
     def _is_slope(self, name: ErrorName) -> bool:
         return name.axis in LINEAR
-
-    def _constant(self, name: ErrorName) -> float:
-        values = self.terms[name].values(self.coefficients[name], np.zeros(1), np.zeros(1), self.signals)
-        return float(values[0])
 
     def _body(self, axis: str, names: list[ErrorName]) -> Body:
         terms = [self.terms[name] for name in names]

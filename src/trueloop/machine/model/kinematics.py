@@ -134,7 +134,11 @@ def influences(
                 if not name.place:
                     bed = _rigid(joint if sense < 0 else after, name, tip_mm)
                 elif axis.kind is AxisKind.LINEAR:
-                    bed = _direction(joint, axis, name, travelled(chain, axis, positions))
+                    # The influence of a linear axis out of square: it moves along another direction and turns nothing.
+                    # Both branches alike: the tool's path as seen from the work is the same line.
+                    about, along = joint.turn[:, :, name.number], joint.turn[:, :, axis.number]
+                    displacement = np.cross(about, along) * travelled(chain, axis, positions)[:, None]
+                    bed = Influence(displacement, np.zeros_like(displacement))
                 else:
                     bed = _rigid(joint, name, tip_mm, sense)
                 found[name] = Influence(apply(to_work, bed.displacement), apply(to_work, bed.rotation))
@@ -166,13 +170,3 @@ def _rigid(frame: Frames, name: ErrorName, tip_mm: Array, sense: float = 1.0) ->
     if name.is_rotation:
         return Influence(np.cross(direction, tip_mm - frame.origin_mm), direction)
     return Influence(direction, np.zeros_like(direction))
-
-
-def _direction(joint: Frames, axis: Axis, name: ErrorName, by: Array) -> Influence:
-    """Returns the influence of a linear axis out of square: it moves along another direction and turns nothing.
-
-    Both branches alike: the tool's path as seen from the work is the same line.
-    """
-    about, along = joint.turn[:, :, name.number], joint.turn[:, :, axis.number]
-    displacement = np.cross(about, along) * by[:, None]
-    return Influence(displacement, np.zeros_like(displacement))

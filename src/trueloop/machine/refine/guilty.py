@@ -50,7 +50,12 @@ def with_guilty(model: MachineModel, guilty: Sequence[Guilty], state: State) -> 
     is not given.
     """
     for one in guilty:
-        _require_of_machine(model.machine.chain, one.error)
+        possible = model.machine.chain.errors()
+        if one.error not in possible:
+            raise Code.MCH_AXIS.refusal(
+                f"the machine cannot have {one.error}; it has {len(possible)} errors: {' '.join(map(str, possible))}",
+                hint="check that the guilty errors belong to this machine",
+            )
         missing = tuple(_missing(model, one, state))
         if missing:
             model = _grown(model, one.error, missing)
@@ -143,15 +148,6 @@ def _had(term: Term, added: int) -> Flags:
     return np.tile(one_way < len(one_way) - added, 2 if term.both_ways else 1)
 
 
-def _require_of_machine(chain: Chain, error: ErrorName) -> None:
-    possible = chain.errors()
-    if error not in possible:
-        raise Code.MCH_AXIS.refusal(
-            f"the machine cannot have {error}; it has {len(possible)} errors: {' '.join(map(str, possible))}",
-            hint="check that the guilty errors belong to this machine",
-        )
-
-
 LEAST_MM, MOST_MM = 1e-5, 0.064
 """RMS along the normals of what a guilty error may lack, a set-up or a place may leave."""
 WIDER = 16.0
@@ -199,7 +195,13 @@ def update(
     named = guilty_ones(guilty)
     grown = replace(with_guilty(model, named, seen.state), version=None)
     along = np.einsum("ni,nij->nj", seen.normal, grown.sensitivities(seen.state)) * UM_PER_MM
-    moves = {MODEL: _root(grown.covariance), **freedom(grown, named, seen)}
+    # Columns whose products sum to the covariance, as many as it has directions
+    scale = np.sqrt(np.maximum(np.diag(grown.covariance), 0.0))
+    unit = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(grown.covariance / np.outer(unit, unit))
+    kept = values > 1e-12 * max(float(values.max(initial=0.0)), 1e-300)
+    root: Array = unit[:, None] * vectors[:, kept] * np.sqrt(values[kept])
+    moves = {MODEL: root, **freedom(grown, named, seen)}
     blocks = {
         name: Block(along @ move, *((1.0, WIDER) if name == MODEL else (LEAST_MM, MOST_MM)))
         for name, move in moves.items()
@@ -232,13 +234,3 @@ def _moved(model: MachineModel, to_all: Array, fit: Mixed, share: float) -> Mach
     missed = whole - made[:, None] * whole + posterior
     covariance = missed @ missed.T + posterior @ fit.fisher @ posterior.T
     return replace(model, coefficients=model.coefficients + change[:own], covariance=covariance)
-
-
-def _root(covariance: Array) -> Array:
-    """Columns whose products sum to the covariance, as many as it has directions."""
-    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    unit = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
-    kept = values > 1e-12 * max(float(values.max(initial=0.0)), 1e-300)
-    root: Array = unit[:, None] * vectors[:, kept] * np.sqrt(values[kept])
-    return root

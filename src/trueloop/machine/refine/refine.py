@@ -67,7 +67,17 @@ class Judged:
     @property
     def words(self) -> Wording:
         """Returns the judgement as text."""
-        said = _words_of_parts(self.by_part)
+        said = wording(
+            "{n} parts left out in turn: {old} RMS before, {new} after, better by {better} ± {u}; largest {most_old} "
+            "before, {most_new} after.",
+            n=self.by_part.groups,
+            old=Um(self.by_part.rms_old_mm, ".2f"),
+            new=Um(self.by_part.rms_new_mm, ".2f"),
+            better=Um(self.by_part.better_mm, ".2f"),
+            u=Um(self.by_part.u_better_mm, ".2f"),
+            most_old=Um(self.by_part.largest_old_mm, ".2f"),
+            most_new=Um(self.by_part.largest_new_mm, ".2f"),
+        )
         if self.by_type is None:
             return wording("{parts} One part type only: what it says of others is not known.", parts=said)
         one = self.by_type
@@ -172,20 +182,6 @@ def _better(old: _Level, new: _Level) -> tuple[float, float]:
     less = old.shares - new.shares
     u = float(np.std(less, ddof=1) / np.sqrt(len(less)))
     return old.rms - new.rms, u / (old.rms + new.rms)
-
-
-def _words_of_parts(one: LeftOut) -> Wording:
-    return wording(
-        "{n} parts left out in turn: {old} RMS before, {new} after, better by {better} ± {u}; largest {most_old} "
-        "before, {most_new} after.",
-        n=one.groups,
-        old=Um(one.rms_old_mm, ".2f"),
-        new=Um(one.rms_new_mm, ".2f"),
-        better=Um(one.better_mm, ".2f"),
-        u=Um(one.u_better_mm, ".2f"),
-        most_old=Um(one.largest_old_mm, ".2f"),
-        most_new=Um(one.largest_new_mm, ".2f"),
-    )
 
 
 @dataclass(frozen=True)

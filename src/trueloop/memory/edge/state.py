@@ -8,8 +8,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.estimate.catalogue import turned_catalogue
-from trueloop.estimate.observed import Observed
-from trueloop.estimate.places import Places, joined
+from trueloop.estimate.places import Observed, Places, joined
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Sizes
@@ -52,9 +51,18 @@ def known_edge(history: Sequence[MadePart], part: MadePart, asked: CutErrors | N
     predicted.
     """
     parts = [*history, part]
-    ages = _ages(parts)
+    # The age of its edge at each part, in parts of mean duration, counted from the edge's first of these: by minutes in
+    # cut where every part of the edge states them, else by the order of the parts.
+    ages = np.zeros(len(parts))
+    for edge in {part.edge for part in parts}:
+        mine = [k for k, part in enumerate(parts) if part.edge == edge]
+        ages[mine] = _ages_of_edge([parts[k] for k in mine])
     every = [errors for one in parts for errors in _cuts(one)] + ([] if asked is None else [asked])
-    catalogue = _catalogue(every, len({one.edge for one in parts}) > 1)
+    angles = np.concatenate([np.zeros(1), *(cut.contact_angle_rad for cut in every)])
+    low, high = np.floor(angles.min() / ROUND_RAD), np.ceil(angles.max() / ROUND_RAD)
+    catalogue = turned_catalogue(
+        ROUND_RAD * float(low), ROUND_RAD * float(high), several_edges=(len({one.edge for one in parts}) > 1)
+    )
     cuts = [observed(one, age) for one, age in zip(history, ages[:-1], strict=True)]
     state = State.before(catalogue, sizes_of(catalogue, cuts))
     left = []
@@ -142,23 +150,6 @@ def _columns(part: MadePart, age: float, errors: CutErrors, finish: bool, taken_
 def _cuts(part: MadePart) -> list[CutErrors]:
     cuts = [part.semifinish] if part.finish is None else [part.semifinish, part.finish]
     return [*cuts, *(cut.reference for cut in cuts if cut.reference is not None)]
-
-
-def _catalogue(cuts: Sequence[CutErrors], several_edges: bool) -> Catalogue:
-    angles = np.concatenate([np.zeros(1), *(cut.contact_angle_rad for cut in cuts)])
-    low, high = np.floor(angles.min() / ROUND_RAD), np.ceil(angles.max() / ROUND_RAD)
-    return turned_catalogue(ROUND_RAD * float(low), ROUND_RAD * float(high), several_edges=several_edges)
-
-
-def _ages(parts: Sequence[MadePart]) -> Array:
-    """Returns the age of its edge at each part, in parts of mean duration, counted from the edge's first of these: by
-    minutes in cut where every part of the edge states them, else by the order of the parts.
-    """
-    ages = np.zeros(len(parts))
-    for edge in {part.edge for part in parts}:
-        mine = [k for k, part in enumerate(parts) if part.edge == edge]
-        ages[mine] = _ages_of_edge([parts[k] for k in mine])
-    return ages
 
 
 def _ages_of_edge(parts: Sequence[MadePart]) -> Array:

@@ -250,19 +250,14 @@ def kept(error: Array, covariance: Array, points: Sequence[str]) -> tuple[Intege
         found = plain(covariance[np.ix_(stay, stay)], error[stay])
         z = found.left_out_mm / found.left_out_u_mm
         worst = int(np.argmax(np.abs(z)))
-        if abs(z[worst]) <= _contradicted(len(stay)):
+        # The number of standard deviations by which a touch among n has to differ: by chance one of them does so in 1
+        # of 37 parts.
+        if abs(z[worst]) <= max(CONTRADICTED, float(ndtri(1.0 - BY_CHANCE_ABOVE / len(stay)))):
             break
         index = int(stay[worst])
         left.append(LeftOut(index, points[index], float(z[worst])))
         stay = np.delete(stay, worst)
     return stay, tuple(left)
-
-
-def _contradicted(n: int) -> float:
-    """Returns the number of standard deviations by which a touch among n has to differ: by chance one of them does so
-    in 1 of 37 parts.
-    """
-    return max(CONTRADICTED, float(ndtri(1.0 - BY_CHANCE_ABOVE / n)))
 
 
 def _most(n: int) -> int:

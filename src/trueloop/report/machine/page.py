@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from trueloop.machine.identify.form import Chosen
-from trueloop.machine.identify.hold_out import HeldOut
 from trueloop.machine.identify.identify import Identification
+from trueloop.machine.identify.judge_fit import HeldOut
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import TermCurve, curves

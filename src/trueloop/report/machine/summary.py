@@ -7,8 +7,8 @@ from math import degrees, isnan
 from trueloop.diagnosis.components import Components, FrameDiscrepancy
 from trueloop.machine.drift import DriftModel, DriftRun, DriftTest
 from trueloop.machine.identify.form import Chosen
-from trueloop.machine.identify.hold_out import HeldOut
 from trueloop.machine.identify.identify import Identification
+from trueloop.machine.identify.judge_fit import HeldOut
 from trueloop.machine.model.history import Lag
 from trueloop.machine.standards import JudgedPattern, Positioning
 from trueloop.report.diagnosis.surfaces import surface_figures

@@ -7,9 +7,8 @@ from pydantic import SkipValidation
 
 from trueloop.errors import Finding
 from trueloop.loops.post_process.propose import effect_of
-from trueloop.loops.post_process.replay import Replay, Replayed
 from trueloop.loops.post_process.series import Series, SeriesOptions
-from trueloop.loops.post_process.tracked import Tracked, TrackedPart, capability
+from trueloop.loops.post_process.tracked import Replay, Replayed, Tracked, TrackedPart, capability
 from trueloop.report.shape import Shape, known_um, um
 from trueloop.statistics import NORMAL_95
 

@@ -23,7 +23,7 @@ from trueloop.report.surface.maps import (
     part_choice,
     sheet,
 )
-from trueloop.surface.compensation.pattern import WrittenPattern
+from trueloop.surface.compensation.shift import WrittenPattern
 from trueloop.surface.on_face import MAPS
 from trueloop.surface.pattern.pattern import PartMaps, part_maps
 from trueloop.units import UM_PER_MM

@@ -14,7 +14,7 @@ from trueloop.report.markup import esc, section, table
 from trueloop.report.style import Figure, Trace
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.turned.error_curve.coverage import coverage_factor
-from trueloop.turned.fit.prior.remembered import angles_along
+from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.units import UM_PER_MM
 
 

@@ -11,11 +11,11 @@ from trueloop.jobs.factory.by_hand import (
     Asked,
     correct_by_hand,
     hand_files,
+    made_before,
     part_by_hand,
     tried_by_hand,
 )
 from trueloop.jobs.factory.hand_job import AskedPart, AskedReadings
-from trueloop.jobs.factory.made_before import made_before
 from trueloop.jobs.factory.uploads import upload_of
 from trueloop.server.apart.reading import answered, in_turn
 from trueloop.server.etags import Say

@@ -36,7 +36,7 @@ from trueloop.jobs.factory.correction_page import (
     sources_picture,
 )
 from trueloop.jobs.factory.links import links_view
-from trueloop.jobs.factory.memory import tool_memory
+from trueloop.jobs.tool_life import tool_memory
 from trueloop.report.turned.figures.curves import CurvePicture
 from trueloop.server import etags, pages
 from trueloop.server.etags import Say

@@ -207,7 +207,9 @@ def contacts(
     for _ in range(ROUNDS):
         feet = closest(surface, points, near)
         near = (feet.u, feet.v)
-        moved = centres - cutter.ring_mm * _lean(feet.normal, axes)
+        across = feet.normal - np.sum(feet.normal * axes, axis=1, keepdims=True) * axes
+        length = np.linalg.norm(across, axis=1, keepdims=True)
+        moved = centres - cutter.ring_mm * np.asarray(np.where(length > 1e-9, across / np.maximum(length, 1e-300), 0.0))
         step = float(np.max(np.abs(moved - points), initial=0.0))
         points = moved
         if step < STILL_MM:
@@ -226,9 +228,3 @@ def edge_centres_mm(cutter: Cutter, tips_mm: Array, axes: Array, count: int) -> 
     second = np.cross(axes, first)
     for angle in np.linspace(0.0, 2 * np.pi, count, endpoint=False):
         yield tips_mm + cutter.corner_mm * axes + cutter.ring_mm * (np.cos(angle) * first + np.sin(angle) * second)
-
-
-def _lean(normal: Array, axes: Array) -> Array:
-    across = normal - np.sum(normal * axes, axis=1, keepdims=True) * axes
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    return np.asarray(np.where(length > 1e-9, across / np.maximum(length, 1e-300), 0.0))

@@ -1,8 +1,11 @@
 """The corrected surface: the nominal one moved along its normals by −w times the pattern.
 
 M(u, v) = N(u, v) − w · MPM(u, v) · n(u, v) [MPM Eq. 5], fitted again as a B-spline surface on the nominal's parameters.
+
+The machining pattern as a surface: the nominal one moved along its normals by what parts have alike, magnified.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Final, Protocol
@@ -333,3 +336,28 @@ def _off(nominal: Surface, deviation: Deviation, weight: float, surface: Surface
 def _samples(count: int) -> tuple[Array, Array]:
     at = np.linspace(0.0, 1.0, count)
     return at, at
+
+
+UNLIMITED = Limits(correction_mm=math.inf, slope=math.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenPattern:
+    """Nominal surface and pattern in CAD files of these names, the pattern magnified by `factor`."""
+
+    files: tuple[str, ...]
+    factor: float
+    made: CorrectedSurface
+
+
+def pattern_surface(
+    nominal: Surface, pattern: Deviation, factor: float, tolerance_mm: float = SurfaceOptions.tolerance_mm
+) -> CorrectedSurface:
+    """N(u, v) + factor · MPM(u, v) · n(u, v): what the process makes of the nominal surface, material left on outwards
+    [MPM §6], fitted to `tolerance_mm` times the factor where that magnifies.
+
+    With a factor so large that the pattern reaches the surface's radius of curvature, the surface folds. Raises
+    SRF-TOLERANCE where no fit comes that near.
+    """
+    allowed = tolerance_mm * max(1.0, factor)
+    return corrected_surface(nominal, pattern, weight=-factor, tolerance_mm=allowed, limits=UNLIMITED)

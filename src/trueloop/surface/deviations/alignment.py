@@ -127,7 +127,15 @@ def best_fit(
         feet = closest(surface, alignment.apply(points_mm), (feet.u, feet.v))
         if np.max(np.abs(step)) < STILL_MM:
             break
-    _refuse_far(moved_mm, setup_mm, name)
+    far = int(np.argmax(np.abs(moved_mm)))
+    if abs(moved_mm[far]) > setup_mm:
+        raise Code.SRF_SETUP.refusal(
+            f"the best fit would move the points of {name!r} by {abs(moved_mm[far]):.3f} mm {MOTIONS[far]}; the set-up "
+            f"is off by {setup_mm:g} mm at most",
+            hint="an error so large is one of the part, or the part sat worse than that: say how far it may sit off",
+            override="gauging.setup_mm in the job",
+            values={"part": name, "setup_mm": setup_mm},
+        )
     left = tuple(
         _named(*each) for each in zip(motions.motion[count:], motions.uncertainty_mm(form)[count:], strict=True)
     )
@@ -138,18 +146,6 @@ def _named(motion: Array, uncertainty_mm: float) -> str:
     """The motion's largest components, and how well the points determine it."""
     parts = [MOTIONS[k] for k in range(6) if abs(motion[k]) > PARTS] or [MOTIONS[int(np.argmax(np.abs(motion)))]]
     return f"{' and '.join(parts)} (known to {uncertainty_mm:.2g} mm)"
-
-
-def _refuse_far(moved_mm: Array, setup_mm: float, name: str) -> None:
-    far = int(np.argmax(np.abs(moved_mm)))
-    if abs(moved_mm[far]) > setup_mm:
-        raise Code.SRF_SETUP.refusal(
-            f"the best fit would move the points of {name!r} by {abs(moved_mm[far]):.3f} mm {MOTIONS[far]}; the set-up "
-            f"is off by {setup_mm:g} mm at most",
-            hint="an error so large is one of the part, or the part sat worse than that: say how far it may sit off",
-            override="gauging.setup_mm in the job",
-            values={"part": name, "setup_mm": setup_mm},
-        )
 
 
 def _moved(alignment: Alignment, step_mm: Array, spread_mm: float) -> Alignment:

@@ -37,8 +37,26 @@ def findings_of(
     number = np.flatnonzero(there) + 1
     error = feet.distance_mm - radius
     _refuse_unit(surface, xyz, error, radius, points.name)
-    _refuse_side(feet, radius, points.name)
-    _refuse_off(points, error, number, xyz, farthest_mm)
+    # Ball centres inside the material: the normal points the wrong way
+    middle = float(np.median(feet.distance_mm))
+    if radius > 0 and abs(middle + radius) < 0.5 * radius:
+        raise Code.SRF_SIGN.refusal(
+            f"the ball's centre is {middle:.4f} mm from the surface of {points.name!r}, on the inner side of the "
+            f"material; with a ball of radius {radius:g} mm it should be at {radius:g} mm",
+            hint="the surface's normals point into the material: turn them (flip = true)",
+        )
+    if np.any(bad := np.abs(error) > farthest_mm):
+        worst = int(np.argmax(np.abs(error)))
+        x, y, z = xyz[worst]
+        raise Code.SRF_OFF.refusal(
+            f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} are more than {farthest_mm:g} mm off "
+            f"the surface; the farthest, with {error[worst]:+.3f} mm, is point {number[worst]} (x {x:.3f}, y {y:.3f}, "
+            f"z {z:.3f} mm)",
+            hint="look at frame, ball radius and that touch; a larger distance can be allowed",
+            place=points.place(int(number[worst])),
+            override="gauging.farthest_mm in the job",
+            values={"part": points.name, "limit_mm": farthest_mm},
+        )
     refuse_outside(points, feet.beyond_mm > BEYOND_MM, number, xyz)
     found = [*points.findings, *_holes(points, there), *_ball(surface, feet, radius)]
     if bound and radius == 0:
@@ -61,32 +79,6 @@ def _refuse_unit(surface: Surface, xyz: Array, error: Array, radius: float, name
                 hint=f"the unit is not mm but {unit}: write the points in mm",
                 values={"part": name},
             )
-
-
-def _refuse_side(feet: Feet, radius: float, name: str) -> None:
-    """Ball centres inside the material: the normal points the wrong way."""
-    middle = float(np.median(feet.distance_mm))
-    if radius > 0 and abs(middle + radius) < 0.5 * radius:
-        raise Code.SRF_SIGN.refusal(
-            f"the ball's centre is {middle:.4f} mm from the surface of {name!r}, on the inner side of the "
-            f"material; with a ball of radius {radius:g} mm it should be at {radius:g} mm",
-            hint="the surface's normals point into the material: turn them (flip = true)",
-        )
-
-
-def _refuse_off(points: MeasuredPoints, error: Array, number: Integers, xyz: Array, farthest_mm: float) -> None:
-    if np.any(bad := np.abs(error) > farthest_mm):
-        worst = int(np.argmax(np.abs(error)))
-        x, y, z = xyz[worst]
-        raise Code.SRF_OFF.refusal(
-            f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} are more than {farthest_mm:g} mm off "
-            f"the surface; the farthest, with {error[worst]:+.3f} mm, is point {number[worst]} (x {x:.3f}, y {y:.3f}, "
-            f"z {z:.3f} mm)",
-            hint="look at frame, ball radius and that touch; a larger distance can be allowed",
-            place=points.place(int(number[worst])),
-            override="gauging.farthest_mm in the job",
-            values={"part": points.name, "limit_mm": farthest_mm},
-        )
 
 
 def refuse_outside(points: MeasuredPoints, outside: np.ndarray, number: Integers, xyz: Array) -> None:

@@ -99,21 +99,17 @@ def averaged(points_mm: Array, error_mm: Array) -> tuple[Array, Duplicates | Non
     count = np.bincount(first, minlength=len(first))
     mean = np.bincount(first, error_mm, minlength=len(first)) / np.maximum(count, 1)
     found = np.where(count > 0, mean, np.nan)
-    difference, pair = _widest(first, error_mm, np.flatnonzero(count > 1))
-    typical = _between_neighbours(points_mm[count > 0], found[count > 0])
-    return found, Duplicates(spare, int(np.count_nonzero(count > 1)), difference, pair, typical)
-
-
-def _widest(first: Integers, error_mm: Array, places: Integers) -> tuple[float, tuple[int, int]]:
-    """The largest difference between two errors of one place, and the points that have them, the earlier one first."""
-    members = np.flatnonzero(np.isin(first, places))
+    # The largest difference between two errors of one place, and the points that have them, the earlier one first
+    members = np.flatnonzero(np.isin(first, np.flatnonzero(count > 1)))
     order = members[np.lexsort((error_mm[members], first[members]))]
     start = np.flatnonzero(np.diff(first[order], prepend=-1))
     end = np.append(start[1:], len(order)) - 1
     spread = error_mm[order[end]] - error_mm[order[start]]
     worst = int(np.argmax(spread))
     a, b = sorted((int(order[start[worst]]), int(order[end[worst]])))
-    return float(spread[worst]), (a, b)
+    difference, pair = float(spread[worst]), (a, b)
+    typical = _between_neighbours(points_mm[count > 0], found[count > 0])
+    return found, Duplicates(spare, int(np.count_nonzero(count > 1)), difference, pair, typical)
 
 
 def _between_neighbours(points_mm: Array, error_mm: Array) -> float:

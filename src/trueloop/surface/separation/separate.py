@@ -17,14 +17,13 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.surface.deviations.deviations import SurfaceDeviations
-from trueloop.surface.separation.moran import Null
+from trueloop.surface.separation.moran import Normality, Null, normality
 from trueloop.surface.separation.neighbourhood import (
     Neighbourhood,
     expected_geary_c,
     permutation_p_value,
     residual_null,
 )
-from trueloop.surface.separation.normality import Normality, normality
 from trueloop.surface.separation.places import (
     DEGREES,
     FULLEST,

@@ -121,19 +121,16 @@ class SplineSurface:
 
     def value_mm(self, u: Array, v: Array) -> Array:
         """Values at pairs of parameters in [0, 1]."""
-        return self._pairwise(u, v, 0, 0)
-
-    def grid_mm(self, u: Array, v: Array) -> Array:
-        """Values at every u with every v."""
-        return np.asarray(basis(self.size, 0, u) @ self.coefficients_mm @ basis(self.size, 1, v).T)
-
-    def _pairwise(self, u: Array, v: Array, along: int, across: int) -> Array:
         a = basis_rows(clamped_knots(self.size.rows, self.size.degree), self.size.degree, np.asarray(u, float))
         b = basis_rows(clamped_knots(self.size.columns, self.size.degree), self.size.degree, np.asarray(v, float))
         reach = np.arange(self.size.degree + 1)
         near = self.coefficients_mm[(a.first[:, None] + reach)[:, :, None], (b.first[:, None] + reach)[:, None, :]]
-        left, right = (a.values, a.slopes)[along], (b.values, b.slopes)[across]
+        left, right = (a.values, a.slopes)[0], (b.values, b.slopes)[0]
         return np.asarray(np.einsum("ni,nij,nj->n", left, near, right))
+
+    def grid_mm(self, u: Array, v: Array) -> Array:
+        """Values at every u with every v."""
+        return np.asarray(basis(self.size, 0, u) @ self.coefficients_mm @ basis(self.size, 1, v).T)
 
 
 def basis(size: Size, axis: int, at: Array) -> Array:

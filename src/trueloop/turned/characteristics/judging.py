@@ -136,10 +136,18 @@ def of_next_cut(places: Places, unasked: tuple[Shift, ...]) -> Covariance:
     """
     found, estimated = _of_curves(places)
     repeatability = places.each(lambda curve, s: np.full(len(s), curve.repeatability_mm))
-    share = _reference_share(places)
+    # By how much errors fall where the touch that the part's z is taken from has material left on, (n,)
+    at = places.model.vectors.at_reference
+    facing = places.model.vectors.outward_normal[at]
+    share = places.outward_normal[:, 1] / facing[0, 1] if len(facing) else np.zeros(len(places.feature_index))
     own = repeatability * share
     lean = _same_feature(places) * np.outer(one := places.shifted_mm(unasked) / np.sqrt(3.0), one)
-    stated = estimated + _whole_cut(places) + _along_cut(places, share)
+    # The covariance by a displacement of a whole cut along x and z; with a z reference along x alone: the part's zero
+    # moves too.
+    difference = places.each(lambda curve, s: np.full(len(s), curve.between_cuts.common_difference_mm))
+    axes = [1.0, 0.0] if np.any(places.model.vectors.at_reference) else [1.0, 1.0]
+    moved = places.outward_normal * axes
+    stated = estimated + np.asarray((moved @ moved.T) * np.outer(difference, difference)) + _along_cut(places, share)
     process = np.diag(repeatability**2) + np.outer(own, own)
     from_memory = places.each(lambda curve, s: np.full(len(s), float(curve.next_cut is not None)))
     else_known = np.outer(1.0 - from_memory, 1.0 - from_memory)
@@ -177,23 +185,6 @@ def _one_by_one(places: Places) -> list[tuple[int, float]]:
 
 def _same_feature(places: Places) -> Array:
     return np.equal.outer(places.feature_index, places.feature_index).astype(np.float64)
-
-
-def _reference_share(places: Places) -> Array:
-    """Returns by how much errors fall where the touch that the part's z is taken from has material left on, (n,)."""
-    at = places.model.vectors.at_reference
-    facing = places.model.vectors.outward_normal[at]
-    return places.outward_normal[:, 1] / facing[0, 1] if len(facing) else np.zeros(len(places.feature_index))
-
-
-def _whole_cut(places: Places) -> Array:
-    """Returns the covariance by a displacement of a whole cut along x and z; with a z reference along x alone: the
-    part's zero moves too.
-    """
-    difference = places.each(lambda curve, s: np.full(len(s), curve.between_cuts.common_difference_mm))
-    axes = [1.0, 0.0] if np.any(places.model.vectors.at_reference) else [1.0, 1.0]
-    moved = places.outward_normal * axes
-    return np.asarray((moved @ moved.T) * np.outer(difference, difference))
 
 
 def _alike_over_mm(feature: Feature) -> float:

@@ -8,10 +8,12 @@ The part error e displaces a surface by e along its outward normal n = (n_x, n_z
 - changes the radius of an arc by that of the least-squares circle, centre free: e = ±δR + n·δc.
 
 Second-order terms are e²/2R, below 1 nm for 0.1 mm on any radius that is turned.
+
+Nominals and limits of characteristics held against the profile that the correction aims at.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -23,7 +25,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.intersection import sign_changes
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.tolerances.iso2768 import Edge
 
 ALONG: Final = 1e-6
 """A tangent's component this small is none: the feature runs along the other axis."""
@@ -68,7 +71,12 @@ def measurand(
         case Quantity.ANGLE:
             return _angle(index, feature, asked, count)
         case Quantity.RADIUS:
-            return _radius(index, feature, asked, count)
+            # The radius of the least-squares circle, its centre free
+            if not isinstance(feature, Arc):
+                raise no_such(asked, "it is no arc", "of a cylinder or a cone, ask for a diameter")
+            s = spread(feature, max(count, LEAST_PLACES))
+            row = np.linalg.pinv(_circle(feature, s))[0]
+            return Measurand(np.full(len(s), index), s, np.array([feature.radius_mm]), row[None, :])
         case Quantity.FORM:
             return _form(index, feature, count)
         case _:
@@ -151,15 +159,6 @@ def _angle(index: int, feature: Feature, asked: Characteristic, touches: int) ->
     return Measurand(np.full(len(s), index), s, np.array([angle]), np.degrees(turned * slope)[None, :])
 
 
-def _radius(index: int, feature: Feature, asked: Characteristic, touches: int) -> Measurand:
-    """Returns the radius of the least-squares circle, its centre free."""
-    if not isinstance(feature, Arc):
-        raise no_such(asked, "it is no arc", "of a cylinder or a cone, ask for a diameter")
-    s = spread(feature, max(touches, LEAST_PLACES))
-    row = np.linalg.pinv(_circle(feature, s))[0]
-    return Measurand(np.full(len(s), index), s, np.array([feature.radius_mm]), row[None, :])
-
-
 def _form(index: int, feature: Feature, touches: int) -> Measurand:
     """Returns the residual of a fitted line, or of the circle of an arc, at every place; the form is its range.
 
@@ -206,3 +205,83 @@ def _crossings(feature: Feature, z_mm: float) -> list[float]:
         return [float(s) for s in sign_changes(feature, lambda points: points[:, 1] - z_mm)]
     along = float(feature.tangent(0.0)[1])
     return [(z_mm - feature.start_mm[1]) / along] if abs(along) > ALONG else []
+
+
+SAME: Final = 1e-6
+"""mm or degrees: sizes that differ by less are the same, for conversions round."""
+FACTOR_WITHIN: Final = 0.02
+"""A ratio this close to 2 or 1/2 is that of a diameter and its radius."""
+
+
+def profile_has(asked: Characteristic, profile: Profile) -> float:
+    """Returns the nominal of a characteristic on the profile, mm or degrees. Raises TOL-FEATURE and TOL-PLACE."""
+    untouched = np.zeros(len(profile.features), dtype=np.intp)
+    return float(measurand(profile, asked, untouched).nominal[0])
+
+
+def with_nominal(asked: Characteristic, nominal: float | None, profile: Profile) -> Characteristic:
+    """Returns the characteristic with its nominal: the given one, or the profile's."""
+    has = profile_has(asked, profile)
+    if nominal is None:
+        return replace(asked, nominal=has)
+    if asked.quantity in (Quantity.DIAMETER, Quantity.RADIUS) and has > 0.0:
+        for factor, words in ((2.0, "twice"), (0.5, "half")):
+            if abs(nominal / has / factor - 1.0) < FACTOR_WITHIN:
+                raise _not_the_profiles(asked, nominal, has, f"{words} of")
+    return replace(asked, nominal=nominal)
+
+
+def checked(
+    asked: Characteristic, lower: float | None, upper: float | None, tolerance: str, profile: Profile
+) -> Characteristic:
+    """Returns the characteristic with its limits. Raises TOL-ZONE where they are empty or exclude the nominal."""
+    unit, limits = asked.quantity.unit, (lower, upper)
+    words = " to ".join("…" if one is None else f"{one:.4f}" for one in limits) + f" {unit}"
+    if lower is not None and upper is not None and lower >= upper:
+        raise _zone(asked, f"its limits {words} hold nothing between them", "the smaller one is `lower_limit`")
+    has = profile_has(asked, profile)
+    if (lower is not None and has < lower - SAME) or (upper is not None and has > upper + SAME):
+        raise _zone(
+            asked,
+            f"its limits {words} exclude the {has:.4f} {unit} that the profile has, which the correction aims at",
+            "limits are absolute and in diameters of a diameter; of a fit away from the nominal, draw the profile to "
+            "the middle of the zone and give the drawing's `characteristic.nominal`",
+        )
+    return replace(asked, lower_limit=lower, upper_limit=upper, tolerance=tolerance)
+
+
+def usual(feature: Feature) -> Characteristic | None:
+    """Returns the characteristic that a drawing usually states of a feature of this shape, without a nominal; None of a
+    face at z = 0, and of a curve.
+    """
+    if isinstance(feature, Curve):
+        return None
+    if isinstance(feature, Arc):
+        quantity = Quantity.RADIUS
+    else:
+        along_x, along_z = np.abs(feature.tangent(0.0)) > ALONG
+        quantity = Quantity.ANGLE if along_x and along_z else Quantity.DIAMETER if along_z else Quantity.LENGTH
+    if quantity is Quantity.LENGTH and abs(feature.start_mm[1]) < SAME:
+        return None
+    return Characteristic(f"{feature.name} {quantity}", quantity, feature.name, 0.0)
+
+
+def edge_of(profile: Profile, index: int) -> Edge:
+    """Returns a feature for general tolerances: a convex arc of up to 90°, tangent at both ends, breaks an edge."""
+    feature, last = profile.features[index], len(profile.features) - 1
+    tangent = 0 < index < last and all(j.kind is JunctionKind.TANGENT for j in profile.junctions[index - 1 : index + 1])
+    turns = feature.sweep_rad if isinstance(feature, Arc) else 0.0
+    return Edge(feature.length_mm, tangent and 0.0 < turns <= math.pi / 2 + ALONG)
+
+
+def _zone(asked: Characteristic, why: str, hint: str) -> TrueloopError:
+    message = f"characteristic {asked.name!r}: {why}"
+    return Code.TOL_ZONE.refusal(message, hint=hint, values={"characteristic": asked.name})
+
+
+def _not_the_profiles(asked: Characteristic, nominal: float, has: float, ratio: str) -> TrueloopError:
+    return Code.TOL_NOMINAL.refusal(
+        f"characteristic {asked.name!r}: its nominal {nominal:.4f} mm is {ratio} the {has:.4f} mm of the profile",
+        hint=f"a {asked.quantity} is given as a {asked.quantity}, whatever part.x_is is",
+        values={"characteristic": asked.name, "nominal_mm": nominal, "profile_mm": has},
+    )

@@ -146,7 +146,7 @@ def decide(
     left = process_error_mm - outward_normal @ constants
     spare = len(left) - int(np.count_nonzero(determined & faces))
     scatter_mm = max(sigma_mm, float(np.sqrt(left @ left / spare)) if spare > 0 else 0.0)
-    from_touches = _coverage(degrees_of_freedom) * scatter_mm * np.sqrt(variance)
+    from_touches = float(stdtrit(min(degrees_of_freedom, AS_NORMAL), 0.975)) * scatter_mm * np.sqrt(variance)
     u_mm = np.hypot(from_touches, NORMAL_95 * common_u_mm)
     u_of = (float(u_mm[0]), None if cuts_zero else float(u_mm[1]))
     x, z = (
@@ -240,10 +240,6 @@ def _offset_words(axis: int, offset_mm: float, expanded_u_mm: float | None) -> o
         return Um(offset_mm)
     words = wording("{offset} ± {u}", offset=Um(offset_mm, "+.1f"), u=Um(expanded_u_mm))
     return wording("{x} (on the radius)", x=words) if axis == 0 else words
-
-
-def _coverage(degrees_of_freedom: float) -> float:
-    return float(stdtrit(min(degrees_of_freedom, AS_NORMAL), 0.975))
 
 
 def _upper_tail(ratio: float, over: float, under: float) -> float:

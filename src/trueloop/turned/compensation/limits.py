@@ -24,22 +24,18 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
     """
     places = [cut_mm(piece) for piece in pieces]
     values = [shift.value_mm(s) for shift, s in zip(corrections, places, strict=True)]
-    rigid = _rigid_shift(pieces, places, values)
+    # The shift (x, z) whose share n·d along all that is cut comes nearest to these values, (2,)
+    lengths = [np.sqrt(max(float(s[-1] - s[0]), 0.0) / len(s)) for s in places]
+    normals = [piece.shifted.feature.outward_normal(s) for piece, s in zip(pieces, places, strict=True)]
+    rows = np.concatenate([length * normal for length, normal in zip(lengths, normals, strict=True)])
+    wanted = np.concatenate([length * value for length, value in zip(lengths, values, strict=True)])
+    rigid = np.asarray(np.linalg.lstsq(rows, wanted, rcond=None)[0])
     for piece, correction, s, size in zip(pieces, corrections, places, values, strict=True):
         feature = piece.shifted.feature
         of_shift = feature.curvature_per_mm(s) * (feature.tangent(s) @ rigid)
         slope = correction.slope(s)
         steep = np.minimum(np.abs(slope), np.abs(slope - of_shift))
         check_along(piece, np.abs(size), steep, limits, "the correction")
-
-
-def _rigid_shift(pieces: Sequence[CentrePiece], places: Sequence[Array], values: Sequence[Array]) -> Array:
-    """Returns the shift (x, z) whose share n·d along all that is cut comes nearest to these values, (2,)."""
-    lengths = [np.sqrt(max(float(s[-1] - s[0]), 0.0) / len(s)) for s in places]
-    normals = [piece.shifted.feature.outward_normal(s) for piece, s in zip(pieces, places, strict=True)]
-    rows = np.concatenate([length * normal for length, normal in zip(lengths, normals, strict=True)])
-    wanted = np.concatenate([length * value for length, value in zip(lengths, values, strict=True)])
-    return np.asarray(np.linalg.lstsq(rows, wanted, rcond=None)[0])
 
 
 def cut_mm(piece: CentrePiece) -> Array:

@@ -136,7 +136,18 @@ def _greedy(path: SampledPath, fit: Fit, fewer_than: int | None = None) -> tuple
     moves: list[Move] = []
     first, last = 0, len(path.point_mm) - 1
     while first < last:
-        reach = _furthest(path, fit, first, last)
+        # The furthest sample that one fit reaches within tolerance: doubling steps, then halving
+        reach, step = first + 1, 1
+        while reach < last and _holds(path, fit, first, min(reach + step, last)):
+            reach = min(reach + step, last)
+            step *= 2
+        bad = min(reach + step, last + 1)
+        while bad - reach > 1:
+            middle = (reach + bad) // 2
+            if _holds(path, fit, first, middle):
+                reach = middle
+            else:
+                bad = middle
         if reach < last and np.linalg.norm(path.point_mm[last] - path.point_mm[reach]) < SHORT_MM:
             reach = max((first + last) // 2, first + 1)
         moves += fit(path, first, reach)
@@ -144,22 +155,6 @@ def _greedy(path: SampledPath, fit: Fit, fewer_than: int | None = None) -> tuple
             return ()
         first = reach
     return tuple(moves)
-
-
-def _furthest(path: SampledPath, fit: Fit, first: int, last: int) -> int:
-    """Returns the furthest sample that one fit reaches within tolerance: doubling steps, then halving."""
-    good, step = first + 1, 1
-    while good < last and _holds(path, fit, first, min(good + step, last)):
-        good = min(good + step, last)
-        step *= 2
-    bad = min(good + step, last + 1)
-    while bad - good > 1:
-        middle = (good + bad) // 2
-        if _holds(path, fit, first, middle):
-            good = middle
-        else:
-            bad = middle
-    return good
 
 
 def _holds(path: SampledPath, fit: Fit, first: int, last: int) -> bool:

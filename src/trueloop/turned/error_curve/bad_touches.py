@@ -214,7 +214,17 @@ def _deletion(search: _Search, kept: NDArray[np.intp], k: int) -> _Deletion | No
     off = float(search.vectors.error_mm[k]) - expected
     times = abs(off) / u
     limit = student_t_factor(1.0 - FALSE_ALARMS / len(kept), freedom)
-    return _Deletion(k, expected, u, times, _odds(off, u, freedom), times > limit)
+    # Odds of a bad touch against a good one, at most 1e12
+    wide = math.hypot(u, BAD_SPREAD_MM)
+    log_bad = -0.5 * (off / wide) ** 2 - math.log(wide) - 0.5 * math.log(2.0 * math.pi)
+    nu = freedom
+    log_good = -0.5 * (off / u) ** 2 - math.log(u) - 0.5 * math.log(2.0 * math.pi) if nu > 1000 else (
+        math.lgamma((nu + 1) / 2) - math.lgamma(nu / 2) - 0.5 * math.log(nu * math.pi) - math.log(u)
+        - (nu + 1) / 2 * math.log1p((off / u) ** 2 / nu)
+    )  # fmt: skip
+    return _Deletion(
+        k, expected, u, times, BAD_SHARE / (1.0 - BAD_SHARE) * math.exp(min(log_bad - log_good, 30.0)), times > limit
+    )
 
 
 def _predicted(search: _Search, fitted: FittedChains, k: int) -> tuple[float, float, int]:
@@ -234,26 +244,9 @@ def _predicted(search: _Search, fitted: FittedChains, k: int) -> tuple[float, fl
     u = max(math.hypot(curve_u, scatter, between), FINEST_MM)
     estimated = not len(fit.touches) and all(source.neighbour is None for source in fit.sources)
     found = scatter if estimated else math.hypot(curve_u, scatter)
-    return float(spline.of(form)[0]), u, _effective(freedom, found / u)
-
-
-def _effective(freedom: int, share: float) -> int:
-    """Returns the degrees of freedom where the rest of the uncertainty is stated, not estimated from touches
-    (Welch–Satterthwaite).
-    """
-    return int(min(freedom / max(share, 1e-3) ** 4, 10_000.0))
-
-
-def _odds(off_mm: float, u_mm: float, freedom: int) -> float:
-    """Odds of a bad touch against a good one, at most 1e12."""
-    wide = math.hypot(u_mm, BAD_SPREAD_MM)
-    log_bad = -0.5 * (off_mm / wide) ** 2 - math.log(wide) - 0.5 * math.log(2.0 * math.pi)
-    nu = freedom
-    log_good = -0.5 * (off_mm / u_mm) ** 2 - math.log(u_mm) - 0.5 * math.log(2.0 * math.pi) if nu > 1000 else (
-        math.lgamma((nu + 1) / 2) - math.lgamma(nu / 2) - 0.5 * math.log(nu * math.pi) - math.log(u_mm)
-        - (nu + 1) / 2 * math.log1p((off_mm / u_mm) ** 2 / nu)
-    )  # fmt: skip
-    return BAD_SHARE / (1.0 - BAD_SHARE) * math.exp(min(log_bad - log_good, 30.0))
+    # The degrees of freedom where the rest of the uncertainty is stated, not estimated from touches
+    # (Welch–Satterthwaite).
+    return float(spline.of(form)[0]), u, int(min(freedom / max((found / u), 1e-3) ** 4, 10_000.0))
 
 
 def _judged(search: _Search, named: Sequence[int]) -> tuple[SuspectTouch, ...]:
@@ -264,7 +257,9 @@ def _judged(search: _Search, named: Sequence[int]) -> tuple[SuspectTouch, ...]:
     found: dict[int, SuspectTouch] = {}
     for k in named:
         kept = np.setdiff1d(everything, [other for other in named if other != k])
-        rivals = _rivals(search, kept, k)
+        # Deletions of all touches on the feature of touch k and the standing-out ones of the others
+        same = kept[search.vectors.feature_index[kept] == search.vectors.feature_index[k]]
+        rivals = _deletions(search, kept, sorted({int(i) for i in same} | set(_standing_out(search, kept))))
         total = 1.0 + sum(one.odds for one in rivals)
         for one in rivals:
             probability = one.odds / total
@@ -273,12 +268,6 @@ def _judged(search: _Search, named: Sequence[int]) -> tuple[SuspectTouch, ...]:
                 if one.position not in found or one.position == k:
                     found[one.position] = suspect
     return tuple(sorted(found.values(), key=lambda one: -one.probability))
-
-
-def _rivals(search: _Search, kept: NDArray[np.intp], k: int) -> list[_Deletion]:
-    """Deletions of all touches on the feature of touch k and the standing-out ones of the others."""
-    same = kept[search.vectors.feature_index[kept] == search.vectors.feature_index[k]]
-    return _deletions(search, kept, sorted({int(i) for i in same} | set(_standing_out(search, kept))))
 
 
 def _may_go(search: _Search, named: Sequence[int], k: int) -> bool:

@@ -100,7 +100,9 @@ class ErrorCurve:
         """
         if self.next_cut is not None:
             return remembered_only(self.next_cut.u_mm(self._stretch(arc_length_mm)[0]), self.degrees_of_freedom)
-        share = self._reference_share(arc_length_mm)
+        # By how much the curve follows the touch that the part's z is taken from, (n,)
+        form = self.spline.value_form(*self._stretch(arc_length_mm))
+        share = np.zeros(len(form.first)) if self.reference is None else form.of(self.reference)
         with_reference = np.hypot(1.0, share)
         along_x = np.sqrt(np.maximum(1.0 - share**2, 0.0))  # what moves a whole cut along z moves its reference as well
         known = float(self.touches > 0)
@@ -122,11 +124,6 @@ class ErrorCurve:
     def drawn_out_u_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Returns the standard uncertainty of the error that the curve's bend may add beyond the last touch, (n,)."""
         return self.spline.drawn_out_u_mm(self._stretch(arc_length_mm)[0])
-
-    def _reference_share(self, arc_length_mm: ArrayLike) -> Array:
-        """Returns by how much the curve follows the touch that the part's z is taken from, (n,)."""
-        form = self.spline.value_form(*self._stretch(arc_length_mm))
-        return np.zeros(len(form.first)) if self.reference is None else form.of(self.reference)
 
     def half_band_mm(self, arc_length_mm: ArrayLike, coverage: float = COVERAGE) -> Array:
         """Returns the half width of the band that holds the curve with the given probability at each point, (n,).

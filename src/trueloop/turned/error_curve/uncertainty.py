@@ -8,7 +8,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.turned.error_curve.likeness import likeness_of
 from trueloop.turned.fit.chain_fit import ChainFit, ConditionSource
-from trueloop.turned.fit.conditions import conditions_covariance
+from trueloop.turned.fit.fit_chains import conditions_covariance
 from trueloop.turned.fit.spline import EndConditions, LinearForm, Spline, least_squares_spline
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -74,17 +74,11 @@ def _splines(
             if i not in splines and givers <= splines.keys():
                 splines[i] = _finished(fit, scatter_mm[i], splines, roots_mm.get(i, fit.from_model_mm))
     if reference is not None:
-        own_mm = _reference_scatter_mm(fits, scatter_mm, vectors)
+        # The standard deviation of the reference touch: that of its chain's touches
+        (k,) = np.flatnonzero(vectors.at_reference)
+        own_mm = next(scatter_mm[i] for i, fit in fits.items() if k in fit.touches)
         splines = {i: spline.with_common(own_mm * reference[i]) for i, spline in splines.items()}
     return {i: splines[i] for i in fits}
-
-
-def _reference_scatter_mm(
-    fits: Mapping[int, ChainFit], scatter_mm: Mapping[int, float], vectors: ErrorVectors
-) -> float:
-    """Returns the standard deviation of the reference touch: that of its chain's touches."""
-    (k,) = np.flatnonzero(vectors.at_reference)
-    return next(scatter_mm[i] for i, fit in fits.items() if k in fit.touches)
 
 
 def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) -> float:

@@ -9,10 +9,9 @@ from typing import Final
 import numpy as np
 from scipy.special import fdtrc
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.statistics import rms
-from trueloop.turned.fit.chain import Chain
-from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, own_fit
+from trueloop.turned.fit.chain_fit import Chain, ChainFit, ChainTouches, Sources, own_fit
 from trueloop.turned.fit.knots import Knots, candidates, every_rth, fit_determined, joint_repeats
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.spline import EndConditions, SplineFit
@@ -88,7 +87,11 @@ def fit_arcs(
     asked = [options.knot_every_for(name) for name in names]
     for name, r in zip(names, asked, strict=True):
         if r is not None and r < 2:
-            raise _bad_knot_every(name, r)
+            raise Code.FIT_KNOTS.refusal(
+                f"{name}: `knot_every` is {r}; a knot at every r-th touch needs r of at least 2",
+                hint="3 is the published choice, 4 to 5 suit smooth errors; without `compensation.knot_every` "
+                "leave-one-out chooses",
+            )
     shapes = _shapes(asked, max(len(points) for points in touches.by_feature_mm))
     fitting = [shape for shape in shapes if shape.degree + 1 >= conditions.coefficients]
     tried = [_try(shape, chain, touches, options, conditions) for shape in fitting]
@@ -199,11 +202,3 @@ def _refuse_dropped_knots(
             hint="leave `compensation.knot_every` out, make it larger, or touch the feature at more points",
             values={"touches": len(touches.positions)},
         )
-
-
-def _bad_knot_every(name: str, r: int) -> TrueloopError:
-    return Code.FIT_KNOTS.refusal(
-        f"{name}: `knot_every` is {r}; a knot at every r-th touch needs r of at least 2",
-        hint="3 is the published choice, 4 to 5 suit smooth errors; without `compensation.knot_every` "
-        "leave-one-out chooses",
-    )

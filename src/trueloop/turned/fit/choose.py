@@ -16,11 +16,9 @@ from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
-from trueloop.turned.fit.chain import TangentPolicy
-from trueloop.turned.fit.chain_fit import ChainFit
+from trueloop.turned.fit.chain_fit import ChainFit, TangentPolicy
 from trueloop.turned.fit.knots import joint_repeats
-from trueloop.turned.fit.nose_curve import nose_curve
-from trueloop.turned.fit.nose_fit import nose_touches
+from trueloop.turned.fit.nose_fit import nose_curve, nose_touches
 from trueloop.turned.fit.nose_model import NoseModel, NosePrediction, NoseTouches
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um, all_of, wording
@@ -85,7 +83,15 @@ def choose(
     """
     mine = np.isin(nose.positions, fit.touches)
     errors = _left_out(nose, mine)
-    choice = _compare(profile, fit, nose, mine, errors)
+    own = fit.leave_one_out_mm[np.isin(fit.touches, nose.positions[mine])]
+    own_rms = float("inf") if np.any(np.isnan(own)) else rms(own)
+    nose_rms = rms(errors)
+    if math.isnan(nose_rms):
+        u = nose.prediction.standard_deviation_mm(nose.touches.contact_angle_rad[mine])
+        nose_rms = rms(np.hypot(u, nose.prediction.model.scatter_mm))
+    names = tuple(profile.features[i].name for i in fit.chain.features)
+    nose_serves = nose_rms < own_rms * (1.0 + 1.0 / math.sqrt(len(errors)))
+    choice = ModelChoice(names, len(errors), own_rms, nose_rms, nose_serves)
     unseen_rad = _unseen_rad(profile, fit, nose.prediction.model)
     if unseen_rad > UNSEEN_RAD:
         words = wording(
@@ -126,15 +132,3 @@ def _left_out(nose: NoseOnPart, mine: NDArray[np.bool_]) -> Array:
             expected = np.nan
         errors.append(nose.touches.error_mm[k] - expected)
     return np.array(errors)
-
-
-def _compare(profile: Profile, fit: ChainFit, nose: NoseOnPart, mine: NDArray[np.bool_], errors: Array) -> ModelChoice:
-    own = fit.leave_one_out_mm[np.isin(fit.touches, nose.positions[mine])]
-    own_rms = float("inf") if np.any(np.isnan(own)) else rms(own)
-    nose_rms = rms(errors)
-    if math.isnan(nose_rms):
-        u = nose.prediction.standard_deviation_mm(nose.touches.contact_angle_rad[mine])
-        nose_rms = rms(np.hypot(u, nose.prediction.model.scatter_mm))
-    names = tuple(profile.features[i].name for i in fit.chain.features)
-    nose_serves = nose_rms < own_rms * (1.0 + 1.0 / math.sqrt(len(errors)))
-    return ModelChoice(names, len(errors), own_rms, nose_rms, nose_serves)

@@ -13,7 +13,7 @@ import numpy as np
 from trueloop._core import CurveFitError
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.spline import EndConditions, SplineFit, least_squares_spline
 
 

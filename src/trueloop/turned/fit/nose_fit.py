@@ -1,8 +1,11 @@
-"""The fit of a nose model to several parts."""
+"""The fit of a nose model to several parts.
+
+The nose model's curve on the arcs of one part, as a spline like any other.
+"""
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import Final
 
 import numpy as np
@@ -11,8 +14,17 @@ from trueloop.arrays import Array
 from trueloop.errors import Code
 from trueloop.geometry.feature import is_curved
 from trueloop.geometry.profile import Profile
-from trueloop.turned.fit.nose_model import APART_RAD, NoseModel, NoseTouches, offset_terms, refuse_too_few
-from trueloop.turned.fit.spline import Spline
+from trueloop.turned.fit.chain_fit import Chain, ChainFit, touches_of
+from trueloop.turned.fit.knots import Knots, fit_determined
+from trueloop.turned.fit.nose_model import (
+    APART_RAD,
+    NoseModel,
+    NosePrediction,
+    NoseTouches,
+    offset_terms,
+    refuse_too_few,
+)
+from trueloop.turned.fit.spline import EndConditions, Spline, SplineFit
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 KNOT_SPACING_RAD: Final = math.radians(7.5)
@@ -56,35 +68,28 @@ def fit_nose_model(parts: Sequence[NoseTouches]) -> NoseModel:
     angle = np.concatenate([arc.contact_angle_rad for arc in arcs])
     lowest, highest = float(np.min(angle)), float(np.max(angle))
     for knots in range(max(round((highest - lowest) / KNOT_SPACING_RAD) - 1, 0), -1, -1):
-        found = _solve(arcs, _space(lowest, highest, knots), lowest)
+        # An empty spline over the range, with equally spaced knots
+        length = highest - lowest
+        n = knots + 4
+        interior = length * np.arange(1, knots + 1) / (knots + 1)
+        found = _solve(arcs, Spline(interior, length, 3, np.zeros(n), np.zeros((n, 4)), np.zeros((n, 1))), lowest)
         if found is not None:
-            return replace(found, left_mm=_left(found, parts))
+            # The mean error of each straight feature about the model of its part
+            left: dict[tuple[str, str], list[float]] = {}
+            for part in parts:
+                straight = part.subset(~part.on_arc & found.covers(part.contact_angle_rad))
+                expected = found.w_mm(straight.contact_angle_rad) + offset_terms(straight.contact_angle_rad) @ np.array(
+                    found.offsets_mm[part.part]
+                )
+                for name, off in zip(straight.feature, straight.error_mm - expected, strict=True):
+                    left.setdefault((part.part, name), []).append(float(off))
+            return replace(found, left_mm={key: math.fsum(values) / len(values) for key, values in left.items()})
     raise refuse_too_few(arcs[0])
 
 
-def _left(model: NoseModel, parts: Sequence[NoseTouches]) -> dict[tuple[str, str], float]:
-    """Returns the mean error of each straight feature about the model of its part."""
-    left: dict[tuple[str, str], list[float]] = {}
-    for part in parts:
-        straight = part.subset(~part.on_arc & model.covers(part.contact_angle_rad))
-        expected = model.w_mm(straight.contact_angle_rad) + offset_terms(straight.contact_angle_rad) @ np.array(
-            model.offsets_mm[part.part]
-        )
-        for name, off in zip(straight.feature, straight.error_mm - expected, strict=True):
-            left.setdefault((part.part, name), []).append(float(off))
-    return {key: math.fsum(values) / len(values) for key, values in left.items()}
-
-
-def _space(lowest: float, highest: float, knots: int) -> Spline:
-    """Returns an empty spline over the range, with equally spaced knots."""
-    length = highest - lowest
-    n = knots + 4
-    interior = length * np.arange(1, knots + 1) / (knots + 1)
-    return Spline(interior, length, 3, np.zeros(n), np.zeros((n, 4)), np.zeros((n, 1)))
-
-
-def _gauge(space: Spline, lowest: float) -> Array:
-    """Basis Z of the coefficients with ∫w sin φ dφ = ∫w cos φ dφ = 0, by Gauss quadrature between knots."""
+def _solve(arcs: Sequence[NoseTouches], space: Spline, lowest: float) -> NoseModel | None:
+    """Returns the model on one spline space; None when the touches do not determine it with one to spare."""
+    # Basis Z of the coefficients with ∫w sin φ dφ = ∫w cos φ dφ = 0, by Gauss quadrature between knots
     nodes, weights = np.polynomial.legendre.leggauss(8)
     breaks = np.concatenate([[0.0], space.interior_knots_mm, [space.length_mm]])
     half = np.diff(breaks)[:, None] / 2
@@ -92,12 +97,7 @@ def _gauge(space: Spline, lowest: float) -> Array:
     rows = space.value_form(at).dense(len(space.coefficients_mm))
     moments = (offset_terms(at + lowest) * (half * weights).reshape(-1, 1)).T @ rows
     complete: Array = np.linalg.svd(moments)[2]
-    return complete[2:].T
-
-
-def _solve(arcs: Sequence[NoseTouches], space: Spline, lowest: float) -> NoseModel | None:
-    """Returns the model on one spline space; None when the touches do not determine it with one to spare."""
-    free = _gauge(space, lowest)
+    free = complete[2:].T
     design = np.vstack([_rows(arcs, k, space, lowest, free) for k in range(len(arcs))])
     error = np.concatenate([arc.error_mm for arc in arcs])
     spare = len(error) - design.shape[1]
@@ -128,3 +128,59 @@ def _rows(arcs: Sequence[NoseTouches], k: int, space: Spline, lowest: float, fre
     offsets = np.zeros((len(angle), 2 * len(arcs)))
     offsets[:, 2 * k : 2 * k + 2] = offset_terms(angle)
     return np.hstack([space.value_form(angle - lowest).dense(len(space.coefficients_mm)) @ free, offsets])
+
+
+SAMPLE_RAD: Final = math.radians(1.0)
+"""The nose model is carried over to a spline along the arc from samples this close: exact to a nanometre."""
+
+
+def nose_curve(
+    profile: Profile, vectors: ErrorVectors, fit: ChainFit, prediction: NosePrediction, joint_repeats: int
+) -> ChainFit:
+    """Fits a chain of arcs by the nose model's curve under its own end conditions; covariance from w and the offsets.
+
+    Where the nose model does not reach (the last degrees before an end), the curve is drawn out like any other.
+    """
+    s, angle = _samples(profile, fit.chain, prediction.model)
+    # Where along the chain the contact angle passes a knot of w, within samples and clear of joints
+    found: list[float] = []
+    for i, start in zip(fit.chain.features, fit.chain.starts_mm, strict=True):
+        feature = profile.features[i]
+        first = float(profile.contact_along_rad(i, 0.0)[0])
+        at = (first - prediction.model.lowest_rad - prediction.model.w.interior_knots_mm) / float(
+            feature.curvature_per_mm(0.0)
+        )
+        at = at[(at > 0.01 * feature.length_mm) & (at < 0.99 * feature.length_mm)] + start
+        found += [float(t) for t in at if s[0] < t < s[-1]]
+    knots = Knots(tuple(found), fit.chain.joints_mm, joint_repeats)
+    curve, kept = fit_determined(s, prediction.value_mm(angle), knots, fit.chain.length_mm, 3, fit.fit.conditions)
+    touches = touches_of(profile, fit.chain, vectors)
+    return replace(
+        fit,
+        fit=curve,
+        residual_mm=touches.error_mm - curve.spline.of(curve.spline.value_form(touches.arc_length_mm)),
+        knot_every=(None,) * len(fit.chain.features),
+        from_model_mm=carried(s, prediction.root_of_covariance_mm(angle), kept, curve),
+    )
+
+
+def carried(s: Array, root: Array, knots: Knots, curve: SplineFit) -> Array:
+    """Carries the samples' covariance to the coefficients: each column is fitted like data, with zero at the ends."""
+    zero = EndConditions(*(None if number is None else 0.0 for number in astuple(curve.conditions)))
+    length, degree = curve.spline.length_mm, curve.spline.degree
+    columns = [fit_determined(s, column, knots, length, degree, zero)[0].spline.coefficients_mm for column in root.T]
+    return np.column_stack(columns)
+
+
+def _samples(profile: Profile, chain: Chain, nose: NoseModel) -> tuple[Array, Array]:
+    """Returns arc lengths along the chain, and contact angles, where the nose model covers it."""
+    along, angles = [], []
+    for i, start in zip(chain.features, chain.starts_mm, strict=True):
+        feature = profile.features[i]
+        turn = feature.length_mm * abs(float(feature.curvature_per_mm(0.0)))
+        s = np.linspace(0.0, feature.length_mm, max(math.ceil(turn / SAMPLE_RAD), 8) + 1)
+        angle = profile.contact_along_rad(i, s)
+        inside = nose.covers(angle)
+        along.append(start + s[inside])
+        angles.append(angle[inside])
+    return np.concatenate(along), np.concatenate(angles)

@@ -84,7 +84,17 @@ class NoseModel:
         """Returns the row of w's basis functions for each contact angle, (n, coefficients)."""
         angle = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
         if not np.all(self.covers(angle)):
-            raise _outside(self, angle)
+            bad = angle[~self.covers(angle)][0]
+            raise Code.FIT_ANGLE.refusal(
+                f"the nose model was fitted from {math.degrees(self.lowest_rad):.1f}° to "
+                f"{math.degrees(self.highest_rad):.1f}° of contact angle and is asked for {math.degrees(bad):.1f}°",
+                hint="fit it to parts whose arcs reach that angle, or use the feature's own curve there",
+                values={
+                    "angle_deg": math.degrees(bad),
+                    "lowest_deg": math.degrees(self.lowest_rad),
+                    "highest_deg": math.degrees(self.highest_rad),
+                },
+            )
         form = self.w.value_form(angle - self.lowest_rad)
         return form.dense(len(self.w.coefficients_mm))
 
@@ -141,18 +151,4 @@ def refuse_too_few(touches: NoseTouches) -> TrueloopError:
         f"tool offsets; at least 2 over {math.degrees(APART_RAD):.0f}° are needed",
         hint="touch the arc at two places far apart",
         values={"touches": len(touches.feature)},
-    )
-
-
-def _outside(model: NoseModel, angle: Array) -> TrueloopError:
-    bad = angle[~model.covers(angle)][0]
-    return Code.FIT_ANGLE.refusal(
-        f"the nose model was fitted from {math.degrees(model.lowest_rad):.1f}° to "
-        f"{math.degrees(model.highest_rad):.1f}° of contact angle and is asked for {math.degrees(bad):.1f}°",
-        hint="fit it to parts whose arcs reach that angle, or use the feature's own curve there",
-        values={
-            "angle_deg": math.degrees(bad),
-            "lowest_deg": math.degrees(model.lowest_rad),
-            "highest_deg": math.degrees(model.highest_rad),
-        },
     )

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from trueloop.domain.option import Option
 from trueloop.turned.fit.between_cuts import NONE, BetweenCuts
-from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.spline import EndConditions
 
 

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.nc.edit.edit import (
     Edit,
     coordinate_text,
@@ -25,7 +25,7 @@ from trueloop.nc.edit.edit import (
     rounded_mm,
 )
 from trueloop.nc.edit.shape_words import require_own_shape
-from trueloop.nc.program.program import Block, Program
+from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, CoordinateState, Motion, ToolPath
 from trueloop.turned.compensation.moves import between
 from trueloop.turned.compensation.targets import EndShift, Replacement
@@ -111,7 +111,12 @@ def corrected_source(program: Program, path: ToolPath, targets: Displacements) -
             and not _carries(program, path, move, wanted, held)
             and not _is_led_in(program, path, move)
         ):
-            edits.append(_feed_to(program, path, move, wanted))
+            # The rapid stays; a feed move goes on from its end to the displaced start of the contour
+            block, state = int(path.block[move]), path.coordinate_state(move + 1)
+            _require_both_named(program, path, move)
+            words = [coordinate_text(program.dialect, letter, float(wanted[axis]), state) for axis, letter in AXES]
+            feed = [word.text for word in program.block(int(path.block[move + 1])).words if word.letter == "F"]
+            edits.append(insert_blocks_after(program, block, [" ".join(["G01", *words, *feed])]))
             held = wanted
         else:
             found, held = _line(program, path, move, wanted, held)
@@ -127,7 +132,12 @@ def _back(program: Program, path: ToolPath, first: int, held: Array) -> list[Edi
             break
         stands = path.start_mm[move] == path.end_mm[move]
         if path.motion[move] == Motion.ARC:
-            raise _arc_behind(program, path, move)
+            # NC-EDIT for an arc that begins where something displaced ends: its circle would go elsewhere, or not fit.
+            raise Code.NC_EDIT.refusal(
+                "this arc begins where the displaced contour ends: its circle would not stay",
+                hint="leave the contour by a straight move",
+                place=program.place(program.block(int(path.block[move])).start),
+            )
         increments = np.array([k >= 0 and _is_increment(program, path, move, int(k)) for k in path.word[move]])
         stays = (path.word[move] < 0) | (increments & stands)
         wanted = path.end_mm[move] + np.where(stays, held - path.start_mm[move], 0.0)
@@ -182,17 +192,6 @@ def _is_led_in(program: Program, path: ToolPath, move: int) -> bool:
         return True
     cycle = finishing_cycle(program, path, move)
     return cycle is not None and cycle.by == "numbers" and bool(roughed_by(program, cycle))
-
-
-def _arc_behind(program: Program, path: ToolPath, move: int) -> TrueloopError:
-    """Returns NC-EDIT for an arc that begins where something displaced ends: its circle would go elsewhere, or not
-    fit.
-    """
-    return Code.NC_EDIT.refusal(
-        "this arc begins where the displaced contour ends: its circle would not stay",
-        hint="leave the contour by a straight move",
-        place=program.place(program.block(int(path.block[move])).start),
-    )
 
 
 def _line(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> tuple[list[Edit], Array]:
@@ -257,7 +256,11 @@ def _arc(
     at = (float(held[0]), float(held[2])) if style.state.incremental else replacement.moves[0].start_mm
     texts = blocks_for(replacement.moves, at, block, style)
     if len(texts) > 1 and path.feed_mode[move] == INVERSE_TIME:
-        raise _timed(program, block)
+        raise Code.NC_EDIT.refusal(
+            "an arc whose time is given (G93) would have to become several",
+            hint="program the feed in mm/min (G94) or mm/rev (G95) where the contour is cut",
+            place=program.place(block.data[0].start),
+        )
     edits = [replace_block(program, block.index, texts)]
     follower = _inherits_motion(program, path, move)
     if follower is not None:
@@ -268,14 +271,6 @@ def _arc(
     return edits, np.array([at[0], path.end_mm[move, 1], at[1]])
 
 
-def _timed(program: Program, block: Block) -> TrueloopError:
-    return Code.NC_EDIT.refusal(
-        "an arc whose time is given (G93) would have to become several",
-        hint="program the feed in mm/min (G94) or mm/rev (G95) where the contour is cut",
-        place=program.place(block.data[0].start),
-    )
-
-
 def _inherits_motion(program: Program, path: ToolPath, move: int) -> int | None:
     """Returns where to write a G word into the block of the next arc, when it has none and would inherit that of the
     last.
@@ -284,12 +279,3 @@ def _inherits_motion(program: Program, path: ToolPath, move: int) -> int | None:
         return None
     block = program.block(int(path.block[move + 1]))
     return None if any(is_motion(word) for word in block.data) else block.data[0].start
-
-
-def _feed_to(program: Program, path: ToolPath, move: int, wanted: Array) -> Edit:
-    """The rapid stays; a feed move goes on from its end to the displaced start of the contour."""
-    block, state = int(path.block[move]), path.coordinate_state(move + 1)
-    _require_both_named(program, path, move)
-    words = [coordinate_text(program.dialect, letter, float(wanted[axis]), state) for axis, letter in AXES]
-    feed = [word.text for word in program.block(int(path.block[move + 1])).words if word.letter == "F"]
-    return insert_blocks_after(program, block, [" ".join(["G01", *words, *feed])])

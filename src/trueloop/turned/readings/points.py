@@ -155,7 +155,9 @@ def _matched(
     places = np.where(given[:, None], nominal, measured)
     plane = _Plane(profile, places, measured, normal, given, np.where(given, 0.0, ball_mm), ball_mm)
     away = np.abs(_distances(profile, places, plane.off_mm))
-    nearest, second = _nearest_two(away)
+    # The features nearest and next to each point; of a profile of one feature both are that
+    order = np.argsort(away, axis=0, kind="stable")
+    nearest, second = order[0], order[min(1, len(order) - 1)]
     near = nearest.copy()
     by: list[By] = ["geometry"] * len(points)
     for k, named in _named(profile, points, names):
@@ -184,12 +186,6 @@ def _named(profile: Profile, points: tuple[CmmPoint, ...], names: Mapping[str, s
             known[point.name] = feature_named(profile, names.get(point.name, point.name))
         if (index := known[point.name]) is not None:
             yield k, index
-
-
-def _nearest_two(away: Array) -> tuple[Indices, Indices]:
-    """Returns the features nearest and next to each point; of a profile of one feature both are that."""
-    order = np.argsort(away, axis=0, kind="stable")
-    return order[0], order[min(1, len(order) - 1)]
 
 
 @dataclass(frozen=True)

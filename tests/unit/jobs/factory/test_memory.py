@@ -8,9 +8,9 @@ from tests.support.kept import EDGE, MADE_AT, cut_of, inspected, of_part
 from trueloop.domain.life import EdgeEvent, EdgeEventKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.shown.machines import tool_rows
-from trueloop.jobs.factory.memory import tool_memory
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
+from trueloop.jobs.tool_life import tool_memory
 from trueloop.loops.turned.stored import enveloped
 from trueloop.memory.edge.learnt import learnt
 from trueloop.storage.store import Store, keep, open_store

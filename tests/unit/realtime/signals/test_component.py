@@ -19,7 +19,7 @@ from tests.support.signals import until
 from trueloop.controllers.linuxcnc.realtime.signals import component
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import NAME
 from trueloop.controllers.linuxcnc.realtime.signals.readings import NEVER_S, Intake
-from trueloop.jobs.realtime.signals import ImageProgram, prepared
+from trueloop.jobs.realtime.wired import ImageProgram, prepared
 
 NINE = "50 05 4b 46 7f ff 0c 10 1c"
 TRUELOOP = Path(sys.executable).with_name("trueloop")

@@ -19,7 +19,7 @@ from trueloop.controllers.linuxcnc.realtime.signals.serial_lines import SerialLi
 from trueloop.controllers.linuxcnc.realtime.signals.sources import OneWire
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.realtime.signals_toml import SignalsFile
-from trueloop.jobs.realtime.signals import prepared
+from trueloop.jobs.realtime.wired import prepared
 from trueloop.machine.model.history import Lag
 
 SCREW = Lag("screw", "T1", 60.0)
