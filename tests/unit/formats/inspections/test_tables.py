@@ -411,6 +411,56 @@ def test_the_unit_of_a_row_is_that_of_its_tolerance(tmp_path: Path) -> None:
     assert zones == [pytest.approx(pair) for pair in ((25.3746, 25.4254), (24.98, 25.02), (44.9, 45.1))]
 
 
+@pytest.mark.parametrize(
+    ("heads", "rows", "unit"),
+    [
+        ("Nominal;Actual;OT;UT", "44;44,031;0,02;-0,02 36;36,025;20µm;-20µm", "mm"),
+        ("Nominal [mm];Actual [mm];OT [mm];UT [mm]", "44;44,031;0,02;-0,02 36;36,025;20µm;-20µm", None),
+        ("Nominal;Actual;OT;UT;Unit", "44;44,031;20µm;-20µm;mm 36;36,025;0,02;-0,02;mm", None),
+        ("Nominal;Actual;OT;UT;Unit", "44;44,031;0,02;-0,02;mm 36;36025µm;0,02;-0,02;mm", None),
+        ("Nominal [mm];Actual [mm];OT;UT", "44;44,031;0,02;-0,02 1,4173228in;1,4183071in;0,02;-0,02", None),
+    ],
+)
+def test_a_unit_in_a_cell_counts_for_that_cell_alone_and_before_any_other(
+    tmp_path: Path, heads: str, rows: str, unit: str | None
+) -> None:
+    """The cells beside it keep the unit of their heading, their row or the file."""
+    lines = "".join(f"Ø D;{row}\n" for row in rows.split())
+    first, second = _one(_read(tmp_path, f"Name;{heads}\n{lines}", unit=unit))
+    assert (first.nominal, first.actual, first.lower_limit, first.upper_limit) == pytest.approx(
+        (44, 44.031, 43.98, 44.02)
+    )
+    assert (second.nominal, second.actual, second.lower_limit, second.upper_limit) == pytest.approx(
+        (36, 36.025, 35.98, 36.02), abs=1e-5
+    )
+
+
+def test_a_bare_number_beside_a_cell_with_a_unit_is_refused_where_no_other_unit_is_stated(tmp_path: Path) -> None:
+    error = _refused(tmp_path, "Name;Nominal;Actual\nD1;44 mm;44,031 mm\nD2;36;36,025 mm\n")
+    assert (error.code, error.place and error.place.line) == (Code.MSR_UNIT, 3)
+    angle, size = _one(_read(tmp_path, "Name;Nominal;Actual\nE;45°;45,1°\nD1;44 mm;44,031 mm\n"))
+    assert (angle.quantity, angle.actual, size.actual) == (Quantity.ANGLE, 45.1, 44.031)
+
+
+def test_deviations_are_read_each_in_its_own_unit(tmp_path: Path) -> None:
+    mapping = tmp_path / "map.toml"
+    columns = '[columns]\ncharacteristic = "Name"\nnominal = "Soll [mm]"\ndeviation = "{}"\n'
+    for heading in ("Abw.", "Abw. [mm]"):
+        mapping.write_text('unit = "mm"\ndeviation = "actual - nominal"\n' + columns.format(heading))
+        text = f"Name;Soll [mm];{heading}\nD1;44;0,031\nD2;36;25 µm\nD3;30;0,016\n"
+        values = [one.actual for one in _one(_read(tmp_path, text, mapping=mapping))]
+        assert values == pytest.approx([44.031, 36.025, 30.016])
+
+
+def test_points_and_places_are_in_the_unit_of_their_row(tmp_path: Path) -> None:
+    rows = "P1,1,0,-2,in\nP2,25,0,-50,mm\nP3,1,0,-50 mm,in\n"
+    (inspection,) = _read(tmp_path, "Point,X,Y,Z,Unit\n" + rows).inspections
+    assert [one.measured_mm for one in inspection.points] == [(25.4, 0, -50.8), (25, 0, -50), (25.4, 0, -50)]
+    rows = "D1,44,44.03,-10,mm\nD2,1,1.001,-2,in\nW,11.3,11.35,-3,deg\n"
+    places = [one.place_mm for one in _one(_read(tmp_path, "Name,Nominal,Actual,Z,Unit\n" + rows))]
+    assert places == [(-10,), pytest.approx((-50.8,)), (-3,)]
+
+
 def test_a_form_without_a_nominal_value_has_its_limit_and_a_size_without_one_is_reported(tmp_path: Path) -> None:
     text = (
         "Name;Type;Nominal;Actual;Upper tol;Lower tol\nR1;runout;;0.03;0.02;\nF1;flatness;;0.03;0.02;0\nD1;Ø;;8;0.1;\n"

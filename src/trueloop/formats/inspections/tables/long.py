@@ -303,43 +303,42 @@ def factor_of(unit: str, is_angle: bool) -> float | None:
     return ANGLE_DEG.get(unit, 1.0 if unit in LENGTH_MM else None) if is_angle else LENGTH_MM.get(unit)
 
 
-def unit_refusal(file: str, why: str, place: Place) -> TrueloopError:
-    """Returns the error MSR-UNIT."""
-    return Code.MSR_UNIT.refusal(
-        why,
-        hint='state it: `--unit mm` or `--unit inch`, or unit = "mm" in the mapping',
-        place=place,
-        values={"file": file},
-    )
-
-
 def lengths_of(long: Long, role: Role, unit: Unit | None) -> Array:
     """Reads a column of lengths in mm, (n,), nan where not stated. Raises MSR-UNIT where its unit is stated nowhere."""
     numbers = numbers_of(long.texts[role], long.where(role))
-    return numbers.values * length_factor(long, role, numbers, unit)
+    return numbers.values * factors_of(long, role, numbers, unit, np.zeros(len(long), dtype=bool))
 
 
-def length_factor(long: Long, role: Role, numbers: Numbers, unit: Unit | None) -> float:
-    """Millimetres in the unit of a column of lengths."""
-    own = long.units.get(role) or unit_of_cells(long, role, numbers) or unit
-    factor = LENGTH_MM.get(own or "")
-    if factor is None:
-        raise no_unit(long, role, 0, own or "")
-    return factor
+def factors_of(long: Long, role: Role, numbers: Numbers, unit: Unit | None, angle: Flags) -> Array:
+    """Returns the mm, where `angle` the degrees, in the unit of each number of a column, (n,).
+
+    A unit in the cell counts for that cell alone; then those of the heading, of the row, and of the whole file count.
+    Raises MSR-UNIT where a number has none.
+    """
+    own = long.units.get(role)
+    each = [own] if own else [unit_named(text) or unit or "" for text in long.texts.get(Role.UNIT, ())] or [unit or ""]
+    of_length = {
+        name: (unit or "") if name in ANGLE_DEG and not own else name for name in set(each)
+    }  # an angle's place
+    lengths = {name: factor_of(other, False) or np.nan for name, other in of_length.items()}
+    angles = {name: factor_of(name, True) or 1.0 for name in set(each)}
+    factors = np.where(angle, [angles[name] for name in each], [lengths[name] for name in each])
+    for row, name in numbers.units.items():
+        factors[row] = factor_of(name, bool(angle[row])) or np.nan
+    missing = ~np.isnan(numbers.values) & np.isnan(factors)
+    if np.any(missing):
+        row = int(np.argmax(missing))
+        raise _no_unit(long, role, row, numbers.units.get(row) or each[row % len(each)])
+    return factors
 
 
-def unit_of_cells(long: Long, role: Role, numbers: Numbers) -> str:
-    """Returns the unit in the cells of a column, empty without one. Raises MSR-UNIT for several."""
-    found = sorted(set(numbers.units.values()))
-    if len(found) > 1:
-        row = next(iter(numbers.units))
-        why = f"the {role} is in {' and '.join(found)} in one column"
-        raise unit_refusal(long.grid.path.name, why, long.place(role, row))
-    return found[0] if found else ""
-
-
-def no_unit(long: Long, role: Role, row: int, own: str) -> TrueloopError:
-    """Returns the refusal MSR-UNIT of a column whose unit is not known."""
+def _no_unit(long: Long, role: Role, row: int, own: str) -> TrueloopError:
+    """Returns the refusal MSR-UNIT of a number whose unit is not known."""
     name = long.grid.path.name
     why = f"{own!r} is not a unit of length" if own else f"the unit of {role} is stated nowhere in {name!r}"
-    return unit_refusal(name, why, long.place(role, row))
+    return Code.MSR_UNIT.refusal(
+        why,
+        hint='state it: `--unit mm` or `--unit inch`, or unit = "mm" in the mapping',
+        place=long.place(role, row),
+        values={"file": name},
+    )

@@ -16,7 +16,7 @@ from trueloop.formats.inspections.shared.text import beginning, read_decoded
 from trueloop.formats.inspections.tables.grid import Grid, grid_of_text, is_workbook, sheets_of
 from trueloop.formats.inspections.tables.header import Header, find_header, header_at, score
 from trueloop.formats.inspections.tables.headings import NOMINAL_POINT, NORMAL, POINT, Role
-from trueloop.formats.inspections.tables.long import Long, length_factor, lengths_of, long_of, numbers_of
+from trueloop.formats.inspections.tables.long import Long, factors_of, lengths_of, long_of, numbers_of
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.mapping import map_command, read_mapping, require_columns
 from trueloop.formats.inspections.tables.propose import numbers_left_out, propose
@@ -70,7 +70,8 @@ def points_of(long: Long, unit: Unit | None) -> tuple[list[CmmPoint | None], Uni
 def _unit_of(long: Long, unit: Unit | None) -> Unit:
     """The unit of x."""
     numbers = numbers_of(long.texts[Role.X], long.where(Role.X))
-    return "inch" if length_factor(long, Role.X, numbers, unit) == MM_PER_INCH else "mm"
+    factors = factors_of(long, Role.X, numbers, unit, np.zeros(len(long), dtype=bool))
+    return "inch" if factors[0] == MM_PER_INCH else "mm"
 
 
 def _vectors(long: Long, roles: Sequence[Role], unit: Unit | None) -> list[Vector | None]:

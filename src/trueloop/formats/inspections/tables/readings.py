@@ -291,8 +291,8 @@ def _compared(sizes: Sizes, readings: Sequence[Reading], stands: Flags) -> Itera
     """Deviations and verdicts as the file states them, with those of its own values."""
     differ = np.abs(sizes.deviation - (sizes.actual - sizes.nominal)) > sizes.rounding + 1e-9
     if np.any(differ):
-        stated = zip(readings, sizes.deviation.tolist(), strict=True)
-        yield from stated_deviations((one, value, sizes.rounding) for one, value in stated if not math.isnan(value))
+        stated = zip(readings, sizes.deviation.tolist(), sizes.rounding.tolist(), strict=True)
+        yield from stated_deviations(each for each in stated if not math.isnan(each[1]))
     if not np.all(np.isnan(sizes.good)):
         verdicts = zip(readings, sizes.good.tolist(), stands.tolist(), strict=True)
         yield from stated_verdicts((one, good > 0) for one, good, here in verdicts if here and not math.isnan(good))

@@ -1,5 +1,6 @@
 """The values of a table as arrays in mm and degrees: actual, nominal and limits, whatever signs and units it has."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
@@ -22,18 +23,17 @@ from trueloop.formats.inspections.shared.quantities import (
     quantity_in,
     quantity_of,
 )
-from trueloop.formats.inspections.tables.headings import LENGTHS, Role, names_in, plain, unit_named
+from trueloop.formats.inspections.tables.headings import ANGLE_DEG, LENGTHS, Role, names_in, plain, unit_named
 from trueloop.formats.inspections.tables.long import (
     Long,
     Numbers,
-    factor_of,
-    no_unit,
+    factors_of,
     numbers_of,
     tolerances_of,
-    unit_of_cells,
 )
 from trueloop.formats.inspections.tables.mapping import HINT, map_command
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
+from trueloop.units import MM_PER_INCH
 
 GOOD: Final = frozenset(
     names_in("ok, pass, passed, io, i o, in, intol, in tol, gut, good, yes, ja, true, accept, accepted, 1")
@@ -44,6 +44,7 @@ BAD: Final = frozenset(
     )
 )
 SLACK: Final = 1e-9
+DECIMALS: Final = re.compile(r"[.,](\d+)")
 _Column: TypeAlias = Role | Literal["below", "above"]
 """`below` and `above` are the tolerances of a column that holds both."""
 SYMBOLS: Final = {"R": Quantity.RADIUS, **dict.fromkeys("Øø⌀∅n", Quantity.DIAMETER)}
@@ -53,7 +54,7 @@ SYMBOLS: Final = {"R": Quantity.RADIUS, **dict.fromkeys("Øø⌀∅n", Quantity.
 class Sizes:
     """The numbers of a table's values, (n,) each, nan where not stated: mm, of angles degrees; limits are absolute.
 
-    `rounding` is by how much a stated deviation may differ from actual − nominal because all three were rounded.
+    `rounding`, (n,), is by how much a stated deviation may differ from actual − nominal because all three were rounded.
     """
 
     quantities: Sequence[Quantity]
@@ -62,7 +63,7 @@ class Sizes:
     lower_limit: Array
     upper_limit: Array
     deviation: Array
-    rounding: float
+    rounding: Array
     good: Array
     conventions: tuple[Deviation | None, LowerTolerance | None]
     unit: Unit | None
@@ -79,10 +80,13 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
     columns: dict[_Column, Numbers] = dict(read.items())
     if Role.TOLERANCE in long.texts:
         columns |= {"below": below, "above": above}
-    numbers, base = _in_mm(long, columns, quantities, row_units, unit)
+    angle = np.array([quantity is Quantity.ANGLE for quantity in quantities], dtype=bool)
+    factors = {column: factors_of(long, _role(column), each, unit, angle) for column, each in columns.items()}
+    numbers = {column: each.values * factors[column] for column, each in columns.items()}
+    base = unit or _unit_of(factors, angle)
     nothing = np.full(len(long), np.nan)
     actual, nominal, stated = (numbers.get(role, nothing) for role in (Role.ACTUAL, Role.NOMINAL, Role.DEVIATION))
-    rounding = _rounding(long, base)
+    rounding = _rounding(long, factors)
     sign = mapping.deviation or deviation_sign(actual, nominal, stated, rounding)
     deviation = -stated if sign == "nominal - actual" else stated
     needed = ~np.isnan(stated) & (np.isnan(actual) != np.isnan(nominal))
@@ -113,6 +117,8 @@ def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[
         long.texts.get(Role.CHARACTERISTIC, [""] * count), long.texts.get(Role.FEATURE, [""] * count), strict=True
     )
     symbols = {row: SYMBOLS.get(mark) for role in read for row, mark in read[role].symbols.items()}
+    in_rows = (enumerate(row_units), *(numbers.units.items() for numbers in read.values()))
+    angles = {row for units in in_rows for row, name in units if name in ANGLE_DEG}
     known: dict[tuple[str, str, str], Quantity | None] = {}
     out, unknown = [], 0
     for row, (text, (name, feature)) in enumerate(zip(stated, names, strict=True)):
@@ -121,45 +127,23 @@ def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[
             said = FONT.get(text) if font and text else quantity_of(text) if text else None
             known[key] = said or quantity_in(name) or quantity_in(feature)
         found = known[key] or symbols.get(row)
-        if row_units and row_units[row] in ("°", "deg", "degree", "degrees", "grad", "rad"):
+        if row in angles:
             found = Quantity.ANGLE
         unknown += found is None and bool(text)
         out.append(found or Quantity.OTHER)
     return out, unknown
 
 
-def _in_mm(
-    long: Long,
-    read: Mapping[_Column, Numbers],
-    quantities: Sequence[Quantity],
-    row_units: Sequence[str],
-    unit: Unit | None,
-) -> tuple[dict[_Column, Array], Unit | None]:
-    """Every column by its own unit, else by that of the row, else by that of all; and the unit of the actual values."""
-    angle = np.array([quantity is Quantity.ANGLE for quantity in quantities], dtype=bool)
-    out: dict[_Column, Array] = {}
-    of_actual: Unit | None = unit
-    for column, numbers in read.items():
-        role = Role(column) if column in LENGTHS else Role.TOLERANCE
-        own = long.units.get(role) or ("" if role is Role.TOLERANCE else unit_of_cells(long, role, numbers))
-        factors = np.full(len(long), np.nan)
-        for of_angles in (False, True):
-            each = [own] if own else row_units or [unit or ""]
-            table = {name: factor_of(name or unit or "", of_angles) for name in set(each)}
-            if of_angles:
-                table = {name: 1.0 if factor is None else factor for name, factor in table.items()}
-            values = np.array([table[name] if table[name] is not None else np.nan for name in each], dtype=float)
-            factors = np.where(angle == of_angles, values if len(values) > 1 else values[0], factors)
-        for row, name in numbers.units.items() if role is Role.TOLERANCE else ():
-            factors[row] = factor_of(name, bool(angle[row])) or np.nan  # ±0.02 mm and ±1° may be in one column
-        missing = ~np.isnan(numbers.values) & np.isnan(factors)
-        if np.any(missing):
-            raise no_unit(long, role, int(np.argmax(missing)), own)
-        out[column] = numbers.values * factors
-        lengths = factors[~angle]
-        if role in (Role.ACTUAL, Role.DEVIATION, Role.X) and len(lengths) and of_actual is None:
-            of_actual = "inch" if lengths[0] == factor_of("inch", False) else "mm"
-    return out, of_actual
+def _role(column: _Column) -> Role:
+    return Role(column) if column in LENGTHS else Role.TOLERANCE
+
+
+def _unit_of(factors: Mapping[_Column, Array], angle: Flags) -> Unit | None:
+    """The unit of the first length among the actual values; None where all are angles."""
+    columns = [factors[role] for role in (Role.X, Role.ACTUAL, Role.DEVIATION) if role in factors]
+    known = [column[~angle & ~np.isnan(column)] for column in columns]
+    first = next((lengths[0] for lengths in known if len(lengths)), None)
+    return None if first is None else "inch" if first == MM_PER_INCH else "mm"
 
 
 @dataclass(frozen=True)
@@ -242,18 +226,28 @@ def _good(long: Long) -> Array:
     return np.array([_verdict(text) for text in long.texts.get(Role.VERDICT, ())] or [np.nan] * len(long))
 
 
-def _rounding(long: Long, unit: Unit | None) -> float:
-    """By how much deviation and actual − nominal may differ; a nominal value of few digits is not rounded to them."""
-    actual, nominal, deviation = (_half_digit(long, role, unit) for role in (Role.ACTUAL, Role.NOMINAL, Role.DEVIATION))
-    return deviation + actual + min(actual, nominal)
+def _rounding(long: Long, factors: Mapping[_Column, Array]) -> Array:
+    """By how much deviation and actual − nominal may differ, (n,); a nominal value of few digits is not rounded."""
+    actual, nominal, deviation = (
+        _half_digits(long, role, factors) for role in (Role.ACTUAL, Role.NOMINAL, Role.DEVIATION)
+    )
+    return deviation + actual + np.fmin(actual, nominal)
 
 
-def _half_digit(long: Long, role: Role, unit: Unit | None) -> float:
-    """Half the last digit of a column, in mm; of a workbook, whose numbers are not rounded, what a float loses."""
-    texts = [text for text in long.texts.get(role, ())[:1000] if text]
-    places = max((len(text.replace(",", ".").partition(".")[2]) for text in texts), default=9)
-    factor = factor_of(long.units.get(role) or unit or "mm", False) or 1.0
-    return max(0.5 * 10.0 ** -min(places, 9), 1e-9) * factor
+def _half_digits(long: Long, role: Role, factors: Mapping[_Column, Array]) -> Array:
+    """Half the last digit of a column's numbers, (n,), in mm; of a workbook, whose numbers are not rounded, what a
+    float loses. The number of digits is the greatest among the first of each unit.
+    """
+    each = factors.get(role, np.ones(len(long)))
+    places: dict[float, int] = {}
+    for text, factor in zip(long.texts.get(role, ())[:1000], each.tolist(), strict=False):
+        if text:
+            digits = DECIMALS.search(text)
+            places[factor] = max(places.get(factor, 0), len(digits[1]) if digits else 0)
+    out = np.full(len(long), 1e-9)
+    for factor in np.unique(each[~np.isnan(each)]).tolist():
+        out[each == factor] = max(0.5 * 10.0 ** -min(places.get(factor, 9), 9), 1e-9) * factor
+    return out
 
 
 def _verdict(text: str) -> float:
