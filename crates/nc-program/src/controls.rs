@@ -63,7 +63,11 @@ pub struct Rules {
     pub basic_unit: Option<Parameter>,
     /// The parameter that says whether a shift leaves what was added to the one before (1) or takes it away (0).
     pub kept_fine: Option<Parameter>,
-    /// The parameter that says whether R and C on a straight move round or break its corner (1) or stop the control (0).
+    /// The parameter that says whether an increment goes by a shift that came since its axis moved (1), or not (0).
+    pub skipped_shift: Option<Parameter>,
+    /// On a straight move R rounds its corner, I and K break it.
+    pub plain_corners: bool,
+    /// The parameter that says whether I and K (0) or C (1) do that.
     pub corner_letters: Option<Parameter>,
     /// Parameters of G51: the step of its factors (0: 0.00001, 1: 0.001), and whether the tool's axis is scaled (1).
     pub scale: Option<[Parameter; 2]>,
@@ -122,6 +126,8 @@ impl Rules {
         feed_point: None,
         basic_unit: None,
         kept_fine: None,
+        skipped_shift: None,
+        plain_corners: false,
         corner_letters: None,
         scale: None,
         plane_scaling: None,
@@ -157,6 +163,7 @@ impl Rules {
             feed,
             self.basic_unit,
             self.kept_fine,
+            self.skipped_shift,
             self.corner_letters,
             self.plane_scaling,
         ];

@@ -82,8 +82,7 @@ fn odd_number(program: &Program, word: &Word) -> Option<Finding> {
         let message = format!("\"{}\" has a comma for its decimal point: read as {}", text(), word.value);
         return Some(warning(finding::NUMBER, word, message, "write a point"));
     }
-    if let Some(parameter) = dialect.rules.point.filter(|_| word.kind == WordKind::Number && lacks_point(program, word))
-    {
+    if let Some(parameter) = dialect.rules.point.filter(|_| lacks_point(program, word)) {
         let message = format!("\"{}\" has no decimal point: what it counts is a parameter of the machine", text());
         let hint = format!("write a point; {}: {}", parameter.name, parameter.says);
         return Some(warning(finding::NUMBER, word, message, &hint));
@@ -118,8 +117,9 @@ fn unknown_name(program: &Program, word: &Word, labels: &OnceCell<Labels>) -> Op
 
 /// Whether a coordinate other than zero is written without a decimal point.
 fn lacks_point(program: &Program, word: &Word) -> bool {
-    let plain = word.value != 0.0 && !program.text(word).contains(&b'.');
-    plain && (word.letter.is_ascii_uppercase()) && {
+    let is_value = matches!(word.kind, WordKind::Number | WordKind::Expression);
+    let plain = is_value && word.value != 0.0 && !program.text(word).iter().any(|byte| b".#[".contains(byte));
+    plain && {
         let codes =
             program.words_of(program.block_at(word.start as usize)).iter().filter_map(|word| program.code(word));
         lengths(codes).has(word.letter)

@@ -188,7 +188,7 @@ impl Runner<'_> {
             let modal = &self.state.modal;
             let value = value * if increment { modal.increment_mm(axis) } else { modal.axis_mm(axis) };
             places[axis] = Some(value).filter(|_| in_machine);
-            end[axis] = if increment { self.state.position[axis] + value } else { value };
+            end[axis] = if increment { self.state.position[axis] + value + self.skipped_shift(axis) } else { value };
             words[axis] = request.word(AXES[axis]);
         }
         if in_machine {
@@ -197,6 +197,7 @@ impl Runner<'_> {
         if request.any(&POLAR) {
             self.polar_target(request, &mut end, &mut words);
         }
+        self.settle_shift(words);
         (end, words)
     }
 

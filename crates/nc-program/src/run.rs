@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 
 use crate::compensation::compensate::compensated;
+use crate::controls::Parameter;
 use crate::dialect::FlowStyle;
 use crate::finding::{self, Finding, Severity};
 use crate::lint::require_sound;
@@ -58,6 +59,14 @@ pub struct Options {
     /// Where they are left out: run the contour of one that no finishing cycle runs, in its place, and report one whose
     /// contour is not run.
     pub roughed_contours: bool,
+}
+
+impl Options {
+    /// The value that the user gave a parameter of the machine.
+    pub(crate) fn machine_parameter(&self, parameter: Parameter) -> Option<f64> {
+        let named = |key: &Key| matches!(key, Key::Name(name) if name.eq_ignore_ascii_case(parameter.name.as_bytes()));
+        self.parameters.iter().find(|(key, _)| named(key)).map(|(_, value)| *value)
+    }
 }
 
 impl Default for Options {

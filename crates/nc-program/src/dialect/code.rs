@@ -196,6 +196,8 @@ pub enum G {
     BuilderCoordinates,
     /// Runs the program of this file whose name stands behind it: CALL of OSP.
     CallNamed,
+    /// Its coordinates limit travel, or end such limits: G22, G23.
+    Limits,
     /// Without influence on the path.
     Inert,
 }
@@ -211,6 +213,8 @@ pub enum M {
     CallBlock,
     /// Goes back from a call; to N of P where that is given.
     Return,
+    /// Runs a program that is not in this file (M198), or jumps by a signal of the machine (M96).
+    Elsewhere,
     /// Puts the modal state away.
     SaveState,
     /// Puts it away and brings it back when the subroutine ends.

@@ -34,7 +34,7 @@ pub(crate) fn is_idle(code: G) -> bool {
     ) || matches!(
         code,
         G::OpaqueCycle | G::OpaqueBlock | G::Continued | G::OpaqueMode | G::Setting(..) | G::ToleranceCycle
-    ) || matches!(code, G::Preset | G::Turn | G::TurnAnew | G::DefineTool)
+    ) || matches!(code, G::Preset | G::Turn | G::TurnAnew | G::DefineTool | G::Limits)
 }
 
 /// Whether a code sets a frame.
@@ -86,6 +86,9 @@ impl Runner<'_> {
                 self.state.store.set(key, value);
             }
         }
+        if matches!(action, G::Inert) {
+            self.plain_corner(request);
+        }
         let turns = self.turn(request, action);
         if to_machine(action) {
             self.check_turned_way(request);
@@ -93,7 +96,6 @@ impl Runner<'_> {
         match action {
             G::Inert | G::MachineCoordinates | G::BuilderCoordinates => {
                 let before = self.path.len();
-                self.plain_corner(request);
                 self.motion(request, in_machine(action));
                 self.ask_corner(request);
                 if self.path.len() > before {

@@ -14,6 +14,8 @@ use crate::run::{Runner, AXES};
 
 /// Number of G54.1 P1 less 1: no other work offset is as high.
 const EXTENDED: f64 = 100.0;
+/// Shifts that are put on and taken away again differ by less.
+const SAME_MM: f64 = 1e-9;
 
 /// Offsets in force. machine = program + work + register + tool.
 #[derive(Clone, Debug)]
@@ -28,6 +30,10 @@ pub(crate) struct Frame {
     pub shift: [f64; 3],
     /// What additive shifts (ATRANS) have put on the offset of the last one (TRANS).
     pub fine: [f64; 3],
+    /// By how much shifts have renamed the place of each axis since it last moved, mm.
+    pub skipped: [f64; 3],
+    /// The work offset in which each axis last moved; `None` before its first move.
+    pub moved_in: [Option<usize>; 3],
     /// A register offset put aside.
     pub set_aside: ([f64; 3], [f64; 3]),
     /// Tool offset; zero where it is not known.
@@ -63,6 +69,8 @@ impl Frame {
             register: [0.0; 3],
             shift: [0.0; 3],
             fine: [0.0; 3],
+            skipped: [0.0; 3],
+            moved_in: [None; 3],
             set_aside: ([0.0; 3], [0.0; 3]),
             tool: [0.0; 3],
             tool_is_known,
@@ -130,12 +138,16 @@ impl Runner<'_> {
     /// Changes what positions are called: the tool stays where it is.
     pub(crate) fn reframe(&mut self, change: impl FnOnce(&mut Frame)) {
         let (frame, position) = (&mut self.state.frame, self.state.position);
-        let (before, linear, whole) = (frame.total(), frame.linear, frame.whole);
+        let (before, linear, whole, tool) = (frame.total(), frame.linear, frame.whole, frame.tool);
         change(frame);
         frame.compose();
         let after = frame.total();
         let placed = whole.map_or(position, |whole| whole.place(position));
         self.state.position = frame.back([0, 1, 2].map(|axis| placed[axis] + before[axis] - after[axis]));
+        if frame.linear == linear && frame.tool == tool {
+            let skipped = frame.skipped;
+            frame.skipped = [0, 1, 2].map(|axis| skipped[axis] + position[axis] - self.state.position[axis]);
+        }
         if frame.linear != linear || frame.whole.map(|whole| whole.matrix) != whole.map(|whole| whole.matrix) {
             frame.rename(turned_axes([whole, linear], [frame.whole, frame.linear]));
             self.drop_contouring("the coordinates are turned, mirrored or scaled between its moves");
@@ -219,6 +231,32 @@ impl Runner<'_> {
         match self.ask(parameter, Severity::Error, word, what) {
             Some(value) if value != 0.0 => fine,
             _ => [0.0; 3],
+        }
+    }
+
+    /// What an increment of an axis goes further by, mm: a shift that came since it last moved. By a parameter of the
+    /// machine, of which the value it is delivered with is taken where it is not given.
+    pub(crate) fn skipped_shift(&mut self, axis: usize) -> f64 {
+        let Some(parameter) = self.program.dialect().rules.skipped_shift else { return 0.0 };
+        let Frame { active, skipped, moved_in, .. } = &self.state.frame;
+        let skipped = skipped[axis];
+        if skipped.abs() < SAME_MM && moved_in[axis].is_none_or(|offset| offset == *active) {
+            return 0.0;
+        }
+        let word = self.program.words_of(self.block).iter().position(|word| word.letter == AXES[axis]);
+        let word = word.map_or(INHERITED, |at| (self.program.word_range(self.block).start + at) as i32);
+        let what = "the increment goes by the shift that came since the axis moved, too, or not";
+        match self.ask(parameter, Severity::Error, word, what) {
+            Some(0.0) => 0.0,
+            _ => skipped,
+        }
+    }
+
+    /// These axes move: no shift waits for them.
+    pub(crate) fn settle_shift(&mut self, words: [i32; 3]) {
+        let frame = &mut self.state.frame;
+        for axis in (0..3).filter(|axis| words[*axis] >= 0) {
+            (frame.skipped[axis], frame.moved_in[axis]) = (0.0, Some(frame.active));
         }
     }
 

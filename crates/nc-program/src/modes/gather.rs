@@ -62,7 +62,7 @@ impl Runner<'_> {
                 b'L' if self.program.dialect().flow == FlowStyle::Structured => request.jump = Jump::Named(index),
                 letter => {
                     request.set(letter, value, index);
-                    if counts && word.kind == WordKind::Number && !program.text(word).contains(&b'.') {
+                    if counts && !program.text(word).iter().any(|byte| b".#[".contains(byte)) {
                         request.pointless.add(letter);
                     }
                     if let Some(increment) = self.program.reference(word) {
@@ -78,7 +78,7 @@ impl Runner<'_> {
     fn note_other_axis(&mut self, letter: u8, index: usize, request: &Request) {
         // In the contour of a turning cycle of LinuxCNC these letters are corners and increments.
         let shapes_contour = self.draws && self.program.dialect().flow == FlowStyle::OWords;
-        if shapes_contour || !self.program.dialect().other_axes.has(letter) {
+        if shapes_contour || letter == b'C' && self.c_is_corner() || !self.program.dialect().other_axes.has(letter) {
             return;
         }
         // U and W are words of cycles, too.
@@ -141,6 +141,7 @@ impl Runner<'_> {
             M::CallProgram => request.jump = Jump::Program,
             M::CallBlock => request.jump = Jump::Block,
             M::Return => request.jump = Jump::Return,
+            M::Elsewhere => request.jump = Jump::Elsewhere,
             M::CallCycle | M::CallCycleAlways | M::Inert => {}
         }
     }

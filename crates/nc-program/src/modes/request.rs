@@ -20,6 +20,8 @@ pub enum Jump {
     Block,
     /// Goes back.
     Return,
+    /// Goes to blocks that are not in this file, or by a signal.
+    Elsewhere,
     /// Calls the program that the word names.
     Named(usize),
 }

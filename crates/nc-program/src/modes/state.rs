@@ -107,6 +107,11 @@ impl State {
         for (key, value) in &options.parameters {
             store.set(key.clone(), *value);
         }
+        let mut rotary = options.rotary.unwrap_or_else(|| rotary_letters(program));
+        let by_c = dialect.rules.corner_letters.and_then(|parameter| options.machine_parameter(parameter));
+        if by_c.is_some_and(|value| value != 0.0) {
+            rotary.remove(b'C'); // a corner
+        }
         Self {
             modal: options.initial.unwrap_or(dialect.initial),
             saved: Vec::new(),
@@ -115,7 +120,7 @@ impl State {
             xy_is_stated: false,
             xy_is_milled: false,
             frame: Frame {
-                rotary: Rotary::new(options.rotary.unwrap_or_else(|| rotary_letters(program))),
+                rotary: Rotary::new(rotary),
                 ..Frame::new(&options.work_offsets, dialect.tool_offset == ToolOffset::Code)
             },
             position: options.position,

@@ -69,6 +69,15 @@ impl Runner<'_> {
         match request.jump {
             Jump::None => {}
             Jump::Program => self.call_program(request),
+            Jump::Elsewhere => {
+                let message = "what runs next is not in this file, or depends on a signal of the machine".into();
+                self.refuse(
+                    finding::FLOW,
+                    self.block_start(),
+                    message,
+                    "put it into the program's own file, without it",
+                );
+            }
             Jump::Named(word) => self.call_named(word, request),
             Jump::Block => {
                 let (number, at) = (target.unwrap_or(f64::NAN), self.word_start(request.word(b'P')));
@@ -92,6 +101,12 @@ impl Runner<'_> {
 
     /// `M98 P1000 L3`; without L also `M98 P31000`, the repetitions before the last four digits.
     fn call_program(&mut self, request: &Request) {
+        if request.any(b"Q") {
+            let message =
+                format!("{}: where in the program the call begins is not followed", self.word_text(request.word(b'Q')));
+            let hint = "call a program from its beginning";
+            return self.refuse(finding::FLOW, self.block_start(), message, hint);
+        }
         let number = request.get(b'P').filter(|p| (0.0..=99_999_999.0).contains(p)).map_or(0, |p| p.round() as u32);
         let labels = self.labels();
         let (split, repeats) = (number % 10_000, u64::from(number / 10_000));

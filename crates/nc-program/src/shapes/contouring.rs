@@ -38,6 +38,8 @@ struct Asked {
     corner: Corner,
     block: usize,
     word: i32,
+    /// The sign of I or K that breaks it: which way the next move has to go.
+    towards: Option<f64>,
     /// Feed of its own, where its block has one.
     feed: Option<f64>,
 }
@@ -69,6 +71,11 @@ impl Runner<'_> {
         }
         let letter = CORNERS.into_iter().find(|letter| request.get(*letter).is_some());
         let size = letter.and_then(|letter| request.get(letter)).unwrap_or(0.0) * mm;
+        let word = letter.map_or(INHERITED, |letter| request.word(letter));
+        let plain = self.program.word(word).map(|word| word.letter).filter(u8::is_ascii_uppercase);
+        let signed = matches!(plain, Some(b'I' | b'K')) || plain == Some(b'C') && size < 0.0;
+        let towards = signed.then(|| size.signum());
+        let size = if plain.is_some() { size.abs() } else { size };
         let corner = match letter {
             Some(LEG) => Corner::Leg(size),
             Some(FACE) => Corner::Face(size),
@@ -78,14 +85,13 @@ impl Runner<'_> {
             }
             None => return,
         };
-        let word = letter.map_or(INHERITED, |letter| request.word(letter));
         if let Some(feed) = request.get(EVERY_FEED) {
             self.state.corner_feed = feed;
         }
         let every = Some(self.state.corner_feed).filter(|feed| *feed > 0.0);
         let own = request.get(b'F').filter(|_| self.is_corner(request));
         let feed = own.or(request.get(CORNER_FEED)).or(every).map(|feed| self.feed_mm(request, feed));
-        let asked = Asked { corner, block: self.block, word, feed };
+        let asked = Asked { corner, block: self.block, word, towards, feed };
         let follows = self.has_cut() || self.is_corner(request);
         match &mut self.state.contouring.line {
             Some(line) if line.block == self.block => line.corner = Some(asked),
@@ -170,6 +176,13 @@ impl Runner<'_> {
             return Err("the moves beside it do not lie in the plane of arcs".into());
         }
         let point = |position: &[f64; 3]| [position[first], position[second]];
+        let (along, across) = if from[first] == to[first] { (first, second) } else { (second, first) };
+        let turns_off = from[along] != to[along] || turn.is_some() || end[across] != to[across];
+        if asked.towards.is_some_and(|sign| turns_off || (end[along] - to[along]) * sign <= 0.0) {
+            return Err(
+                "it is not between moves along one axis each, or the next one goes the other way than its sign".into(),
+            );
+        }
         let arc = self.path.arcs.last().filter(|arc| arc.of_move == last);
         let before = Way { from: point(from), to: point(to), turn: arc.map(|arc| (point(&arc.centre), arc.sweep)) };
         let after = Way { from: point(to), to: point(&end), turn: turn.map(|turn| (turn.centre, turn.sweep)) };

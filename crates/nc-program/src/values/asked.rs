@@ -9,10 +9,12 @@ use crate::modes::request::Request;
 use crate::reading::letters::Letters;
 use crate::run::Runner;
 use crate::turning::rough::Rough;
-use crate::values::parameters::Key;
 
-/// Letters of lengths, whose numbers may count steps where they have no decimal point.
-const LENGTHS: &[u8] = b"IJKRUVWXYZ";
+/// Letters of lengths and of a line's angle, whose numbers may count steps where they have no decimal point.
+const LENGTHS: &[u8] = b"IJKRUVWXYZacr";
+/// The angle of a line counts thousandths of a degree so.
+const ANGLE: u8 = b'a';
+const ANGLE_STEP: f64 = 0.001;
 
 /// Letters of lengths that are words of a block's codes.
 pub(crate) fn lengths(codes: impl Iterator<Item = G> + Clone) -> Letters {
@@ -29,8 +31,11 @@ pub(crate) fn lengths(codes: impl Iterator<Item = G> + Clone) -> Letters {
     if codes.clone().any(|code| code == G::Rotate) {
         letters.remove(b'R'); // an angle
     }
-    if codes.into_iter().any(|code| code == G::DiameterByWord) {
+    if codes.clone().any(|code| code == G::DiameterByWord) {
         letters.remove(b'X');
+    }
+    if codes.into_iter().any(|code| code == G::Limits) {
+        return Letters::default(); // nothing moves
     }
     letters
 }
@@ -38,8 +43,7 @@ pub(crate) fn lengths(codes: impl Iterator<Item = G> + Clone) -> Letters {
 impl Runner<'_> {
     /// The value that the user gave a parameter of the machine.
     pub(crate) fn parameter(&self, parameter: Parameter) -> Option<f64> {
-        let named = |key: &Key| matches!(key, Key::Name(name) if name.eq_ignore_ascii_case(parameter.name.as_bytes()));
-        self.options.parameters.iter().find(|(key, _)| named(key)).map(|(_, value)| *value)
+        self.options.machine_parameter(parameter)
     }
 
     /// The same, asked for once where it was not given: as an error where positions depend on it.
@@ -67,7 +71,7 @@ impl Runner<'_> {
         if self.state.modal.motion == Motion::Drill && !moves {
             letters.remove(b'K');
         }
-        for letter in b'A'..=b'Z' {
+        for letter in b'A'..=b'r' {
             let counts = letters.has(letter) && request.pointless.has(letter);
             if !counts || request.get(letter).is_none_or(|value| value == 0.0) {
                 continue;
@@ -75,6 +79,7 @@ impl Runner<'_> {
             let what = "a number without a decimal point counts steps or whole units";
             let by = match self.ask(parameter, Severity::Error, request.word(letter), what) {
                 None => f64::NAN,
+                Some(0.0) if letter == ANGLE => ANGLE_STEP,
                 Some(0.0) => self.step_of(request),
                 Some(_) => 1.0,
             };
@@ -120,24 +125,58 @@ impl Runner<'_> {
         }
     }
 
-    /// R or C on a straight move, without the comma of a corner.
+    /// Whether C is a corner by the machine's parameter, not an axis.
+    pub(crate) fn c_is_corner(&self) -> bool {
+        let value = self.program.dialect().rules.corner_letters.and_then(|parameter| self.parameter(parameter));
+        value.is_some_and(|value| value != 0.0)
+    }
+
+    /// Corners of a lathe without a comma, on a straight move: R rounds; I breaks it after a move along Z, K after one along
+    /// X, or C does by a parameter. Beside G40 I and K are a direction.
     pub(crate) fn plain_corner(&mut self, request: &mut Request) {
-        let Some(parameter) = self.program.dialect().rules.corner_letters else { return };
-        if self.state.modal.motion != Motion::Line || request.get(b'R').is_none() && self.parameter(parameter).is_none()
-        {
+        let rules = self.program.dialect().rules;
+        let switches = request.codes().iter().any(|(code, _)| matches!(code, G::Compensation(_)));
+        let named = [b"XU", b"ZW"].map(|letters| request.any(letters));
+        if !rules.plain_corners || switches || self.state.modal.motion != Motion::Line || named == [false, false] {
             return;
         }
-        for (letter, corner) in [(b'R', b'r'), (b'C', b'c')] {
+        let along_one = named[0] != named[1];
+        let breaks_along = |letter: u8| if letter == b'I' { [false, true] } else { [true, false] };
+        let breaks_wrong = |letter: u8| b"IK".contains(&letter) && named != breaks_along(letter);
+        for (letter, corner) in [(b'R', b'r'), (b'I', b'c'), (b'K', b'c'), (b'C', b'c')] {
             let Some(size) = request.get(letter) else { continue };
             let word = request.word(letter);
-            match self.ask(parameter, Severity::Error, word, "the corner at the end of the move is rounded or not") {
-                Some(0.0) => {
-                    let message = format!("{} on a straight move: the control stops", self.word_text(word));
-                    self.refuse(finding::MISPLACED, self.word_start(word), message, "write a corner as ,R or ,C");
+            let by_c = match rules.corner_letters.filter(|_| letter != b'R') {
+                None => Some(false),
+                Some(_) if breaks_wrong(letter) => Some(true),
+                Some(_) if letter == b'C' && !along_one && !self.c_is_corner() => Some(false),
+                Some(parameter) => {
+                    let asked = self.ask(
+                        parameter,
+                        Severity::Error,
+                        word,
+                        "it breaks the corner at the end of the move or not",
+                    );
+                    asked.map(|value| value != 0.0)
                 }
-                Some(_) => request.set(corner, size, usize::try_from(word).unwrap_or(0)),
-                None => {}
+            };
+            match (by_c, letter) {
+                (None | Some(false), b'C') => continue, // an axis, or asked for
+                (None, _) => {
+                    request.take(letter);
+                    continue;
+                }
+                (_, b'R') | (Some(true), b'C') => {}
+                (Some(false), _) if !breaks_wrong(letter) => {}
+                _ => {
+                    let message = format!("{} on a straight move: the control stops", self.word_text(word));
+                    let hint = "I breaks the corner after a move along Z alone, K after one along X; write a corner as ,R or ,C";
+                    self.refuse(finding::MISPLACED, self.word_start(word), message, hint);
+                    request.take(letter);
+                    continue;
+                }
             }
+            request.set(corner, size, usize::try_from(word).unwrap_or(0));
             request.take(letter);
         }
     }
