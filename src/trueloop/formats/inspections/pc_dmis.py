@@ -119,10 +119,13 @@ def runs_in(text: str) -> list[Run]:
 
 
 def _joined(text: str) -> list[tuple[int, str]]:
-    """Lines, those that end with $ together with the next one."""
+    """Lines, those that end with $ together with the next one, unless that begins something of its own."""
     out: list[tuple[int, str]] = []
     begun = ""
     for line, content in enumerate(text.expandtabs().splitlines(), 1):
+        if begun and (HEADING.match(content) or ENDED.match(content)):
+            out.append((line - 1, begun))
+            begun = ""
         if content.rstrip().endswith("$") and not HEADING.match(content):
             begun += content.rstrip()[:-1]
             continue
@@ -286,7 +289,7 @@ def _value(block: Block, row: Line, path: Path, stated: Stated, signed: bool) ->
             place=Place(str(path), row.line),
         )
     bonus = (_number(row, "bonus", path) or 0.0) * factor if zone else 0.0
-    below = None if minus is None or zone else minus if signed else -minus
+    below = None if minus is None or zone else minus if signed or (minus < 0 and minus == -(plus or 0.0)) else -minus
     reading = Reading(
         characteristic=block.name if axis == "M" else f"{block.name}.{axis}",
         quantity=quantity,
@@ -319,12 +322,19 @@ def _factor(block: Block, path: Path, stated: Stated) -> float:
 def _signed(rows: Sequence[tuple[Block, Line]], path: Path) -> tuple[bool, list[Remark]]:
     """Returns whether -TOL is printed with its sign: where it is negative whenever it is not 0, and no row contradicts.
 
-    One negative among positive ones is a lower limit above the nominal value, as the program prints it without signs.
+    One negative among positive ones is a lower limit above the nominal value, as the program prints it without signs;
+    where the zone would have no width so, it is printed with its sign.
     """
     minus = np.array([number for _, row in rows if (number := _number(row, "minus", path)) is not None])
     below = minus[minus != 0]
     if not len(below) or np.any(below > 0):
-        return False, []
+        lines = [
+            row.line
+            for _, row in rows
+            if (number := _number(row, "minus", path)) and number < 0 and number == -(_number(row, "plus", path) or 0.0)
+        ]
+        text = f"{len(lines)} -TOL are printed with their sign, unlike the others: their zones would have no width"
+        return False, [Remark(text, lines[0])] if lines else []
     return True, [Remark("-TOL is printed with its sign: all that are not 0 are negative")]
 
 

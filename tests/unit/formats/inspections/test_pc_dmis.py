@@ -50,6 +50,17 @@ def test_the_lower_tolerance_is_below_although_it_has_no_sign(tmp_path: Path) ->
     assert not file.remarks
 
 
+def test_a_lower_tolerance_with_its_sign_beside_others_without_has_a_zone_with_a_width(tmp_path: Path) -> None:
+    file = _read(tmp_path, LOCATION.replace("     0.050     10.002", "    -0.050     10.002"))
+    assert [one.lower_limit for one in _readings(file).values()] == pytest.approx([9.95, 24.98])
+    assert [(one.text[:36], one.line) for one in file.remarks] == [("1 -TOL are printed with their sign, ", 4)]
+
+
+def test_a_heading_directly_below_a_line_that_goes_on_is_that_of_its_dimension(tmp_path: Path) -> None:
+    text = LOCATION.replace("GRAPH=OFF  TEXT=OFF  MULT=10.00  OUTPUT=BOTH  HALF ANGLE=NO\n", "")
+    assert [one.actual for one in _readings(_read(tmp_path, text)).values()] == [10.002, 25.06]
+
+
 def test_with_signs_printed_it_is_the_same(tmp_path: Path) -> None:
     signed = LOCATION.replace("     0.050     10.002", "    -0.050     10.002").replace(
         " 0.020     25", "-0.020     25"

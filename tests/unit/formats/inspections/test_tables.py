@@ -14,8 +14,9 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
 from trueloop.formats.inspections.shared.checks import within
+from trueloop.formats.inspections.tables.mapping import toml_of
 from trueloop.formats.inspections.tables.propose import propose
-from trueloop.formats.inspections.tables.read import grid_of
+from trueloop.formats.inspections.tables.read import grid_of, settled
 
 GERMAN = """Prüfprotokoll;;;;;;;
 Teilebezeichnung: Welle;;;;;;;
@@ -145,6 +146,58 @@ def test_a_lower_tolerance_that_may_be_either_is_decided_by_the_verdicts_or_refu
     assert _one(_read(tmp_path, head + row.format("i.O.")))[0].lower_limit == pytest.approx(24.98)
     assert _one(_read(tmp_path, head + row.format("n.i.O.")))[0].lower_limit == pytest.approx(25.02)
     assert _refused(tmp_path, head + row.format("")).code is Code.MSR_MEANING
+
+
+MIXED = "Name;Nominal [mm];+Tol [mm];-Tol [mm];Actual;Result\nØ A;36;0,02;0;35,985;FAIL\nØ B;30;0;-0,021;29,985;PASS\n"
+
+
+def test_a_tolerance_without_its_sign_beside_signed_ones_has_a_zone_with_a_width(tmp_path: Path) -> None:
+    file = _read(tmp_path, MIXED + "Ø C;44;0,02;0,02;44,031;FAIL\n")
+    assert _one(file)[2].lower_limit == pytest.approx(43.98)
+    assert [one.lower_limit for one in _one(file)[:2]] == pytest.approx([36, 29.979])
+    assert any("1 lower tolerances are not signed as the others" in remark.text for remark in file.remarks)
+    assert not any("verdicts" in remark.text for remark in file.remarks)
+
+
+def test_a_further_tolerance_beside_signed_and_unsigned_ones_is_decided_by_its_verdict_or_refused(
+    tmp_path: Path,
+) -> None:
+    """25.01 is out of 25 +0.05/+0.02, and inside of 25 +0.05/-0.02, where +0.02 is then printed without its sign."""
+    text = MIXED + "Ø C;44;0,02;0,02;44,031;FAIL\nØ D;25;0,05;0,02;25,01;{}\n"
+    assert _one(_read(tmp_path, text.format("FAIL")))[3].lower_limit == pytest.approx(25.02)
+    for verdict in ("PASS", ""):
+        error = _refused(tmp_path, text.format(verdict))
+        assert (error.code, error.place and error.place.line) == (Code.MSR_MEANING, 5)
+
+
+def test_a_zone_without_a_width_is_reported(tmp_path: Path) -> None:
+    file = _read(tmp_path, "Name;Nominal [mm];OGW;UGW;Actual\nD1;25;25,02;25,02;25,01\n")
+    assert any("1 tolerance zones have no width: 25.02" in remark.text for remark in file.remarks)
+
+
+@pytest.mark.parametrize(
+    ("row", "heads"),
+    [("20;-20", "OT;UT"), ("0;-16", "OT;UT"), ("±20", "Toleranz"), ("+20/-10", "Toleranz")],
+)
+def test_tolerances_far_from_the_nominal_value_need_a_unit_of_their_own(tmp_path: Path, row: str, heads: str) -> None:
+    text = f"Name;Nominal;{heads};Actual\nØ 44;44;{row};44,031\n"
+    error = _refused(tmp_path, text, unit="mm")
+    assert (error.code, "at a size of 44 mm" in error.message) == (Code.MSR_UNIT, True)
+    for unit, remarked in (("µm", False), ("mm", True)):
+        stated = ";".join(f"{head} [{unit}]" for head in heads.split(";"))
+        file = _read(tmp_path, text.replace(heads, stated), unit="mm")
+        assert any("implausibly large" in remark.text for remark in file.remarks) is remarked
+
+
+def test_the_mapping_that_the_hint_names_states_the_unit_of_tolerances(tmp_path: Path) -> None:
+    text = "Name;Nominal;OT;UT;Actual\nØ 44;44;20;-20;44,031\nT 3;3;5;0;3,1\n"
+    _refused(tmp_path, text, unit="mm")
+    grid = grid_of(tmp_path / "part.csv")
+    proposed = settled(grid, propose(grid), Stated(unit="mm"))
+    mapping = tmp_path / "map.toml"
+    units = '\n[units]\nupper_tolerance = "µm"\nlower_tolerance = "µm"\n'
+    mapping.write_text(toml_of(proposed, "part.csv") + units)
+    assert _one(_read(tmp_path, text, mapping=mapping))[0].lower_limit == pytest.approx(43.98)
 
 
 def test_headings_max_and_min_are_limits_or_tolerances_by_their_values(tmp_path: Path) -> None:

@@ -242,6 +242,17 @@ def names_in(text: str) -> list[str]:
     return [" ".join(name.split()) for name in text.replace("\n", " ").split(",") if name.strip()]
 
 
+GOOD: Final = frozenset(
+    names_in("ok, pass, passed, io, i o, in, intol, in tol, gut, good, yes, ja, true, accept, accepted, 1")
+)
+BAD: Final = frozenset(
+    names_in(
+        "nok, nio, n i o, fail, failed, out, outol, not ok, n ok, out of tol, schlecht, bad, no, nein, false, ng, 0"
+    )
+)
+"""Plain cells of verdicts."""
+
+
 def _known() -> dict[str, tuple[Role, int]]:
     found: dict[str, tuple[Role, int]] = {}
     ranks: dict[Role, int] = {}

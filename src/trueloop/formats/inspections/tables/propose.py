@@ -18,7 +18,9 @@ from trueloop.formats.inspections.tables.header import (
     role_of,
 )
 from trueloop.formats.inspections.tables.headings import (
+    BAD,
     ENDS,
+    GOOD,
     IGNORED,
     IN_DOUBT,
     KNOWN,
@@ -152,7 +154,14 @@ class _Table:
         if name in IN_DOUBT and role_of(name, self.header.plain) is None:
             heading = self.header.names[column]
             raise self._refusal(f"{heading!r} may be upper_tolerance or lower_tolerance", "lower_tolerance", heading)
-        return role_of(name, self.header.plain)
+        found = role_of(name, self.header.plain)
+        if (
+            found is not None
+            and found[0] is Role.ACTUAL
+            and all(plain(cell) in GOOD | BAD for cell in self.cells(column))
+        ):
+            return None if self.is_number(column) else (Role.VERDICT, found[1])
+        return found
 
     def _end(self, column: int, end: str) -> tuple[Role, int] | None:
         """A limit or a tolerance: the values of a limit are near the nominal ones, those of a tolerance near 0."""

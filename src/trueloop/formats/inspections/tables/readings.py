@@ -196,6 +196,8 @@ def with_readings(common: Common, unit: Unit | None, sha256: str, said: Sequence
     """Returns a table's inspections of readings. Raises MSR-UNIT, MSR-NUMBER, MSR-EXCHANGED, MSR-TIME, MSR-MEANING."""
     long, mapping = common.long, common.mapping
     sizes = sizes_of(long, mapping, unit)
+    if sizes.refusal is not None:
+        raise sizes.refusal
     readings = list(_readings(common, sizes))
     stands = ~np.isnan(sizes.actual)
     remarks = [*said, *sizes.remarks, *_left_out(long, stands)]

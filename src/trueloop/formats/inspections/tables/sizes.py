@@ -1,7 +1,7 @@
 """The values of a table as arrays in mm and degrees: actual, nominal and limits, whatever signs and units it has."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
@@ -23,7 +23,7 @@ from trueloop.formats.inspections.shared.quantities import (
     quantity_in,
     quantity_of,
 )
-from trueloop.formats.inspections.tables.headings import ANGLE_DEG, LENGTHS, Role, names_in, plain, unit_named
+from trueloop.formats.inspections.tables.headings import ANGLE_DEG, BAD, GOOD, LENGTHS, Role, plain, unit_named
 from trueloop.formats.inspections.tables.long import (
     Long,
     Numbers,
@@ -35,15 +35,12 @@ from trueloop.formats.inspections.tables.mapping import HINT, map_command
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.units import MM_PER_INCH
 
-GOOD: Final = frozenset(
-    names_in("ok, pass, passed, io, i o, in, intol, in tol, gut, good, yes, ja, true, accept, accepted, 1")
-)
-BAD: Final = frozenset(
-    names_in(
-        "nok, nio, n i o, fail, failed, out, outol, not ok, n ok, out of tol, schlecht, bad, no, nein, false, ng, 0"
-    )
-)
 SLACK: Final = 1e-9
+SIGNS: Final = 'lower_tolerance = "with its sign" or "without its sign"'
+COARSEST_MM: Final = ((6, 30, 120, 400, 1000, 2000), np.array((0.5, 1.0, 1.5, 2.5, 4.0, 6.0, 8.0)))
+"""Nominal sizes up to which the general tolerances of class v hold, and these, ± [ISO 2768-1]."""
+FAR: Final = 2.0
+"""Of them: a tolerance beyond is likely in another unit."""
 DECIMALS: Final = re.compile(r"[.,](\d+)")
 _Column: TypeAlias = Role | Literal["below", "above"]
 """`below` and `above` are the tolerances of a column that holds both."""
@@ -55,6 +52,7 @@ class Sizes:
     """The numbers of a table's values, (n,) each, nan where not stated: mm, of angles degrees; limits are absolute.
 
     `rounding`, (n,), is by how much a stated deviation may differ from actual − nominal because all three were rounded.
+    `refusal` is of tolerances that are likely in another unit: a mapping that states it can be proposed nevertheless.
     """
 
     quantities: Sequence[Quantity]
@@ -68,6 +66,7 @@ class Sizes:
     conventions: tuple[Deviation | None, LowerTolerance | None]
     unit: Unit | None
     remarks: tuple[Remark, ...] = ()
+    refusal: TrueloopError | None = None
 
 
 def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
@@ -98,6 +97,8 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
     nominal = np.where(np.isnan(nominal), actual - deviation, nominal)
     good = _good(long)
     limits = _limits(long, mapping, numbers, zone, actual, nominal, good)
+    far = list(_far(long, quantities, columns, numbers, nominal))
+    refusal = next((one for one in far if isinstance(one, TrueloopError)), None)
     said = [Remark(f"{unknown} values are of a quantity that is not known: they are read as other")] if unknown else []
     if unread:
         text, line = long.texts[Role.TOLERANCE][unread[0]], long.lines[unread[0]]
@@ -105,7 +106,48 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
     sizes = Sizes(
         quantities, actual, nominal, limits.lower, limits.upper, stated, rounding, good, (sign, limits.sign), base
     )
-    return replace(sizes, remarks=(*said, *limits.remarks))
+    return replace(
+        sizes, refusal=refusal, remarks=(*said, *limits.remarks, *(one for one in far if isinstance(one, Remark)))
+    )
+
+
+def _far(
+    long: Long,
+    quantities: Sequence[Quantity],
+    columns: Mapping[_Column, Numbers],
+    numbers: Mapping[_Column, Array],
+    nominal: Array,
+) -> Iterator[Remark | TrueloopError]:
+    """Yields tolerances so far from the nominal value that they are likely in another unit: as the error MSR-UNIT where
+    they are of a length and neither cell nor column states their unit.
+    """
+    zone, known = (
+        np.array([quantity in kinds for quantity in quantities], dtype=bool)
+        for kinds in ((Quantity.FORM, Quantity.RUNOUT), set(Quantity) - {Quantity.OTHER, Quantity.ANGLE})
+    )
+    angle = np.array([quantity is Quantity.ANGLE for quantity in quantities], dtype=bool)
+    bounds, coarsest = COARSEST_MM
+    reach = FAR * coarsest[np.searchsorted(bounds, np.nan_to_num(np.where(zone, 0.0, np.abs(nominal))))]
+    for column in (Role.UPPER_TOLERANCE, Role.LOWER_TOLERANCE, "above", "below"):
+        if column not in numbers:
+            continue
+        role = _role(column)
+        far = ~angle & (np.abs(numbers[column]) > reach)
+        bare = far & known & ~np.isin(np.arange(len(long)), list(columns[column].units)) & (role not in long.units)
+        if np.any(far):
+            row = int(np.argmax(bare if np.any(bare) else far))
+            size = "" if np.isnan(nominal[row]) else f" at a size of {nominal[row]:.6g} mm"
+            text = f"{role.replace('_', ' ')} {numbers[column][row]:.6g} mm{size}"
+            if np.any(bare):
+                yield Code.MSR_UNIT.refusal(
+                    f"{text}: it is likely in another unit",
+                    hint="state the units of tolerances in their headings (`[µm]` or `[mm]`), or in the mapping that "
+                    f'`{map_command(long.grid.path)}` writes: [units] {role} = "µm"',
+                    place=long.place(role, row),
+                    values={"file": long.grid.path.name},
+                )
+            else:
+                yield Remark(f"{np.sum(far)} tolerances are implausibly large: {text}", long.lines[row])
 
 
 def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[str]) -> tuple[list[Quantity], int]:
@@ -180,12 +222,20 @@ def _limits(
     sign = mapping.lower_tolerance or lower_tolerance_sign(high, low, actual - nominal, good)
     if sign is None:
         row = int(np.argmax(~np.isnan(low) & (low != 0)))
-        raise _unknown(long, Role.LOWER_TOLERANCE, row, 'lower_tolerance = "with its sign" or "without its sign"')
+        raise _unknown(long, Role.LOWER_TOLERANCE, row, SIGNS)
     if sign == "without its sign":
         low = -low
         remarks.append(
             Remark("lower tolerances are printed without their sign: they are taken below the nominal value")
         )
+    if np.any(turned := (high > 0) & (np.abs(low - high) <= SLACK)):
+        doubtful = (low > 0) & (low < high) & ~turned & (mapping.lower_tolerance is None)
+        of_doubtful = (each[doubtful] for each in (high, low, actual - nominal, good))
+        if np.any(doubtful) and lower_tolerance_sign(*of_doubtful) != "with its sign":
+            raise _unknown(long, Role.LOWER_TOLERANCE, int(np.argmax(doubtful)), SIGNS)
+        low = np.where(turned, -low, low)
+        text = f"{np.sum(turned)} lower tolerances are not signed as the others: they are taken below the nominal value"
+        remarks.append(Remark(text, long.lines[int(np.argmax(turned))]))
     base = np.where(zone & np.isnan(nominal), 0.0, nominal)  # a form or a runout counts from 0
     for below, above in ((low, high), (numbers.get("below", nothing), numbers.get("above", nothing))):
         upper = np.where(np.isnan(upper), base + above, upper)
@@ -196,6 +246,9 @@ def _limits(
             remarks.append(Remark(text, long.lines[int(np.argmax(lost))]))
     lower = np.where(zone & (lower == 0), np.nan, lower)
     _require_order(long, lower, upper)
+    if np.any(narrow := upper - lower <= SLACK):
+        row = int(np.argmax(narrow))
+        remarks.append(Remark(f"{np.sum(narrow)} tolerance zones have no width: {upper[row]:.6g}", long.lines[row]))
     outside = (nominal < lower - SLACK) | (nominal > upper + SLACK)
     if np.any(outside):
         row = int(np.argmax(outside))
