@@ -31,6 +31,14 @@ def test_the_mapping_is_written_beside_the_table_and_reads_it(tmp_path: Path) ->
     assert "columns by their headings" in " ".join(run("measure", "read", path).split())
 
 
+def test_it_states_the_number_of_inspections_that_the_file_holds(tmp_path: Path) -> None:
+    """Two of them are shown."""
+    path = _file(tmp_path, "Name;Soll [mm];Teil 1;Teil 2;Teil 3\nD1;25;25,01;25,02;25,03\n")
+    shown, by_mapping = run("measure", "map", path), run("measure", "read", path)
+    assert "3 inspections" in shown and "3 inspections" in by_mapping
+    assert "25.0300" in by_mapping and "25.0300" not in shown
+
+
 def test_a_choice_is_left_to_the_user_with_the_command_that_makes_it(tmp_path: Path) -> None:
     folder = tmp_path / "Serie 1"
     folder.mkdir()

@@ -164,7 +164,7 @@ def print_file(file: "FileOnPart") -> None:
     from trueloop.report.measured import rows_of
 
     read = file.file
-    count = len(file.on_part)
+    count = len(read.inspections)
     print_lines(
         [
             f"{read.path}: {read.format}, {read.encoding}, unit {read.unit or 'not stated'}, "

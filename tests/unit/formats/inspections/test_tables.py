@@ -558,6 +558,24 @@ def test_part_beside_serial_is_the_part_type(tmp_path: Path) -> None:
     assert [one.part.serial for one in alone.inspections] == ["1", "2"]
 
 
+@pytest.mark.parametrize(
+    ("title", "columns", "part", "serial"),
+    [
+        ("Teil-Nr.;SHAFT;;Serien-Nr.;17", "", "SHAFT", "17"),
+        ("Serial: 17\nPart: SHAFT", "", "SHAFT", "17"),
+        ("Werkstück;SHAFT", "Serial", "SHAFT", "17"),
+        ("Werkstück;17", "", "", "17"),
+        ("Teilebezeichnung;SHAFT\nTeil;17", "", "SHAFT", "17"),
+    ],
+)
+def test_part_above_the_headings_is_the_part_type_beside_a_serial_number(
+    tmp_path: Path, title: str, columns: str, part: str, serial: str
+) -> None:
+    text = f"{title}\n\nName;Nominal [mm];Actual;{columns}\nD1;25;25.01;{columns and '17'}\n"
+    (one,) = _read(tmp_path, text).inspections
+    assert (one.part.part_type.name, one.part.serial) == (part, serial)
+
+
 MEASURED = "Serial;Time;Device;Characteristic;Nominal [mm];Actual\n"
 
 
@@ -639,6 +657,8 @@ def test_an_operators_initials_in_front_of_a_long_table_leave_no_value_out(tmp_p
     ("upper", "lower"),
     [
         ("Abmaß oben", "Abmaß unten"),
+        ("o. Abm.", "u. Abm."),
+        ("ob. Grenzabmaß", "un. Grenzabmaß"),
         ("Grenzabmaß oben", "Grenzabmaß unten"),
         ("Tol. oben", "Tol. unten"),
         ("Tol o.", "Tol u."),
@@ -667,6 +687,10 @@ def test_columns_of_numbers_that_are_not_read_are_named(tmp_path: Path) -> None:
             "Name;Nominal;Actual;Oben;Unten\nD1;25;25;25.1;24\nL1;30;30;30.1;29\nL2;8;8;0.1;-0.1\n",
             "upper_limit=Oben lower_limit=Unten",
         ),
+        (
+            "#;Name;Nominal;Up A;Low A;Ist 1;Ist 2\n1;D1;44;0.02;-0.02;44.01;43.99\n2;L1;8;0.1;-0.1;8;8.01\n",
+            "parts=Ist 1 parts=Ist 2",
+        ),
         ("Name;Nominal;Probe A;StdDev;Cpk\nD1;25;25.01;0.002;1.3\n", "actual=Probe A"),
     ],
 )
@@ -678,10 +702,12 @@ def test_the_command_of_a_hint_leads_on_and_proposes_no_statistics(tmp_path: Pat
     words = shlex.split((refusal.value.hint or "").partition(": ")[2])
     options = [word for before, word in itertools.pairwise(words) if before == "--column"]
     assert " ".join(options) == proposed
-    given = {key: [name] for key, _, name in (option.partition("=") for option in options)}
-    assert {
-        str(key): [name] for key, name in propose(grid_of(file), given).columns.named().items()
-    }.items() >= given.items()
+    given: dict[str, list[str]] = {}
+    for key, _, name in (option.partition("=") for option in options):
+        given.setdefault(key, []).append(name)
+    columns = propose(grid_of(file), given).columns
+    found = {str(key): [name] for key, name in columns.named().items()} | {"parts": list(columns.parts)}
+    assert found.items() >= given.items()
 
 
 def test_a_table_of_statistics_alone_has_no_actual_value(tmp_path: Path) -> None:

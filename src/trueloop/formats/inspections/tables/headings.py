@@ -144,15 +144,16 @@ lower_limit: lower limit, lower specification limit, lower spec limit, lsl, unte
     unterer grenzwert, usg, untere spezifikationsgrenze, unteres grenzmass, mindestmass, kleinstmass, min limit,
     minimum limit, ug, lower lim, low limit, lo limit, untere toleranzgrenze, utg, min size, lower spec,
     grenzmass unten, grenzwert unten, grenze unten, toleranzgrenze unten, spezifikationsgrenze unten
-upper_tolerance: upper tolerance, upper tol, uppertol, plus tol, plus tolerance, tol plus, obere toleranz,
-    oberes abmass, ob abmass, toleranz oben, tolerance upper, tol upper, tolerance plus, oberes grenzabmass, o
-    tol, oberetoleranz, toltop, toleranz plus, plus toleranz, plus, abmass oben, abmass o, o abmass, grenzabmass
-    oben, oberes abm, ob abm, obere tol, ob tol, tol oben, tol ob, tol o, toleranz o, toleranz ob
+upper_tolerance: upper tolerance, upper tol, uppertol, plus tol, plus tolerance, tol plus, obere toleranz, oberes
+    abmass, ob abmass, toleranz oben, tolerance upper, tol upper, tolerance plus, oberes grenzabmass, o tol,
+    oberetoleranz, toltop, toleranz plus, plus toleranz, plus, abmass oben, abmass o, o abmass, grenzabmass oben, o
+    abm, abm o, abm oben, ob grenzabmass, o grenzabmass, oberes abm, ob abm, obere tol, ob tol, tol oben, tol ob,
+    tol o, toleranz o, toleranz ob
 lower_tolerance: lower tolerance, lower tol, lowertol, minus tol, minus tolerance, tol minus, untere toleranz,
     unteres abmass, un abmass, toleranz unten, tolerance lower, tol lower, tolerance minus, unteres grenzabmass,
-    unteretoleranz, tolbottom, toleranz minus, minus toleranz, minus, abmass unten, abmass u, u abmass,
-    grenzabmass unten, unteres abm, un abm, untere tol, un tol, tol unten, tol un, tol u, toleranz u, toleranz
-    un
+    unteretoleranz, tolbottom, toleranz minus, minus toleranz, minus, abmass unten, abmass u, u abmass, grenzabmass
+    unten, unteres abm, un abm, u abm, abm u, abm unten, un grenzabmass, u grenzabmass, untere tol, un tol, tol
+    unten, tol un, tol u, toleranz u, toleranz un
 tolerance: tolerance, tol, toleranz, plus minus tol, plus minus, plusminus, tol plus minus, toleranzen
 unit: unit, units, uom, einheit, masseinheit, einheiten
 x: x, actual x, x actual, meas x, x meas, x ist, ist x, measured x, x measured, act x, x act, pos x, x pos
@@ -251,6 +252,12 @@ BAD: Final = frozenset(
     )
 )
 """Plain cells of verdicts."""
+
+
+TYPES: Final = frozenset(
+    names_in("part, part id, partnb, teil, teil nr, teilnr, werkstueck, werkstuecknummer, werkstueck nr")
+)
+"""Headings of serial numbers that are those of part types beside a serial number."""
 
 
 def _known() -> dict[str, tuple[Role, int]]:

@@ -28,6 +28,7 @@ from trueloop.formats.inspections.tables.headings import (
     NUMBERS,
     POINT,
     SIZES,
+    TYPES,
     Role,
     is_statistic,
     names_in,
@@ -46,10 +47,6 @@ PARTS: Final = frozenset(name for name, (role, _) in KNOWN.items() if role is Ro
     "teile",
 }
 """Headings that, with a number after them, are those of repeated readings, or of parts."""
-TYPES: Final = frozenset(
-    names_in("part, part id, partnb, teil, teil nr, teilnr, werkstueck, werkstuecknummer, werkstueck nr")
-)
-"""Headings of serial numbers that are those of part types beside a column of serial numbers."""
 LABELLED: Final = (Role.NOMINAL, *LIMITS, Role.TOLERANCE, Role.UNIT)
 Given = Map[str, Sequence[str]]
 """The user's statements about columns: headings by role, or by `parts`, `repeats`, `characteristics`, `ignored`."""
@@ -189,7 +186,9 @@ class _Table:
             and plains[k] not in IGNORED
             and not is_statistic(plains[k], doubtful=True)
         ]
-        numbers = [k for k in free if self.is_number(k)]
+        numbers = [k for k in free if self.is_number(k) and not self._counts_rows(k)]
+        if Role.NOMINAL in chosen:
+            numbers = [k for k in numbers if self._near(k, self.header.names.index(chosen[Role.NOMINAL]))] or numbers
         names = tuple(self.header.names[k] for k in numbers)
         bases = {self._base(k) for k in numbers}
         if not numbers or chosen.keys() >= _POINTS:
@@ -206,6 +205,17 @@ class _Table:
         key = "actual" if len(names) == 1 else "parts"
         what = "which column is the actual value" if len(names) == 1 else "whether columns are parts or repeats"
         raise self._refusal(f"its headings do not say {what}: {_listed(names)}", key, *names)
+
+    def _counts_rows(self, column: int) -> bool:
+        """Returns whether a column without a heading in words, as `#`, holds the numbers of rows."""
+        cells = self.cells(column)
+        return not self.header.plain[column] and cells == [str(k) for k in range(1, len(cells) + 1)]
+
+    def _near(self, column: int, nominal: int) -> bool:
+        """Returns whether most values of a column are nearer to the nominal ones than to 0, as tolerances are not."""
+        pairs = [(_number(row[nominal]), _number(row[column])) for row in self.rows if len(row) > max(nominal, column)]
+        known = [abs(size - value) <= abs(value) for size, value in pairs if size and value is not None]
+        return not known or 2 * sum(known) > len(known)
 
     def _base(self, column: int) -> str | None:
         """A heading without its number; of a bare number the title in the row above it."""

@@ -156,7 +156,7 @@ def read_mapped(
 ) -> MeasuredFile:
     """Returns the inspections of a table by its mapping from the file `source`. Raises as `read`."""
     header = _header(grid, mapping, source)
-    title = title_of(grid, header)
+    title = title_of(grid, header, mapping)
     long = long_of(grid, header, mapping)
     unit = _unit(grid, header, long, mapping, stated)
     if not len(long):

@@ -20,7 +20,7 @@ from trueloop.formats.inspections.shared.quantities import AXES, characteristics
 from trueloop.formats.inspections.shared.text import moment, order_of
 from trueloop.formats.inspections.tables.grid import Grid, is_empty
 from trueloop.formats.inspections.tables.header import Header
-from trueloop.formats.inspections.tables.headings import KNOWN, LENGTH_MM, POINT, Role, plain, unit_stated_in
+from trueloop.formats.inspections.tables.headings import KNOWN, LENGTH_MM, POINT, TYPES, Role, plain, unit_stated_in
 from trueloop.formats.inspections.tables.long import Long, lengths_of, numbers_of
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.sizes import Sizes, sizes_of
@@ -165,16 +165,26 @@ def _day(date: str) -> str:
     return date.removesuffix(" 00:00:00")
 
 
-def title_of(grid: Grid, header: Header) -> dict[Role, str]:
-    """Reads `Operator: Meier` above the headings, in one cell or in two."""
+def title_of(grid: Grid, header: Header, mapping: TableMapping) -> dict[Role, str]:
+    """Reads `Operator: Meier` above the headings, in one cell or in two.
+
+    `Part`, a serial number alone, is the part's type beside another statement or a column of the serial number.
+    """
     found: dict[Role, str] = {}
+    kinds: list[str] = []
     for row in grid.rows[: header.title]:
         cells = [cell for cell in row if not is_empty(cell)]
         for cell, after in itertools.pairwise([*cells, ""]):
             name, _, value = cell.partition(":")
             role = KNOWN.get(plain(name), (None, 0))[0]
             if role in TITLES and (text := value.strip() or after):
-                found.setdefault(role, text)
+                if role is Role.SERIAL and plain(name) in TYPES:
+                    kinds.append(text)
+                else:
+                    found.setdefault(role, text)
+    if kinds:
+        beside = Role.SERIAL in found or mapping.columns.serial or mapping.columns.parts
+        found.setdefault(Role.PART if beside else Role.SERIAL, kinds[0])
     return found
 
 
