@@ -43,12 +43,18 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
 fn unknown(program: &Program, word: &Word) -> Option<Finding> {
     let dialect = program.dialect();
     if word.kind == WordKind::Unknown && !program.begins_skip(word)
-        || word.letter.is_ascii_uppercase() && !dialect.letters.has(word.letter)
+        || word.letter.is_ascii_uppercase() && !dialect.letters.has(word.letter) && !calls_macro(program, word)
         || dialect.cycle_letters.has(word.letter) && !is_of_own_cycle(program, word)
     {
         return Some(unknown_word(program, word));
     }
     (word.kind == WordKind::Number && !known_code(dialect, word)).then(|| unknown_code(program, word))
+}
+
+/// Whether a word is an argument of a macro, whatever its letter.
+fn calls_macro(program: &Program, word: &Word) -> bool {
+    let block = program.words_of(program.block_at(word.start as usize));
+    block.iter().any(|other| matches!(program.code(other), Some(G::CallMacro | G::ModalMacro)))
 }
 
 fn is_of_own_cycle(program: &Program, word: &Word) -> bool {
@@ -146,6 +152,9 @@ fn repeated<'a>(program: &Program, seen: &mut [Option<&'a Word>; 58], word: &'a 
     }
     if word.letter == b'N' && program.dialect().rules.sequence_names {
         return None; // the second one names a contour
+    }
+    if matches!(word.letter, b'I'..=b'K') && calls_macro(program, word) {
+        return None; // further arguments
     }
     let slot = seen.get_mut(usize::from(word.letter.wrapping_sub(b'A')))?;
     let first = slot.replace(word)?;

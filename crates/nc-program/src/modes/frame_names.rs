@@ -7,7 +7,10 @@ use crate::run::Runner;
 /// Functions whose value is a frame.
 const FUNCTIONS: [&[u8]; 5] = [b"CTRANS", b"CROT", b"CSCALE", b"CMIRROR", b"CFINE"];
 
-/// Whether an assignment sets a frame: a system variable of one (`$P_PFRAME`, `$P_UIFR[1]`), a superimposed movement
+/// Names of offsets of the tool that a program sets: along its axis or its radius, and by the number of an additive one.
+const TOOL_OFFSETS: [&[u8]; 4] = [b"TOFF", b"TOFFL", b"TOFFR", b"DL"];
+
+/// Whether an assignment sets an offset of the tool, or a frame: a system variable of one (`$P_PFRAME`, `$P_UIFR[1]`), a superimposed movement
 /// (`$AA_OFF[Z]`), or any variable that gets a frame for its value.
 fn sets_frame(text: &[u8]) -> bool {
     let kept: Vec<u8> = text.iter().filter(|byte| !byte.is_ascii_whitespace()).map(u8::to_ascii_uppercase).collect();
@@ -15,7 +18,8 @@ fn sets_frame(text: &[u8]) -> bool {
     let (variable, value) = (sides.next().unwrap_or(&[]), sides.next().unwrap_or(&[]));
     let name = variable.split(|byte| *byte == b'[').next().unwrap_or(&[]);
     let of_system = name.starts_with(b"$P_") && name.windows(2).any(|pair| pair == b"FR");
-    of_system || name == b"$AA_OFF" || FUNCTIONS.iter().any(|function| value.starts_with(function))
+    let of_tool = TOOL_OFFSETS.contains(&name) && value != b"0";
+    of_tool || of_system || name == b"$AA_OFF" || FUNCTIONS.iter().any(|function| value.starts_with(function))
 }
 
 impl Runner<'_> {

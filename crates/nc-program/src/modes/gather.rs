@@ -15,6 +15,9 @@ use crate::values::scope::{has_value, Scope};
 /// Feeds of Klartext's cycles: plunging, milling, retraction, pre-positioning, counterboring, finishing, turning.
 const FEEDS: [u32; 12] = [11, 12, 206, 207, 208, 253, 254, 309, 385, 478, 488, 505];
 
+/// The parameter to which a macro gives a value to stop the run.
+pub(crate) const ALARM: u32 = 3000;
+
 /// A way to compute the value at a byte.
 type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Box<Fault>>;
 
@@ -161,9 +164,19 @@ impl Runner<'_> {
                 let message = format!("{} is no parameter that the control has", key.text(self.program.dialect()));
                 self.refuse(finding::PARAMETER, word.start as usize, message, "take one from #1 to #5601");
             }
+            Some(Key::Number(ALARM)) if self.program.dialect().flow == FlowStyle::Macro => {
+                request.ends = true;
+                self.report_alarm(word.start as usize);
+            }
             Some(key) => request.assignments.push((key, value)),
             None => {}
         }
+    }
+
+    /// Reports that the program stops itself here.
+    pub(crate) fn report_alarm(&mut self, at: usize) {
+        let message = "the program stops here in an alarm of its own (#3000): the path ends".to_owned();
+        self.refuse(finding::FLOW, at, message, "check the values that lead here");
     }
 
     /// The value of an assignment. Of Klartext a feed of a cycle may be rapid, or that of the tool's call, and every

@@ -4,11 +4,15 @@
 use crate::finding;
 use crate::modes::request::Request;
 use crate::order::visit::{times, Visit};
+use crate::reading::program::WordKind;
 use crate::run::Runner;
 use crate::values::expression::is_vacant;
 
 /// Letters in order of the parameter that each becomes, from #1; a space where there is none.
 const LETTERS: &[u8; 26] = b"ABCIJKDEF H M   QRSTUVWXYZ";
+
+/// The parameter that the first I becomes.
+const FIRST_OF_SETS: u32 = 4;
 
 /// Numbers of parameters and their values.
 pub(crate) type Arguments = Vec<(u32, f64)>;
@@ -28,9 +32,41 @@ impl Runner<'_> {
             self.note_opaque(word, "what it does is not in the path");
             return None;
         };
-        let numbered = LETTERS.iter().enumerate();
+        let (sets, numbered) = (self.argument_sets(), LETTERS.iter().enumerate());
         let given = numbered.filter_map(|(place, letter)| Some((place as u32 + 1, request.get(*letter)?)));
-        Some((start, given.collect()))
+        if sets.is_empty() {
+            return Some((start, given.collect()));
+        }
+        let others = given.filter(|(number, _)| !(4..=6).contains(number));
+        Some((start, others.chain(sets).collect()))
+    }
+
+    /// I, J and K that stand more than once in the block: #4 to #6, then #7 to #9 and so on, a set for each that does not
+    /// come after the one before in the order I, J, K (argument specification II). Empty where none is repeated.
+    fn argument_sets(&mut self) -> Arguments {
+        let program = self.program;
+        let words = program.words_of(self.block).iter().filter(|word| b"IJK".contains(&word.letter));
+        let words: Vec<_> = words.filter(|word| matches!(word.kind, WordKind::Number | WordKind::Expression)).collect();
+        let repeated =
+            words.iter().enumerate().any(|(at, word)| words[..at].iter().any(|one| one.letter == word.letter));
+        let (mut sets, mut first, mut last) = (Arguments::new(), FIRST_OF_SETS, 0);
+        for word in words.into_iter().filter(|_| repeated) {
+            if word.letter <= last {
+                first += 3;
+            }
+            last = word.letter;
+            let value = match word.kind {
+                WordKind::Number if program.text(word).contains(&b'.') || word.value == 0.0 => word.value,
+                WordKind::Number => {
+                    let what = "an argument that comes again is read with a decimal point alone".to_owned();
+                    self.refuse(finding::NUMBER, word.start as usize, what, "write a point");
+                    f64::NAN
+                }
+                _ => self.value(program.value_start(word)).0,
+            };
+            sets.push((first + u32::from(word.letter - b'I'), value));
+        }
+        sets
     }
 
     /// Runs a macro, with parameters of its own.

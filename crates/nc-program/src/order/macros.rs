@@ -3,9 +3,11 @@
 use std::collections::HashMap;
 
 use crate::finding::{self, Finding, Severity};
+use crate::modes::gather::ALARM;
 use crate::reading::names;
 use crate::reading::program::{Program, WordKind};
 use crate::run::Runner;
+use crate::values::parameters::Key;
 
 /// Keywords, and whether a bracket (or else a digit, a bracket or a parameter) follows.
 const KEYWORDS: [(&[u8], &[u8]); 5] =
@@ -128,6 +130,10 @@ impl Runner<'_> {
         };
         if let Some(key) = self.key(at) {
             let value = self.assigned(at + equals + 1, end);
+            if key == Key::Number(ALARM) {
+                self.report_alarm(at);
+                self.until = 0;
+            }
             self.state.store.set(key, value);
         }
     }

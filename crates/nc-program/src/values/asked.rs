@@ -12,12 +12,17 @@ use crate::turning::rough::Rough;
 
 /// Letters of lengths and of a line's angle, whose numbers may count steps where they have no decimal point.
 const LENGTHS: &[u8] = b"IJKRUVWXYZacr";
+/// Letters of arguments of macros that count steps so, each as its axis does.
+const ARGUMENTS: &[u8] = b"ABCIJKQRUVWXYZ";
 /// The angle of a line counts thousandths of a degree so.
 const ANGLE: u8 = b'a';
 const ANGLE_STEP: f64 = 0.001;
 
 /// Letters of lengths that are words of a block's codes.
 pub(crate) fn lengths(codes: impl Iterator<Item = G> + Clone) -> Letters {
+    if codes.clone().any(|code| matches!(code, G::CallMacro | G::ModalMacro)) {
+        return Letters::of(ARGUMENTS);
+    }
     let mut letters = Letters::of(LENGTHS);
     if codes.clone().any(|code| matches!(code, G::RoughContour(Rough::Pattern) | G::Setting(..))) {
         letters.remove(b'R'); // a number of passes, or of machining conditions
@@ -71,6 +76,7 @@ impl Runner<'_> {
         if self.state.modal.motion == Motion::Drill && !moves {
             letters.remove(b'K');
         }
+        let of_turn = Letters::of(b"ABC");
         for letter in b'A'..=b'r' {
             let counts = letters.has(letter) && request.pointless.has(letter);
             if !counts || request.get(letter).is_none_or(|value| value == 0.0) {
@@ -79,7 +85,7 @@ impl Runner<'_> {
             let what = "a number without a decimal point counts steps or whole units";
             let by = match self.ask(parameter, Severity::Error, request.word(letter), what) {
                 None => f64::NAN,
-                Some(0.0) if letter == ANGLE => ANGLE_STEP,
+                Some(0.0) if letter == ANGLE || of_turn.has(letter) => ANGLE_STEP,
                 Some(0.0) => self.step_of(request),
                 Some(_) => 1.0,
             };

@@ -48,7 +48,8 @@ def shaping_words(program: Program, path: ToolPath, move: int) -> list[Word]:
     """Returns the words of a move's block that shape it beside its end and its centre, full turns left out."""
     words = _values(program, path, move)
     setting = {int(word) for word in path.word[move] if word >= 0}
-    shapes = SHAPE - {TURNS} | ({"A"} if program.dialect.line_angle else set())
+    of_tool = any(word.letter == "G" and word.text[1:].strip() == "76" for word in words)  # A of a threading cycle
+    shapes = SHAPE - {TURNS} | ({"A"} if program.dialect.line_angle and not of_tool else set())
     return [word for word in words if word.letter in shapes or (word.index in setting and word.letter not in ENDS)]
 
 
