@@ -47,7 +47,16 @@ def both_of_machine(
     kept = [one.value for one in find(store, BothInspections, machine=machine.name)]
     of_type = [one for one in kept if not part_types or one.part.part_type.name in part_types]
     if not of_type:
-        raise _none(store, machine.name, part_types)
+        stored = [one.value for one in find(store, BothInspections)]
+        machines = sorted({one.machine.name for one in stored})
+        types = sorted({one.part.part_type.name for one in stored if one.machine.name == machine.name})
+        asked, known = (machine.name, machines) if machine.name not in machines else (next(iter(part_types), ""), types)
+        near = difflib.get_close_matches(asked, known, n=1)
+        of = f" of part type {asked!r}" if machine.name in machines else ""
+        raise Code.DIA_NONE.refusal(
+            f"the store holds 0 parts{of} that machine {machine.name!r} and a measuring machine inspected",
+            hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known) or 'none'}; {DECOMPOSE}",
+        )
     findings: list[Finding] = []
     own = [one for one in of_type if not machine.serial or one.machine.serial in ("", machine.serial)]
     for one in of_type:
@@ -102,19 +111,6 @@ def _accepted(refusal: TrueloopError, accept: Collection[str]) -> Finding:
     if refusal.code not in accept:
         raise refusal
     return Finding(Severity.WARNING, refusal.code, refusal.message, refusal.hint, values=refusal.values)
-
-
-def _none(store: Store, machine: str, part_types: Collection[str]) -> TrueloopError:
-    kept = [one.value for one in find(store, BothInspections)]
-    machines = sorted({one.machine.name for one in kept})
-    types = sorted({one.part.part_type.name for one in kept if one.machine.name == machine})
-    asked, known = (machine, machines) if machine not in machines else (next(iter(part_types), ""), types)
-    near = difflib.get_close_matches(asked, known, n=1)
-    of = f" of part type {asked!r}" if machine in machines else ""
-    return Code.DIA_NONE.refusal(
-        f"the store holds 0 parts{of} that machine {machine!r} and a measuring machine inspected",
-        hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known) or 'none'}; {DECOMPOSE}",
-    )
 
 
 def _other_machine(one: BothInspections, serial: str) -> TrueloopError:

@@ -203,7 +203,13 @@ def keep_standard(
         listed = ", ".join(without[:5])
         hint = "add the standard uncertainty that the certificate states, of each size"
         raise _refused(path, f"{len(without)} of {len(values)} sizes have no uncertainty: {listed}", hint)
-    temperature = _temperature(path, one.temperatures, values)
+    stated_c = [value.temperature_c for value in values if value.temperature_c is not None]
+    if isinstance(one.temperatures, dict):
+        stated_c += [float(value) for value in one.temperatures.values()]
+    temperature = STANDARD_C if not stated_c else sum(stated_c) / len(stated_c)
+    if abs(temperature - STANDARD_C) > WITHIN_K:
+        at_20 = "calibrate at 20 ± 2 °C, the temperature at which sizes hold (ISO 1)"
+        raise _refused(path, f"it was measured at {temperature:.1f} °C", at_20)
     at: datetime | None = one.measured_at
     kept = StandardPart(part, values, at, by or one.operator, temperature)
     return keep_facts(store, (part, kept), _coarse(values), supersede=supersede)
@@ -212,17 +218,6 @@ def keep_standard(
 def standard_of(part_type: str, serial: str) -> Part:
     """Makes a part from its names."""
     return Part(PartType(part_type), serial)
-
-
-def _temperature(path: Path, by_sensor: object, values: tuple[Reading, ...]) -> float:
-    stated = [value.temperature_c for value in values if value.temperature_c is not None]
-    if isinstance(by_sensor, dict):
-        stated += [float(value) for value in by_sensor.values()]
-    found = STANDARD_C if not stated else sum(stated) / len(stated)
-    if abs(found - STANDARD_C) > WITHIN_K:
-        hint = "calibrate at 20 ± 2 °C, the temperature at which sizes hold (ISO 1)"
-        raise _refused(path, f"it was measured at {found:.1f} °C", hint)
-    return found
 
 
 def _coarse(values: tuple[Reading, ...]) -> list[Finding]:

@@ -39,7 +39,17 @@ class StoredFacts:
 
     def of(self, made: Sequence[Made]) -> tuple[PartFacts, ...]:
         """Facts of the parts of one series, in its order."""
-        minutes = _minutes([self.cuts.get(one.serial) for one in made])
+        # The earlier cuts of each cut's edge, as far back as all of them state their time
+        age: dict[tuple[str, ...], float | None] = {}
+        minutes: list[float | None] = []
+        for cut in [self.cuts.get(one.serial) for one in made]:
+            edge = None if cut is None or cut.setting is None else cut.setting.edge.identity
+            if cut is None or edge is None:
+                minutes.append(None)
+                continue
+            now, own_minutes = age.get(edge, 0.0), cut.conditions.time_in_cut_min
+            minutes.append(now)
+            age[edge] = None if now is None or own_minutes is None else now + own_minutes
         return tuple(self._part(made, k, minutes[k]) for k in range(len(made)))
 
     def _part(self, made: Sequence[Made], k: int, minutes: float | None) -> PartFacts:
@@ -104,21 +114,6 @@ def stored_facts(
         {one.part.serial: {f"{name} while cut": v for name, v in one.cutting.signals.items()} for one in both},
         failed or {},
     )
-
-
-def _minutes(cuts: Sequence[Cut | None]) -> list[float | None]:
-    """Returns the earlier cuts of each cut's edge, as far back as all of them state their time."""
-    age: dict[tuple[str, ...], float | None] = {}
-    found: list[float | None] = []
-    for cut in cuts:
-        edge = None if cut is None or cut.setting is None else cut.setting.edge.identity
-        if cut is None or edge is None:
-            found.append(None)
-            continue
-        now, minutes = age.get(edge, 0.0), cut.conditions.time_in_cut_min
-        found.append(now)
-        age[edge] = None if now is None or minutes is None else now + minutes
-    return found
 
 
 def _temperatures(inspection: Inspection) -> dict[str, float]:

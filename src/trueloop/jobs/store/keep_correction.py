@@ -73,8 +73,17 @@ def keep_corrections(store: Store, made: Sequence[tuple[Inputs, Correction]], ke
     """Keeps several corrections, each of a part of its own: all of them or none."""
     facts, findings = list[Any](), list[Finding]()
     for inputs, correction in made:
-        findings += _noticed(store, inputs, keeping)
-        # The cut whose surface was measured: of a finished part its finish cut, with what was in force.  The edge is as
+        part = part_of(inputs)
+        require_serial(part, Path(inputs.file or "the job").name)
+        noticed = [*_unknown_edge(inputs, part), *finished_already(store, inputs.inspections)]
+        for one in inputs.inspections:
+            require_file_of_part(store, one)
+            with accepting(keeping.accept, noticed):
+                require_later(("the setting of the edge", inputs.edge_set_at), ("the inspection", one.measured_at))
+        if inputs.edge is not None:
+            noticed += without_inspection(store, inputs.edge, part)
+        findings += noticed
+        # The cut whose surface was measured: of a finished part its finish cut, with what was in force. The edge is as
         # the record has it, with the radius that the job states.
         finished, force, record = inputs.measured_finished, inputs.in_force.cut_with, correction.record
         cutting = inputs.program if finished else inputs.semifinish
@@ -93,19 +102,6 @@ def keep_corrections(store: Store, made: Sequence[tuple[Inputs, Correction]], ke
         )
         facts += facts_of(inputs, correction, touched)
     return keep_facts(store, facts, findings, supersede=keeping.supersede)
-
-
-def _noticed(store: Store, inputs: Inputs, keeping: Keeping) -> list[Finding]:
-    part = part_of(inputs)
-    require_serial(part, Path(inputs.file or "the job").name)
-    findings = [*_unknown_edge(inputs, part), *finished_already(store, inputs.inspections)]
-    for one in inputs.inspections:
-        require_file_of_part(store, one)
-        with accepting(keeping.accept, findings):
-            require_later(("the setting of the edge", inputs.edge_set_at), ("the inspection", one.measured_at))
-    if inputs.edge is not None:
-        findings += without_inspection(store, inputs.edge, part)
-    return findings
 
 
 def part_of(inputs: Inputs) -> Part:

@@ -46,7 +46,17 @@ def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
                 place=Place(str(path)),
             )
         by_name[file.stem] = file
-    _require_parts(options_from(SurfaceOptions, job).exclude, [file.stem for file in found], path)
+    # Raises JOB-KEY for a part to leave out that is not there: mistyped, it would be left in
+    names = [file.stem for file in found]
+    for left_out in options_from(SurfaceOptions, job).exclude:
+        if left_out not in names:
+            near = get_close_matches(left_out, names, n=1)
+            raise Code.JOB_KEY.refusal(
+                f"'model.exclude' names {left_out!r}, which is not one of the {len(names)} parts",
+                hint=f"did you mean {near[0]!r}?" if near else f"the parts are {', '.join(names)}",
+                place=Place(str(path)),
+                values={"key": "model.exclude"},
+            )
     return found
 
 
@@ -60,19 +70,6 @@ def require_measured_once(files: Sequence[Path], hashes: Mapping[Path, str]) -> 
                 f"two of {len(files)} parts are one: {first.name!r} and {file.name!r} have the same bytes",
                 hint="leave the copy out of gauging.points",
                 place=Place(str(file)),
-            )
-
-
-def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) -> None:
-    """Raises JOB-KEY for a part to leave out that is not there: mistyped, it would be left in."""
-    for name in excluded:
-        if name not in names:
-            near = get_close_matches(name, names, n=1)
-            raise Code.JOB_KEY.refusal(
-                f"'model.exclude' names {name!r}, which is not one of the {len(names)} parts",
-                hint=f"did you mean {near[0]!r}?" if near else f"the parts are {', '.join(names)}",
-                place=Place(str(path)),
-                values={"key": "model.exclude"},
             )
 
 

@@ -156,7 +156,14 @@ def new_job(wanted: Wanted) -> Made:
     file = next(iter(measured)) if wanted.measured_file is None else relpath(wanted.measured_file, wanted.folder)
     contents = {"job.toml": job_toml(_said(wanted, program, drawn, file)), **measured}
     for file in contents:
-        _require_new(wanted.folder / file)
+        new_file = wanted.folder / file
+        if new_file.exists():
+            raise Code.JOB_EXISTS.refusal(
+                f"{str(new_file)!r} is there already",
+                hint="name another folder with --folder, or another part with --name",
+                place=Place(str(new_file)),
+                values={"file": str(new_file)},
+            )
     inputs = [wanted.program, *([] if wanted.drawing is None else [wanted.drawing])]
     files = write_all(wanted.folder, [(name, text.encode()) for name, text in contents.items()], inputs)
     return Made(tuple(files), places, profile.names, drawn.notes)
@@ -203,16 +210,6 @@ def _points(profile: Profile, nose_radius_mm: float) -> GaugingPoints:
             count = curved if is_curved(feature) else 2 if room > 2 * MARGIN_MM else 1
             spacings[feature.name] = Spacing(count, margin, margin)
     return equally_spaced(profile, spacings, reachable)
-
-
-def _require_new(file: Path) -> None:
-    if file.exists():
-        raise Code.JOB_EXISTS.refusal(
-            f"{str(file)!r} is there already",
-            hint="name another folder with --folder, or another part with --name",
-            place=Place(str(file)),
-            values={"file": str(file)},
-        )
 
 
 def _said(wanted: Wanted, program: Program, drawn: Drawn, file: str) -> NewJob:

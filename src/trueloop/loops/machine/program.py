@@ -120,15 +120,6 @@ def _provenance(setup: Setup, model_sha256: str) -> dict[str, object]:
     }
 
 
-def _require_read(program: Program) -> None:
-    """Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is."""
-    for found in program.findings:
-        if found.code is Code.NC_WORD and found.message[:2].upper() in ('"X', '"Y'):
-            raise found.code.refusal(
-                found.message, hint="write the coordinate as a number", place=found.place, values=found.values
-            )
-
-
 @dataclass(frozen=True)
 class CorrectedPoints:
     """The result of a correction: points and words, and the largest correction of X and of Y in mm."""
@@ -160,7 +151,12 @@ def correct_points(
     with in_file(program.file):
         check_uncorrected(program.source)
         require_sound(program.run(strict=False, roughing=False), FROM_OUTSIDE)
-        _require_read(program)
+        # Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is
+        for finding in program.findings:
+            if finding.code is Code.NC_WORD and finding.message[:2].upper() in ('"X', '"Y'):
+                raise finding.code.refusal(
+                    finding.message, hint="write the coordinate as a number", place=finding.place, values=finding.values
+                )
         found = displace_points(program, field, left_alone)
     for axis, size in zip("XY", found.largest_mm, strict=True):
         if size > limit_mm:

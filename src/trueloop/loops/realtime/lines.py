@@ -148,7 +148,12 @@ class Kept:
 
 def require_kept_path(program: Program, path: ToolPath, moves: Driven, listed: Collection[int], gate_mm: float) -> None:
     """Raises RTC-PATH-MODE where the control may leave a listed line's path by the gate, or make one of two lines."""
-    kept = _kept_by_block(program, path)
+    # The path tolerances by block, in the order they were executed: the last execution counts
+    kept, latest = dict[int, Kept](), Kept()
+    for index, _, state in path.executed.tolist():
+        block = program.block(index)
+        latest = _named(block, bool(path.states["inch"][state])) or latest
+        kept[index] = latest
     centre = moves.centre
     for move in sorted(listed):
         mode = kept[int(centre.block[move])]
@@ -158,16 +163,6 @@ def require_kept_path(program: Program, path: ToolPath, moves: Driven, listed: C
         merging_mm = kept[int(centre.block[second])].merging_mm
         if {first, second} & set(listed) and _are_merged(centre, first, second, merging_mm):
             raise _merges(program, kept[int(centre.block[second])], centre, first, second)
-
-
-def _kept_by_block(program: Program, path: ToolPath) -> dict[int, Kept]:
-    """Returns the path tolerances by block, in the order they were executed: the last execution counts."""
-    kept, mode = dict[int, Kept](), Kept()
-    for index, _, state in path.executed.tolist():
-        block = program.block(index)
-        mode = _named(block, bool(path.states["inch"][state])) or mode
-        kept[index] = mode
-    return kept
 
 
 def _named(block: Block, inch: bool) -> Kept | None:

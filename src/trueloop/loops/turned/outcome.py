@@ -207,7 +207,13 @@ def obtained(correction: Correction, cut: Cut, found: ErrorVectors) -> Obtained 
     if len(rows) == 0 or program_that_ran(correction, cut) is not correction.recommended:
         return None
     at = found.chosen(rows)
-    expected, standard_u, expanded_u = _promised_mm(correction, at)
+    # The expected error, its standard uncertainty and U at places, each (n,)
+    promised = np.empty((3, len(at.point)))
+    for index in np.unique(at.feature_index):
+        own_rows, s = at.of_feature(index), at.arc_length_mm[at.of_feature(index)]
+        budget = correction.next_cut(index, s)
+        promised[:, own_rows] = expected_mm(correction, index, s), budget.standard_u_mm, budget.expanded_u_mm
+    expected, standard_u, expanded_u = promised[0], promised[1], promised[2]
     return Obtained(
         cut.part.serial,
         rms(np.hypot(expected, standard_u)),
@@ -215,13 +221,3 @@ def obtained(correction: Correction, cut: Cut, found: ErrorVectors) -> Obtained 
         int(np.count_nonzero(np.abs(at.error_mm - expected) <= expanded_u)),
         len(rows),
     )
-
-
-def _promised_mm(correction: Correction, at: ErrorVectors) -> tuple[Array, Array, Array]:
-    """Returns the expected error, its standard uncertainty and U at places, each (n,)."""
-    promised = np.empty((3, len(at.point)))
-    for index in np.unique(at.feature_index):
-        rows, s = at.of_feature(index), at.arc_length_mm[at.of_feature(index)]
-        budget = correction.next_cut(index, s)
-        promised[:, rows] = expected_mm(correction, index, s), budget.standard_u_mm, budget.expanded_u_mm
-    return promised[0], promised[1], promised[2]

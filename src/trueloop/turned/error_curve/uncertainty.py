@@ -123,7 +123,11 @@ def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Arra
     estimated = fit.scatter_mm is not None or not len(fit.touches)
     if estimated and all(source.neighbour is None for source in fit.sources):
         return np.zeros_like(fit.fit.spline.coefficients_mm)
-    given = _conditions(fit, fits, found)
+    # The ends' values and slopes by the reference: those of the neighbours, zero where prescribed
+    numbers, of_ends = [], fit.fit.conditions.numbers
+    for source, value, slope in zip(fit.sources, of_ends[::2], of_ends[1::2], strict=True):
+        numbers += [_number(source, value, fits, found, slope=False), _number(source, slope, fits, found, slope=True)]
+    given = EndConditions(*numbers)
     spline = fit.fit.spline
     s = fit.places_mm(vectors)
     share = vectors.z_share[fit.touches]
@@ -134,14 +138,6 @@ def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Arra
         s, share = every, np.interp(every, s, share)
     knots, degree = spline.interior_knots_mm, spline.degree
     return least_squares_spline(s, share, knots, spline.length_mm, degree, given).spline.coefficients_mm
-
-
-def _conditions(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Array]) -> EndConditions:
-    """Returns the ends' values and slopes by the reference: those of the neighbours, zero where prescribed."""
-    numbers, given = [], fit.fit.conditions.numbers
-    for source, value, slope in zip(fit.sources, given[::2], given[1::2], strict=True):
-        numbers += [_number(source, value, fits, found, slope=False), _number(source, slope, fits, found, slope=True)]
-    return EndConditions(*numbers)
 
 
 def _number(

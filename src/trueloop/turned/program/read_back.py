@@ -283,7 +283,12 @@ def aligned(
     `edits` of the program made `after`; `replaced` are the moves whose blocks became several. Raises CMP-READ-BACK
     where the numbers of moves do not go together.
     """
-    more = _more_blocks(program, edits)
+    # How many blocks more stand for a block
+    more: dict[int, int] = {}
+    for edit in edits:
+        edited = (program.place(edit.start).line or 1) - 1
+        new = edit.text.count("\n") - program.source[edit.start : edit.end].count(b"\n")
+        more[edited] = more.get(edited, 0) + new
     motion_of = {int(before.block[move]): int(before.motion[move]) for move in replaced}
     images, at = [], 0
     for block, motion in zip(before.block.tolist(), before.motion.tolist(), strict=True):
@@ -293,16 +298,6 @@ def aligned(
     if at != len(after):
         raise not_as_intended(f"the written program has {len(after)} moves, where {at} are those of the source")
     return tuple(images)
-
-
-def _more_blocks(program: Program, edits: Sequence[Edit]) -> Mapping[int, int]:
-    """Returns how many blocks more stand for a block."""
-    more: dict[int, int] = {}
-    for edit in edits:
-        block = (program.place(edit.start).line or 1) - 1
-        new = edit.text.count("\n") - program.source[edit.start : edit.end].count(b"\n")
-        more[block] = more.get(block, 0) + new
-    return more
 
 
 def again(path: ToolPath, moves: range) -> dict[int, int]:

@@ -61,8 +61,17 @@ def shifted_moves(program: Program, path: ToolPath, cuts: tuple[int, int]) -> Sh
         moves = np.flatnonzero((path.block >= loop.first) & (path.block <= loop.last))
         begin, first = (loop.first, min(first, int(moves[0]))) if loop.has(begin) else (begin, first)
         end, last = (loop.last, max(last, int(moves[-1]))) if loop.has(end) else (end, last)
-    _require_one_frame(program, path, first, last)
-    _require_one_run(program, path, first, last)
+    among = slice(first, last + 1)
+    for values, what in ((path.origin_mm, "frame"), (path.tool[:, None], "tool")):
+        changed = np.flatnonzero(np.any(values[among] != values[first], axis=1))
+        if changed.size:
+            raise _refusal(program, int(path.block[first + changed[0]]), f"the {what} changes among the shifted moves")
+    # Refuses blocks that run outside of the shift too: another tool's pass would be shifted with them
+    every = np.arange(len(path))
+    outside = path.block[(every < first) | (every > last)]
+    again = np.intersect1d(path.block[first : last + 1], outside)
+    if again.size:
+        raise _refusal(program, int(again[0]), "the blocks run several times")
     return Shifted(first, last, *(cycle.block if cycle and cycle.runs(block) else block for block in (begin, end)))
 
 
@@ -147,23 +156,6 @@ def _contour_of(block: Block) -> set[float]:
     if not any(word.letter == "G" and word.value == FINISHING_CYCLE for word in block.words):
         return set()
     return {word.value for word in block.words if word.letter in {"P", "Q"}}
-
-
-def _require_one_frame(program: Program, path: ToolPath, first: int, last: int) -> None:
-    moves = slice(first, last + 1)
-    for values, what in ((path.origin_mm, "frame"), (path.tool[:, None], "tool")):
-        changed = np.flatnonzero(np.any(values[moves] != values[first], axis=1))
-        if changed.size:
-            raise _refusal(program, int(path.block[first + changed[0]]), f"the {what} changes among the shifted moves")
-
-
-def _require_one_run(program: Program, path: ToolPath, first: int, last: int) -> None:
-    """Refuses blocks that run outside of the shift too: another tool's pass would be shifted with them."""
-    moves = np.arange(len(path))
-    outside = path.block[(moves < first) | (moves > last)]
-    again = np.intersect1d(path.block[first : last + 1], outside)
-    if again.size:
-        raise _refusal(program, int(again[0]), "the blocks run several times")
 
 
 def _refusal(program: Program, block: int, what: str) -> TrueloopError:
