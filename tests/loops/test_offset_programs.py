@@ -14,6 +14,7 @@ from tests.support.offset_control import Memory
 from tests.support.tool_tables import OFFSET, record_with
 from trueloop.cli import shared_options
 from trueloop.domain.proposal import HeldTool, ToolOffset
+from trueloop.errors import Code, TrueloopError
 from trueloop.turned.program.wear_numbers import CONTROLS, Control, WearOffset, blocks_of, offset_program
 
 XIs = Literal["radius", "diameter"]
@@ -42,6 +43,13 @@ def test_in_inches(control: Control) -> None:
 
 def test_an_edge_of_a_sinumerik() -> None:
     assert "$TC_DP12[3,2]=$TC_DP12[3,2]-0.0120" in written("siemens", "radius", replace(OFFSET, held=HeldTool(edge=2)))
+
+
+@pytest.mark.parametrize("control", ["fanuc", "haas", "okuma", "linuxcnc"])
+def test_another_edge_is_not_dropped_by_words_that_count_none(control: Control) -> None:
+    with pytest.raises(TrueloopError, match="count no edges") as refused:
+        written(control, "diameter", replace(OFFSET, held=HeldTool(edge=2)))
+    assert refused.value.code is Code.OFS_WORDS
 
 
 def test_a_ge_2000t_gets_the_blocks_of_its_own_program() -> None:

@@ -9,6 +9,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.report.turned.summary import offset_words
 from trueloop.turned.options import By
 
 JOB = """[part]
@@ -73,6 +74,46 @@ def test_the_second_edge_of_a_sinumeriks_tool_is_named(tmp_path: Path) -> None:
     found = corrected(tmp_path, "siemens", SIEMENS.format(tool="T3 D2"), "offset")
     assert found.wear.answer.startswith("T3 D2 wear X −0.0200 mm (radius)")
     assert found.wear.blocks[0] == "$TC_DP12[3,2]=$TC_DP12[3,2]-0.0200"
+    assert (
+        found.record.tool_offset is not None and found.record.tool_offset.held.edge == 2
+    )  # `offsets program` reads it
+    nameless = SIEMENS.format(tool='T="FINISH_OD" D2')
+    assert corrected(tmp_path, "siemens", nameless, "offset", "number = 3").wear.blocks == found.wear.blocks
+    for edge in (1, 3):
+        with pytest.raises(TrueloopError, match=f"edge {edge}.*edge 2") as refused:
+            corrected(tmp_path, "siemens", SIEMENS.format(tool="T3 D2"), "offset", f"table_edge = {edge}")
+        assert refused.value.code is Code.OFS_TOOL and refused.value.hint.startswith("tool.table_edge = 2")
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text"),
+    [
+        ("siemens", SIEMENS.format(tool="T3 D0")),
+        ("fanuc-lathe", FANUC.format(tool="T0300")),
+        ("okuma-lathe", FANUC.format(tool="TG=3 OG=0").replace("O1\nG21 G40 G99", "G40 G95").replace("M30", "M02")),
+        ("linuxcnc", FANUC.format(tool="G7 G18 T3 M6").removeprefix("O1\n").replace("G99", "G95")),
+    ],
+)
+def test_an_offset_that_is_not_in_force_is_not_changed(tmp_path: Path, dialect: str, text: str) -> None:
+    """T0300, D0 and T3 without G43 leave the row of the table out of the cut: its wear would move nothing."""
+    number = 'number = 3\n[compensation]\nby = "auto"'
+    stated = JOB.replace('dialect = "{dialect}"', 'dialect = "{dialect}"\nunit = "mm"') if dialect[0] == "o" else JOB
+    asked_for: tuple[tuple[By, str], ...] = (("offset", ""), ("auto", ""), ("auto", number))
+    for by, also in asked_for:
+        (tmp_path / "job.toml").write_text(stated.format(dialect=dialect, number=also))
+        (tmp_path / "finish.nc").write_text(text)
+        (tmp_path / "touches.csv").write_text(TOUCHES)
+        inputs = read_job(tmp_path / "job.toml").inputs
+        asked = replace(inputs, options=replace(inputs.options, by=by))
+        if by == "offset":
+            with pytest.raises(TrueloopError) as refused:
+                compensate(asked)
+            assert refused.value.code is Code.OFS_TOOL and "without the tool's offset" in refused.value.message
+            continue
+        found = compensate(asked)
+        assert b"X29.96" in found.corrected_program and found.record.tool_offset is None and found.by_tool is None
+        assert found.wear.tool == 0 and found.wear.blocks == () and not found.decision.by_offset
+        assert "not to be entered" in offset_words(found)
 
 
 def test_two_tools_of_one_offset_number_are_not_corrected_by_it(tmp_path: Path) -> None:

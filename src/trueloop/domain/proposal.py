@@ -32,7 +32,10 @@ class TableRow:
 
 @dataclass(frozen=True)
 class HeldTool:
-    """The finishing tool as a control knows it: its name and edge, and its row of the tool table that is in force."""
+    """The finishing tool as a control knows it: its name and edge, and its row of the tool table that is in force.
+
+    `edge` 0: not stated; that of the finish pass counts, which a record holds.
+    """
 
     name: str = ""
     edge: int = 1

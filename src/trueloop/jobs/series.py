@@ -279,7 +279,7 @@ def _job_tool(
     x_is_diameter = None if x_is is None else x_is == "diameter"
     if own is None:
         matched = commanded(program, None, part, files.nose_radius_mm, 0.0, files.run)
-        return JobTool(part, program, matched, asked, files.tool.number, x_is_diameter, files.tool.table_edge)
+        return JobTool(part, program, matched, asked, files.tool.number, x_is_diameter, files.tool.table_edge or 0)
     require_offset(own, frame, {}, str(files.path))
     called = own.edge.called
     run = replace(files.run, called=called)

@@ -52,8 +52,10 @@ class ToolTable(Table):
     """`"mm"` or `"inch"`: unit of a table that does not say its own: that of the machine."""
     table_name: str = ""
     """The tool's name in the table: a table that has another name under the number is refused."""
-    table_edge: Count = 1
-    """The tool's edge in the table: D of a Sinumerik, OG of an Okuma."""
+    table_edge: Count | None = None
+    """The tool's edge in the table: D of a Sinumerik, OG of an Okuma. Left out, that of the finish pass; with `table`
+    and in [[tools]] 1.
+    """
 
     @model_validator(mode="after")
     def _one_nose(self) -> "ToolTable":
@@ -94,7 +96,7 @@ class ToolsTable(ToolTable):
     def called(self) -> Called:
         """As the program calls it."""
         assert self.number is not None
-        return Called(self.number, self.table_edge)
+        return Called(self.number, self.table_edge or 1)
 
 
 class CutByTable(Table):

@@ -94,7 +94,7 @@ def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
         machine_tool=machine_of_job(job),
         edge=edge_of_job(tool),
         edge_set_at=tool.set_at,
-        held=held_tool(tool.table_name, tool.table_edge, tool.number, table),
+        held=held_tool(tool.table_name, tool.table_edge or 0, tool.number, table),
         file=str(files.path),
         characteristics=measured.characteristics,
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
@@ -190,7 +190,7 @@ def _same_edge(one: TableOfTool, other: ToolsTable) -> bool:
     """Returns True for two tables of one edge: by the name in both, else by the number of its offset."""
     if one.name and other.name:
         return (one.name, one.insert, one.corner) == (other.name, other.insert, other.corner)
-    return (one.number, one.table_edge) == (other.number, other.table_edge)
+    return (one.number, one.table_edge or 1) == (other.number, other.table_edge or 1)
 
 
 def _options(job: Job, tool: TableOfTool) -> Options:

@@ -151,7 +151,9 @@ class JobFiles:
             assert stated_mm is not None
             return stated_mm
         assert tool.number is not None
-        return nose_radius_mm(self.tool_table(tool.table), tool.number, tool.table_edge, tool.table_name, stated_mm)
+        return nose_radius_mm(
+            self.tool_table(tool.table), tool.number, tool.table_edge or 1, tool.table_name, stated_mm
+        )
 
     def tool_table(self, name: Path) -> ToolTable:
         """Reads the control's tool table that the job names. Raises OFS errors."""

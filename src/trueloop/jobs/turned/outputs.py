@@ -30,7 +30,7 @@ from trueloop.report.turned.correction_json import json_text
 from trueloop.report.turned.page import page as page_of
 from trueloop.report.turned.part import part_json, part_page
 from trueloop.turned.compensation.limits import check_offset
-from trueloop.turned.program.wear_numbers import Control, WearOffset, counted, offset_program
+from trueloop.turned.program.wear_numbers import CONTROLS, Control, WearOffset, counted, offset_program, own_control
 
 METRIC: Final = PageOptions(unit="mm")
 NAMES: Final = (("table", "csv"), ("report", "html"), ("report", "pdf"), ("report", "json"), ("record", "json"))
@@ -187,8 +187,15 @@ def offset_words(correction: Path, control: Control | None, x_is: XIs | None = N
     `x_is` states how that other one counts offsets on X. Raises REC, JOB and OFS errors.
     """
     record, offset = offset_of(correction)
-    own = "" if record.program is None else dialect_named(record.program.dialect).wear_words
-    control = control or own or "heidenhain"
+    own = None if record.program is None else own_control(dialect_named(record.program.dialect))
+    control = control or own
+    if control is None:
+        raise Code.OFS_WORDS.refusal(
+            f"{'' if record.program is None else record.program.dialect!r}: which words change an offset is not known",
+            hint=f"state it: `--control`, one of {', '.join(CONTROLS)}",
+            place=Place(str(correction)),
+            values={"control": ""},
+        )
     counts = (x_is or offset.x_is) if control == own else counted(control, x_is)
     with in_file(correction):
         return offset_program(control, WearOffset.of(offset, counts), record.id)

@@ -29,8 +29,9 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked
 from trueloop.loops.turned.commanded import Commanded
-from trueloop.loops.turned.programs import contour_tools, no_number
+from trueloop.loops.turned.programs import contour_tools, edge_of_pass, no_number, require_in_force
 from trueloop.memory.level.whitening import LEAST, REDUCED, monitor
+from trueloop.nc.program.called import Called
 from trueloop.nc.program.program import Program
 from trueloop.statistics import NORMAL_95
 from trueloop.tolerances.conformance import probability_between
@@ -183,9 +184,9 @@ class JobTool:
     """Part and tool of a job, or one of its tools with the features that it cuts. `asked`: the requested
     characteristics of its features, by name.
 
-    `tool` is the number of the offset that the job names, `x_is_diameter` how the control counts offsets on X.
-    `zero_z_mm` is z of the part's zero in the frame of the program, from which lengths count. Two set-ups on one
-    `machine` that call one number run with one offset.
+    `tool` is the number of the offset that the job names, `edge` its edge, 0: not stated; `x_is_diameter` how the
+    control counts offsets on X. `zero_z_mm` is z of the part's zero in the frame of the program, from which lengths
+    count. Two set-ups on one `machine` that call one number run with one offset.
     """
 
     profile: Profile
@@ -194,7 +195,7 @@ class JobTool:
     asked: Mapping[str, Characteristic]
     tool: int | None = None
     x_is_diameter: bool | None = None
-    edge: int = 1
+    edge: int = 0
     zero_z_mm: float = 0.0
     machine: Machine | None = None
 
@@ -232,44 +233,46 @@ def tool_proposals(
 
     Raises SER-TOOL where no characteristic of the series is a size of the job's part.
     """
-    by_tool = dict[tuple[Machine | None, int, int], tuple[JobTool, list[tuple[Tracked, Array]]]]()
+    by_tool = dict[tuple[Machine | None, Called], tuple[JobTool, list[tuple[Tracked, Array]]]]()
     for job in jobs:
-        for number, of_it in sorted(_by_tool(series, job).items()):
-            by_tool.setdefault((job.machine, number, job.edge), (job, []))[1].extend(of_it)
+        for call, of_it in sorted(_by_tool(series, job).items()):
+            by_tool.setdefault((job.machine, call), (job, []))[1].extend(of_it)
     if not by_tool:
         names = ", ".join(sorted(repr(one.series.name) for one in series)[:6])
         raise Code.SER_TOOL.refusal(
             f"none of {len(series)} series ({names}) is a size of the job's features",
             hint="name them in `[[part.characteristic]]` of the job as the inspections do, each with its feature",
         )
-    found = [_of_one(job, number, of_it, options, made) for (_, number, _), (job, of_it) in by_tool.items()]
+    found = [_of_one(job, call, of_it, options, made) for (_, call), (job, of_it) in by_tool.items()]
     return tuple(one for one in found if one is not None)
 
 
-def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[int, list[tuple[Tracked, Array]]]:
-    """Groups by the number of its offset the series that a tool's offset moves, each with its g."""
-    found: dict[int, list[tuple[Tracked, Array]]] = {}
+def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[Called, list[tuple[Tracked, Array]]]:
+    """Groups by its offset the series that a tool's offset moves, each with its g."""
+    found: dict[Called, list[tuple[Tracked, Array]]] = {}
     tools = contour_tools(job.program, job.matched, alone=True)
     for one in series:
         asked = job.asked.get(one.series.name)
         if one.series.latest and asked is not None:
-            number = tools.cut_by[job.profile.names.index(asked.feature)]
+            index = job.profile.names.index(asked.feature)
             gain = moved_by_offset(job.profile, asked, job.zero_z_mm)
-            found.setdefault(_number(job, number, asked.feature), []).append((one, gain))
+            found.setdefault(_called(job, tools.cut_by[index], index), []).append((one, gain))
     return found
 
 
-def _number(job: JobTool, cut_by: int | None, feature: str) -> int:
-    """Returns the number of the offset that cuts a feature. Raises OFS-TOOL where program and job give none."""
-    number = cut_by or job.tool
+def _called(job: JobTool, cut_by: int | None, index: int) -> Called:
+    """Returns the offset that cuts a feature. Raises OFS-TOOL where program and job give none, or another edge each,
+    and where the feature is cut without it.
+    """
+    number, move = cut_by or job.tool, job.matched.match.features[index].moves[0].move
     if not number:
-        index = job.profile.names.index(feature)
-        raise no_number(job.program, job.matched.match.features[index].moves[0].move.line)
-    return number
+        raise no_number(job.program, move.line)
+    require_in_force(job.program, job.matched.path, move.index)
+    return Called(number, edge_of_pass(job.program, job.matched.path, move.index, job.edge))
 
 
 def _of_one(
-    job: JobTool, number: int, of_it: Sequence[tuple[Tracked, Array]], options: SeriesOptions, made: Made
+    job: JobTool, call: Called, of_it: Sequence[tuple[Tracked, Array]], options: SeriesOptions, made: Made
 ) -> Proposal | None:
     series, gains = [one for one, _ in of_it], np.array([gain for _, gain in of_it])
     wanted = np.array([-one.change_mm for one in series])
@@ -277,9 +280,10 @@ def _of_one(
     offset_mm, known_mm = fitted_offset(gains, wanted, u_mm)
     cut = job.matched.match.features[0].moves[0].move.index
     wear = wear_offset(
-        *(job.program, job.matched.path, cut, offset_mm, number, job.x_is_diameter, job.edge), expanded_u_mm=known_mm
+        *(job.program, job.matched.path, cut, offset_mm, call.number, job.x_is_diameter, call.edge),
+        expanded_u_mm=known_mm,
     )
-    kept = wear.as_offset(True, "", HeldTool(edge=job.edge))
+    kept = wear.as_offset(True, "", HeldTool())
     moved = gains @ np.array([kept.x_radius_mm, kept.z_mm])
     if np.all(np.abs(moved) <= options.least_mm):
         return None

@@ -74,7 +74,7 @@ class Inputs:
     machine_tool: Machine | None = None
     edge: Edge | None = None
     edge_set_at: datetime | None = None
-    held: HeldTool = field(default_factory=HeldTool)
+    held: HeldTool = field(default_factory=lambda: HeldTool(edge=0))
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     file: str | None = None
     characteristics: tuple[Characteristic, ...] = ()

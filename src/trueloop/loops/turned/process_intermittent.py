@@ -38,7 +38,7 @@ from trueloop.loops.turned.part_on_machine import (
     zero_of,
 )
 from trueloop.loops.turned.paths import Paths, bends_lines, corrected_paths, corrected_shifts, cramped_bows
-from trueloop.loops.turned.programs import ContourTools, contour_tools, write_programs
+from trueloop.loops.turned.programs import ContourTools, contour_tools, not_in_force, require_in_force, write_programs
 from trueloop.loops.turned.provenance import cumulative_words, id_of, record_of
 from trueloop.loops.turned.remembering import remembering, today_of
 from trueloop.loops.turned.written import Writing
@@ -92,6 +92,7 @@ def compensate(inputs: Inputs, *, sources: bool = True) -> Correction:
 def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correction:
     cut = inputs.in_force.cut_with
     matched, machine = _matched(inputs)
+    inputs = _with_offset_in_force(inputs, matched)
     surface = _surface(inputs, machine)
     tools = contour_tools(inputs.program, matched, inputs.called is not None)
     model, memory, finished = _error_model(inputs, matched, surface)
@@ -162,6 +163,14 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
         in_force=matched.in_force,
         sources=shares,
     )
+
+
+def _with_offset_in_force(inputs: Inputs, matched: Commanded) -> Inputs:
+    """Returns inputs that let no offset be entered where none is in force. Raises OFS-TOOL where that was wanted."""
+    of = inputs.program, matched.path, matched.cuts[0].move
+    if inputs.options.by == "offset":
+        require_in_force(*of)
+    return replace(inputs, no_offset=inputs.no_offset or not_in_force(*of))
 
 
 def process_errors(inputs: Inputs) -> ErrorVectors:

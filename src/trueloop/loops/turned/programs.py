@@ -17,9 +17,9 @@ from trueloop.loops.turned.paths import Paths
 from trueloop.loops.turned.written import Writing, write_contour
 from trueloop.nc.edit.changes import changes
 from trueloop.nc.edit.edit import Edit
-from trueloop.nc.program.called import Called, called
+from trueloop.nc.program.called import Called, called, edge_called, runs_without_offset
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import Motion
+from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.limits import check_offset
 from trueloop.turned.options import By, Options
@@ -156,6 +156,8 @@ def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: 
     wear, notes = _wear(writing, decision, change_mm, inputs.options, inputs.held)
     if inputs.machine is not None:
         offsets, more = None, _of_machine(inputs.machine, inputs.touches)
+    elif inputs.no_offset and writing.program.dialect.contour_shift == "UPD":
+        offsets, more = None, []
     else:
         offsets, more = _offset_variant(writing, decision, change_mm, inputs.options, wear)
     notes += more
@@ -194,18 +196,20 @@ def _wear(
     """Returns the change of the offset as numbers to enter, of the tool that the job names, else that of the program's
     T word.
 
-    Raises OFS-TOOL where the job names the tool's row of a table and the program runs with another row, and where the
-    offset makes the correction and neither job nor program gives the tool a number.
+    Raises OFS-TOOL where the job names the tool's row of a table and the program runs with another row, or with another
+    edge than is stated, and where the offset makes the correction and neither job nor program gives the tool a number.
     """
     program, path, cut = writing.program, writing.matched.path, writing.matched.cuts[0].move
     own = called(program.dialect, path, cut)
     tool = options.tool or (0 if own is None else own.number)
+    if not_in_force(program, path, cut):
+        tool = 0
     if not tool and decision.by_offset:
         raise no_number(program, int(path.line[cut]))
-    if held.row is not None and own is not None and own.number != tool:
+    if tool and held.row is not None and own is not None and own.number != tool:
         raise _other_row(program, tool, own.number, int(path.line[cut]))
     notes = [] if options.by == "auto" else [_asked_for(options.by)]
-    if own is not None and own.number != tool:
+    if tool and own is not None and own.number != tool:
         notes.append(
             wording(
                 "The job says tool {tool}; the finish pass in line {line} runs with offset {own}.",
@@ -214,13 +218,29 @@ def _wear(
                 own=own.number,
             )
         )
-    edge = own.edge if own is not None and own.number == tool and held.row is None else held.edge
+    edge = edge_of_pass(program, path, cut, held.edge)
     with in_file(program.file):
         wear = wear_offset(
             *(program, path, cut, change_mm, tool, options.offset_is_diameter, edge),
             expanded_u_mm=decision.expanded_u_mm,
         )
     return wear, notes
+
+
+def edge_of_pass(program: Program, path: ToolPath, cut: int, stated: int) -> int:
+    """Returns the edge with which a move of the finish pass is cut, 1 where neither program nor job states one
+    (`stated` 0). Raises OFS-TOOL where they differ.
+    """
+    edge, line = edge_called(program.dialect, path, cut), int(path.line[cut])
+    if edge is None or not stated or edge == stated:
+        return edge or stated or 1
+    raise Code.OFS_TOOL.refusal(
+        f"the job names edge {stated} of the tool (`tool.table_edge`; 1 where a table is named without it); the finish "
+        f"pass in line {line} runs with edge {edge}",
+        hint=f"tool.table_edge = {edge}, the edge of the finish pass",
+        place=Place(program.file, line),
+        values={"tool": float(path.tool[cut])},
+    )
 
 
 def no_number(program: Program, line: int) -> TrueloopError:
@@ -232,6 +252,36 @@ def no_number(program: Program, line: int) -> TrueloopError:
         place=Place(program.file, line),
         values={"tool": 0.0},
     )
+
+
+def not_in_force(program: Program, path: ToolPath, cut: int) -> str:
+    """Returns why a number entered into the tool's offset would not move its finish pass; "": it would."""
+    if not runs_without_offset(program.dialect, path, cut):
+        return ""
+    return wording(
+        "The finish pass in line {line} runs without the tool's offset of the control's table ({how}): a number "
+        "entered there would move nothing.",
+        line=int(path.line[cut]),
+        how=_left_out(program, path, cut),
+    )
+
+
+def _left_out(program: Program, path: ToolPath, cut: int) -> str:
+    if program.dialect.wear_words == "linuxcnc":
+        return wording("no G43 with the tool's number before it")
+    return "D0 / OG=0" if program.dialect.edge_by_d and int(path.tool[cut]) < 100 else f"T{int(path.tool[cut]):04d}"
+
+
+def require_in_force(program: Program, path: ToolPath, cut: int) -> None:
+    """Raises OFS-TOOL where no offset of the tool is in force in its finish pass."""
+    if why := not_in_force(program, path, cut):
+        raise Code.OFS_TOOL.refusal(
+            why.removesuffix("."),
+            hint="call the tool with its offset in the program (T0303, D1, G43) before its finish pass, or correct the "
+            "contour",
+            place=Place(program.file, int(path.line[cut])),
+            values={"tool": float(path.tool[cut])},
+        )
 
 
 def _asked_for(by: str) -> str:

@@ -38,8 +38,30 @@ def called(dialect: Dialect, path: ToolPath, move: int) -> Called | None:
     if dialect.offset_in_t and word >= 100:
         return Called(word % 100 or word // 100)
     if dialect.edge_by_d:
-        return Called(word, offset % EDGES if offset > 0 else 1)
+        return Called(word, edge_called(dialect, path, move) or 1)
     return Called(offset if offset > 0 else word)
+
+
+def edge_called(dialect: Dialect, path: ToolPath, move: int) -> int | None:
+    """Returns the edge called when that move is made, of a tool without a number too: 0 for none in force; None where
+    the control counts no edges or the program calls none.
+    """
+    word, offset = int(path.tool[move]), int(path.tool_offset[move])
+    if not dialect.edge_by_d or not offset or (dialect.offset_in_t and word >= 100):
+        return None
+    return offset % EDGES
+
+
+def runs_without_offset(dialect: Dialect, path: ToolPath, move: int) -> bool:
+    """Returns whether the tool's offset in the control's table is not in force: T0300, D0, T3 M6 without G43; G43.1
+    states lengths itself.
+    """
+    word, offset = int(path.tool[move]), int(path.tool_offset[move])
+    if dialect.offset_in_t and word >= 100:
+        return word % 100 == 0
+    if dialect.edge_by_d:
+        return edge_called(dialect, path, move) == 0
+    return dialect.wear_words == "linuxcnc" and word > 0 and offset <= 0
 
 
 ToolRow: TypeAlias = tuple[int | None, float, int | None, float | None, tuple[float, float, float] | None, int | None]

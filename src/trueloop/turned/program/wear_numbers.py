@@ -19,6 +19,7 @@ from typing import Final, Literal, TypeAlias, get_args
 from trueloop.domain.proposal import ExpandedU, HeldTool, ToolOffset
 from trueloop.errors import Code
 from trueloop.nc.edit.edit import rounded_mm
+from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.offsets import offset_state, tool_offset_updates
@@ -83,12 +84,13 @@ class WearOffset:
         return f"{value:+.{self.decimals}f}"
 
     def as_offset(self, makes_the_correction: bool, measured_sha256: str, held: HeldTool) -> ToolOffset:
-        """Returns it as a record keeps it: in mm, x as a radius."""
+        """Returns it as a record keeps it: in mm, x as a radius; of what is `held` with its own edge."""
         unit_mm = MM_PER_INCH if self.unit == "inch" else 1.0
         x_is: Literal["radius", "diameter"] = "diameter" if self.x_is_diameter else "radius"
         x_radius_mm = self.x * unit_mm / (2 if self.x_is_diameter else 1)
         return ToolOffset(
-            *(self.tool, x_radius_mm, self.z * unit_mm, makes_the_correction, x_is, self.unit, measured_sha256, held),
+            *(self.tool, x_radius_mm, self.z * unit_mm, makes_the_correction, x_is, self.unit, measured_sha256),
+            held=replace(held, edge=self.edge),
             decimals=self.decimals,
             blocks=self.blocks,
             expanded_u_mm=_scaled(self.expanded_u, unit_mm / (2 if self.x_is_diameter else 1), unit_mm),
@@ -134,8 +136,20 @@ CONTROLS: Final[tuple[Control, ...]] = get_args(Control)
 
 
 def blocks_of(control: Control | Literal[""], wear: WearOffset) -> tuple[str, ...]:
-    """Returns the blocks of a control; () where it has no words for these numbers, or they are not known."""
+    """Returns the blocks of a control; () where it has no words for these numbers, or they are not known, and of a
+    second edge where its words count none.
+    """
+    if control != "siemens" and wear.edge != 1:
+        return ()
     return BLOCKS[control](wear) if control in BLOCKS else ()
+
+
+def own_control(dialect: Dialect) -> Control | None:
+    """Returns the control of a dialect, `okuma` of `okuma-lathe`; None where its words for offsets are not known."""
+    others: tuple[Control, ...] = ("okuma", "heidenhain")
+    if dialect.wear_words != "":
+        return dialect.wear_words
+    return next((control for control in others if dialect.name.startswith(control)), None)
 
 
 def updates(wear: WearOffset, own: Mapping[str, float]) -> tuple[str, ...]:
@@ -167,7 +181,7 @@ def offset_program(control: Control, wear: WearOffset, record_id: str) -> str:
     blocks = wear.blocks if control == "ge2000t" else blocks_of(control, wear)
     if not blocks:
         raise Code.OFS_WORDS.refusal(
-            f"{control!r}: {WHY[control]} ({wear.words})",
+            f"{control!r}: {WHY.get(control, EDGES)} ({wear.words})",
             hint="enter the numbers at the control, or write its tool table: `trueloop offsets apply`",
             values={"control": control},
         )
@@ -243,6 +257,7 @@ WHY: Final[Mapping[Control, str]] = {
     "ge2000t": "an update sets the whole offset, which a program for another control does not say",
 }
 """The reasons why a control has no words for an offset."""
+EDGES: Final = "its words that are known count no edges of a tool, and this offset is of another edge than the first"
 
 
 def wear_offset(

@@ -129,9 +129,12 @@ def nose_radius_mm(table: ToolTable, tool: int, edge: int, name: str, stated_mm:
 
 
 def held_tool(name: str, edge: int, tool: int | None, table: ToolTable | None) -> HeldTool:
-    """The tool with what the table has of it at present; x as the table counts it is settled when it is changed."""
+    """The tool with what the table has of it at present; x as the table counts it is settled when it is changed. `edge`
+    0: not stated, of a table 1.
+    """
     if table is None or tool is None:
         return HeldTool(name, edge)
+    edge = edge or 1
     row = row_of(table, tool, edge, name)
     numbers = {"x": row.x, "z": row.z}
     x, z = (None if number is None else str(number.value) for number in numbers.values())
