@@ -21,6 +21,8 @@ impl Writer<'_> {
             "a thread".to_owned()
         } else if here.state.feed_mode == FeedMode::InverseTime {
             "a move whose time is given (G93)".to_owned()
+        } else if here.words.iter().any(|word| word.letter == b'b') {
+            "a move with a feed of its own (FB)".to_owned()
         } else if self.is_pole_formula(here) {
             "an arc about a parameter".to_owned()
         } else if !takes_terms(self.program) && here.axes.iter().any(|axis| axis.word.is_some_and(is_formula)) {

@@ -217,7 +217,11 @@ impl Runner<'_> {
 fn unfit(hole: &Hole, plane: f64, bottom: f64, repeats: f64) -> Option<String> {
     let pecks = matches!(hole.drill, Drill::Peck | Drill::Chip);
     let count = (plane - bottom) / hole.peck;
-    if plane < bottom || plane.is_nan() || bottom.is_nan() {
+    if hole.plane.is_nan() || hole.bottom.is_nan() {
+        Some("a drilling cycle without R or without Z".to_owned())
+    } else if pecks && hole.peck.is_nan() {
+        Some("a drilling cycle by pecks without Q: other pecks, as of I, J and K, are not followed".to_owned())
+    } else if plane < bottom || plane.is_nan() || bottom.is_nan() {
         Some(format!("a drilling cycle from R at {plane:.4} mm to Z at {bottom:.4} mm"))
     } else if pecks && !(hole.peck > 0.0 && count * repeats.max(1.0) < MOST) {
         Some(format!("a drilling cycle of {:.4} mm by pecks of {:.4} mm", plane - bottom, hole.peck))

@@ -14,6 +14,9 @@ use crate::run::Runner;
 use crate::shapes::spline::Spline;
 use crate::values::parameters::Key;
 
+/// Address of a feed that holds for its block alone.
+const BLOCK_FEED: u8 = b'b';
+
 /// What a block does besides setting modes: the code that makes something of its coordinates; `Inert` where they are a move.
 pub(crate) type Action = G;
 
@@ -96,7 +99,14 @@ impl Runner<'_> {
         match action {
             G::Inert | G::MachineCoordinates | G::BuilderCoordinates => {
                 let before = self.path.len();
+                let feed = self.state.modal.feed;
+                if let Some(own) = request.get(BLOCK_FEED) {
+                    self.state.modal.feed = self.feed_mm(request, own);
+                }
                 self.motion(request, in_machine(action));
+                if request.any(&[BLOCK_FEED]) {
+                    self.state.modal.feed = feed;
+                }
                 self.ask_corner(request);
                 if self.path.len() > before {
                     self.call_modal_macro();
