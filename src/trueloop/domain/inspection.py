@@ -84,7 +84,8 @@ class Inspection:
     points of the surface. `frame`: "part" where positions are counted from the part's datums, "machine" where from the
     machine tool's zero, "device" where from the measuring device's, so that they have to be aligned. `z_reference`
     names the touch from which the part's z was taken. `temperatures` by the name of the sensor, °C, with further
-    signals in the unit of their data. Empty text and None: not stated.
+    signals in the unit of their data. `devices` by characteristic, where several devices measured, of which `device` is
+    the list; a file read before it was kept is equal. Empty text and None: not stated.
     """
 
     part: Part
@@ -99,7 +100,12 @@ class Inspection:
     ball_radius_mm: float = 0.0
     z_reference: str | None = None
     temperatures: Mapping[str, float] = field(default_factory=dict)
+    devices: Mapping[str, str] = field(default_factory=dict, compare=False)
     schema: Literal[1] = field(default=1, kw_only=True)
+
+    def device_of(self, characteristic: str) -> str:
+        """Returns the device that measured a characteristic, several with commas; empty: not stated."""
+        return self.devices.get(characteristic, self.device)
 
     @property
     def touches(self) -> tuple[Touch, ...]:

@@ -19,10 +19,12 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import ProgramText
 from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.errors import Code, TrueloopError
+from trueloop.formats.inspections.known import read_measured_file
+from trueloop.formats.inspections.measured_file import Stated
 from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
 from trueloop.jobs.store.codec import store_codec
 from trueloop.report.monitor.certificate import CertificateShape, CertifiedShape, hash_of
-from trueloop.storage.store import Store, keep, open_store
+from trueloop.storage.store import Store, find, keep, open_store
 
 AT = datetime(2026, 3, 1, 8, tzinfo=UTC)
 PART = Part(PartType("SHAFT"), "7")
@@ -55,6 +57,26 @@ def test_a_value_that_is_proven_inside_is_certified_with_its_device_time_and_tem
     assert (shown.outcome, one.verdict, one.certified, one.missing, one.remarks) == ("conforms", "in", True, [], [])
     assert (one.actual, one.expanded_u, one.device, one.temperature_c) == (24.004, 0.002, "CMM 3", 20.2)
     assert one.measured_at == AT + timedelta(hours=5)
+
+
+def test_each_size_has_the_device_that_measured_it(tmp_path: Path) -> None:
+    file = tmp_path / "part.csv"
+    rows = (
+        "journal,24,23.98,24.02,24,CMM 1\nseat,30,29.98,30.02,30,MIC 2\nbore,9,8.98,9.02,9,\ncone,9,8.98,9.02,9,probe\n"
+    )
+    head = "part name,serial,characteristic,nominal,lower limit,upper limit,actual,device\n"
+    file.write_text(head + "".join(f"SHAFT,7,{row}\n" for row in rows.splitlines()))
+    (inspection,) = read_measured_file(file, Stated(unit="mm")).inspections
+    before = replace(inspection, devices={})
+    assert len(find(store_of(before, inspection), Inspection)) == 1  # the file read before devices were kept
+    shown = {one.characteristic: one for one in certified(inspection, u_um=1.0).characteristics}
+    assert {name: one.device for name, one in shown.items()} == {
+        "journal": "CMM 1",
+        "seat": "MIC 2",
+        "bore": "",
+        "cone": "probe",
+    }
+    assert {name for name, one in shown.items() if "the device is not stated" in one.missing} == {"bore"}
 
 
 @pytest.mark.parametrize(

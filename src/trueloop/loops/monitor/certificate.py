@@ -148,7 +148,7 @@ def _certified(asked: Asked, seen: Sequence[Seen], stated_u: float | None) -> Ce
                                quantity=asked.quantity.value))  # fmt: skip
     missing += _contradicted(asked, seen, by, stated_u)
     expanded = None if u is None or actual is None else COVERAGE * hypot(u, _spread(values))
-    remarks = [*_remarks(by, temperature)] if readings else []
+    remarks = [*_remarks(asked, by, temperature)] if readings else []
     if judged is not None and actual is not None and judged.value != actual:
         away = judged.value - actual
         shown = f"{away:+.4f}°" if asked.quantity is Quantity.ANGLE else Um(away, "+.1f")
@@ -191,7 +191,7 @@ def _contradicted(asked: Asked, seen: Sequence[Seen], by: Seen | None, stated_u:
         judged = None if u is None else _judged(asked, [each.actual for each in readings], u)
         if judged is not None and judged.verdict == "out":
             at = one.inspection.measured_at
-            named = (one.inspection.device, "" if at is None else f"{at:%Y-%m-%d %H:%M}")
+            named = (one.inspection.device_of(asked.name), "" if at is None else f"{at:%Y-%m-%d %H:%M}")
             yield wording("another measurement is outside the limits: {which}",
                           which=", ".join(filter(None, named)) or one.inspection.sha256[:12])  # fmt: skip
 
@@ -223,20 +223,20 @@ def _missing(asked: Asked, actual: float | None, u: float | None, by: Seen | Non
         yield wording("no limit is stated")
     if u is None:
         yield wording("no uncertainty is stated")
-    if by is not None and not by.inspection.device:
+    if by is not None and not by.inspection.device_of(asked.name):
         yield wording("the device is not stated")
 
 
-def on_the_machine(inspection: Inspection) -> bool:
-    """Returns whether the part was measured by the probe of the machine: in the machine's frame, by a device named so,
-    or by touches of an unnamed ball.
+def on_the_machine(inspection: Inspection, characteristic: str = "") -> bool:
+    """Returns whether the part, or that size of it, was measured by the probe of the machine: in the machine's frame,
+    by a device named so, or by touches of an unnamed ball.
     """
-    device = inspection.device.casefold()
+    device = inspection.device_of(characteristic).casefold()
     by_probe = device.startswith("probe") if device else inspection.ball_radius_mm > 0.0
     return inspection.frame == "machine" or by_probe
 
 
-def _remarks(by: Seen | None, temperature: float | None) -> Iterator[str]:
+def _remarks(asked: Asked, by: Seen | None, temperature: float | None) -> Iterator[str]:
     """Yields remarks that do not forbid a certificate, but that its reader has to know."""
     if temperature is None:
         yield wording("temperature not stated")
@@ -244,5 +244,5 @@ def _remarks(by: Seen | None, temperature: float | None) -> Iterator[str]:
         yield wording("measured at {t:.1f} °C, not at 20 °C", t=temperature)
     if by is not None and by.inspection.measured_at is None:
         yield wording("time of measuring not stated")
-    if by is not None and by.released is False and on_the_machine(by.inspection):
+    if by is not None and by.released is False and on_the_machine(by.inspection, asked.name):
         yield wording("measured on the machine that cut it, which does not see its own errors")

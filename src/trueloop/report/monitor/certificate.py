@@ -133,7 +133,7 @@ def _certified(one: Certified) -> CertifiedShape:
         expanded_u=_round(one.expanded_u),
         verdict=None if one.judged is None else one.judged.verdict,
         certified=one.proven,
-        device="" if by is None else by.device,
+        device="" if by is None else by.device_of(asked.name),
         measured_at=None if by is None else by.measured_at,
         inspection_sha256="" if by is None else by.sha256,
     )

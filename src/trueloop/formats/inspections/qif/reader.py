@@ -16,7 +16,7 @@ from trueloop.formats.inspections.qif.elements import Element, encoding_of, plac
 from trueloop.formats.inspections.qif.plan import Item, Parts, Plan, plan_of
 from trueloop.formats.inspections.qif.results import Result, ResultSet, take, traced
 from trueloop.formats.inspections.qif.units import Units, units_of
-from trueloop.formats.inspections.shared.checks import Said, filled_in, numbered, stated_verdicts, within
+from trueloop.formats.inspections.shared.checks import Said, devices_of, filled_in, numbered, stated_verdicts, within
 
 NO_PLAN = "results refer to characteristics that are not in this file: no nominal value, no limits"
 
@@ -62,7 +62,7 @@ def _inspection(
     serial = document.serials.get(component, "")
     if component and component not in document.serials:
         document.said.add("results refer to parts that are not in this file: no serial number", one.line)
-    readings, numbers, devices = [], set[str](), dict[str, None]()
+    readings, numbers, devices = [], set[str](), list[tuple[str, str]]()
     for result in results:
         item = document.plan.items.get(result.item)
         if item is not None and item.numbers:
@@ -72,8 +72,9 @@ def _inspection(
         if item is not None and item.set_only:
             document.said.add("results are set to their nominal value, not measured: left out", result.line)
             continue
-        devices |= dict.fromkeys(result.devices or (() if item is None else item.devices))
         readings.append(_reading(result, item, one, document))
+        by = (document.devices.get(each, "") for each in result.devices or (() if item is None else item.devices))
+        devices += [(readings[-1].characteristic, name) for name in by] or [(readings[-1].characteristic, "")]
     if serial and numbers and numbers != {serial}:
         document.said.add(f"part {serial!r} is numbered {', '.join(sorted(numbers))} by a result", one.line)
     serial = serial or (numbers.pop() if len(numbers) == 1 else "")
@@ -85,10 +86,11 @@ def _inspection(
         document.sha256,
         len(values) + unkept,
         values,
-        device=", ".join(name for each in devices if (name := document.devices.get(each, ""))),
+        device=", ".join(dict.fromkeys(name for _, name in devices if name)),
         operator=one.operator,
         measured_at=one.measured_at or next(times, None),
         ball_radius_mm=radius if points else 0.0,
+        devices=devices_of(devices),
     )
 
 

@@ -50,6 +50,15 @@ def _decimals(number: str) -> int:
     return places - (int(exponent) if exponent.lstrip("+-").isdecimal() else 0)
 
 
+def devices_of(measured: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Returns the devices by characteristic, of pairs of both; nothing where all are measured by a single device."""
+    found: defaultdict[str, dict[str, None]] = defaultdict(dict)
+    for characteristic, device in measured:
+        found[characteristic][device] = None
+    listed = {name: ", ".join(filter(None, devices)) for name, devices in found.items()}
+    return listed if len(set(listed.values())) > 1 else {}
+
+
 def stated_deviations(stated: Iterable[tuple[Reading, float, float]]) -> tuple[Remark, ...]:
     """Deviations as a file states them against actual − nominal: (reading, deviation, allowed rounding), mm or degrees.
 

@@ -4,7 +4,7 @@ import itertools
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
 from typing import Final
@@ -15,7 +15,13 @@ from trueloop.arrays import Array, Flags
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.measured_file import MeasuredFile, Remark, Unit
-from trueloop.formats.inspections.shared.checks import filled_in, numbered, stated_deviations, stated_verdicts
+from trueloop.formats.inspections.shared.checks import (
+    devices_of,
+    filled_in,
+    numbered,
+    stated_deviations,
+    stated_verdicts,
+)
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of
 from trueloop.formats.inspections.shared.text import moment, order_of
 from trueloop.formats.inspections.tables.grid import Grid, is_empty
@@ -216,8 +222,11 @@ def with_readings(common: Common, unit: Unit | None, sha256: str, said: Sequence
     for key, rows, at in common.groups():
         values = [readings[row] for row in rows if stands[row]]
         if values:
+            devices = devices_of(
+                (readings[row].characteristic, common.text(Role.DEVICE, row)) for row in rows if stands[row]
+            )
             values = values if Role.REPEAT in long.texts else list(numbered(values))
-            inspections.append(common.inspection(key, rows, sha256, values, at))
+            inspections.append(replace(common.inspection(key, rows, sha256, values, at), devices=devices))
     return MeasuredFile(
         path=long.grid.path,
         format="table",
