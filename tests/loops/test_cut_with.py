@@ -458,6 +458,34 @@ def test_another_feed_or_speed_of_the_semi_finish_cut_is_reported(tmp_path: Path
     assert "another feed than the finish cut, 0.25 for 0.1" in feed
     (speed,) = words(PROGRAM.replace("S1500", "S3000"))
     assert "another spindle speed than the finish cut, 3000 for 1500" in speed
+    (within,) = words(PROGRAM.replace("F0.1", "F0.1", 1).replace("X36.", "X36. F0.3"))
+    assert "0.3 for 0.1 on cylinder-1" in within  # changed within the pass
+    (mode,) = words(PROGRAM.replace("G97 S1500", "G96 S150"))
+    assert "150 G96 for 1500 G97" in mode
+
+
+@pytest.mark.parametrize("by", ["auto", "offset"])
+def test_no_offset_is_proposed_from_what_another_tool_cut(tmp_path: Path, by: str) -> None:
+    """T0101 semi-finished: where its tip was set to is no error of T0303."""
+    (tmp_path / "semi.nc").write_text(PROGRAM.replace("T0303", "T0101"))
+    if by == "offset":
+        with pytest.raises(TrueloopError) as refused:
+            correct(tmp_path, 1, FIRST, by, 'semifinish = "semi.nc"')
+        assert refused.value.code is Code.OFS_TOOL and "semi-finished with the offset T1" in refused.value.message
+        return
+    done = correct(tmp_path, 1, FIRST, by, 'semifinish = "semi.nc"').correction
+    assert not done.decision.by_offset and done.record.tool_offset is None and done.by_tool is None
+    assert any("semi-finished with the offset T1 and is finished with T3" in note for note in done.notes)
+
+
+def test_the_readings_of_a_finished_part_are_not_applied_twice_under_another_serial_number(tmp_path: Path) -> None:
+    correct(tmp_path, 1, FIRST, "contour", 'cut_with = "given"')
+    again = 'cut_with = "o1/record.json"'
+    with pytest.raises(TrueloopError) as refused:
+        correct(tmp_path, 2, FIRST, "contour", again)
+    assert refused.value.code is Code.CMP_CUT_WITH and "this very measurement" in refused.value.message
+    assert not (tmp_path / "o2").exists()
+    correct(tmp_path, 2, SECOND, "contour", again)
 
 
 @pytest.mark.parametrize(

@@ -243,13 +243,21 @@ def is_of_cut(record: Record, inputs: Inputs) -> bool:
 
 
 def _is_from(record: Record, inspections: Sequence[Inspection]) -> bool:
-    """Returns whether a correction was made from these measurements: equal files, not of two parts by serial number."""
+    """Returns whether a correction was made from these measurements: equal files, not of two parts by serial number in
+    different rows. Another serial number in the job makes the rows no other measurement.
+    """
     return any(
         one.sha256 == other.sha256
-        and (one.part.serial == other.part.serial or not (one.part.serial and other.part.serial))
+        and (one.part.serial == other.part.serial or not (one.part.serial and other.part.serial) or _rows(one, other))
         for one in inspections
         for other in record.inspections
     )
+
+
+def _rows(one: Inspection, other: Inspection) -> bool:
+    """Returns whether two inspections of one file are of the same rows."""
+    rows, others = ([(v.line, v.actual) for v in of.readings] + [*of.touches, *of.points] for of in (one, other))
+    return rows == others
 
 
 def require_later(record: Record, inspections: Sequence[Inspection], job: Path, *, time_needed: bool) -> None:

@@ -116,7 +116,8 @@ class Commanded:
     more than the control resolves, and is kept; zero where it is more, which is corrected away. `measured` is what the
     surface that was touched was commanded to deviate by; zero where that is rounding. `in_force` is by what the
     corrected program that was in force deviates; empty: none was. `unevenness_mm` is by how much the finish program's
-    short lines deviate from the curves that they are chords of; 0 where it has none.
+    short lines deviate from the curves that they are chords of; 0 where it has none. `by_other`: that another tool cut
+    the measured surface than finishes it, in words; "": none, as far as it is known.
     """
 
     path: ToolPath
@@ -130,6 +131,7 @@ class Commanded:
     resolution_mm: float
     unevenness_mm: float
     notes: tuple[str, ...]
+    by_other: str = ""
 
     @property
     def cuts(self) -> tuple[Cut, ...]:
@@ -167,12 +169,13 @@ def commanded(
     """
     path = run.of(program)
     match, tip = _matched(program, path, run, profile, nose_radius_mm, 0.0)
-    other, conditions = match, list[str]()
+    other, conditions, by_other = match, list[str](), ""
     if semifinish is not None:
         before = run.of(semifinish)
         called_there = run.called if run.moves(semifinish, before) else None
         own = replace(run, called=called_there, lines=None)
         other, tip_before = _matched(semifinish, before, own, profile, nose_radius_mm, allowance_mm)
+        by_other = _by_other((program, path, match), (semifinish, before, other))
         roughed = of_centre(run.with_roughing(semifinish), tip_mm(semifinish.dialect, tip_before, nose_radius_mm))
         conditions = [*conditions_words(path, match, before, other), *depth_words(match, other, feed_moves(roughed))]
     elif force.program is not None:
@@ -190,6 +193,7 @@ def commanded(
         path=path,
         match=match,
         tip=tip,
+        by_other=by_other,
         tip_mm=tip_mm(program.dialect, tip, nose_radius_mm),
         finish=finish,
         rounding=tuple(ZERO if real else d for d, real in zip(finish, slips, strict=True)),
@@ -230,6 +234,26 @@ def _run_again(program: Program, path: ToolPath, match: ContourMatch, run: Run) 
 def _words(program: Program, path: ToolPath, move: FeedMove) -> str:
     call = called(program.dialect, path, move.index)
     return "" if call is None else call.words
+
+
+def _by_other(
+    finish: tuple[Program, ToolPath, ContourMatch], semifinish: tuple[Program, ToolPath, ContourMatch]
+) -> str:
+    """Returns that another tool cut the measured surface than finishes it; "": none, as far as both are called."""
+    there, here = (
+        [called(program.dialect, path, one.moves[0].move.index) for one in match.features]
+        for program, path, match in (finish, semifinish)
+    )
+    for feature, tool, before in zip(finish[2].features, there, here, strict=True):
+        if tool is not None and before is not None and tool != before:
+            return wording(
+                "{feature} was semi-finished with the offset {was} and is finished with {now}: errors of the setting "
+                "of {was} are not those of {now}, so that no offset of {now} is proposed.",
+                feature=feature.feature.name,
+                was=before.words,
+                now=tool.words,
+            )
+    return ""
 
 
 def _matched(

@@ -106,28 +106,36 @@ _SAMPLES: Final = 17
 
 
 def conditions_words(path: ToolPath, match: ContourMatch, before: ToolPath, other: ContourMatch) -> Iterator[str]:
-    """Describes feed and speed of the two cuts where they differ."""
+    """Describes feed and speed of the two cuts on the feature where they differ most."""
     for what, name, mode in (
         (wording("feed"), "feed", "feed_mode"),
         (wording("spindle speed"), "spindle_speed", "spindle_mode"),
     ):
-        semifinish, finish = _usual(before, other, name, mode), _usual(path, match, name, mode)
-        if semifinish is None or finish is None or semifinish == finish:
-            continue
-        (was, its), (now, new) = semifinish, finish
-        if its != new or abs(was - now) > SAME_SHARE * abs(now):
+        unlike = []
+        for own, theirs in zip(match.features, other.features, strict=True):
+            semifinish, finish = _usual(before, theirs, name, mode), _usual(path, own, name, mode)
+            if semifinish is None or finish is None:
+                continue
+            (was, its), (now, new) = semifinish, finish
+            if its != new or abs(was - now) > SAME_SHARE * abs(now):
+                share = float("inf") if its != new else abs(np.log(was / now))
+                units = (f" G{its}", f" G{new}") if its != new else ("", "")
+                unlike.append((share, f"{was:g}{units[0]}", f"{now:g}{units[1]}", own.feature.name))
+        if unlike:
+            _, before_it, now_it, feature = max(unlike, key=lambda one: one[0])
             yield wording(
-                "The semi-finish cut has another {what} than the finish cut, {was:g} for {now:g}: what was measured "
-                "repeats in the finish cut only under the same conditions.",
+                "The semi-finish cut has another {what} than the finish cut, {was} for {now} on {feature}: what was "
+                "measured repeats in the finish cut only under the same conditions.",
                 what=what,
-                was=was,
-                now=now,
+                was=before_it,
+                now=now_it,
+                feature=feature,
             )
 
 
-def _usual(path: ToolPath, match: ContourMatch, name: str, mode: str) -> tuple[float, int] | None:
-    """Returns the median over the moves along the contour, and its mode; None where the program states none."""
-    moves = [m.move.index for feature in match.features for m in feature.moves]
+def _usual(path: ToolPath, match: FeatureMatch, name: str, mode: str) -> tuple[float, int] | None:
+    """Returns the median over the moves along a feature, and its mode; None where the program states none."""
+    moves = [matched.move.index for matched in match.moves]
     values = np.asarray(getattr(path, name))[moves]
     known = values[np.isfinite(values) & (values > 0.0)]
     return (float(np.median(known)), int(np.median(getattr(path, mode)[moves]))) if len(known) else None

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.domain.option import check_scatter
 from trueloop.domain.record import MARKED
-from trueloop.errors import in_file
+from trueloop.errors import Code, Place, in_file
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
@@ -170,7 +170,15 @@ def _with_offset_in_force(inputs: Inputs, matched: Commanded) -> Inputs:
     of = inputs.program, matched.path, matched.cuts[0].move
     if inputs.options.by == "offset":
         require_in_force(*of)
-    return replace(inputs, no_offset=inputs.no_offset or not_in_force(*of))
+        if matched.by_other:
+            raise Code.OFS_TOOL.refusal(
+                matched.by_other.removesuffix("."),
+                hint="measure a surface that the finishing tool cut, or leave out `compensation.by`: then the contour "
+                "is corrected",
+                place=Place(inputs.program.file),
+                values={"tool": float(inputs.options.tool or 0)},
+            )
+    return replace(inputs, no_offset=inputs.no_offset or not_in_force(*of) or matched.by_other)
 
 
 def process_errors(inputs: Inputs) -> ErrorVectors:
