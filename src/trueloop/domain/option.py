@@ -10,7 +10,7 @@ are read from there. The limits hold for turned parts, surfaces, and programs th
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime, time, timedelta
 from typing import Annotated, Any, Final, Literal, NamedTuple, TypeAlias, get_args, get_type_hints
 
 from trueloop.errors import Code
@@ -181,8 +181,16 @@ def check_scatter(scatter_mm: float, limits: Limits, cause: str = "") -> None:
         )
 
 
+def latest_time(measured_at: datetime) -> datetime:
+    """Returns the time of a measurement in UTC, the end of its day where only the day is known (midnight)."""
+    whole_day = measured_at.time() == time.min
+    return (measured_at + (timedelta(days=1) if whole_day else timedelta())).astimezone(UTC)
+
+
 def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
-    """Refuses touches that are older than the limit, or from the future. Both times know their zone, or neither."""
+    """Refuses touches that are older than the limit, or from the future. Both times know their zone, or neither; of
+    a day without a time the end counts.
+    """
     age_hours = (now - measured_at).total_seconds() / 3600
     if age_hours < 0:
         ahead = f"{-60.0 * age_hours:.1f} min" if age_hours > -2.0 else f"{-age_hours:.1f} h"
@@ -191,7 +199,8 @@ def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
             hint="set the clock, or the time and its zone that the job gives",
             values={"age_h": age_hours},
         )
-    if age_hours > limits.age_hours:
+    least_hours = (now.astimezone(UTC) - latest_time(measured_at)).total_seconds() / 3600
+    if least_hours > limits.age_hours:
         raise Code.CMP_AGE.refusal(
             f"the touches were taken {age_hours:.1f} h ago ({measured_at.isoformat(timespec='minutes')}); "
             f"the limit is {limits.age_hours:g} h",

@@ -85,9 +85,31 @@ def test_the_offset_is_as_uncertain_as_it_scatters() -> None:
     random, angles = np.random.default_rng(1), np.linspace(0.1, math.pi / 2, 9)
     normals = np.stack([np.sin(angles), np.cos(angles)], axis=1)
     found = [decide(random.normal(0, 1.0, 9), normals, 1.0, math.inf, 1e-4, 1.0).offset_mm for _ in range(3000)]
-    leverage = decide(np.zeros(9), normals, 1.0, math.inf, 1e-4, 1.0).leverage(normals)
+    leverage = decide(np.zeros(9), normals, 1.0, math.inf, 1e-4, 1.0).leverage(normals, np.ones(9))
     assert np.allclose(np.var(np.array(found) @ normals.T, axis=0), leverage, rtol=0.1)
     assert leverage.sum() == pytest.approx(2.0)
+
+
+def test_each_touch_counts_by_its_own_uncertainty() -> None:
+    """Two good gauges and a bad one on a cylinder: the mean weighted by 1/σ², its variance 1/Σσ⁻²; the test stays one
+    of 5 %, and no good reading is called scatter because of the bad one.
+    """
+    random, normals, sigma = np.random.default_rng(2), np.tile([1.0, 0.0], (4, 1)), np.array([1.0, 1.0, 1.0, 20.0])
+    found = [decide(random.normal(0, sigma), normals, sigma, math.inf, 1e-4, 1.0) for _ in range(3000)]
+    by_hand = 1.0 / np.sum(sigma**-2)
+    assert np.var([one.offset_mm[0] for one in found]) == pytest.approx(by_hand, rel=0.1)
+    assert found[0].variance(normals) == pytest.approx(np.full(4, by_hand))
+    assert found[0].leverage(normals, sigma) == pytest.approx(by_hand / sigma**2)
+    assert np.mean([not one.offset_is_enough for one in found]) == pytest.approx(0.05, abs=0.012)
+    contour = decide(np.array([20.0, 20.0, 5.0, 40.0]), normals, sigma, math.inf, 1e-4, 1.0)
+    assert not contour.offset_is_enough and contour.offset_mm[0] == pytest.approx(-15.0, abs=0.1)
+
+
+def test_a_vague_place_on_a_cone_determines_no_offset_along_z() -> None:
+    normals = np.array([[1.0, 0.0], [1.0, 0.0], [0.894, 0.447]])
+    decision = decide(np.array([0.0, 0.0, 0.036]), normals, np.array([1e-3, 1e-3, 0.134]), math.inf, 1e-4, 1.0)
+    assert decision.offset_mm[0] == pytest.approx(0.0, abs=1e-4)
+    assert decision.offset_mm[1] == 0.0 and "does not determine" in decision.z.words
 
 
 def test_false_alarms_are_as_rare_as_promised() -> None:
@@ -127,7 +149,7 @@ def test_touches_that_have_all_in_common_know_an_offset_no_better_than_one() -> 
     common = decide(np.zeros(4), normals, 1.0, math.inf, 1e-4, 1.0, correlated=(np.arange(4), pairs))
     assert alone.variance(normals) == pytest.approx(np.full(4, 0.25))
     assert common.variance(normals) == pytest.approx(np.full(4, 0.5))
-    assert common.leverage(normals) == pytest.approx(np.full(4, 0.25))
+    assert common.leverage(normals, np.ones(4)) == pytest.approx(np.full(4, 0.25))
 
 
 def test_what_was_in_force_is_the_offset_and_the_best_one_of_the_contour() -> None:

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.domain.life import Ran
+from trueloop.domain.option import latest_time
 from trueloop.domain.record import CutWith, Product, Record, check_same_program, sha256_of
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.record_file import read_record
-from trueloop.jobs.turned.cut_with import GIVEN, folders_near, latest, require_later
+from trueloop.jobs.turned.cut_with import GIVEN, folders_near, require_later
 from trueloop.loops.surface.correction import SurfaceInputs, displacements_of
 
 HINT: Final = 'gauging.cut_with = "given", or the path to the record.json of the correction in force'
@@ -83,7 +84,7 @@ def _possible(inputs: SurfaceInputs, job: Path, output: Path, nominal: Path) -> 
             continue
         if parts <= {one.sha256 for one in record.inspections}:
             continue
-        if measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= latest(measured_at):
+        if measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= latest_time(measured_at):
             yield f"{_shown(file, own)} ({record.id})"
 
 

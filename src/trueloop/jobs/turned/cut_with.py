@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from datetime import UTC, datetime, time, timedelta
+from datetime import UTC, datetime
 from os import scandir
 from os.path import relpath
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Ran
+from trueloop.domain.option import latest_time
 from trueloop.domain.record import Product, Record, sha256_of
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.jobs.tool_tables import ToolsTable
@@ -174,7 +175,7 @@ def with_possible(inputs: Inputs, known: Sequence[tuple[Record, str]]) -> Inputs
     possible = tuple(
         words
         for record, words in known
-        if measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= latest(measured_at)
+        if measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= latest_time(measured_at)
     )
     notes = inputs.notes
     if known and not possible and measured_at is not None:
@@ -271,7 +272,7 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
         "`cut_with`; if the clock of what measured it was wrong, `gauging.measured_at` states when it was"
     )
     for measured_at in (one.measured_at for one in inspections):
-        if time_needed if measured_at is None else latest(measured_at) < corrected_at:
+        if time_needed if measured_at is None else latest_time(measured_at) < corrected_at:
             when = "" if measured_at is None else measured_at.isoformat(timespec="seconds")
             raise Code.MSR_OLD.refusal(
                 f"the part was measured at {when or 'a time that is not stated'}, correction {record.id} was made at "
@@ -280,12 +281,6 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
                 place=Place(str(job)),
                 values={"measured_at": when, "corrected_at": corrected_at.isoformat()},
             )
-
-
-def latest(measured_at: datetime) -> datetime:
-    """Returns the time of a measurement in UTC, the end of its day where only the day is known (midnight)."""
-    whole_day = measured_at.time() == time.min
-    return (measured_at + (timedelta(days=1) if whole_day else timedelta())).astimezone(UTC)
 
 
 def require_another_part(record: Record, inspections: Sequence[Inspection]) -> None:

@@ -45,7 +45,7 @@ def prediction_at_touches(
     process = expected_uncorrected_mm(model)
     left_out = process - np.where(left_out_as_bad, 0.0, model.leave_one_out_mm)
     constant = (not_kept_mm - np.asarray(touches.outward_normal @ np.array(decision.offset_mm))) / weight
-    leverage = decision.leverage(touches.outward_normal)
+    leverage = decision.leverage(touches.outward_normal, model.touch_sigma_mm(touches))
     without = process - (process - constant) / np.where(leverage < 1.0 - 1e-9, 1.0 - leverage, np.nan)
     by_offset = np.array(shifts.by_offset)[touches.feature_index]
     gain = np.array([curve.gain for curve in model.curves])[touches.feature_index]
@@ -54,12 +54,7 @@ def prediction_at_touches(
         process_mm=process,
         fitted_mm=gain * np.where(by_offset, constant, fitted),
         left_out_fitted_mm=gain * np.where(by_offset, without, left_out),
-        budget=joined(
-            [
-                _budget(touches, model, shifts, decision.variance(touches.outward_normal), i)
-                for i in range(len(model.curves))
-            ]
-        ),
+        budget=joined([_budget(touches, model, shifts, decision, i) for i in range(len(model.curves))]),
         weight=weight,
     )
 
@@ -70,15 +65,20 @@ def expected_uncorrected_mm(model: ProfileErrorModel) -> Array:
     return model.as_told(np.where(model.weight == 0.0, error_mm - model.residual_mm, error_mm))
 
 
-def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, offset: Array, index: int) -> Budget:
-    """Uncertainties at the touches of one feature; `offset` (n,) the constant's variance per unit of a touch's."""
+def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, decision: Decision, index: int) -> Budget:
+    """Uncertainties at the touches of one feature."""
+    offset, touch_mm = decision.variance(touches.outward_normal), decision.touch_mm
     rows, curve = touches.of_feature(index), model.curves[index]
     s = touches.arc_length_mm[rows]
     unasked = unasked_u_mm(shifts.unasked[index], s)
     if shifts.by_offset[index] and curve.next_cut is None:
-        # Few touches may agree by chance better than their gauge measures.
-        scatter_mm = max(curve.scatter_mm, float(np.max(touches.standard_u_mm)))
-        return curve.budget_of(np.sqrt(offset[rows]) * scatter_mm, s).with_more(unasked)
+        # Few touches may agree by chance better than their gauge measures. What the offset leaves at a touch is known
+        # as its gauge measures; the touch has a share in the offset.
+        of_offset = offset[rows] * max(curve.scatter_mm, touch_mm) ** 2
+        sigma_mm = model.touch_sigma_mm(touches)
+        own = np.maximum(1.0 - 2.0 * decision.leverage(touches.outward_normal, sigma_mm)[rows], 0.0)
+        left_u_mm = np.sqrt(of_offset + own * touches.standard_u_mm[rows] ** 2)
+        return curve.budget_of(left_u_mm, s).with_more(unasked)
     return curve.budget(s).with_more(unasked)
 
 

@@ -255,7 +255,7 @@ def _error_model(
     """
     process, options = _of_process(inputs, matched, surface), inputs.options
     model = fit_profile(inputs.profile, process, options, inputs.nose)
-    check_scatter(model.scatter_mm, options.limits, model.farthest_words)
+    check_scatter(model.residual_scatter_mm or 0.0, options.limits, model.farthest_words)
     finished: tuple[ErrorVectors, ...] = ()
     if inputs.measured_finished:
         remembered, memory, finished = next_finished(inputs, matched, model)
@@ -278,14 +278,12 @@ def _earlier(inputs: Inputs, model: ProfileErrorModel, memory: FromMemory) -> tu
 
 def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: str) -> Decision:
     options = inputs.options
-    vectors = model.vectors.chosen(np.flatnonzero(model.weight))
-    floor_mm = float(np.max(vectors.standard_u_mm))
-    error_mm, outward_normal, places, correlated = _decided_on(model)
+    error_mm, outward_normal, sigma_mm, places, correlated = _decided_on(model)
     contour = _along(matched.in_force, *places) if matched.in_force else None
     return decide(
         error_mm,
         outward_normal,
-        max(model.scatter_mm, floor_mm),
+        sigma_mm,
         model.degrees_of_freedom or float("inf"),
         matched.resolution_mm,
         options.weight,
@@ -302,9 +300,10 @@ def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: 
 
 def _decided_on(
     model: ProfileErrorModel,
-) -> tuple[Array, Array, tuple[NDArray[np.intp], Array], tuple[NDArray[np.intp], Array]]:
-    """Process errors (n,), normals (n, 2), features and arc lengths (n,) of touches with weight, and of places along
-    features that memory corrects; the positions and the correlation of touches that have some.
+) -> tuple[Array, Array, Array, tuple[NDArray[np.intp], Array], tuple[NDArray[np.intp], Array]]:
+    """Process errors (n,), normals (n, 2), standard deviations (n,), features and arc lengths (n,) of touches with
+    weight, and of places along features that memory corrects; the positions and the correlation of touches that have
+    some.
 
     Three touches of an arc that earlier parts tell say little of whether an offset is enough; its curve does.
     """
@@ -312,19 +311,21 @@ def _decided_on(
     on_others = ~np.isin(model.vectors.feature_index, from_memory)
     used = np.flatnonzero((model.weight > 0.0) & on_others)
     touched = model.vectors.chosen(used)
-    errors, normals = [touched.error_mm], [touched.outward_normal]
+    errors, normals, sigmas = [touched.error_mm], [touched.outward_normal], [model.touch_sigma_mm(touched)]
+    lowest = float(np.min(sigmas[0], initial=np.inf))
     index, along = [touched.feature_index], [touched.arc_length_mm]
     for i in from_memory:
         s, _ = angles_along(model.profile, i)
         errors.append(model.curves[i].value_mm(s[2::5]))
         normals.append(model.profile.features[i].outward_normal(s[2::5]))
         index.append(np.full(len(s[2::5]), i, dtype=np.intp))
+        sigmas.append(np.full(len(s[2::5]), lowest if np.isfinite(lowest) else model.scatter_mm))
         along.append(s[2::5])
     close = np.arange(len(model.weight)) if model.correlated is None else model.correlated
     kept = np.isin(close, used)
     correlated = np.searchsorted(used, close[kept]), model.correlation[np.ix_(kept, kept)]
     places = np.concatenate(index), np.concatenate(along)
-    return np.concatenate(errors), np.concatenate(normals), places, correlated
+    return np.concatenate(errors), np.concatenate(normals), np.concatenate(sigmas), places, correlated
 
 
 def _along(shifts: Sequence[Shift], feature_index: NDArray[np.intp], arc_length_mm: Array) -> Array:

@@ -52,6 +52,7 @@ class Decision:
     radius, z) is that as an offset. `by` is what the user asked for, "contour" or "offset", or "auto": what the test
     says. `unit_covariance` (2, 2) is that of the two offsets per unit variance of a touch; zero on an axis no touch
     faces. `common_covariance` (2, 2) is the same with what touches that lie close have in common; None: nothing.
+    `touch_mm`: the standard deviation of the touch that is known best, whose variance is that unit.
     """
 
     x: AxisDecision
@@ -60,6 +61,7 @@ class Decision:
     by: str = "auto"
     common_covariance: Array | None = None
     in_force_mm: tuple[float, float] = (0.0, 0.0)
+    touch_mm: float = 0.0
 
     @property
     def by_offset(self) -> bool:
@@ -88,9 +90,11 @@ class Decision:
         """
         return self.x.expanded_u_mm, self.z.expanded_u_mm
 
-    def leverage(self, outward_normal: Array) -> Array:
-        """Returns by how much the offset along the normals (n, 2) of touches follows each touch's own error, (n,)."""
-        return _along(outward_normal, self.unit_covariance)
+    def leverage(self, outward_normal: Array, sigma_mm: Array) -> Array:
+        """Returns by how much the offset along the normals (n, 2) of touches, of standard deviations (n,), follows each
+        touch's own error, (n,).
+        """
+        return _along(outward_normal, self.unit_covariance) * (self.touch_mm / np.maximum(sigma_mm, 1e-12)) ** 2
 
     def variance(self, outward_normal: Array) -> Array:
         """Returns the variance of the offset along normals (n, 2), per unit variance of a touch, (n,)."""
@@ -106,7 +110,7 @@ def _along(outward_normal: Array, covariance: Array) -> Array:
 def decide(
     process_error_mm: Array,
     outward_normal: Array,
-    sigma_mm: float,
+    sigma_mm: float | Array,
     degrees_of_freedom: float,
     resolution_mm: float,
     weight: float,
@@ -120,15 +124,15 @@ def decide(
     known: bool = False,
     cuts_zero: bool = False,
 ) -> Decision:
-    """Fits one offset to all touches and tests its residuals, axis by axis.
+    """Fits one offset to all touches, each weighted by 1/σ², and tests its residuals over σ, axis by axis.
 
     What it leaves up to half of the control's step `resolution_mm` no contour could be written nearer to.
-    `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
-    degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`;
-    `from_memory`: some of the places were not touched, their errors are from earlier parts. `correlated`: positions
-    (k,) of touches and the correlation (k, k) of their scatter; all others are independent. `in_force_mm` is the offset
-    (x as a radius, z) in force, `contour_in_force_mm` (n,) what a contour in force moved the places by, of which the
-    best offset counts.
+    `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm`, a number or (n,), is how the process and its gauging
+    repeat, with its degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in
+    `Decision`; `from_memory`: some of the places were not touched, their errors are from earlier parts. `correlated`:
+    positions (k,) of touches and the correlation (k, k) of their scatter; all others are independent. `in_force_mm` is
+    the offset (x as a radius, z) in force, `contour_in_force_mm` (n,) what a contour in force moved the places by, of
+    which the best offset counts.
     `common_u_mm` (standard) is what moves the next cut as a whole. `known`: all errors are expected values of the next
     cut, which do not scatter as touches do, and the contour carries the correction in any case: then an offset is
     enough where it leaves no more than the control can resolve. U of an offset holds that, what the touches scatter
@@ -137,31 +141,36 @@ def decide(
     """
     informs = np.abs(outward_normal) > FACES_AXIS
     faces = np.any(informs, axis=0) & np.array([True, not cuts_zero])
-    inverse = np.linalg.pinv(np.where(faces, outward_normal, 0.0), rcond=1e-9)
+    sigma = np.broadcast_to(np.asarray(sigma_mm, float), process_error_mm.shape)
+    touch_mm = float(np.min(sigma))
+    weight_of = touch_mm / sigma if touch_mm > 0.0 else np.ones_like(sigma)
+    weighted = outward_normal * weight_of[:, None]
+    inverse = np.linalg.pinv(np.where(faces, weighted, 0.0), rcond=1e-9)
     variance = np.diag(_scattered(inverse, correlated))
     determined = np.sqrt(np.diag(inverse @ inverse.T)) <= DETERMINED
     if not np.all(determined):
-        inverse = np.linalg.pinv(np.where(determined & faces, outward_normal, 0.0), rcond=1e-9)
-    constants = inverse @ process_error_mm
+        inverse = np.linalg.pinv(np.where(determined & faces, weighted, 0.0), rcond=1e-9)
+    constants = inverse @ (weight_of * process_error_mm)
     left = process_error_mm - outward_normal @ constants
     spare = len(left) - int(np.count_nonzero(determined & faces))
-    scatter_mm = max(sigma_mm, float(np.sqrt(left @ left / spare)) if spare > 0 else 0.0)
+    off = weight_of * left
+    scatter_mm = max(touch_mm, float(np.sqrt(off @ off / spare)) if spare > 0 else 0.0)
     from_touches = float(stdtrit(min(degrees_of_freedom, AS_NORMAL), 0.975)) * scatter_mm * np.sqrt(variance)
     u_mm = np.hypot(from_touches, NORMAL_95 * common_u_mm)
     u_of = (float(u_mm[0]), None if cuts_zero else float(u_mm[1]))
     x, z = (
         _decide_axis(
-            *(axis, left, informs[:, axis], 0.0 - weight * constants[axis], u_of[axis]),
-            *(sigma_mm, degrees_of_freedom, resolution_mm, from_memory, known),
+            *(axis, left, sigma, informs[:, axis], 0.0 - weight * constants[axis], u_of[axis]),
+            *(degrees_of_freedom, resolution_mm, from_memory, known),
         )
         if determined[axis]
         else _undetermined(axis, float(u_mm[axis]))
         for axis in range(2)
     )
     z = _from_own_face(z) if cuts_zero else z
-    moved = np.zeros(2) if contour_in_force_mm is None else inverse @ contour_in_force_mm
+    moved = np.zeros(2) if contour_in_force_mm is None else inverse @ (weight_of * contour_in_force_mm)
     before = (in_force_mm[0] + float(moved[0]), in_force_mm[1] + float(moved[1]))
-    return Decision(x, z, inverse @ inverse.T, by, _scattered(inverse, correlated), before)
+    return Decision(x, z, inverse @ inverse.T, by, _scattered(inverse, correlated), before, touch_mm)
 
 
 def _scattered(inverse: Array, correlated: tuple[NDArray[np.intp], Array] | None) -> Array:
@@ -176,10 +185,10 @@ def _scattered(inverse: Array, correlated: tuple[NDArray[np.intp], Array] | None
 def _decide_axis(
     axis: int,
     left_mm: Array,
+    sigma_mm: Array,
     informs: NDArray[np.bool_],
     offset_mm: float,
     expanded_u_mm: float | None,
-    sigma_mm: float,
     degrees_of_freedom: float,
     resolution_mm: float,
     from_memory: bool,
@@ -189,9 +198,9 @@ def _decide_axis(
     if n == 0:
         words = wording("{axis}: no touch faces {axis}; it stays as it is.", axis=name)
         return AxisDecision(name, True, 0.0, 0.0, float("nan"), words)
-    left = left_mm[informs]
+    left, sigma = left_mm[informs], sigma_mm[informs]
     largest = float(np.max(np.abs(left)))
-    ratio = float(left @ left) / max(n - 1, 1) / sigma_mm**2 if sigma_mm > 0 else float("inf")
+    ratio = float(np.sum((left / sigma) ** 2)) / max(n - 1, 1) if np.all(sigma > 0.0) else float("inf")
     p_value = _upper_tail(ratio, max(n - 1, 1), degrees_of_freedom)
     enough = largest <= resolution_mm / 2 or (p_value > SIGNIFICANCE and not known)
     if enough:
@@ -208,7 +217,7 @@ def _decide_axis(
         offset=_offset_words(axis, offset_mm, expanded_u_mm),
         left=Um(largest),
         places=wording("{n} touches and places that earlier parts tell", n=n) if from_memory else touches,
-        sigma=Um(sigma_mm),
+        sigma=Um(float(np.median(sigma))),
         verdict=verdict,
         p=p_value,
     )

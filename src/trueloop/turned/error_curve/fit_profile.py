@@ -71,6 +71,13 @@ class ProfileErrorModel:
     choices: tuple[ModelChoice, ...]
     correlated: NDArray[np.intp] | None = None
     """None of a model that was stored before there was this: all touches."""
+    residual_scatter_mm: float | None = None
+    """Standard deviation of all touches about their curves, pooled, from residuals alone: 0 without one to spare."""
+
+    def touch_sigma_mm(self, vectors: ErrorVectors) -> Array:
+        """Returns the standard deviations (n,) of touches: their scatter, and no less than their own uncertainty."""
+        least = self.scatter_mm if self.residual_scatter_mm is None else self.residual_scatter_mm
+        return np.maximum(least, vectors.standard_u_mm)
 
     def as_told(self, error_mm: Array) -> Array:
         """Errors at the touches, (n,), with those of the next cut, had nothing been corrected, where earlier parts tell
@@ -150,6 +157,7 @@ def fit_profile(
         notes=(*unused, *(note for fit in fitted.fits.values() for note in fit.notes), *drawn_out),
         choices=choices,
         correlated=np.concatenate([np.zeros(0, dtype=np.intp), *(kept[fitted.fits[i].touches] for i in close)]),
+        residual_scatter_mm=fitted.residual_mm,
     )
 
 

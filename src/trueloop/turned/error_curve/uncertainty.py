@@ -21,9 +21,9 @@ class FittedChains:
     to spare, pooled over `degrees_of_freedom` of them, and never less than the touches' type B uncertainty. Pooling
     assumes that lines and arcs of one cut scatter alike; a curve too stiff for its feature makes all bands wider.
     `reference` (None: z has no reference): what each chain's coefficients follow the reference touch by, per unit of
-    its own error, one and the same in all chains. `process_mm` is the process's part of the scatter, which the next cut
-    scatters by again (None: not looked for, or no touch to spare). `touches_mm2`: by chain whose touches lie close, the
-    covariance of their scatter.
+    its own error, one and the same in all chains. `residual_mm`: the scatter of the residuals alone. `process_mm` is
+    the process's part of the scatter, which the next cut scatters by again (None: not looked for, or no touch to
+    spare). `touches_mm2`: by chain whose touches lie close, the covariance of their scatter.
     """
 
     fits: Mapping[int, ChainFit]
@@ -31,6 +31,7 @@ class FittedChains:
     scatter_mm: Mapping[int, float]
     degrees_of_freedom: int
     reference: Mapping[int, Array] | None
+    residual_mm: float = 0.0
     process_mm: float | None = None
     touches_mm2: Mapping[int, Array] = field(default_factory=dict)
 
@@ -43,7 +44,7 @@ def finish(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> FittedChains:
     pooled = sum(float(np.sum(fit.scattered_mm**2)) for fit in to_spare) / spare if spare else 0.0
     scatter = {i: _at_least_type_b(fit, vectors, pooled) for i, fit in fits.items()}
     splines = _splines(fits, scatter, reference, vectors, {})
-    return FittedChains(fits, splines, scatter, spare, reference)
+    return FittedChains(fits, splines, scatter, spare, reference, float(np.sqrt(pooled)))
 
 
 def with_likeness(fitted: FittedChains, vectors: ErrorVectors, stated_mm: float | None) -> FittedChains:
