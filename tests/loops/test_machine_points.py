@@ -27,3 +27,12 @@ def test_a_point_that_is_not_where_it_was_to_be_is_refused(tmp_path: Path, monke
     refusal = refused(write_corrected_points, program, tmp_path / "bad.nc", field, {})
     assert refusal.code is Code.CMP_READ_BACK and "20.00 µm" in refusal.message
     assert not (tmp_path / "bad.nc").exists()
+
+
+@pytest.mark.parametrize("word", ["X500", "X50000"])
+def test_a_number_without_a_point_is_not_taken_for_millimetres(tmp_path: Path, word: str) -> None:
+    """3401#0 decides whether X500 is 500 mm or 0.5 mm: written with a point it would move the hole."""
+    program = read_program(HOLES.replace(b"X100.", word.encode()), "fanuc-mill")
+    refusal = refused(write_corrected_points, program, tmp_path / "out.nc", QuadrupoleField(1e-6, 0.0), {})
+    assert refusal.code is Code.NC_PARAMETER and "3401#0" in refusal.message
+    assert not (tmp_path / "out.nc").exists()

@@ -120,6 +120,16 @@ def _provenance(setup: Setup, model_sha256: str) -> dict[str, object]:
     }
 
 
+def _require_read(program: Program) -> None:
+    """Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is, NC-PARAMETER for a
+    number without a point whose size a parameter of the machine decides.
+    """
+    hints = {Code.NC_WORD: "write the coordinate as a number", Code.NC_PARAMETER: "write the coordinate with a point"}
+    for found in (*program.findings, *program.run(strict=False, roughing=False).findings):
+        if found.code in hints and found.message[:2].upper() in ('"X', '"Y'):
+            raise found.code.refusal(found.message, hint=hints[found.code], place=found.place, values=found.values)
+
+
 @dataclass(frozen=True)
 class CorrectedPoints:
     """The result of a correction: points and words, and the largest correction of X and of Y in mm."""
@@ -151,12 +161,7 @@ def correct_points(
     with in_file(program.file):
         check_uncorrected(program.source)
         require_sound(program.run(strict=False, roughing=False), FROM_OUTSIDE)
-        # Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is
-        for finding in program.findings:
-            if finding.code is Code.NC_WORD and finding.message[:2].upper() in ('"X', '"Y'):
-                raise finding.code.refusal(
-                    finding.message, hint="write the coordinate as a number", place=finding.place, values=finding.values
-                )
+        _require_read(program)
         found = displace_points(program, field, left_alone)
     for axis, size in zip("XY", found.largest_mm, strict=True):
         if size > limit_mm:
