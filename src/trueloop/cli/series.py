@@ -64,16 +64,12 @@ def add(files: Files, said: Said, db: Db = None, as_json: AsJson = False) -> Non
         print_json({"files": [_as_dict(one) for one in added]})
     else:
         for one in added:
-            _print(one)
-
-
-def _print(one: "Added") -> None:
-    lines = [f"{one.path}: {one.part_type}, {len(one.new)} parts kept, {one.sizes} sizes"]
-    if one.known:
-        lines.append(f"  {len(one.known)} parts are in the store already: {', '.join(one.known)}")
-    if one.cut_with:
-        lines.append(f"  cut with the proposals {', '.join(one.cut_with)}")
-    print_lines([*lines, *one.findings])
+            lines = [f"{one.path}: {one.part_type}, {len(one.new)} parts kept, {one.sizes} sizes"]
+            if one.known:
+                lines.append(f"  {len(one.known)} parts are in the store already: {', '.join(one.known)}")
+            if one.cut_with:
+                lines.append(f"  cut with the proposals {', '.join(one.cut_with)}")
+            print_lines([*lines, *one.findings])
 
 
 def _as_dict(one: "Added") -> dict[str, object]:

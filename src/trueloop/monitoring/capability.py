@@ -49,7 +49,11 @@ def capability(
     `base` has the short-term standard deviation and from how many values it comes; None: from these values. Raises
     MON-FEW for too few values, MON-LIMITS without a limit and for a lower one that is not below the upper one.
     """
-    _check(lower, upper)
+    if (lower is None and upper is None) or (lower is not None and upper is not None and lower >= upper):
+        raise Code.MON_LIMITS.refusal(
+            f"limits {lower} and {upper} say nothing of capability",
+            hint="state a lower limit, an upper one above it, or both",
+        )
     base, n = base or baseline(values), len(values)
     mean, sigma = float(np.mean(values)), float(np.std(values, ddof=1))
     indices = [
@@ -61,14 +65,6 @@ def capability(
         )
     ]
     return Capability(n, mean, sigma, base.sigma, tuple(indices), float(stats.shapiro(values).pvalue))
-
-
-def _check(lower: float | None, upper: float | None) -> None:
-    if (lower is None and upper is None) or (lower is not None and upper is not None and lower >= upper):
-        raise Code.MON_LIMITS.refusal(
-            f"limits {lower} and {upper} say nothing of capability",
-            hint="state a lower limit, an upper one above it, or both",
-        )
 
 
 def _spread(name: str, lower: float | None, upper: float | None, s: float, freedom: float, level: float) -> Index:

@@ -223,7 +223,12 @@ def edge_lines(shown: ShownEdge) -> Iterator[str]:
     if shown.learnt is None:
         yield f"nothing learnt yet: {NOTHING}"
     else:
-        yield from _learnt_lines(shown, shown.learnt)
+        found = shown.learnt
+        yield f"learnt from {found.parts} parts, {found.inspected} of them inspected after the finish cut"
+        yield setting_words(found)
+        rows = [heads_of(found), *rows_of(shown, found)]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        yield from ("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
     yield from map(str, shown.findings)
 
 
@@ -267,14 +272,6 @@ def heads_of(found: Learnt) -> tuple[str, ...]:
 
 def _by_type(found: Learnt) -> tuple[Mapping[str, Learned], Mapping[str, Learned]]:
     return found.by_type, found.in_all
-
-
-def _learnt_lines(shown: ShownEdge, found: Learnt) -> Iterator[str]:
-    yield f"learnt from {found.parts} parts, {found.inspected} of them inspected after the finish cut"
-    yield setting_words(found)
-    rows = [heads_of(found), *rows_of(shown, found)]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    yield from ("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
 
 
 def _value(term: Learned, k: int) -> str:

@@ -165,7 +165,8 @@ def read(url: str, until: Callable[[], bool], say: Say, stop: threading.Event | 
 
     Raises MTC-AGENT where the agent does not answer, or not as one.
     """
-    _require_address(url)
+    if not is_address(url):
+        raise _agent_refused(url, "not the address of an agent, such as http://10.0.0.7:5000/lathe")
     stop, url = stop or threading.Event(), url.rstrip("/")
     items = {one["id"]: _item(one) for one in _asked(f"{url}/probe").items}
     answer = _asked(f"{url}/current")
@@ -230,11 +231,6 @@ def _seen(answer: Current, items: Mapping[str, Item]) -> Iterator[Seen]:
 
 def _item(given: Mapping[str, str]) -> Item:
     return Item(given["id"], given.get("name", ""), given.get("type", ""), given.get("units", ""))
-
-
-def _require_address(url: str) -> None:
-    if not is_address(url):
-        raise _agent_refused(url, "not the address of an agent, such as http://10.0.0.7:5000/lathe")
 
 
 def _agent_refused(url: str, why: str) -> TrueloopError:

@@ -314,7 +314,10 @@ def _read(content: bytes, serial: str | None, program: bytes | None) -> Image:
     machine, own_serial, own_program, record = (_read_text(head[k]) for k in (6, 7, 10, 11))
     model_sha256, program_sha256 = (part.hex() if any(part) else "" for part in (head[8], head[9]))
     identity = Identity(machine, own_serial, model_sha256, own_program, program_sha256, record)
-    _check_identity(identity, serial, program)
+    if serial is not None and serial != identity.serial:
+        raise NoImageError("serial", f"it is for the machine {identity.serial!r}, not {serial!r}")
+    if program is not None and identity.program_sha256 not in ("", sha256_of(program)):
+        raise NoImageError("program", f"its table is for {identity.program!r}, sha256 {identity.program_sha256[:16]}…")
     words = np.frombuffer(content, dtype="<f8", offset=HEAD.size)
     named = list(zip(_slots(head[-1], NAME_BYTES), _slots(head[-2], UNIT_BYTES), strict=True))
     limits, bank, blocks = read_words(words, named)
@@ -345,13 +348,6 @@ def _check_frame(content: bytes) -> None:
         raise NoImageError(refusal, f"{len(content)} bytes, its head says {said}")
     if said % 8:
         raise NoImageError("odd", f"{said} bytes are no whole number of words of 8 bytes")
-
-
-def _check_identity(identity: Identity, serial: str | None, program: bytes | None) -> None:
-    if serial is not None and serial != identity.serial:
-        raise NoImageError("serial", f"it is for the machine {identity.serial!r}, not {serial!r}")
-    if program is not None and identity.program_sha256 not in ("", sha256_of(program)):
-        raise NoImageError("program", f"its table is for {identity.program!r}, sha256 {identity.program_sha256[:16]}…")
 
 
 def _slots(part: bytes, size: int) -> Sequence[str]:

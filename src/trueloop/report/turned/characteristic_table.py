@@ -62,7 +62,7 @@ def tightest_first(judged: Sequence[Judged]) -> list[Judged]:
 
 def _row(one: Judged, say: Texts) -> list[str]:
     asked, before, after = one.characteristic, one.before, one.after
-    unit = _unit(asked, say)
+    unit = "°" if asked.quantity is Quantity.ANGLE else say.mm_name
     place = "" if asked.at_z_mm is None else say(", at z {z} {mm}", z=say.mm(asked.at_z_mm))
     expanded = expanded_u(after)
     return [
@@ -90,10 +90,6 @@ def _verdict(judgement: Judgement, say: Texts) -> str:
     if verdict is None:
         return "–"
     return f'<span class="verdict-{verdict}">{SIGNS[verdict]} {esc(say.note(VERDICTS[verdict]))}</span>'
-
-
-def _unit(asked: Characteristic, say: Texts) -> str:
-    return "°" if asked.quantity is Quantity.ANGLE else say.mm_name
 
 
 def _number(value: float, asked: Characteristic, say: Texts) -> str:

@@ -5,6 +5,7 @@ import json
 from base64 import urlsafe_b64decode, urlsafe_b64encode
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any, Final, TypeVar
 
 from fastapi import Query, Response
@@ -107,10 +108,9 @@ class Svg(Response):
     media_type = "image/svg+xml"
 
 
-def signed(here: Service, of: str, cursor: str | None, read: Callable[[str | None], Page[T]]) -> Page[T]:
-    """A page of the list `of`: its name and what was asked for. Raises SRV-CURSOR."""
-    place = None if cursor is None else str(place_of(here.secret, of, cursor)[0])
-    page = read(place)
+def signed(here: Service, of: str, cursor: str | None, read: Callable[..., Page[T]]) -> Page[T]:
+    """Returns a page of the list `of`: its name and what was asked for. Raises SRV-CURSOR."""
+    page = read(cursor=None if cursor is None else str(place_of(here.secret, of, cursor)[0]))
     return Page(page.items, None if page.next is None else cursor_of(here.secret, of, [page.next]))
 
 
@@ -130,10 +130,7 @@ def list_parts(
     cursor: Cursor = None,
 ) -> Page[PartRow]:
     """Parts, the latest first."""
-
-    def read(place: str | None) -> Page[PartRow]:
-        return parts.part_rows(here.store, part_type=part_type, serial=serial, state=state, limit=limit, cursor=place)
-
+    read = partial(parts.part_rows, here.store, part_type=part_type, serial=serial, state=state, limit=limit)
     return signed(here, f"parts {part_type!r} {serial!r} {state!r}", cursor, read)
 
 
@@ -197,12 +194,7 @@ def show_memory(id: RowPath, here: Here, say: Say) -> ToolMemory:
 @routes.get("/orders")
 def list_orders(here: Here, state: str | None = None, limit: Limit = 50, cursor: Cursor = None) -> Page[OrderRow]:
     """Orders, the latest first."""
-    return signed(
-        here,
-        f"orders {state!r}",
-        cursor,
-        lambda place: orders.order_rows(here.store, state=state, limit=limit, cursor=place),
-    )
+    return signed(here, f"orders {state!r}", cursor, partial(orders.order_rows, here.store, state=state, limit=limit))
 
 
 @routes.get("/orders/{id}")
@@ -239,17 +231,14 @@ def list_alarms(
 ) -> Page[AlarmView]:
     """Alarms, the latest first; `open`: those that nobody has acknowledged."""
     return signed(
-        here,
-        f"alarms {only_open}",
-        cursor,
-        lambda place: records.alarm_rows(here.store, open_only=only_open, limit=limit, cursor=place),
+        here, f"alarms {only_open}", cursor, partial(records.alarm_rows, here.store, open_only=only_open, limit=limit)
     )
 
 
 @routes.get("/programs")
 def list_programs(here: Here, limit: Limit = 50, cursor: Cursor = None) -> Page[ProgramRow]:
     """Programs, the latest first."""
-    return signed(here, "programs", cursor, lambda place: programs.program_rows(here.store, limit=limit, cursor=place))
+    return signed(here, "programs", cursor, partial(programs.program_rows, here.store, limit=limit))
 
 
 @routes.get("/programs/{sha}", response_class=PlainTextResponse)
@@ -270,10 +259,7 @@ def list_transfers(
 ) -> Page[TransferView]:
     """Transfers to and from controls, the latest first."""
     return signed(
-        here,
-        f"transfers {control!r}",
-        cursor,
-        lambda place: records.transfer_rows(here.store, control=control, limit=limit, cursor=place),
+        here, f"transfers {control!r}", cursor, partial(records.transfer_rows, here.store, control=control, limit=limit)
     )
 
 
@@ -286,12 +272,7 @@ def list_links(here: Here) -> LinksView:
 @routes.get("/certificates")
 def list_certificates(here: Here, limit: Limit = 50, cursor: Cursor = None) -> Page[CertificateRow]:
     """Certificates, the latest first."""
-    return signed(
-        here,
-        "certificates",
-        cursor,
-        lambda place: records.certificate_rows(here.store, limit=limit, cursor=place),
-    )
+    return signed(here, "certificates", cursor, partial(records.certificate_rows, here.store, limit=limit))
 
 
 @routes.get("/certificates/{id}", response_class=Response)
@@ -309,4 +290,4 @@ def show_task(id: RowPath, here: Here) -> TaskView:
 @routes.get("/event-log")
 def event_log(here: Here, limit: Limit = 50, cursor: Cursor = None) -> Page[EventView]:
     """The events, the latest first."""
-    return signed(here, "event-log", cursor, lambda place: records.event_rows(here.store, limit=limit, cursor=place))
+    return signed(here, "event-log", cursor, partial(records.event_rows, here.store, limit=limit))
