@@ -65,6 +65,12 @@ def test_a_copy_under_another_name_is_no_further_part(folder: Path) -> None:
     assert "'S01.csv' and 'S09.csv'" in refusal.message
 
 
+def test_the_nominal_surface_is_no_part(folder: Path) -> None:
+    """As a part without an error it would make the correction smaller."""
+    refusal = refused(_read, folder, ["parts/*.csv", "*.csv"])
+    assert refusal.code is Code.SRF_FILE and "'nominal.csv'" in refusal.message
+
+
 def test_every_pattern_must_be_like_a_file(folder: Path) -> None:
     refusal = refused(_read, folder, ["parts/*.csv", "prats/*.csv"])
     assert refusal.code is Code.SRF_FILE and "'prats/*.csv'" in refusal.message

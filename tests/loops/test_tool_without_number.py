@@ -116,6 +116,18 @@ def test_an_offset_that_is_not_in_force_is_not_changed(tmp_path: Path, dialect: 
         assert "not to be entered" in offset_words(found)
 
 
+def test_no_number_is_given_for_a_tool_that_the_finish_pass_does_not_run_with(tmp_path: Path) -> None:
+    """The job states tool 99, the program cuts with T0303: register 99 would move another tool."""
+    text = FANUC.format(tool="T0303")
+    with pytest.raises(TrueloopError) as refused:
+        corrected(tmp_path, "fanuc-lathe", text, "offset", "number = 99")
+    assert refused.value.code is Code.OFS_TOOL and "offset 3" in refused.value.message
+    found = corrected(tmp_path, "fanuc-lathe", text, "contour", "number = 99")
+    assert found.wear.tool == 0 and found.wear.blocks == ()
+    assert any("would move another tool" in note for note in found.notes)
+    assert corrected(tmp_path, "fanuc-lathe", text, "contour", "number = 3").wear.tool == 3
+
+
 def test_two_tools_of_one_offset_number_are_not_corrected_by_it(tmp_path: Path) -> None:
     """T0101 roughs, T0201 finishes: wear 1 moves the cuts of both."""
     rough = "T0101\nG0 X42. Z5.\nG1 Z-30. F0.3\nG0 X50.\nZ5.\nT0201"

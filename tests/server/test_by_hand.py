@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
 
@@ -118,6 +119,16 @@ def test_a_program_is_shown_as_a_part_with_the_sizes_to_measure(service: Running
     assert problem(service.signed_in("viewer").post("by-hand/part", part_of(otto))) == "SRV-ROLE"
     ana = service.signed_in("engineer")  # who has not handed it over
     assert problem(ana.post("by-hand/part", part_of(otto))) == "FAC-UNKNOWN"
+
+
+def test_readings_have_the_time_at_which_they_were_taken(service: Running) -> None:
+    otto = service.signed_in("operator")
+    part, now = part_of(otto), datetime.now(UTC).astimezone(timezone(timedelta(hours=5)))
+    assert corrected(otto, part, measured(measured_at=(now - timedelta(hours=1)).isoformat()))["files"]
+    old = measured(measured_at=(now - timedelta(days=9)).isoformat(), serial="0009")
+    assert problem(otto.post("by-hand/correction", {"part": part, "measured": old})) == "CMP-AGE"
+    naive = measured(measured_at="2026-11-20T09:40:00")
+    assert problem(otto.post("by-hand/correction", {"part": part, "measured": naive})) == "SRV-REQUEST"
 
 
 def test_two_parts_are_corrected_as_by_the_command_line(service: Running, tmp_path: Path) -> None:

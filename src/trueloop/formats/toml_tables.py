@@ -14,7 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Final, Generic, Literal, TypeVar, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from trueloop.described import Described
@@ -170,7 +170,14 @@ def _zoned(moment: datetime) -> datetime:
         raise ValueError(f"no time of day is known there: {error}") from error
 
 
-Moment = Annotated[datetime, Field(strict=True), AfterValidator(_zoned)]
+def _unquoted(value: object) -> object:
+    """Refuses a time in quotes, which TOML reads as text."""
+    if isinstance(value, str):
+        raise ValueError(f"a date with its time stands without quotes: {value}")
+    return value
+
+
+Moment = Annotated[datetime, Field(strict=True), AfterValidator(_zoned), BeforeValidator(_unquoted)]
 """A date with a time, in some zone."""
 
 SYNTAX_HINT: Final = "text values stand in quotes, tables in [brackets]: see examples/modbas2/job.toml"

@@ -12,6 +12,7 @@ from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, Term
+from trueloop.machine.model.validity import check_travel
 
 CHAIN = chain_with_travel("mill-gantry")
 PUSHED_BY_Z = MachineModel(
@@ -50,3 +51,12 @@ def test_tables_that_cannot_be(structure: str, axis: str, output: str, code: Cod
     with pytest.raises(TrueloopError) as refusal:
         axis_table(model, axis, output, 5, {})
     assert refusal.value.code is code
+
+
+def test_an_end_of_travel_in_inches_is_reached() -> None:
+    """200 mm are 7.8740157 inch: 7.874016 and 7.8740 are the end as a file or a control shows it."""
+    axis = replace(CHAIN.axis("Y"), travel=(-200.0, 200.0))
+    for inches in (7.874016, 7.8740, 7.8740157):
+        check_travel(axis, 25.4 * np.array([-inches, inches]))
+    with pytest.raises(TrueloopError, match="200 mm"):
+        check_travel(axis, np.array([200.01]))

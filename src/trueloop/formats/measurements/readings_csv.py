@@ -149,7 +149,7 @@ def _is_angle(column: str) -> bool:
 
 def _check_reach(axis: Axis, position: Array, rows: Rows) -> None:
     """Raises MCH-TRAVEL with the line."""
-    for k in np.flatnonzero(outside(position, axis.travel))[:1]:
+    for k in np.flatnonzero(outside(position, axis.travel, axis.unit))[:1]:
         low, high = map(axis.shown, axis.travel)
         raise Code.MCH_TRAVEL.refusal(
             f"{axis.name} stands at {axis.shown(position[k])}, its travel is {low} to {high}",

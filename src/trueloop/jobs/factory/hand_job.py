@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AwareDatetime, Field
+from pydantic import AfterValidator, Field
 
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code
@@ -21,6 +22,15 @@ Words = Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Typed = Annotated[str, Field(max_length=40, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Hash = Annotated[str, Field(max_length=64, pattern=r"^[0-9a-f]*$")]
 Id = Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
+
+
+def _zoned(moment: datetime) -> datetime:
+    """Refuses a time without its zone. Not pydantic's own type, which the process that reads files cannot be sent."""
+    if moment.tzinfo is None:
+        raise ValueError("a time states its zone: 2026-11-20T09:40:00+01:00")
+    return moment
+
+
 JOB, SHEET, MAPPING = "job.toml", "readings.csv", "mapping.toml"
 
 
@@ -63,7 +73,7 @@ class AskedReadings:
     serial: Words = ""
     instrument: Words = ""
     expanded_uncertainty_um: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)] | None = None
-    measured_at: AwareDatetime | None = None
+    measured_at: Annotated[datetime, AfterValidator(_zoned)] | None = None
     measured_allowance_mm: Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)] | None = None
     by: By = "auto"
     cut_with: Annotated[str, Field(pattern=r"^(given|[0-9a-f]{16})?$")] = ""

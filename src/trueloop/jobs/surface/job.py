@@ -85,6 +85,13 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     parts = tuple(read_measured(file, job, surface, trim) for file in points)
     hashes = {file: sha256_of(file.read_bytes()) for file in files}
     require_measured_once(points, hashes)
+    for file in points:
+        if hashes[file] == hashes[nominal]:
+            raise Code.SRF_FILE.refusal(
+                f"{file.name!r} is the nominal surface {nominal.name!r} itself, no measured part",
+                hint="leave it out of gauging.points",
+                place=Place(str(path)),
+            )
     inputs = SurfaceInputs(
         name=job.name,
         surface=surface,

@@ -206,18 +206,20 @@ def _wear(
         tool = 0
     if not tool and decision.by_offset:
         raise no_number(program, int(path.line[cut]))
-    if tool and held.row is not None and own is not None and own.number != tool:
-        raise _other_row(program, tool, own.number, int(path.line[cut]))
     notes = [] if options.by == "auto" else [_asked_for(options.by)]
     if tool and own is not None and own.number != tool:
+        if held.row is not None or decision.by_offset:
+            raise _other_row(program, tool, own.number, int(path.line[cut]))
         notes.append(
             wording(
-                "The job says tool {tool}; the finish pass in line {line} runs with offset {own}.",
+                "The job says tool {tool}; the finish pass in line {line} runs with offset {own}: a number entered for "
+                "tool {tool} would move another tool.",
                 tool=tool,
                 line=int(path.line[cut]),
                 own=own.number,
             )
         )
+        tool = 0
     edge = edge_of_pass(program, path, cut, held.edge)
     with in_file(program.file):
         wear = wear_offset(
@@ -291,7 +293,7 @@ def _asked_for(by: str) -> str:
 
 def _other_row(program: Program, tool: int, own: int, line: int) -> TrueloopError:
     return Code.OFS_TOOL.refusal(
-        f"the job names row {tool} of its tool table; the finish pass in line {line} runs with offset {own}",
+        f"the job names tool {tool}; the finish pass in line {line} runs with offset {own}",
         hint="put the number of the finish pass' offset into `tool.number`",
         place=Place(program.file, line),
         values={"tool": float(tool)},

@@ -13,7 +13,9 @@ from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals
 
 ROUNDING = 1e-6
-"""mm or rad by which a position may lie outside: control resolutions and rounded ends of travel."""
+"""Amount by which a quantity may lie outside: resolutions of controls and rounded ends."""
+ROUNDING_MM = 1.3e-3
+"""A length may lie outside by half of 0.0001 inch, in which many files state ends of travel that are whole mm."""
 
 
 def known_state(
@@ -99,15 +101,16 @@ def _depends_on(model: MachineModel, axis: str) -> bool:
     return any(term.name.axis == axis and any(part.basis.size > 1 for part in term.parts) for term in model.terms)
 
 
-def outside(position: Array, travel: tuple[float, float]) -> NDArray[np.bool_]:
-    """Returns which positions lie beyond, by more than rounding, (n,)."""
-    beyond: NDArray[np.bool_] = (position < travel[0] - ROUNDING) | (position > travel[1] + ROUNDING)
+def outside(position: Array, travel: tuple[float, float], unit: str) -> NDArray[np.bool_]:
+    """Returns which positions lie beyond, by more than rounding in their unit, (n,)."""
+    least = ROUNDING_MM if unit == "mm" else ROUNDING
+    beyond: NDArray[np.bool_] = (position < travel[0] - least) | (position > travel[1] + least)
     return beyond
 
 
 def check_travel(axis: Axis, position: Array) -> None:
     """Raises MCH-TRAVEL for positions that the axis cannot reach."""
-    if outside(position, axis.travel).any():
+    if outside(position, axis.travel, axis.unit).any():
         low, high, *ends = map(axis.shown, (float(position.min()), float(position.max()), *axis.travel))
         way = f"to {low}" if low == high else f"from {low} to {high}"
         raise Code.MCH_TRAVEL.refusal(
@@ -123,7 +126,9 @@ Ranged = tuple[str, Array, tuple[float, float], str]
 
 def check_ranges(quantities: Iterable[Ranged]) -> None:
     """Raises MCH-RANGE for quantities with values outside of those that the data had, naming all of them."""
-    beyond = [(name, values, known, unit) for name, values, known, unit in quantities if outside(values, known).any()]
+    beyond = [
+        (name, values, known, unit) for name, values, known, unit in quantities if outside(values, known, unit).any()
+    ]
     if not beyond:
         return
     name, values, known, unit = beyond[0]
