@@ -40,7 +40,7 @@ def _limited(limits: Limits) -> None:
 def _old() -> None:
     inputs = _inputs()
     (inspection,) = inputs.inspections
-    days_ago = replace(inspection, measured_at=NOW - timedelta(days=2))
+    days_ago = replace(inspection, measured_at=NOW - timedelta(days=3))
     compensate(replace(inputs, made_at=NOW, inspections=(days_ago,)))
 
 

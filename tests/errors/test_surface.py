@@ -152,7 +152,7 @@ def _compared_with_another_surface(nominal: Path) -> object:
         name = f"lift{lift:g}"
         grid = SURFACE.grid_mm(AT, AT).reshape(-1, 3) + np.array([0.0, 0.0, lift])
         nominal.with_name(f"{name}.csv").write_bytes(points_to_csv(grid, (8, 8)))
-        nominal.with_name(f"{name}-S1.csv").write_bytes(points_to_csv(grid, (8, 8)))
+        nominal.with_name(f"{name}-S1.csv").write_bytes(points_to_csv(grid + 0.001, (8, 8)))
         job = nominal.with_name(f"{name}.toml")
         job.write_text(f'name = "W"\n[surface]\nfile = "{name}.csv"\n[gauging]\npoints = ["{name}-S1.csv"]\n')
         return read_surface(job)

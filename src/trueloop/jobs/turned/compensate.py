@@ -95,7 +95,7 @@ def compensate_part(
     >>> [(edge.setup, edge.tool) for edge in part.edges]
     [('first', 'T1'), ('second', 'T2'), ('second', 'T4')]
     >>> part.edge("T4").correction.wear.words  # of the boring bar; Z as the program of its set-up has it
-    'tool 4: wear X −0.0100 (diameter), Z −0.0055 mm (X ± 0.0113, Z ± 0.0096)'
+    'tool 4: wear X −0.0100 (diameter), Z −0.0055 mm (X ± 0.0113, Z ± 0.0081)'
     """
     done = compensate_and_keep(job, output, Keeping(store), language=language, unit=unit, pdf=pdf)
     edges = tuple(

@@ -243,22 +243,25 @@ def is_of_cut(record: Record, inputs: Inputs) -> bool:
     return not _is_from(record, inputs.inspections)
 
 
-def _is_from(record: Record, inspections: Sequence[Inspection]) -> bool:
-    """Returns whether a correction was made from these measurements: equal files, not of two parts by serial number in
-    different rows. Another serial number in the job makes the rows no other measurement.
+def _is_from(record: Record, inspections: Sequence[Inspection], *, one_part: bool = False) -> bool:
+    """Returns whether a correction was made from these measurements: equal files, not of two parts by serial number.
+
+    one_part: the same rows are one measurement, whatever serial number the job states.
     """
     return any(
         one.sha256 == other.sha256
-        and (one.part.serial == other.part.serial or not (one.part.serial and other.part.serial) or _rows(one, other))
+        and (
+            one.part.serial == other.part.serial
+            or not (one.part.serial and other.part.serial)
+            or (one_part and _rows(one) == _rows(other))
+        )
         for one in inspections
         for other in record.inspections
     )
 
 
-def _rows(one: Inspection, other: Inspection) -> bool:
-    """Returns whether two inspections of one file are of the same rows."""
-    rows, others = ([(v.line, v.actual) for v in of.readings] + [*of.touches, *of.points] for of in (one, other))
-    return rows == others
+def _rows(of: Inspection) -> list[object]:
+    return [*((value.line, value.actual) for value in of.readings), *of.touches, *of.points]
 
 
 def require_later(record: Record, inspections: Sequence[Inspection], job: Path, *, time_needed: bool) -> None:
@@ -290,12 +293,12 @@ def require_another_part(record: Record, inspections: Sequence[Inspection]) -> N
     """
     serials = {one.part.serial for one in inspections if one.part.serial}
     own = sorted(serials & {one.part.serial for one in record.inspections})
-    if record.cut_with is not None and (own or _is_from(record, inspections)):
+    if record.cut_with is not None and (own or _is_from(record, inspections, one_part=True)):
         part = f"finished part {own[0]!r}" if own else "this very measurement of a finished part"
         raise Code.CMP_CUT_WITH.refusal(
             f"correction {record.id} was made from {part}, which is stated to be cut with it",
             hint=f"state in programs.cut_with what cut the part: {record.cut_with.words}; if it was cut again with "
-            "this correction and measured anew, or is another part, give it a serial number of its own",
+            "this correction, or is another part, measure it anew and give it a serial number of its own",
             values={"corrections": [record.id]},
         )
 

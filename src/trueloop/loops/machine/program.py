@@ -4,6 +4,7 @@ A drilling program corrected by errors in the plane: its words displaced, marked
 """
 
 import math
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -120,13 +121,18 @@ def _provenance(setup: Setup, model_sha256: str) -> dict[str, object]:
     }
 
 
+WHOLE: Final = re.compile(r"[XY][+-]?\d+")
+"""A coordinate without a decimal point."""
+
+
 def _require_read(program: Program) -> None:
     """Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is, NC-PARAMETER for a
     number without a point whose size a parameter of the machine decides.
     """
     hints = {Code.NC_WORD: "write the coordinate as a number", Code.NC_PARAMETER: "write the coordinate with a point"}
     for found in (*program.findings, *program.run(strict=False, roughing=False).findings):
-        if found.code in hints and found.message[:2].upper() in ('"X', '"Y'):
+        word = found.message[1:].partition('"')[0].upper()
+        if found.code in hints and word[:1] in ("X", "Y") and (found.code is Code.NC_WORD or WHOLE.fullmatch(word)):
             raise found.code.refusal(found.message, hint=hints[found.code], place=found.place, values=found.values)
 
 
