@@ -178,3 +178,12 @@ def test_a_sheet_without_a_value_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TrueloopError) as caught:
         read_job(shaft_with(tmp_path, f"{HEADER}seat-44,-85,\n"))
     assert caught.value.code is Code.MSR_NONE
+
+
+def test_limits_that_the_readings_state_are_judged(tmp_path: Path) -> None:
+    """Of Ø 36.025 read where 35.98 to 36.02 are asked for, as of a characteristic of the job."""
+    head = "characteristic,feature,quantity,z_mm,nominal,lower_limit,upper_limit,value_mm\n"
+    rows = "d36,seat-36,diameter,-70,36,35.98,36.02,36.025\nd44,seat-44,diameter,-105,44,43.9,44.1,44.031\n"
+    done = corrected(tmp_path, head + rows)
+    names = {one.characteristic.name: one.characteristic.upper_limit for one in done.record.characteristics}
+    assert names == {"d36": 36.02, "d44": 44.1}

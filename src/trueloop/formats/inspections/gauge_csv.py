@@ -32,6 +32,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
 from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
+from trueloop.formats.inspections.shared.quantities import characteristics_of
 from trueloop.formats.inspections.shared.text import decoded, number_in, read_decoded
 from trueloop.formats.measurements.rows import NOTE, CsvFile, CsvKind, Rows, csv_of
 from trueloop.units import MM_PER_INCH, UM_PER_MM
@@ -102,7 +103,10 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
         *filled_in(inspections),
     )
     inch = any(name.endswith("_in") for name in file.header)
-    return MeasuredFile(path, FORMAT.name, encoding, "inch" if inch else "mm", inspections, (), remarks)
+    sizes = [one for of in inspections for one in of.readings if one.characteristic]
+    limited = [one for one in sizes if (one.lower_limit, one.upper_limit) != (None, None)]
+    asked = characteristics_of(limited)
+    return MeasuredFile(path, FORMAT.name, encoding, "inch" if inch else "mm", inspections, asked, remarks)
 
 
 FORMAT: Final = Format("gauge readings (CSV)", recognises, read)
