@@ -479,13 +479,15 @@ def test_no_offset_is_proposed_from_what_another_tool_cut(tmp_path: Path, by: st
 
 
 def test_the_readings_of_a_finished_part_are_not_applied_twice_under_another_serial_number(tmp_path: Path) -> None:
-    correct(tmp_path, 1, FIRST, "contour", 'cut_with = "given"')
+    untimed = "# no measured_at"
+    correct(tmp_path, 1, FIRST, "contour", 'cut_with = "given"', untimed)
     again = 'cut_with = "o1/record.json"'
     with pytest.raises(TrueloopError) as refused:
-        correct(tmp_path, 2, FIRST, "contour", again)
+        correct(tmp_path, 2, FIRST, "contour", again, untimed)
     assert refused.value.code is Code.CMP_CUT_WITH and "this very measurement" in refused.value.message
     assert not (tmp_path / "o2").exists()
-    correct(tmp_path, 2, SECOND, "contour", again)
+    correct(tmp_path, 2, SECOND, "contour", again, untimed)
+    correct(tmp_path, 3, FIRST, "contour", again)  # measured later: parts of a series may read alike
 
 
 @pytest.mark.parametrize(

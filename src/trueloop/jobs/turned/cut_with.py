@@ -246,14 +246,14 @@ def is_of_cut(record: Record, inputs: Inputs) -> bool:
 def _is_from(record: Record, inspections: Sequence[Inspection], *, one_part: bool = False) -> bool:
     """Returns whether a correction was made from these measurements: equal files, not of two parts by serial number.
 
-    one_part: the same rows are one measurement, whatever serial number the job states.
+    one_part: the same rows without another time are one measurement, whatever serial number the job states.
     """
     return any(
         one.sha256 == other.sha256
         and (
             one.part.serial == other.part.serial
             or not (one.part.serial and other.part.serial)
-            or (one_part and _rows(one) == _rows(other))
+            or (one_part and one.measured_at == other.measured_at and _rows(one) == _rows(other))
         )
         for one in inspections
         for other in record.inspections
