@@ -90,6 +90,14 @@ def test_the_offset_is_as_uncertain_as_it_scatters() -> None:
     assert leverage.sum() == pytest.approx(2.0)
 
 
+def test_an_offset_that_the_job_wants_is_not_said_to_change_the_contour() -> None:
+    by_offset, by_test = (
+        decide(errors(0.02, -0.01, x_taper_mm=0.03), NORMALS, SIGMA_MM, 8, 1e-4, 1.0, by) for by in ("offset", "auto")
+    )
+    assert "contour is changed" in by_test.x.words and not by_test.x.enough
+    assert "contour is changed" not in by_offset.x.words and by_offset.by_offset
+
+
 def test_each_touch_counts_by_its_own_uncertainty() -> None:
     """Two good gauges and a bad one on a cylinder: the mean weighted by 1/σ², its variance 1/Σσ⁻²; the test stays one
     of 5 %, and no good reading is called scatter because of the bad one.

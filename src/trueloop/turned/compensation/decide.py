@@ -161,7 +161,7 @@ def decide(
     x, z = (
         _decide_axis(
             *(axis, left, sigma, informs[:, axis], 0.0 - weight * constants[axis], u_of[axis]),
-            *(degrees_of_freedom, resolution_mm, from_memory, known),
+            *(degrees_of_freedom, resolution_mm, from_memory, known, by),
         )
         if determined[axis]
         else _undetermined(axis, float(u_mm[axis]))
@@ -193,6 +193,7 @@ def _decide_axis(
     resolution_mm: float,
     from_memory: bool,
     known: bool,
+    by: str,
 ) -> AxisDecision:
     name, n = AXES[axis], int(np.count_nonzero(informs))
     if n == 0:
@@ -207,6 +208,10 @@ def _decide_axis(
         verdict = wording("the offset is enough and the contour stays as programmed")
     elif p_value > SIGNIFICANCE:
         verdict = wording("earlier parts tell the curve, which the contour follows")
+    elif by == "offset":
+        verdict = wording(
+            "that is more than the process scatters by itself; the job corrects by the offset all the same"
+        )
     else:
         verdict = wording("that is more than the process scatters by itself, so the contour is changed")
     touches = wording("{n} touches", n=n)
