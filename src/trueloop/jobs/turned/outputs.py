@@ -213,6 +213,14 @@ def offset_of(correction: Path) -> tuple[Record, ToolOffset]:
             hint='to correct by the offset instead: `compensation.by = "offset"` in the job',
             place=Place(str(correction)),
         )
+    if not offset.tool:
+        raise Code.OFS_TOOL.refusal(
+            f"correction {record.id} is of a tool without a number in the control's table, or whose offset is not in "
+            "force in the finish pass",
+            hint="run the program with tool offsets that was written beside the record",
+            place=Place(str(correction)),
+            values={"tool": 0.0},
+        )
     with in_file(correction):
         check_offset((offset.x_radius_mm, offset.z_mm), Limits(correction_mm=_limit_mm(record)))
     return record, offset

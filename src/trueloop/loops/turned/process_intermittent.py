@@ -166,10 +166,15 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
 
 
 def _with_offset_in_force(inputs: Inputs, matched: Commanded) -> Inputs:
-    """Returns inputs that let no offset be entered where none is in force. Raises OFS-TOOL where that was wanted."""
+    """Returns inputs that let no offset be entered where none is in force; a job that wants one gets the program that
+    shifts its contour. Raises OFS-TOOL where the control's programs cannot.
+    """
     of = inputs.program, matched.path, matched.cuts[0].move
+    left_out = not_in_force(*of)
     if inputs.options.by == "offset":
-        require_in_force(*of)
+        if inputs.program.dialect.contour_shift in ("", "UPD"):
+            require_in_force(*of)
+        left_out = ""
         if matched.by_other:
             raise Code.OFS_TOOL.refusal(
                 matched.by_other.removesuffix("."),
@@ -178,7 +183,7 @@ def _with_offset_in_force(inputs: Inputs, matched: Commanded) -> Inputs:
                 place=Place(inputs.program.file),
                 values={"tool": float(inputs.options.tool or 0)},
             )
-    return replace(inputs, no_offset=inputs.no_offset or not_in_force(*of) or matched.by_other)
+    return replace(inputs, no_offset=inputs.no_offset or left_out or matched.by_other)
 
 
 def process_errors(inputs: Inputs) -> ErrorVectors:

@@ -202,11 +202,12 @@ def _wear(
     program, path, cut = writing.program, writing.matched.path, writing.matched.cuts[0].move
     own = called(program.dialect, path, cut)
     tool = options.tool or (0 if own is None else own.number)
-    if not_in_force(program, path, cut):
-        tool = 0
-    if not tool and decision.by_offset:
+    left_out = not_in_force(program, path, cut)
+    tool = 0 if left_out else tool
+    if not tool and decision.by_offset and not left_out:
         raise no_number(program, int(path.line[cut]))
     notes = [] if options.by == "auto" else [_asked_for(options.by)]
+    notes += [left_out] if left_out and decision.by_offset else []
     if tool and own is not None and own.number != tool:
         if held.row is not None or decision.by_offset:
             raise _other_row(program, tool, own.number, int(path.line[cut]))
