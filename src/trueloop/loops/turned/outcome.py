@@ -72,12 +72,13 @@ def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, dec
     s = touches.arc_length_mm[rows]
     unasked = unasked_u_mm(shifts.unasked[index], s)
     if shifts.by_offset[index] and curve.next_cut is None:
-        # Few touches may agree by chance better than their gauge measures. What the offset leaves at a touch is known
-        # as its gauge measures; the touch has a share in the offset.
-        of_offset = offset[rows] * max(curve.scatter_mm, touch_mm) ** 2
+        # What the offset leaves at a touch that is vaguer than the best ones is known as its gauge measures; the touch
+        # has a share in the offset.
+        of_offset = offset[rows] * (touch_mm or curve.scatter_mm) ** 2
         sigma_mm = model.touch_sigma_mm(touches)
         own = np.maximum(1.0 - 2.0 * decision.leverage(touches.outward_normal, sigma_mm)[rows], 0.0)
-        left_u_mm = np.sqrt(of_offset + own * touches.standard_u_mm[rows] ** 2)
+        vaguer_mm2 = np.maximum(touches.standard_u_mm[rows] ** 2 - touch_mm**2, 0.0)
+        left_u_mm = np.sqrt(of_offset + own * vaguer_mm2)
         return curve.budget_of(left_u_mm, s).with_more(unasked)
     return curve.budget(s).with_more(unasked)
 
