@@ -57,7 +57,7 @@ class Code(StrEnum):
 
     # GEO: nominal profile
     GEO_EMPTY = "GEO-EMPTY", "no features"
-    GEO_VALUE = "GEO-VALUE", "a coordinate that is no finite number", "feature"
+    GEO_VALUE = "GEO-VALUE", "a coordinate that is not a finite number", "feature"
     GEO_NAME = "GEO-NAME", "a feature's name empty or used twice", "feature"
     GEO_LENGTH = "GEO-LENGTH", "a feature without length", "feature length_mm"
     GEO_ARC = "GEO-ARC", "an arc whose ends do not fit centre and sweep", "feature radius_mm"
@@ -513,7 +513,7 @@ class Code(StrEnum):
     STO_EXISTS = "STO-EXISTS", "a new store where there is one, or another file, already", "store"
     STO_IMPORT = "STO-IMPORT", "a file that no store can take in"
     STO_EXPORT = "STO-EXPORT", "an export of a store that is not whole, or was changed", "line"
-    STO_PART = "STO-PART", "an inspection that does not say of which part it is", "file"
+    STO_PART = "STO-PART", "an inspection whose part is not stated", "file"
     STO_SEVERAL = "STO-SEVERAL", "a name that several parts in the store have", "name"
     STO_DAMAGED = "STO-DAMAGED", "a row of a store that is not what was kept, or cannot be read", "row"
     STO_LOST = "STO-LOST", "a row that names what is not in the store, or is superseded", "row named"
@@ -521,7 +521,7 @@ class Code(StrEnum):
     STO_DRIVER = "STO-DRIVER", "a store in PostgreSQL without the package that connects to it"
 
     # LAB: labels of parts and programs
-    LAB_FORM = "LAB-FORM", "text that is no label of a part or a program", "label character"
+    LAB_FORM = "LAB-FORM", "text that is not the label of a part or a program", "label character"
     LAB_LINK = "LAB-LINK", "a label that contradicts what it is linked with", "label in_label in_link"
 
     # EDG: cutting edges and their events

@@ -464,14 +464,17 @@ def test_another_feed_or_speed_of_the_semi_finish_cut_is_reported(tmp_path: Path
     assert "150 G96 for 1500 G97" in mode
 
 
-@pytest.mark.parametrize("by", ["auto", "offset"])
-def test_no_offset_is_proposed_from_what_another_tool_cut(tmp_path: Path, by: str) -> None:
-    """T0101 semi-finished: where its tip was set to is no error of T0303."""
+@pytest.mark.parametrize("by", ["auto", "offset", "contour"])
+def test_the_errors_of_another_tools_cut_are_not_taken_out_unasked(tmp_path: Path, by: str) -> None:
+    """T0101 semi-finished: where its tip was set to is no error of T0303, which its contour would take over."""
     (tmp_path / "semi.nc").write_text(PROGRAM.replace("T0303", "T0101"))
-    if by == "offset":
+    if by != "contour":
         with pytest.raises(TrueloopError) as refused:
             correct(tmp_path, 1, FIRST, by, 'semifinish = "semi.nc"')
         assert refused.value.code is Code.OFS_TOOL and "semi-finished with the offset T1" in refused.value.message
+        assert (refused.value.override or "").startswith('compensation.by = "contour"') and not (
+            tmp_path / "o1"
+        ).exists()
         return
     done = correct(tmp_path, 1, FIRST, by, 'semifinish = "semi.nc"').correction
     assert not done.decision.by_offset and done.record.tool_offset is None and done.by_tool is None

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.correction import example_inputs
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
@@ -287,3 +288,18 @@ def test_ranges_of_repeated_touches_are_read_in_micrometres(tmp_path: Path) -> N
     np.testing.assert_allclose(touches.standard_u_mm[along_x], 0.0024 / np.sqrt(12), rtol=1e-6)
     both = np.where(touches.at_reference, 1.0, np.sqrt(2))  # the touch and the one that z is counted from
     np.testing.assert_allclose(touches.standard_u_mm[along_z], (both * 0.0006 / np.sqrt(12))[along_z], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("vague", "refuses"), [("all", True), ("one", False)])
+def test_touches_that_are_all_vague_are_refused_and_a_vague_one_is_not(vague: str, refuses: bool) -> None:
+    """A standard uncertainty of 50 µm where at most 10 µm may scatter: as large as what is to be corrected."""
+    inputs = example_inputs("modbas2")
+    u_mm = inputs.touches.standard_u_mm.copy()
+    u_mm[slice(None) if vague == "all" else slice(5, 6)] = 0.050
+    given = replace(inputs, touches=replace(inputs.touches, standard_u_mm=u_mm))
+    if refuses:
+        with pytest.raises(TrueloopError) as refused:
+            compensate(given)
+        assert refused.value.code is Code.CMP_SCATTER
+    else:
+        assert compensate(given).record.id

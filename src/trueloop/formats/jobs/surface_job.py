@@ -49,8 +49,8 @@ class SurfaceGaugingTable(Table):
     program_sha256: str | None = None
     """SHA-256 of the program that cut them: another one is refused; left out, it is not checked."""
     cut_with: str = ""
-    """What cut the parts: `"given"` for nominal surface and program as they are, else the path to the `record.json` of
-    the correction that was in force. It is taken over, and the new correction added to it.
+    """The correction that was in force when the parts were cut, by the path to its `record.json`: it is taken over, and
+    the new correction added to it. `"given"`: nominal surface and program as they are.
     """
 
 

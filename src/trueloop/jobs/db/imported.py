@@ -78,7 +78,7 @@ def _with_part(path: Path, inspection: Inspection, of: Inspected, job: Job | Non
     if not kind.name or not serial:
         lacks = [name for name, known in (("type", kind.name), ("serial number", serial)) if not known]
         raise Code.STO_PART.refusal(
-            f"{path.name!r} does not say of which part it is: its {' and its '.join(lacks)} is not stated",
+            f"{path.name!r} does not state its part: its {' and its '.join(lacks)} is not stated",
             hint="give the job of the part by --job, its serial number by --serial",
             place=Place(str(path)),
         )

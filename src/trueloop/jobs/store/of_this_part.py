@@ -24,7 +24,7 @@ def require_serial(part: Part, file: str) -> None:
     """Raises STO-PART for a part without a serial number, by which parts are kept apart; `file` should state it."""
     if not part.serial:
         raise Code.STO_PART.refusal(
-            f"{file!r} does not say of which part it is: {part.part_type.name!r} without a serial number",
+            f"{file!r} does not state its part: {part.part_type.name!r} without a serial number",
             hint="state it: --serial NUMBER, or `part.serial` of the job",
             override="--no-store",
             values={"file": file},

@@ -37,6 +37,7 @@ from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.field.field import Field
 from trueloop.nc.program.called import tool_rows
 from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import ToolPath
 from trueloop.nc.program.understood import FROM_OUTSIDE, require_sound
 from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.units import UM_PER_MM
@@ -125,12 +126,12 @@ WHOLE: Final = re.compile(r"[XY][+-]?\d+")
 """A coordinate without a decimal point."""
 
 
-def _require_read(program: Program) -> None:
+def _require_read(program: Program, path: ToolPath) -> None:
     """Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is, NC-PARAMETER for a
     number without a point whose size a parameter of the machine decides.
     """
     hints = {Code.NC_WORD: "write the coordinate as a number", Code.NC_PARAMETER: "write the coordinate with a point"}
-    for found in (*program.findings, *program.run(strict=False, roughing=False).findings):
+    for found in (*program.findings, *path.findings):
         word = found.message[1:].partition('"')[0].upper()
         if found.code in hints and word[:1] in ("X", "Y") and (found.code is Code.NC_WORD or WHOLE.fullmatch(word)):
             raise found.code.refusal(found.message, hint=hints[found.code], place=found.place, values=found.values)
@@ -166,8 +167,9 @@ def correct_points(
     left_alone = IN_NO_CASE if all_words else NO_POSITIONS
     with in_file(program.file):
         check_uncorrected(program.source)
-        require_sound(program.run(strict=False, roughing=False), FROM_OUTSIDE)
-        _require_read(program)
+        path = program.run(strict=False, roughing=False)
+        require_sound(path, FROM_OUTSIDE)
+        _require_read(program, path)
         found = displace_points(program, field, left_alone)
     for axis, size in zip("XY", found.largest_mm, strict=True):
         if size > limit_mm:

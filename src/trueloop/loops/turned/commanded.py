@@ -116,8 +116,8 @@ class Commanded:
     more than the control resolves, and is kept; zero where it is more, which is corrected away. `measured` is what the
     surface that was touched was commanded to deviate by; zero where that is rounding. `in_force` is by what the
     corrected program that was in force deviates; empty: none was. `unevenness_mm` is by how much the finish program's
-    short lines deviate from the curves that they are chords of; 0 where it has none. `by_other`: that another tool cut
-    the measured surface than finishes it, in words; "": none, as far as it is known.
+    short lines deviate from the curves that they are chords of; 0 where it has none. `by_other`: in words, that another
+    tool cut the measured surface than finishes it; "": none, as far as it is known.
     """
 
     path: ToolPath
@@ -240,11 +240,11 @@ def _by_other(
     finish: tuple[Program, ToolPath, ContourMatch], semifinish: tuple[Program, ToolPath, ContourMatch]
 ) -> str:
     """Returns that another tool cut the measured surface than finishes it; "": none, as far as both are called."""
-    there, here = (
+    finishing, semifinishing = (
         [called(program.dialect, path, one.moves[0].move.index) for one in match.features]
         for program, path, match in (finish, semifinish)
     )
-    for feature, tool, before in zip(finish[2].features, there, here, strict=True):
+    for feature, tool, before in zip(finish[2].features, finishing, semifinishing, strict=True):
         if tool is not None and before is not None and tool != before:
             return wording(
                 "{feature} was semi-finished with the offset {was} and is finished with {now}: errors of the setting "

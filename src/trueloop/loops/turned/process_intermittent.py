@@ -175,14 +175,14 @@ def _with_offset_in_force(inputs: Inputs, matched: Commanded) -> Inputs:
         if inputs.program.dialect.contour_shift in ("", "UPD"):
             require_in_force(*of)
         left_out = ""
-        if matched.by_other:
-            raise Code.OFS_TOOL.refusal(
-                matched.by_other.removesuffix("."),
-                hint="measure a surface that the finishing tool cut, or leave out `compensation.by`: then the contour "
-                "is corrected",
-                place=Place(inputs.program.file),
-                values={"tool": float(inputs.options.tool or 0)},
-            )
+    if matched.by_other and inputs.options.by != "contour":
+        raise Code.OFS_TOOL.refusal(
+            matched.by_other.removesuffix("."),
+            hint="measure a surface that the finishing tool cut",
+            place=Place(inputs.program.file),
+            override='compensation.by = "contour" takes the errors of the other tool\'s cut out of the contour',
+            values={"tool": float(inputs.options.tool or 0)},
+        )
     return replace(inputs, no_offset=inputs.no_offset or left_out or matched.by_other)
 
 
@@ -260,7 +260,9 @@ def _error_model(
     """
     process, options = _of_process(inputs, matched, surface), inputs.options
     model = fit_profile(inputs.profile, process, options, inputs.nose)
-    check_scatter(model.residual_scatter_mm or 0.0, options.limits, model.farthest_words)
+    # A vague reading beside better ones counts by its weight; all of them vague are refused.
+    scatter_mm = min(model.scatter_mm, float(np.min(model.touch_sigma_mm(model.vectors))))
+    check_scatter(scatter_mm, options.limits, model.farthest_words)
     finished: tuple[ErrorVectors, ...] = ()
     if inputs.measured_finished:
         remembered, memory, finished = next_finished(inputs, matched, model)

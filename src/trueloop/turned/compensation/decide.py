@@ -94,7 +94,8 @@ class Decision:
         """Returns by how much the offset along the normals (n, 2) of touches, of standard deviations (n,), follows each
         touch's own error, (n,).
         """
-        return _along(outward_normal, self.unit_covariance) * (self.touch_mm / np.maximum(sigma_mm, 1e-12)) ** 2
+        weight = (self.touch_mm / np.maximum(sigma_mm, self.touch_mm)) ** 2 if self.touch_mm > 0.0 else 1.0
+        return np.asarray(_along(outward_normal, self.unit_covariance) * weight)
 
     def variance(self, outward_normal: Array) -> Array:
         """Returns the variance of the offset along normals (n, 2), per unit variance of a touch, (n,)."""

@@ -40,7 +40,7 @@ SIGNS: Final = 'lower_tolerance = "with its sign" or "without its sign"'
 COARSEST_MM: Final = ((6, 30, 120, 400, 1000, 2000), np.array((0.5, 1.0, 1.5, 2.5, 4.0, 6.0, 8.0)))
 """Nominal sizes up to which the general tolerances of class v hold, and these, ± [ISO 2768-1]."""
 FAR: Final = 2.0
-"""Of them: a tolerance beyond is likely in another unit."""
+"""A tolerance beyond so many times that is likely in another unit."""
 DECIMALS: Final = re.compile(r"[.,](\d+)")
 _Column: TypeAlias = Role | Literal["below", "above"]
 """`below` and `above` are the tolerances of a column that holds both."""
