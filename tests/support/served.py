@@ -26,7 +26,7 @@ from trueloop.server.run import Listening, config_of, listen
 from trueloop.server.settings import LOOPBACK_NAMES, Settings
 from trueloop.storage.store import Store
 
-WAIT_S = 20
+WAIT_S = 60  # a reading starts a process of its own: seconds beside other tests on the same cores
 WIDE, NARROW = (1400, 900), (400, 800)
 FLAGS = ("--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--disable-background-networking")
 
@@ -160,6 +160,7 @@ def browsing(address: str) -> Iterator[Browsing]:
     program = shutil.which("chromium")
     if program is None:
         raise ChromiumMissingError(f"Chromium is not installed; run as root:  {INSTALL}")
+    expect.set_options(timeout=WAIT_S * 1000)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
         try:

@@ -21,10 +21,6 @@ PICTURES = os.environ.get("TRUELOOP_SCREENSHOTS")
 """A folder for pictures of every step, to be looked at."""
 
 
-LONG_MS = 60_000
-"""For a process that reads the first file to begin, and for a correction, on a machine that does much else."""
-
-
 def usable(window: Window, name: str) -> None:
     """Nothing scrolls sideways, fingers hit all, and it can be read aloud."""
     assert window.page.evaluate(WIDER) <= 0, name
@@ -46,10 +42,10 @@ def handed(window: Window, program: bytes) -> None:
     page.get_by_label("Drop the finish program").set_input_files(
         {"name": "finish.nc", "mimeType": "text/plain", "buffer": program}
     )
-    expect(page.locator("main")).to_contain_text("Program: finish.nc", timeout=LONG_MS)
+    expect(page.locator("main")).to_contain_text("Program: finish.nc")
     page.get_by_label("Nose radius of the finishing tool").fill("0,8")
     page.get_by_role("button", name="Show the part").click()
-    expect(page.get_by_role("alert").locator("code")).to_have_text("NC-DIALECT", timeout=LONG_MS)
+    expect(page.get_by_role("alert").locator("code")).to_have_text("NC-DIALECT")
     page.get_by_label("Control").select_option("fanuc-lathe")
     page.get_by_role("button", name="Show the part").click()
 
@@ -68,16 +64,15 @@ def test_a_shaft_is_corrected_and_the_next_one_asks_what_cut_it(
 ) -> None:
     with own.window("operator", size) as window:
         page = window.page
-        page.set_default_timeout(LONG_MS)
         shown(window)
-        expect(page.get_by_role("img", name="cylinder-1")).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_role("img", name="cylinder-1")).to_be_visible()
         go = page.get_by_role("button", name="Correct", exact=True)
         expect(go).to_be_disabled()
         usable(window, f"part-{size[0]}")
         measured(window, READ, "0017")
         go.click()
         result = page.get_by_role("region", name="What to do")
-        expect(result.get_by_role("link")).to_have_text("Download corrected.nc", timeout=LONG_MS)
+        expect(result.get_by_role("link")).to_have_text("Download corrected.nc")
         expect(result).not_to_contain_text("wear X")  # never both
         usable(window, f"contour-{size[0]}")
         result.get_by_label("One of them, never both").select_option("wear")
@@ -99,7 +94,7 @@ def test_a_shaft_is_corrected_and_the_next_one_asks_what_cut_it(
         page.get_by_label("What cut this part").select_option(f"{known.id} wear")
         expect(result).to_have_count(0)
         go.click()
-        expect(result).to_contain_text("T3 wear X", timeout=LONG_MS)
+        expect(result).to_contain_text("T3 wear X")
         expect(page.get_by_label("What cut this part")).to_have_value("")
         expect(page.get_by_label("What cut this part").locator("option")).to_have_count(2 + 2 * 2)
         assert window.complaints == []
@@ -108,18 +103,17 @@ def test_a_shaft_is_corrected_and_the_next_one_asks_what_cut_it(
 def test_what_is_wrong_is_shown_with_its_code_and_a_question_is_answered(own: Browsing) -> None:
     with own.window("engineer", NARROW) as window:
         page = window.page
-        page.set_default_timeout(LONG_MS)
         window.go("/correct")
         expect(page.get_by_role("button", name="Show the part")).to_be_disabled()
         shown(window, SHAFT.replace(b"G21 ", b""))
-        expect(page.get_by_role("alert").locator("code")).to_have_text("NC-UNIT", timeout=LONG_MS)
+        expect(page.get_by_role("alert").locator("code")).to_have_text("NC-UNIT")
         usable(window, "question")
         page.get_by_label("Unit").select_option("mm")
         page.get_by_role("button", name="Show the part").click()
-        expect(page.get_by_role("img", name="cylinder-1")).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_role("img", name="cylinder-1")).to_be_visible()
         measured(window, {**READ, "cylinder-3 a": "1.1817"}, "1")
         page.get_by_role("button", name="Correct", exact=True).click()
-        expect(page.get_by_role("alert").locator("code")).to_have_text("MSR-NOMINAL", timeout=LONG_MS)
+        expect(page.get_by_role("alert").locator("code")).to_have_text("MSR-NOMINAL")
         usable(window, "refused")
     with own.window("viewer") as window:
         window.go("/correct")
@@ -130,7 +124,6 @@ def test_what_is_wrong_is_shown_with_its_code_and_a_question_is_answered(own: Br
 def test_no_answer_is_sent_with_the_next_program_and_no_text_counts_as_a_number(own: Browsing) -> None:
     with own.window("operator") as window:
         page = window.page
-        page.set_default_timeout(LONG_MS)
         shown(window, SHAFT.replace(b"G21 ", b""))
         page.get_by_label("Unit").select_option("inch")
         expect(page.get_by_label("Nose radius of the finishing tool")).to_have_value("0,8")
@@ -138,7 +131,7 @@ def test_no_answer_is_sent_with_the_next_program_and_no_text_counts_as_a_number(
             handed(window, SHAFT)  # which asks what its control is: the answer before is forgotten
         sent = asked.value.post_data_json or {}
         assert sent["unit"] is None and sent["dialect"] is None
-        expect(page.get_by_role("img", name="cylinder-1")).to_be_visible(timeout=LONG_MS)
+        expect(page.get_by_role("img", name="cylinder-1")).to_be_visible()
         expect(page.get_by_label("Unit")).to_have_count(0)
 
         measured(window, READ, "1")

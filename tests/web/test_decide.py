@@ -82,7 +82,7 @@ def test_an_order_is_planned(own: Browsing, shop: Shop) -> None:
         page.get_by_label("Serial numbers").fill("c\nd\n")
         page.get_by_label("Job").fill("[part]")
         page.get_by_role("button", name="Plan an order").click()
-        expect(page.get_by_role("alert")).to_contain_text("FAC-PLAN", timeout=30_000)
+        expect(page.get_by_role("alert")).to_contain_text("FAC-PLAN")
         for no, name in ((0, "semifinish"), (1, "probe"), (3, "finish")):
             step = page.get_by_role("group", name=f"Step {no}")
             step.get_by_label("Released program").select_option(f"{name}.ngc {SHA[name][:12]}")

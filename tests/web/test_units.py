@@ -200,7 +200,7 @@ def test_what_is_read_in_a_file_is_shown_in_the_unit_chosen(own: Browsing) -> No
         window.go("/files")
         hand_over(window, "sizes.csv", SIZES)
         row = window.page.get_by_role("table").get_by_role("row").nth(1)
-        expect(row).to_contain_text(re.compile("89.4080.*89.4102.*0.0022.*mm"), timeout=90_000)  # the reader starts
+        expect(row).to_contain_text(re.compile("89.4080.*89.4102.*0.0022.*mm"))
         window.page.get_by_role("button", name="Inch").click()
         expect(row).to_contain_text(re.compile("3.520000.*3.520087.*0.000087.*in"))
         expect(window.page.get_by_role("region", name="sizes.csv")).to_contain_text("Measurement: table mm")
