@@ -281,6 +281,22 @@ def test_an_arc_that_would_have_to_leave_its_plane_becomes_lines(tmp_path: Path)
     assert all(line.startswith("L X+") for line in first[1:] + second[1:])
 
 
+@pytest.mark.parametrize("turn", ["CP IPA+360 IZ-2 DR+", "CP IPA-90 IZ-2 DR-", "C X+0 Y+10 IZ-2 DR+"])
+def test_a_helix_of_klartext_becomes_lines_for_only_cp_writes_one(tmp_path: Path, turn: str) -> None:
+    """TNC7 81762x-16, Helix: "can only be programmed with a circular path CP"; C and CR would not cut one."""
+    text = f"0 BEGIN PGM A MM\n1 L X+10 Y+0 Z+0 R0 F100\n2 CC X+0 Y+0\n3 {turn}\n4 L X+20\n"
+    written, _ = mapped(tmp_path, text, affine_field(np.eye(3), (0.1, 0.2, -0.25)), "heidenhain")
+    lines = written.splitlines()[4:-1]
+    assert all(" L X" in f" {line}" for line in lines) and len(lines) > 100
+    path = path_of(written, "heidenhain")
+    x, y, z = (path.end_mm[1:-1] - (0.1, 0.2, -0.25)).T
+    assert np.hypot(x, y) == pytest.approx(10.0, abs=2e-4)
+    turned = np.unwrap(np.concatenate([[0.0], np.arctan2(y, x)]))[1:]
+    assert z == pytest.approx(-2.0 * turned / turned[-1], abs=2e-4)
+    whole = {"CP IPA+360": 360.0, "CP IPA-90 ": -90.0}.get(turn[:10], 90.0)
+    assert np.degrees(turned[-1]) == pytest.approx(whole, abs=1e-3)
+
+
 def test_arcs_that_hardly_leave_their_planes_do_not_drift(tmp_path: Path) -> None:
     """Z rises by 0.04 µm, less than half a step, an arc: left out of each, and made up for by a line between two."""
     slope = function_field(lambda p: np.column_stack([0 * p[:, 0], 0 * p[:, 0], 2e-5 * (p[:, 0] - 20.0)]), "slope")

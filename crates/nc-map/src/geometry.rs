@@ -16,7 +16,7 @@ pub(crate) struct Geometry<'a> {
     arc_of: Vec<u32>,
     /// The way each axis went last before the end of each move; empty for a field to which it is all one.
     travel: Vec<[i8; 3]>,
-    /// How far an arc may leave its plane, mm, in metric and inch programs, where the control has no helices.
+    /// How far an arc may leave its plane, mm, in metric and inch programs, where the control has no helices by their ends.
     flat_mm: Option<[f64; 2]>,
 }
 
@@ -102,11 +102,11 @@ impl<'a> Geometry<'a> {
         !self.travel.is_empty()
     }
 
-    /// Whether an arc leaves its plane where the control has no helices.
-    pub fn leaves_plane(&self, of_move: usize, by: &[Vector]) -> bool {
+    /// Whether the displaced points of an arc leave its plane where the control has no helices by their ends.
+    pub fn leaves_plane(&self, of_move: usize, points: &[Vector]) -> bool {
         let state = &self.path.states[self.path.state[of_move] as usize];
         let (_, _, third) = state.plane.axes();
-        let off = |most: f64| by.iter().any(|other| (other[third] - by[0][third]).abs() > most);
+        let off = |most: f64| points.iter().any(|other| (other[third] - points[0][third]).abs() > most);
         self.flat_mm.is_some_and(|flat| off(flat[usize::from(state.inch)]))
     }
 

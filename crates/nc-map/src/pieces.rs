@@ -196,7 +196,7 @@ fn round(
         let here = &displaced[all.clone()];
         let (of_move, share, start, end) = (s.of_move, s.to, here[0], here[s.probes]);
         let arc = geometry.arc(of_move);
-        s.straight |= arc.is_none() || geometry.leaves_plane(of_move, &found[all.clone()]);
+        s.straight |= arc.is_none() || geometry.leaves_plane(of_move, here);
         let fitted = match arc.filter(|_| !s.straight) {
             None => (chord_error(here) <= tolerance_mm).then_some(None),
             Some(arc) if is_loose(arc, &s, &found[all.clone()]) => None,
